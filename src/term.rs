@@ -1,0 +1,308 @@
+//! Process terms: immutable, shared, and always in one shape modulo the structural equivalences.
+//!
+//! `;` is associative, `|` and `#` are associative and commutative (§IV.B; `docs/language.md`), so
+//! [`Term::seq`], [`Term::par`] and [`Term::disable`] flatten, and the last two sort. Two terms that
+//! differ only in this are the same term. Units (`Stop ; P`, `P # Idle`) are kept: they are laws.
+//!
+//! There are two binders only, the index of `P^{i<n}` and the private port of `new c. P`. A result `<y>` is a
+//! write and a parameter expression a read of what was written, so nothing else needs renaming.
+
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// A process, shared and immutable.
+#[derive(Clone)]
+pub struct Term(Arc<Shared>);
+
+struct Shared {
+    node: Node,
+    hash: u64,
+    size: usize,
+    depth: usize,
+}
+
+/// The outermost operator of a process with its parts.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Node {
+    /// `Stop`
+    Stop,
+    /// `Abort`
+    Abort,
+    /// `Idle`
+    Idle,
+    /// `Delay_t`
+    Delay(Value),
+    /// `In_c<y>`
+    In(Name, Name),
+    /// `Out_{c,x}`
+    Out(Name, Value),
+    /// `Eq_{x,y}`, `Neq`, `Gtr`, `Gte`, `Lss`, `Lte`
+    Guard(Relation, Value, Value),
+    /// `Set_x<y>`
+    Set(Value, Name),
+    /// `Ran_D<y>`
+    Ran(Value, Name),
+    /// `At_r`: a declared observer
+    Observe(Name, Vec<Value>),
+    /// `MoveTo_g`: a defined process
+    Call(Name, Vec<Value>),
+    /// `?P`, `?P_{u}`: any process, in a law or a claim
+    Meta(Name, Vec<Value>),
+    /// `P ; Q ; …`: at least two parts, none of them a `Seq`
+    Seq(Vec<Term>),
+    /// `P else Q`
+    Else(Term, Term),
+    /// `P | Q | …`: at least two parts, sorted, none of them a `Par`
+    Par(Vec<Term>),
+    /// `P # Q # …`: at least two parts, sorted, none of them a `Disable`
+    Disable(Vec<Term>),
+    /// `P^n`, or `P^{i<n}`: the copies for i = 0, 1, …, n-1 in sequence
+    Power(Term, Value, Option<Name>),
+    /// `loop(P)`: P again and again, until it aborts; then it stops
+    Loop(Term),
+    /// `new c. P`: port c is private to P
+    New(Name, Term),
+    /// `P to {At, …}`: observers that are not named become `Idle`
+    Project(Term, BTreeSet<Name>),
+    /// `P[y := x]`, in laws only: evaluated as soon as P is known
+    Replace(Term, Name, Value),
+}
+
+impl Term {
+    /// A term with this node; the constructors below keep the canonical shape.
+    pub fn new(node: Node) -> Term {
+        match node {
+            Node::Seq(parts) => Term::seq(parts),
+            Node::Par(parts) => Term::par(parts),
+            Node::Disable(parts) => Term::disable(parts),
+            node => Term::raw(node),
+        }
+    }
+
+    fn raw(node: Node) -> Term {
+        let mut size = 1usize;
+        let mut depth = 0usize;
+        for child in node.children() {
+            size = size.saturating_add(child.size());
+            depth = depth.max(child.depth());
+        }
+        let mut hasher = std::collections::hash_map::DefaultHasher::new();
+        node.hash(&mut hasher);
+        let hash = hasher.finish();
+        Term(Arc::new(Shared { node, hash, size, depth: depth + 1 }))
+    }
+
+    /// `Stop`
+    pub fn stop() -> Term {
+        Term::raw(Node::Stop)
+    }
+
+    /// `Abort`
+    pub fn abort() -> Term {
+        Term::raw(Node::Abort)
+    }
+
+    /// `Idle`
+    pub fn idle() -> Term {
+        Term::raw(Node::Idle)
+    }
+
+    /// `Delay_t`
+    pub fn delay(time: Value) -> Term {
+        Term::raw(Node::Delay(time))
+    }
+
+    /// `?P`
+    pub fn meta(name: &Name) -> Term {
+        Term::raw(Node::Meta(name.clone(), Vec::new()))
+    }
+
+    /// The parts in sequence: flattened; of one part, that part; of none, `Stop`.
+    pub fn seq(parts: impl IntoIterator<Item = Term>) -> Term {
+        let mut flat = Vec::new();
+        for part in parts {
+            match part.node() {
+                Node::Seq(inner) => flat.extend(inner.iter().cloned()),
+                _ => flat.push(part),
+            }
+        }
+        match flat.len() {
+            0 => Term::stop(),
+            1 => flat.swap_remove(0),
+            _ => Term::raw(Node::Seq(flat)),
+        }
+    }
+
+    /// The parts in parallel: flattened and sorted; of one part, that part; of none, `Abort`, the unit of `|`.
+    pub fn par(parts: impl IntoIterator<Item = Term>) -> Term {
+        let mut flat = Vec::new();
+        for part in parts {
+            match part.node() {
+                Node::Par(inner) => flat.extend(inner.iter().cloned()),
+                _ => flat.push(part),
+            }
+        }
+        match flat.len() {
+            0 => Term::abort(),
+            1 => flat.swap_remove(0),
+            _ => {
+                flat.sort();
+                Term::raw(Node::Par(flat))
+            }
+        }
+    }
+
+    /// The parts under `#`: flattened and sorted; of one part, that part; of none, `Idle`, the unit of `#`.
+    pub fn disable(parts: impl IntoIterator<Item = Term>) -> Term {
+        let mut flat = Vec::new();
+        for part in parts {
+            match part.node() {
+                Node::Disable(inner) => flat.extend(inner.iter().cloned()),
+                _ => flat.push(part),
+            }
+        }
+        match flat.len() {
+            0 => Term::idle(),
+            1 => flat.swap_remove(0),
+            _ => {
+                flat.sort();
+                Term::raw(Node::Disable(flat))
+            }
+        }
+    }
+
+    /// `P else Q`
+    pub fn otherwise(first: Term, second: Term) -> Term {
+        Term::raw(Node::Else(first, second))
+    }
+
+    /// `try(P)`, which is `P else Stop`
+    pub fn attempt(body: Term) -> Term {
+        Term::otherwise(body, Term::stop())
+    }
+
+    /// Its outermost operator.
+    pub fn node(&self) -> &Node {
+        &self.0.node
+    }
+
+    /// The number of operators in it, capped at the largest machine number.
+    pub fn size(&self) -> usize {
+        self.0.size
+    }
+
+    /// The length of the longest way down.
+    pub fn depth(&self) -> usize {
+        self.0.depth
+    }
+
+    /// The direct parts, in order.
+    pub fn children(&self) -> Vec<&Term> {
+        self.node().children()
+    }
+
+    /// The same operator over other parts, as many as [`Term::children`] gives; flattened and sorted anew.
+    pub fn with_children(&self, parts: Vec<Term>) -> Term {
+        let mut parts = parts.into_iter();
+        let mut next = || parts.next().unwrap_or_else(Term::stop);
+        match self.node() {
+            Node::Seq(_) => Term::seq(parts),
+            Node::Par(_) => Term::par(parts),
+            Node::Disable(_) => Term::disable(parts),
+            Node::Else(..) => {
+                let first = next();
+                Term::otherwise(first, next())
+            }
+            Node::Power(_, count, index) => Term::raw(Node::Power(next(), count.clone(), index.clone())),
+            Node::Loop(_) => Term::raw(Node::Loop(next())),
+            Node::New(port, _) => Term::raw(Node::New(port.clone(), next())),
+            Node::Project(_, shown) => Term::raw(Node::Project(next(), shown.clone())),
+            Node::Replace(_, name, value) => Term::raw(Node::Replace(next(), name.clone(), value.clone())),
+            _ => self.clone(),
+        }
+    }
+
+    /// The value expressions that stand directly in this operator, in order.
+    pub fn values(&self) -> Vec<&Value> {
+        match self.node() {
+            Node::Delay(value) | Node::Out(_, value) | Node::Set(value, _) | Node::Ran(value, _) => vec![value],
+            Node::Guard(_, left, right) => vec![left, right],
+            Node::Observe(_, values) | Node::Call(_, values) | Node::Meta(_, values) => values.iter().collect(),
+            Node::Power(_, value, _) | Node::Replace(_, _, value) => vec![value],
+            _ => Vec::new(),
+        }
+    }
+
+    /// The same operator with each direct value replaced by its image, the parts unchanged.
+    ///
+    /// # Errors
+    /// The first error that `image` gives.
+    pub fn map_values<E>(&self, image: &mut impl FnMut(&Value) -> Result<Value, E>) -> Result<Term, E> {
+        let mut each = |values: &[Value]| values.iter().map(&mut *image).collect::<Result<Vec<_>, E>>();
+        Ok(Term::raw(match self.node() {
+            Node::Observe(name, values) => Node::Observe(name.clone(), each(values)?),
+            Node::Call(name, values) => Node::Call(name.clone(), each(values)?),
+            Node::Meta(name, values) => Node::Meta(name.clone(), each(values)?),
+            Node::Delay(value) => Node::Delay(image(value)?),
+            Node::Out(port, value) => Node::Out(port.clone(), image(value)?),
+            Node::Set(value, name) => Node::Set(image(value)?, name.clone()),
+            Node::Ran(value, name) => Node::Ran(image(value)?, name.clone()),
+            Node::Guard(relation, left, right) => Node::Guard(*relation, image(left)?, image(right)?),
+            Node::Power(body, count, index) => Node::Power(body.clone(), image(count)?, index.clone()),
+            Node::Replace(body, name, value) => Node::Replace(body.clone(), name.clone(), image(value)?),
+            _ => return Ok(self.clone()),
+        }))
+    }
+}
+
+impl Node {
+    fn children(&self) -> Vec<&Term> {
+        match self {
+            Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => parts.iter().collect(),
+            Node::Else(first, second) => vec![first, second],
+            Node::Power(body, ..)
+            | Node::Loop(body)
+            | Node::New(_, body)
+            | Node::Project(body, _)
+            | Node::Replace(body, ..) => vec![body],
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl PartialEq for Term {
+    fn eq(&self, other: &Term) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || (self.0.hash == other.0.hash && self.0.node == other.0.node)
+    }
+}
+
+impl Eq for Term {}
+
+impl Hash for Term {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u64(self.0.hash);
+    }
+}
+
+impl PartialOrd for Term {
+    fn partial_cmp(&self, other: &Term) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Term {
+    fn cmp(&self, other: &Term) -> Ordering {
+        if Arc::ptr_eq(&self.0, &other.0) { Ordering::Equal } else { self.0.node.cmp(&other.0.node) }
+    }
+}
+
+impl std::fmt::Debug for Term {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.node().fmt(f)
+    }
+}
