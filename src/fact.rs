@@ -132,7 +132,7 @@ impl<'a> Context<'a> {
             match hypothesis {
                 Condition::Compare(relation, left, right) => assumptions.assume(*relation, left, right),
                 Condition::Natural(value) => {
-                    if let Some(name) = value.as_variable() {
+                    if let Some(name) = value.as_variable().cloned() {
                         assumptions.assume_natural(&name);
                     }
                 }

@@ -58,7 +58,7 @@ pub fn first_match(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>
 fn settle(law: &Law, mut state: State, context: &Context<'_>) -> Option<Substitution> {
     for condition in &law.conditions {
         if let Condition::Lasts(subject, time) = condition
-            && let Some(name) = time.as_variable()
+            && let Some(name) = time.as_variable().cloned()
             && name.is_meta()
             && !state.found.values.contains_key(&name)
         {
@@ -341,7 +341,7 @@ fn head(pattern: &Term, term: &Term, state: &mut State) -> bool {
 
 /// A pattern value against a value: equal, or linear in its one unknown metavariable, or put off.
 fn solve(pattern: &Value, value: &Value, state: &mut State) -> bool {
-    if let Some(name) = pattern.as_variable() {
+    if let Some(name) = pattern.as_variable().cloned() {
         if !name.is_meta() {
             return pattern == value;
         }
