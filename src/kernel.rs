@@ -3,22 +3,24 @@
 //! It knows neither the prover nor how a proof was found. Whatever it cannot derive is [`Rejected`].
 //! One gate, [`Checker::gate`], looks at every conclusion before it may be used.
 
+mod gate;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+
+use gate::{instance_is_proper, well_sorted};
 
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::fact::{Context, Facts};
-use crate::law::{Condition, Connective, Law, Laws};
+use crate::law::{Condition, Connective, Laws};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
-use crate::scope::{
-    bound_names, condition_mentions, condition_metavariables, exposes, fill, index_escapes, metavariables, read_names,
-    reaches, subterms,
-};
+use crate::condition::exposes;
+use crate::scope::{bound_names, calls, condition_mentions, condition_metavariables, fill, metavariables, read_names, reaches};
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
 use crate::term::{Node, Term};
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Relation, Value};
 
 /// What a theorem may rest on: the assumptions on parameters, the definitions, the laws.
 #[derive(Clone, Debug, Default)]
@@ -346,7 +348,7 @@ impl Checker<'_> {
         if let Some(parameter) = definition.parameters.iter().find(|parameter| self.fixed.contains(*parameter)) {
             return Err(Reason::Name(parameter.clone()));
         }
-        let indirect = crate::scope::calls(&definition.body)
+        let indirect = calls(&definition.body)
             .into_iter()
             .any(|called| called != *name && reaches(&self.theory.definitions, &called, name));
         if indirect {
@@ -451,51 +453,4 @@ fn no_supposition(derived: &Derived) -> Result<(), Reason> {
         Some((l, r)) => Err(Reason::Hypothesis(Box::new(l.clone()), Box::new(r.clone()))),
         None => Ok(()),
     }
-}
-
-/// Every metavariable of the law has a meaning, of the sort in which it is used, and nothing that is known only
-/// under an index leaves its reach.
-fn instance_is_proper(law: &Law, substitution: &Substitution) -> Result<(), Reason> {
-    for meta in metavariables(&law.left).into_iter().chain(metavariables(&law.right)) {
-        let places = [
-            substitution.processes.contains_key(&meta),
-            substitution.values.contains_key(&meta),
-            substitution.names.contains_key(&meta),
-            substitution.sets.contains_key(&meta),
-        ];
-        if places.iter().filter(|place| **place).count() != 1 {
-            return Err(Reason::Unbound(meta));
-        }
-    }
-    for (index, meta) in index_escapes(law) {
-        let Some(index) = substitution.names.get(&index) else { continue };
-        let process = substitution.processes.get(&meta).is_some_and(|term| read_names(term).contains(index));
-        let value = substitution.values.get(&meta).is_some_and(|value| value.mentions(index));
-        if process || value {
-            return Err(Reason::Name(index.clone()));
-        }
-    }
-    Ok(())
-}
-
-/// Times and comparisons are over reals, draws are from distributions, counts are natural numbers.
-fn well_sorted(term: &Term) -> Result<(), Reason> {
-    for part in subterms(term) {
-        let (values, sort): (Vec<&Value>, Sort) = match part.node() {
-            Node::Delay(_) | Node::Power(..) => (part.values(), Sort::Real),
-            Node::Guard(relation, ..) if !matches!(relation, Relation::Eq | Relation::Neq) => (part.values(), Sort::Real),
-            Node::Ran(value, _) if value.as_variable().is_none() => (vec![value], Sort::Distribution),
-            _ => continue,
-        };
-        if let Some(value) = values.into_iter().find(|value| value.sort() != sort) {
-            return Err(Reason::Sort(Box::new(value.clone())));
-        }
-        if let Node::Power(_, count, _) = part.node()
-            && let Some(number) = count.as_rational()
-            && (!number.is_integer() || number < num_rational::BigRational::from_integer(0.into()))
-        {
-            return Err(Reason::Sort(Box::new(count.clone())));
-        }
-    }
-    Ok(())
 }

@@ -131,6 +131,20 @@ impl Step {
             _ => Vec::new(),
         }
     }
+
+    /// The same step with the steps that it uses under their new numbers.
+    pub fn renumbered(&self, numbers: &[StepId]) -> Step {
+        let new = |step: &StepId| numbers.get(*step).copied().unwrap_or(*step);
+        let mut step = self.clone();
+        match &mut step {
+            Step::Symmetric(of) | Step::Instance(of, _) => *of = new(of),
+            Step::Transitive(steps) | Step::Congruence(_, steps) => steps.iter_mut().for_each(|step| *step = new(step)),
+            Step::Unique { equation, .. } | Step::UniqueLoop { equation, .. } => *equation = new(equation),
+            Step::Induction { base, step, .. } => (*base, *step) = (new(base), new(step)),
+            _ => {}
+        }
+        step
+    }
 }
 
 /// Proofs compare counts symbolically; this is `n + 1`, or nothing when it has no normal form.

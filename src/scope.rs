@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::definition::Definitions;
-use crate::fact::{Context, Facts};
 use crate::law::{Condition, Law};
 use crate::name::Name;
 use crate::term::{Node, Term};
@@ -114,29 +113,6 @@ pub fn reaches(definitions: &Definitions, from: &Name, to: &Name) -> bool {
         }
     }
     false
-}
-
-/// Whether a call of `name` may be reached having neither waited nor communicated.
-pub fn exposes(term: &Term, name: &Name, context: &Context<'_>) -> bool {
-    match term.node() {
-        Node::Call(called, _) => called == name || reaches(context.definitions, called, name),
-        Node::Seq(parts) => {
-            for part in parts {
-                if exposes(part, name, context) {
-                    return true;
-                }
-                if !Facts::of(part, context).instant_stop {
-                    return false;
-                }
-            }
-            false
-        }
-        Node::Else(first, second) => {
-            exposes(first, name, context)
-                || (Facts::of(first, context).instant_abort && exposes(second, name, context))
-        }
-        _ => term.children().into_iter().any(|part| exposes(part, name, context)),
-    }
 }
 
 /// A context with its holes filled: the process metavariables named in `parts` replaced, and nothing else.

@@ -66,8 +66,16 @@ struct Moment {
     path: Path,
     communications: Vec<(Name, Value)>,
     history: Vec<Vec<Run>>,
-    /// The communication just made with those that were possible besides it.
-    besides: Option<(Name, Vec<(Offer, Offer)>)>,
+    /// What the communication just made must not have prevented.
+    besides: Option<Besides>,
+}
+
+/// A communication just made, with what was possible besides it.
+#[derive(Clone)]
+struct Besides {
+    writer: Offer,
+    rivals: Vec<Offer>,
+    pairs: Vec<(Offer, Offer)>,
 }
 
 struct Explorer<'a> {
@@ -265,8 +273,8 @@ impl Explorer<'_> {
         moment.path.unfolded = unfolded;
         let offers = all_offers(&moment.state)?;
         let pairs = pairs(&offers);
-        if let Some((port, before)) = moment.besides.take() {
-            self.check_race(&port, &before, &pairs, &offers)?;
+        if let Some(besides) = moment.besides.take() {
+            self.check_race(&besides, &pairs, &offers)?;
         }
         let Some((writer, reader)) = pairs.first().cloned() else {
             return Ok(Some(self.ending(&moment.state, &offers)?));
@@ -285,20 +293,31 @@ impl Explorer<'_> {
             let places = [&pair.0.place, &pair.1.place];
             !places.contains(&&writer.place) && !places.contains(&&reader.place)
         };
-        moment.besides = Some((writer.port.clone(), pairs.iter().filter(apart).cloned().collect()));
+        let readers = offers.iter().filter(|offer| offer.value.is_none() && offer.port == writer.port);
+        let rivals: Vec<Offer> = readers.cloned().collect();
+        moment.besides = Some(Besides {
+            rivals: if rivals.len() > 1 { rivals } else { Vec::new() },
+            pairs: pairs.iter().filter(apart).cloned().collect(),
+            writer,
+        });
         Ok(None)
     }
 
     /// A communication that was possible besides the one made must still be possible.
     fn check_race(
         &self,
-        port: &Name,
-        before: &[(Offer, Offer)],
+        besides: &Besides,
         pairs: &[(Offer, Offer)],
         offers: &[Offer],
     ) -> Result<(), Halt> {
-        for (writer, reader) in before {
-            let same = |a: &Offer, b: &Offer| a.place == b.place && a.port == b.port;
+        let port = &besides.writer.port;
+        let same = |a: &Offer, b: &Offer| a.place == b.place && a.port == b.port;
+        let again = |offer: &Offer| offer.value.is_some() && same(offer, &besides.writer);
+        if !besides.rivals.is_empty() && !offers.iter().any(again) {
+            let components = besides.rivals.iter().map(|offer| self.name_of(offer)).collect();
+            return Err(Failure::Contention { port: port.clone(), components }.into());
+        }
+        for (writer, reader) in &besides.pairs {
             if pairs.iter().any(|(w, r)| same(w, writer) && same(r, reader)) {
                 continue;
             }

@@ -162,7 +162,9 @@ impl Settler<'_> {
         match run {
             Run::Done(carried) => Ok(Run::Done(restrict(&carried, wanted))),
             Run::Aborted | Run::Wait(..) => Ok(run),
-            Run::Delay(left) if left == Value::integer(0) => Ok(Run::Done(Env::new())),
+            Run::Delay(left) if path.assumptions.decide(Relation::Eq, &left, &Value::zero()) == Some(true) => {
+                Ok(Run::Done(Env::new()))
+            }
             Run::Delay(_) => Ok(run),
             Run::Fresh(term, env) => self.start(&term, &env, wanted, path, depth),
             Run::Seq(first, rest, env, carried) => self.settle_sequence(*first, rest, (env, carried), wanted, path, depth),
