@@ -46,6 +46,8 @@ pub enum Role {
     Closing,
     /// Belongs close to the tokens before and after it: `_`, the dash in a law's name, the bracket of parameters.
     Joining,
+    /// Stands off from what is around it: the brackets of a calculation.
+    Spaced,
     /// Begins a line within an item: `when` and `try` of a law.
     Line,
 }

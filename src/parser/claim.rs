@@ -129,7 +129,9 @@ impl Parser<'_> {
     }
 
     fn by(&mut self) -> Parse<By> {
-        if !self.accept(Kind::OpenCurly) {
+        if self.at(Kind::OpenCurly) {
+            self.take(Role::Spaced);
+        } else {
             let mut laws = vec![self.law_name()?];
             while self.accept(Kind::Comma) {
                 laws.push(self.law_name()?);
@@ -151,7 +153,7 @@ impl Parser<'_> {
                 term,
             });
         }
-        self.advance();
+        self.take(Role::Spaced);
         Ok(By::Calc(first, steps))
     }
 
