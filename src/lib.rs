@@ -6,24 +6,26 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod assumption;
+pub mod condition;
+pub mod definition;
+pub mod fact;
+pub mod kernel;
+pub mod law;
 pub mod name;
 pub mod polynomial;
-pub mod value;
-pub mod assumption;
-pub mod term;
-pub mod definition;
-pub mod law;
-pub mod scope;
-pub mod fact;
-pub mod condition;
-pub mod substitution;
 pub mod proof;
-pub mod kernel;
+pub mod scope;
+pub mod substitution;
+pub mod term;
+pub mod value;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──
 pub mod diagnostic;
 pub mod lexer;
 pub mod ast;
 pub mod parser;
+pub mod lower;
+pub mod printer;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;
