@@ -31,4 +31,6 @@ pub mod simplify;
 pub mod rewrite;
 pub mod refine;
 pub mod prove;
+pub mod recurrence;
 pub mod period;
+pub mod verify;
