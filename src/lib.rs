@@ -34,3 +34,4 @@ pub mod prove;
 pub mod recurrence;
 pub mod period;
 pub mod verify;
+pub mod flow;

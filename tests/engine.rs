@@ -201,3 +201,20 @@ fn a_goal_not_met() {
     let outcome = outcome_of(&numbers("1", "clamp(d,-1,1)", "3", "-1").replace("At_a", "At_17"));
     assert!(refuted(&outcome).contains("At_17"));
 }
+
+#[test]
+fn printed_as_in_the_paper() {
+    let text = format!("param t > 0, p0, a, b, a != b, p0 != a\nfn s(d)\n{ROBOT}\nsystem Sys = DEnv_{{p0}} | BF_{{a,b}}");
+    let period = period_of(&text).unwrap();
+    let flows = pars::flow::flows(&period);
+    for flow in &flows {
+        println!("{}", flow.lines().join("\n"));
+    }
+    let components = pars::flow::component_periods(&period.components, &load(&text).definitions);
+    let lines: Vec<String> = components.iter().flat_map(|one| one.lines()).collect();
+    println!("{}", lines.join("\n"));
+    assert_eq!(flows.len(), 2);
+    assert_eq!(flows[0].maps[0].1.values().next().map(Value::to_string), Some("r+t*s(a-r)".to_string()));
+    assert_eq!(flows[0].guard.iter().map(|test| test.to_string()).collect::<Vec<_>>(), ["r != a"]);
+    assert!(lines.contains(&"f_DEnv(r) = r+t*u".to_string()), "{lines:?}");
+}

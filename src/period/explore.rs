@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
-use super::step::{Offer, Slot, all_offers, finish, inspect, map_values};
+use super::step::{Offer, Slot, all_offers, finish, inspect, map_values, readable};
 use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Test};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -227,10 +227,8 @@ impl Explorer<'_> {
                 let mut replace = |_: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
                     Ok(if value == from { to.clone() } else { value.clone() })
                 };
-                let replaced: Result<Vec<Run>, _> = moment.state.iter().map(|run| map_values(run, &mut replace)).collect();
-                if let Ok(state) = replaced {
-                    moment.state = state;
-                }
+                let Ok(state) = moment.state.iter().map(|run| map_values(run, &mut replace)).collect();
+                moment.state = state;
             }
         }
         let raw = turn(&question.raw);
@@ -376,10 +374,7 @@ impl Explorer<'_> {
             hints.push(if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") });
             Ok(Value::integer(0))
         };
-        let shape: Result<Vec<Run>, _> = state.iter().map(|run| map_values(run, &mut take)).collect();
-        let Ok(shape) = shape else {
-            return Err(Failure::NoPeriod { reason: "a state has no shape".to_string() });
-        };
+        let Ok(shape) = state.iter().map(|run| map_values(run, &mut take)).collect::<Result<Vec<Run>, _>>();
         let key = format!("{shape:?}");
         if let Some(found) = self.index.get(&key).copied() {
             if self.absorb(found, &entries) && !work.contains(&found) {
@@ -457,7 +452,7 @@ impl Explorer<'_> {
         for (number, spot) in self.spots.iter().enumerate() {
             let state = self.state_of(number).map_err(failure_of)?;
             phases.push(Phase {
-                control: state.iter().map(|run| format!("{run:?}")).collect(),
+                control: state.iter().map(|run| readable(run).to_string()).collect(),
                 variables: spot.variables.clone(),
                 edges: spot.ways.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?,
             });

@@ -2,6 +2,7 @@
 
 use super::run::{Env, Halt, Run, evaluate};
 use crate::name::Name;
+use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::Value;
 
@@ -97,7 +98,7 @@ pub(crate) fn inspect(run: &Run, delays: &mut Vec<Value>, shown: &mut Vec<Term>)
 
 /// Every value of a running system replaced by its image: delays, environments, what is carried.
 pub(crate) fn map_values<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>) -> Result<Run, E> {
-    let mut over = |env: &Env, image: &mut dyn FnMut(Slot<'_>, &Value) -> Result<Value, E>| -> Result<Env, E> {
+    let over = |env: &Env, image: &mut dyn FnMut(Slot<'_>, &Value) -> Result<Value, E>| -> Result<Env, E> {
         env.iter().map(|(name, value)| Ok((name.clone(), image(Slot::Name(name), value)?))).collect()
     };
     Ok(match run {
@@ -142,4 +143,22 @@ pub(crate) enum Slot<'a> {
     Delay,
     /// The value of a name.
     Name(&'a Name),
+}
+
+/// What a running part is about to do, as a process; for people, who need not see the loops round it.
+pub(crate) fn readable(run: &Run) -> Term {
+    let filled = |term: &Term, env: &Env| substitute_values(term, env).unwrap_or_else(|_| term.clone());
+    match run {
+        Run::Done(_) => Term::stop(),
+        Run::Aborted => Term::abort(),
+        Run::Delay(left) => Term::delay(left.clone()),
+        Run::Wait(term, env) | Run::Fresh(term, env) => filled(term, env),
+        Run::Seq(first, rest, env, _) => {
+            Term::seq(std::iter::once(readable(first)).chain(rest.iter().map(|term| filled(term, env))))
+        }
+        Run::Else(first, _, _, true) => readable(first),
+        Run::Else(first, second, env, false) => Term::otherwise(readable(first), filled(second, env)),
+        Run::Par(parts) => Term::par(parts.iter().map(readable)),
+        Run::Disable(parts) => Term::disable(parts.iter().map(readable)),
+    }
 }

@@ -14,9 +14,13 @@ use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
 /// Legs that a run may have before it repeats.
-const MOST_LEGS: usize = 2_000;
-/// Legs of which no more than this many different phases are entered anew: runs that only converge stop here.
-const MOST_CHANGES: usize = 80;
+const MOST_LEGS: usize = 200;
+/// Rounds that are followed one by one where there is no closed form.
+const MOST_ROUNDS: usize = 2_000;
+/// Digits of a value at which following a run one by one is given up.
+const MOST_BITS: u64 = 2_000;
+/// Changes of phase before a run must have repeated: runs that only converge stop here.
+const MOST_CHANGES: usize = 24;
 
 /// How often a leg goes round.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -170,33 +174,95 @@ impl Walker<'_> {
         if let [round] = rounds.as_slice() {
             match self.count(round, values) {
                 Ok(count) => return self.counted(phase, round, values, count),
-                // One round may still be known where the count is not.
-                Err(unsure) => match self.choose(&here.edges, values, &self.assumptions) {
-                    Ok(edge) if values.values().all(is_number) => return self.single(phase, edge, values),
-                    Ok(_) => return Err(unsure),
-                    Err(mut other) => {
+                // Without a closed form, numbers can still be followed one by one.
+                Err(unsure) if values.values().all(is_number) => {
+                    return self.stepwise(phase, values).map_err(|mut other| {
                         other.0.extend(unsure.0);
-                        return Err(other);
-                    }
-                },
+                        other
+                    });
+                }
+                Err(unsure) => {
+                    let mut all = self.choose(&here.edges, values, &self.assumptions).err().unwrap_or(Unsure(Vec::new()));
+                    all.0.extend(unsure.0);
+                    return Err(all);
+                }
             }
         }
-        let edge = self.choose(&here.edges, values, &self.assumptions)?;
-        self.single(phase, edge, values)
+        self.stepwise(phase, values)
     }
 
-    fn single(&self, phase: usize, edge: &Edge, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
+    /// Rounds one by one until the phase is left or the values repeat.
+    fn stepwise(&self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
+        let Some(here) = self.period.phases.get(phase) else {
+            return Err(Unsure(vec!["a phase is missing".to_string()]));
+        };
+        let mut rounds: Vec<(&Edge, Values)> = Vec::new();
+        let mut now = values.clone();
+        let next = loop {
+            if let Some(found) = rounds.iter().position(|(_, earlier)| *earlier == now) {
+                rounds.truncate(if found == 0 { rounds.len() } else { found });
+                break Next::Phase(phase);
+            }
+            if rounds.len() >= MOST_ROUNDS || now.values().any(is_long) {
+                return Err(Unsure(vec![format!("after {} rounds of one phase nothing has repeated", rounds.len())]));
+            }
+            let edge = self.choose(&here.edges, &now, &self.assumptions)?;
+            let onward = self.image(edge, &now)?;
+            rounds.push((edge, std::mem::replace(&mut now, onward)));
+            if edge.next != Next::Phase(phase) {
+                break edge.next.clone();
+            }
+            // Symbols are followed one round at a time.
+            if !now.values().all(is_number) {
+                break Next::Phase(phase);
+            }
+        };
         let leg = Leg {
             phase,
-            rounds: Rounds::Count(Value::one()),
+            rounds: Rounds::Count(Value::integer(rounds.len() as i64)),
             start: values.clone(),
             closed: Vec::new(),
             index: self.index.clone(),
             conditions: Vec::new(),
             continues: false,
-            units: self.units_once(edge, values)?,
+            units: self.compressed(&rounds)?,
         };
-        Ok((leg, (edge.next.clone(), self.image(edge, values)?)))
+        Ok((leg, (next, now)))
+    }
+
+    /// Rounds as stretches: where every variable changes by the same step, in one.
+    fn compressed(&self, rounds: &[(&Edge, Values)]) -> Result<Vec<Unit>, Unsure> {
+        let mut units = Vec::new();
+        let mut from = 0usize;
+        while let Some((edge, start)) = rounds.get(from) {
+            let steps = match rounds.get(from + 1) {
+                Some((_, second)) => differences(start, second)?,
+                None => Values::new(),
+            };
+            let mut until = from + 1;
+            while let (Some((_, one)), Some((other, two))) = (rounds.get(until - 1), rounds.get(until)) {
+                if other.segments != edge.segments || differences(one, two)? != steps {
+                    break;
+                }
+                until += 1;
+            }
+            if until - from < 3 {
+                units.extend(self.units_once(edge, start)?);
+                from += 1;
+                continue;
+            }
+            let mut here = start.clone();
+            for (name, step) in &steps {
+                if let Some(value) = here.get_mut(name) {
+                    *value = step.mul(&Value::variable(&self.index))?.add(value)?;
+                }
+            }
+            let round: Vec<Segment> =
+                edge.segments.iter().map(|segment| self.segment(segment, &here)).collect::<Result<_, Unsure>>()?;
+            units.extend(repeat(Some(Value::integer((until - from) as i64)), &self.index, round)?);
+            from = until;
+        }
+        Ok(units)
     }
 
     /// A leg whose rounds are counted.
@@ -481,6 +547,18 @@ impl Walker<'_> {
         }
         Ok(here)
     }
+}
+
+fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
+    let change = |(name, value): (&Name, &Value)| {
+        let after = other.get(name).unwrap_or(value);
+        Ok((name.clone(), after.sub(value)?))
+    };
+    one.iter().map(change).collect()
+}
+
+fn is_long(value: &Value) -> bool {
+    value.as_rational().is_some_and(|number| number.numer().bits().max(number.denom().bits()) > MOST_BITS)
 }
 
 fn is_number(value: &Value) -> bool {
