@@ -141,8 +141,9 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
             Outcome::new(Verdict::Refuted { reason, run: shown_run(&trajectory) })
         }
         Err(Missed::Never(reason) | Missed::Unsure(reason)) => {
-            let mut remaining = if trajectory.open.contains(&reason) { trajectory.open.clone() } else { vec![reason] };
-            remaining.extend(trajectory.open.iter().filter(|open| !remaining.contains(open)).cloned().collect::<Vec<_>>());
+            let said = |open: &&String| !reason.starts_with(open.as_str());
+            let mut remaining: Vec<String> = trajectory.open.iter().filter(said).cloned().collect();
+            remaining.insert(0, reason);
             remaining.extend(conditions);
             Outcome::new(Verdict::Open { remaining })
         }
@@ -155,13 +156,15 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
 
 fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
     let mut feedback = Vec::new();
-    let never = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_)) && !leg.closed.is_empty();
+    let endless = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
+    let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
     if !matches!(verdict, Verdict::Proved)
-        && let Some(leg) = trajectory.legs.iter().find(never)
+        && let Some(leg) = leg
     {
-        let name = leg.closed.first().map(|(name, _)| name.to_string()).unwrap_or_default();
+        let name = leg.closed.first().map(|(name, _)| name).or(leg.start.keys().next());
+        let name = name.map(Name::to_string).unwrap_or_default();
         feedback.push(format!(
-            "phase {} never ends: its test for the goal is exact; a tolerance, such as Gtr_{{abs({name}-g),1/10}} in place of Neq_{{{name},g}}, would let it end",
+            "phase {} never ends, since its goal is met by no round exactly: allow a tolerance there, such as Gtr_{{abs({name}-g),1/10}} in place of Neq_{{{name},g}}",
             leg.phase + 1
         ));
     }
@@ -169,6 +172,13 @@ fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
         feedback.extend(blocked.iter().map(|one| format!("{} waits for ever on port {}", one.component, one.port)));
     }
     feedback
+}
+
+/// A leg of a phase in which the run goes round for ever.
+fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
+    let legs = trajectory.legs.get(trajectory.cycle?..)?;
+    let first = legs.first()?;
+    (first.continues && legs.iter().all(|leg| leg.phase == first.phase)).then_some(first)
 }
 
 fn units_of(legs: &[Leg]) -> Vec<Unit> {
@@ -280,7 +290,13 @@ impl Matcher<'_> {
         if let Some(Missed::Unsure(reason)) = first {
             return Err(Missed::Unsure(reason));
         }
-        self.round_by_round(trajectory, cycle)
+        match (self.round_by_round(trajectory, cycle), stuck(trajectory)) {
+            (Err(Missed::Never(reason)), Some(leg)) => {
+                let text = format!("{reason}: phase {} never ends, its values repeat for ever", leg.phase + 1);
+                Err(Missed::Never(text))
+            }
+            (answer, _) => answer,
+        }
     }
 
     /// Why a run that does not repeat cannot show a property that starts again for ever.
@@ -308,7 +324,14 @@ impl Matcher<'_> {
                     }
                     text
                 }
-                _ => return Missed::Unsure(trajectory.open.first().cloned().unwrap_or_default()),
+                _ => {
+                    let so_far = match self.lay(units, false, (&[], trajectory)) {
+                        Err(Missed::Never(reason)) => format!("; so far {reason}"),
+                        _ => String::new(),
+                    };
+                    let open = trajectory.open.first().cloned().unwrap_or_default();
+                    return Missed::Unsure(format!("{open}{so_far}"));
+                }
             },
         };
         Missed::Never(reason)

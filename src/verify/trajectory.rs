@@ -387,7 +387,13 @@ impl Walker<'_> {
         let Some(goal) = goal_of(&said.negated(), name) else {
             return Err(Unsure(vec![format!("when {said} fails first")]));
         };
-        match first(&closed, &self.index, &goal, &self.assumptions) {
+        let reach = match &goal {
+            Goal::Equals(wanted) if self.is_never_entered(map, name, &start, wanted) => Reach::Never(format!(
+                "{name} = {wanted} is reached for no n, since only {wanted} itself is followed by {wanted}"
+            )),
+            goal => first(&closed, &self.index, goal, &self.assumptions),
+        };
+        match reach {
             Reach::Never(reason) => {
                 if count.stays.is_none() {
                     count.reason = reason;
@@ -412,6 +418,16 @@ impl Walker<'_> {
                 }
             }
         }
+    }
+
+    /// Whether a value stays where it is, and nothing else ever gets there: the map is affine and one to one.
+    fn is_never_entered(&self, map: &Value, name: &Name, start: &Value, wanted: &Value) -> bool {
+        let Some((factor, _)) = map.linear_in(name) else { return false };
+        let stays = map.with(name, wanted).ok();
+        let differ = |one: &Value, other: &Value| self.assumptions.decide(Relation::Eq, one, other) == Some(false);
+        stays.is_some_and(|stays| self.assumptions.decide(Relation::Eq, &stays, wanted) == Some(true))
+            && differ(&factor, &Value::zero())
+            && differ(start, wanted)
     }
 
     /// The one edge that is taken.
