@@ -77,7 +77,10 @@ pub fn solve(
                 until: until.map(Value::integer),
                 form: form.clone(),
             };
-            return Ok(Closed { pieces: vec![piece(0, Some(1), start), piece(1, None, &constant)], conditions: vec![] });
+            return Ok(Closed {
+                pieces: vec![piece(0, Some(1), start), piece(1, None, &constant)],
+                conditions: vec![],
+            });
         }
         let power = factor.power(&count).map_err(no)?;
         start.sub(&fixed).and_then(|gap| gap.mul(&power)).and_then(|gap| gap.add(&fixed)).map_err(no)?

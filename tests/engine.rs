@@ -34,7 +34,6 @@ proc DEnv_r    = (Delay_t # Odo_r # At_r) ; In_v<u> ; DEnv_{r+u*t}
 proc Odo_r     = Out_{p,r} ; Odo_r
 ";
 
-
 fn outcome_of(text: &str) -> Outcome {
     let environment = load(text);
     let system = environment.system(&Name::new("Sys")).expect("no system").clone();
@@ -109,9 +108,7 @@ fn same_goals() {
 }
 
 fn numbers(t: &str, s: &str, a: &str, b: &str) -> String {
-    format!(
-        "param t = {t}, a = {a}, b = {b}\nfn s(d) = {s}\n{ROBOT}\nsystem Sys = DEnv_0 | BF_{{a,b}}\n{GOAL}"
-    )
+    format!("param t = {t}, a = {a}, b = {b}\nfn s(d) = {s}\n{ROBOT}\nsystem Sys = DEnv_0 | BF_{{a,b}}\n{GOAL}")
 }
 
 #[test]
@@ -139,8 +136,7 @@ fn within_a_tolerance() {
 
 #[test]
 fn three_waypoints() {
-    let text = numbers("1", "clamp(d,-1,1)", "3", "-1")
-        .replace("MoveTo_b ;", "MoveTo_b ; MoveTo_1 ;");
+    let text = numbers("1", "clamp(d,-1,1)", "3", "-1").replace("MoveTo_b ;", "MoveTo_b ; MoveTo_1 ;");
     let outcome = outcome_of(&text);
     assert!(proved(&outcome));
     assert_eq!(rounds(&outcome)[..4], ["3", "4", "2", "2"]);
@@ -179,21 +175,29 @@ fn unit_steps_from_the_paper() {
 
 #[test]
 fn the_three_failures() {
-    let apart = period_of("proc A = Delay_1 ; Out_{x,1} ; In_x<y> ; A\nproc B = Delay_1 ; Out_{z,1} ; In_z<y> ; B\nsystem Sys = A | B");
+    let apart = period_of(
+        "proc A = Delay_1 ; Out_{x,1} ; In_x<y> ; A\nproc B = Delay_1 ; Out_{z,1} ; In_z<y> ; B\nsystem Sys = A | B",
+    );
     assert!(matches!(&apart.unwrap_err()[0], Failure::NoCommunication { groups } if groups.len() == 2));
     let silent = period_of("proc A = Delay_1 ; Out_{x,1} ; In_q<y> ; A\nproc B = In_x<y> ; B\nsystem Sys = A | B");
     assert!(silent.unwrap_err()[0].to_string().contains("A reads port q"));
     let unread = period_of("proc A = Delay_1 ; Out_{x,1} ; Out_{q,1} ; A\nproc B = In_x<y> ; B\nsystem Sys = A | B");
     assert!(unread.unwrap_err()[0].to_string().contains("A writes port q"));
-    let rates = period_of("proc A = Delay_1 ; Out_{x,1} ; Out_{y,1} ; A\nproc B = In_x<u> ; In_y<w> ; In_y<z> ; B\nsystem Sys = A | B");
+    let rates = period_of(
+        "proc A = Delay_1 ; Out_{x,1} ; Out_{y,1} ; A\nproc B = In_x<u> ; In_y<w> ; In_y<z> ; B\nsystem Sys = A | B",
+    );
     assert!(matches!(&rates.unwrap_err()[0], Failure::RateMismatch { .. }));
-    let grows = period_of("param d > 0, e > 0\nproc A = Delay_d ; Out_{x,1} ; A\nproc B = In_x<u> ; B\nproc C = Delay_e ; Out_{y,1} ; C\nproc D = In_y<w> ; D2\nproc D2 = In_x<u> ; D\nsystem Sys = A | B | C | D");
+    let grows = period_of(
+        "param d > 0, e > 0\nproc A = Delay_d ; Out_{x,1} ; A\nproc B = In_x<u> ; B\nproc C = Delay_e ; Out_{y,1} ; C\nproc D = In_y<w> ; D2\nproc D2 = In_x<u> ; D\nsystem Sys = A | B | C | D",
+    );
     println!("{:?}", grows.unwrap_err());
 }
 
 #[test]
 fn balanced_rates() {
-    let period = period_of("proc A = Delay_1 ; Out_{x,1} ; A\nproc B = In_x<u> ; In_x<w> ; Delay_1 ; B\nsystem Sys = A | B").unwrap();
+    let period =
+        period_of("proc A = Delay_1 ; Out_{x,1} ; A\nproc B = In_x<u> ; In_x<w> ; Delay_1 ; B\nsystem Sys = A | B")
+            .unwrap();
     assert_eq!(period.repetitions, Some(vec![("A".to_string(), 2), ("B".to_string(), 1)]));
 }
 
@@ -205,7 +209,8 @@ fn a_goal_not_met() {
 
 #[test]
 fn printed_as_in_the_paper() {
-    let text = format!("param t > 0, p0, a, b, a != b, p0 != a\nfn s(d)\n{ROBOT}\nsystem Sys = DEnv_{{p0}} | BF_{{a,b}}");
+    let text =
+        format!("param t > 0, p0, a, b, a != b, p0 != a\nfn s(d)\n{ROBOT}\nsystem Sys = DEnv_{{p0}} | BF_{{a,b}}");
     let period = period_of(&text).unwrap();
     let flows = pars::flow::flows(&period);
     for flow in &flows {
@@ -259,14 +264,19 @@ system Sys = A | B",
 
 #[test]
 fn two_readers_of_one_write() {
-    let period = period_of("proc A = Delay_1 ; Out_{x,1} ; A\nproc B = In_x<u> ; B\nproc C = In_x<u> ; C\nsystem Sys = A | B | C");
+    let period = period_of(
+        "proc A = Delay_1 ; Out_{x,1} ; A\nproc B = In_x<u> ; B\nproc C = In_x<u> ; C\nsystem Sys = A | B | C",
+    );
     assert!(matches!(&period.unwrap_err()[0], Failure::Contention { .. }));
 }
 
 #[test]
 fn a_mission_of_states() {
     let text = numbers("1", "clamp(d,-1,1)", "3", "-1")
-        .replace("proc BF_{a,b}  = MoveTo_a ; MoveTo_b ; BF_{a,b}", "proc There = MoveTo_a ; Back\nproc Back = MoveTo_b ; There")
+        .replace(
+            "proc BF_{a,b}  = MoveTo_a ; MoveTo_b ; BF_{a,b}",
+            "proc There = MoveTo_a ; Back\nproc Back = MoveTo_b ; There",
+        )
         .replace("BF_{a,b}", "There");
     let outcome = outcome_of(&text);
     assert!(proved(&outcome));
