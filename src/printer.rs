@@ -171,16 +171,16 @@ impl fmt::Display for Law {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "law {} \"{}\"", self.name, self.title)?;
         if !self.source.is_empty() {
-            writeln!(f, "    {}", self.source)?;
+            writeln!(f, "  {}", self.source)?;
         }
         let conditions: Vec<String> = self.conditions.iter().map(Condition::to_string).collect();
         if !conditions.is_empty() {
-            writeln!(f, "    when {}", conditions.join(", "))?;
+            writeln!(f, "  when {}", conditions.join(", "))?;
         }
         let connective = if self.oriented { "=>".to_string() } else { self.connective.to_string() };
-        write!(f, "    {} {connective} {}", self.left, self.right)?;
+        write!(f, "  {} {connective} {}", self.left, self.right)?;
         for (left, right) in &self.examples {
-            write!(f, "\n    try {left} {} {right}", self.connective)?;
+            write!(f, "\n  try {left} {} {right}", self.connective)?;
         }
         Ok(())
     }

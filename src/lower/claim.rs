@@ -1,5 +1,7 @@
 //! Claims, laws and expectations.
 
+use std::collections::BTreeSet;
+
 use super::scope::{Lowerer, Metas};
 use super::{By, CalcStep, Claim, ClaimKind, Entity, Environment, Expectation, Subject};
 use crate::ast::{self, ConditionKind, Ident, Item, LawItem, Term as Written, TermKind};
@@ -176,7 +178,12 @@ impl Lowerer<'_> {
         let conditions = self.conditions(&item.conditions)?;
         let examples = item.examples.iter().map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
         let examples = examples.collect::<Option<Vec<_>>>()?;
-        let bound = metavariables(&left);
+        let mut bound = metavariables(&left);
+        // `lasts(P, t)` finds t.
+        bound.extend(conditions.iter().flat_map(|condition| match condition {
+            Condition::Lasts(_, time) => time.variables(),
+            _ => BTreeSet::new(),
+        }));
         let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
         if let Some(name) = unbound {
             self.report(
