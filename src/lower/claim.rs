@@ -281,10 +281,7 @@ impl Lowerer<'_> {
                 "refuted" => Expectation::Refuted,
                 _ => Expectation::Open,
             },
-            ast::Expect::Term(term) => {
-                self.metas = Metas::Law;
-                Expectation::Term(self.whole(&[term])?.pop()?)
-            }
+            ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
             ast::Expect::Values(values) => {
                 let lowered = values.iter().map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
                 Expectation::Values(lowered.collect::<Option<Vec<_>>>()?)
@@ -320,7 +317,7 @@ impl Environment {
                 subject.and_then(|subject| Some(Lowered::Project(subject, shown?)))
             }
             ast::ItemKind::Expect(expect) => {
-                lowerer.metas = Metas::Free;
+                lowerer.free = true;
                 lowerer.expectation(expect).map(Lowered::Expect)
             }
             ast::ItemKind::Import(path) => Some(Lowered::Import(path.clone())),
