@@ -27,6 +27,7 @@ pub mod lower;
 pub mod matching;
 pub mod parser;
 pub mod printer;
+pub mod library;
 pub mod prove;
 pub mod refine;
 pub mod rewrite;

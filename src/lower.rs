@@ -326,6 +326,17 @@ impl Environment {
         lowerer.finish(lowered)
     }
 
+    /// Lowers a condition that stands alone, read as [`Environment::part`] reads processes.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn condition(&self, condition: &ast::Condition) -> Result<Condition, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        (lowerer.free, lowerer.lenient) = (true, true);
+        let lowered = lowerer.condition(condition);
+        lowerer.finish(lowered)
+    }
+
     /// Lowers a value that stands alone; its names need not be declared.
     ///
     /// # Errors
