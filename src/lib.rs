@@ -20,6 +20,13 @@ pub mod substitution;
 pub mod proof;
 pub mod kernel;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──
+pub mod diagnostic;
+pub mod lexer;
+pub mod ast;
+pub mod parser;
+pub mod lower;
+pub mod printer;
+// ── engine: every answer comes with its proof ──
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;
