@@ -6,29 +6,30 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-pub mod assumption;
-pub mod condition;
-pub mod definition;
-pub mod fact;
-pub mod kernel;
-pub mod law;
 pub mod name;
 pub mod polynomial;
-pub mod proof;
-pub mod scope;
-pub mod substitution;
-pub mod term;
 pub mod value;
+pub mod assumption;
+pub mod term;
+pub mod definition;
+pub mod law;
+pub mod scope;
+pub mod fact;
+pub mod condition;
+pub mod substitution;
+pub mod proof;
+pub mod kernel;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──
-pub mod ast;
 pub mod diagnostic;
 pub mod lexer;
-pub mod lower;
-pub mod matching;
+pub mod ast;
 pub mod parser;
+pub mod lower;
 pub mod printer;
 pub mod library;
-pub mod prove;
-pub mod refine;
-pub mod rewrite;
+// ── engine: every answer comes with its proof ──
+pub mod matching;
 pub mod simplify;
+pub mod rewrite;
+pub mod refine;
+pub mod prove;

@@ -109,12 +109,17 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
             Ok(found) => found,
             Err(why) => {
                 let error = Diagnostic::error("P0801", format!("`{path}` cannot be imported: {why}"));
-                diagnostics.push(error.label(span, "imported here").note("a path is looked up from the folder of the importing file"));
+                diagnostics.push(
+                    error
+                        .label(span, "imported here")
+                        .note("a path is looked up from the folder of the importing file"),
+                );
                 return Vec::new();
             }
         };
         if self.open.contains(&found.name) {
-            let way = self.open.iter().map(String::as_str).chain([found.name.as_str()]).collect::<Vec<_>>().join(" imports ");
+            let way =
+                self.open.iter().map(String::as_str).chain([found.name.as_str()]).collect::<Vec<_>>().join(" imports ");
             let error = Diagnostic::error("P0802", format!("`{path}` imports itself"));
             diagnostics.push(error.label(span, "imported here, while it is being read").note(way));
             return Vec::new();

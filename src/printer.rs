@@ -130,6 +130,14 @@ fn set(names: &BTreeSet<Name>) -> String {
     format!("{{{}}}", names.join(", "))
 }
 
+/// As the second part of a condition, where `?S` needs no braces.
+fn any_set(names: &BTreeSet<Name>) -> String {
+    match names.first() {
+        Some(only) if names.len() == 1 && only.is_meta() => only.to_string(),
+        _ => set(names),
+    }
+}
+
 fn exponent(count: &Value) -> String {
     let text = count.to_string();
     if simple(&text) { format!("^{text}") } else { format!("^{{{text}}}") }
@@ -161,8 +169,8 @@ impl fmt::Display for Condition {
             Condition::NoPort(process, port) => write!(f, "no_port({process}, {port})"),
             Condition::Unread(process, name) => write!(f, "unread({process}, {name})"),
             Condition::Apart(left, right) => write!(f, "apart({left}, {right})"),
-            Condition::ShowsOnly(process, shown) => write!(f, "shows_only({process}, {})", set(shown)),
-            Condition::ShowsNone(process, shown) => write!(f, "shows_none({process}, {})", set(shown)),
+            Condition::ShowsOnly(process, shown) => write!(f, "shows_only({process}, {})", any_set(shown)),
+            Condition::ShowsNone(process, shown) => write!(f, "shows_none({process}, {})", any_set(shown)),
         }
     }
 }

@@ -15,17 +15,9 @@ use pars::value::{Relation, Value};
 fn declare(environment: &mut Environment, text: &str) -> Vec<Result<Lowered, String>> {
     let source = Source::new("test.pars", text);
     let parsed = parse_input(text);
-    assert!(
-        parsed.diagnostics.is_empty(),
-        "{}",
-        render_all(&parsed.diagnostics, &source, false)
-    );
+    assert!(parsed.diagnostics.is_empty(), "{}", render_all(&parsed.diagnostics, &source, false));
     let shown = |errors: Vec<_>| render_all(&errors, &source, false);
-    environment
-        .declare(&parsed.items, text)
-        .into_iter()
-        .map(|outcome| outcome.map_err(shown))
-        .collect()
+    environment.declare(&parsed.items, text).into_iter().map(|outcome| outcome.map_err(shown)).collect()
 }
 
 fn accept(environment: &mut Environment, text: &str) {
@@ -65,21 +57,14 @@ fn a_file_that_imports_itself_is_refused() {
 fn the_paper_system_lowers() {
     let mut environment = standard().unwrap();
     accept(&mut environment, include_str!("../examples/back_and_forth.pars"));
-    let recursive: Vec<_> = environment
-        .definitions
-        .iter()
-        .filter(|one| one.recursive)
-        .map(|one| one.name.as_str())
-        .collect();
+    let recursive: Vec<_> =
+        environment.definitions.iter().filter(|one| one.recursive).map(|one| one.name.as_str()).collect();
     assert_eq!(recursive, ["BF", "DEnv", "MoveTo", "Odo"]);
     let system = environment.system(&Name::new("Sys")).unwrap();
     let text = system.term(&environment.definitions).to_string();
     assert_eq!(text, "new p. (new v. (BF_{a,b} | DEnv_p0))");
     let property = environment.property(&Name::new("Goal")).unwrap();
-    assert_eq!(
-        property.body.to_string(),
-        "Delay_?t1 ; (Delay_?t2 # At_a) ; Delay_?t3 ; Goal"
-    );
+    assert_eq!(property.body.to_string(), "Delay_?t1 ; (Delay_?t2 # At_a) ; Delay_?t3 ; Goal");
 }
 
 #[test]
@@ -113,15 +98,8 @@ fn the_other_systems_of_the_paper_lower() {
 #[test]
 fn forward_and_mutual_calls_are_loops() {
     let mut environment = standard().unwrap();
-    accept(
-        &mut environment,
-        "proc Even = Delay_1 ; Odd\nproc Odd = Delay_1 ; Even\nproc Once = Even",
-    );
-    let flags: Vec<_> = environment
-        .definitions
-        .iter()
-        .map(|one| (one.name.as_str(), one.recursive))
-        .collect();
+    accept(&mut environment, "proc Even = Delay_1 ; Odd\nproc Odd = Delay_1 ; Even\nproc Once = Even");
+    let flags: Vec<_> = environment.definitions.iter().map(|one| (one.name.as_str(), one.recursive)).collect();
     assert_eq!(flags, [("Even", true), ("Odd", true), ("Once", false)]);
 }
 
@@ -133,10 +111,7 @@ fn a_new_definition_is_reported() {
     assert!(matches!(again, Lowered::Declared { redefined, .. } if redefined == [Name::new("A")]));
     // A definition with errors leaves the one before in force.
     assert!(declare(&mut environment, "proc A = Delay_y").pop().unwrap().is_err());
-    assert_eq!(
-        environment.definitions.get(&Name::new("A")).unwrap().to_string(),
-        "proc A = Delay_2"
-    );
+    assert_eq!(environment.definitions.get(&Name::new("A")).unwrap().to_string(), "proc A = Delay_2");
 }
 
 #[test]
@@ -160,28 +135,13 @@ fn constants_are_values_and_assumptions_hold_from_their_line_on() {
 fn claims_keep_their_parts() {
     let mut environment = standard().unwrap();
     let text = "prove two-steps: ?P ; Delay_1 ; Delay_2 <= ?P ; Delay_3 when never_aborts(?P), ?x >= 0 by delay-sum";
-    let Lowered::Claim(claim) = declare(&mut environment, text).pop().unwrap().unwrap() else {
-        panic!()
-    };
+    let Lowered::Claim(claim) = declare(&mut environment, text).pop().unwrap().unwrap() else { panic!() };
     assert_eq!(claim.name, Some(Name::new("two-steps")));
-    let ClaimKind::Compare {
-        when,
-        by: By::Laws(laws),
-        ..
-    } = claim.kind
-    else {
-        panic!()
-    };
-    assert_eq!(
-        when.iter().map(Condition::to_string).collect::<Vec<_>>(),
-        ["never_aborts(?P)", "?x >= 0"]
-    );
+    let ClaimKind::Compare { when, by: By::Laws(laws), .. } = claim.kind else { panic!() };
+    assert_eq!(when.iter().map(Condition::to_string).collect::<Vec<_>>(), ["never_aborts(?P)", "?x >= 0"]);
     assert_eq!(laws, [Name::new("delay-sum")]);
     let text = "prove Delay_1 ; Delay_2 ; Stop = Delay_3 by { Delay_1 ; Delay_2 ; Stop = {seq-stop} Delay_1 ; Delay_2 = {} Delay_3 }";
-    let outcome = declare(&mut environment, &text.replace("seq-stop", "delay-sum"))
-        .pop()
-        .unwrap()
-        .unwrap();
+    let outcome = declare(&mut environment, &text.replace("seq-stop", "delay-sum")).pop().unwrap().unwrap();
     let Lowered::Claim(claim) = outcome else { panic!() };
     assert!(matches!(claim.kind, ClaimKind::Compare { by: By::Calc(steps), .. } if steps.len() == 2));
 }
@@ -208,29 +168,14 @@ fn errors_name_the_place_and_a_way_out() {
         ("simplify At_{1,2}", "write `At_x1`"),
         ("simplify Delay_q", "there is no value `q`"),
         ("proc A_p = In_p<x>", "`p` is a value, but a port is needed here"),
-        (
-            "proc A = In_c<x> ; Delay_c",
-            "`c` is a port, but a value is needed here",
-        ),
+        ("proc A = In_c<x> ; Delay_c", "`c` is a port, but a value is needed here"),
         ("proc A = Delay_1 ; A ; Stop", "not as the last thing it does"),
-        (
-            "proc A = A else Delay_1",
-            "if it aborted, what follows `else` would have to run",
-        ),
+        ("proc A = A else Delay_1", "if it aborted, what follows `else` would have to run"),
         ("proc A = Eq_{1,1} ; A", "can go round without waiting or communicating"),
         ("proc A = In_c<x> | In_d<x>", "`x` is bound on both sides of `|`"),
-        (
-            "proc A = (In_c<x> # In_d<y>) ; Delay_x",
-            "`x` is not bound whenever control gets here",
-        ),
-        (
-            "proc A = (Eq_{1,1} ; Set_1<x> | Set_2<y>) ; Delay_x",
-            "`x` is not bound whenever control gets here",
-        ),
-        (
-            "proc A_x = Set_1<x>",
-            "`x` is a parameter here, so no result can have this name",
-        ),
+        ("proc A = (In_c<x> # In_d<y>) ; Delay_x", "`x` is not bound whenever control gets here"),
+        ("proc A = (Eq_{1,1} ; Set_1<x> | Set_2<y>) ; Delay_x", "`x` is not bound whenever control gets here"),
+        ("proc A_x = Set_1<x>", "`x` is a parameter here, so no result can have this name"),
         ("proc A = ?P", "`?P` stands for any process, which has no place here"),
         ("proc A = Ran_{N(0,1)}<x>", "`N` does not say which spread it means"),
         ("param x > 1, x < 0", "this contradicts what is assumed already"),
@@ -313,9 +258,7 @@ fn terms() -> impl Strategy<Value = Term> {
                 Term::new(Node::Power(body, Value::variable(&Name::new("?n")), Some(index)))
             }),
             (inner.clone(), port()).prop_map(|(body, port)| Term::new(Node::New(port, body))),
-            inner
-                .clone()
-                .prop_map(|body| Term::new(Node::Project(body, [Name::new("At")].into()))),
+            inner.clone().prop_map(|body| Term::new(Node::Project(body, [Name::new("At")].into()))),
             (inner.clone(), name(), values())
                 .prop_map(|(body, name, value)| Term::new(Node::Replace(body, name, value))),
         ]
@@ -374,9 +317,7 @@ fn terms_print_and_parse_back() {
     let outcome = runner.run(&terms(), |term| {
         let text = term.to_string();
         let parsed = parse_term(&text).map_err(|errors| TestCaseError::fail(format!("{text}: {errors:?}")))?;
-        let back = environment
-            .part(&parsed)
-            .map_err(|errors| TestCaseError::fail(format!("{text}: {errors:?}")))?;
+        let back = environment.part(&parsed).map_err(|errors| TestCaseError::fail(format!("{text}: {errors:?}")))?;
         prop_assert_eq!(back, term, "{}", text);
         Ok(())
     });
@@ -456,15 +397,7 @@ fn the_embedded_files_are_those_of_the_repository() {
         assert!(embedded(name).is_some());
     }
     let rules = std::fs::read_dir(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("rules")).unwrap();
-    let count = rules
-        .filter(|entry| {
-            entry
-                .as_ref()
-                .unwrap()
-                .path()
-                .extension()
-                .is_some_and(|end| end == "rules")
-        })
-        .count();
+    let count =
+        rules.filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|end| end == "rules")).count();
     assert_eq!(count + 1, pars::library::FILES.len());
 }

@@ -11,11 +11,7 @@ use pars::printer::format;
 fn take(environment: &mut Environment, name: &str, text: &str) -> Vec<Lowered> {
     let source = Source::new(name, text);
     let parsed = parse(text);
-    assert!(
-        parsed.diagnostics.is_empty(),
-        "{}",
-        render_all(&parsed.diagnostics, &source, false)
-    );
+    assert!(parsed.diagnostics.is_empty(), "{}", render_all(&parsed.diagnostics, &source, false));
     let outcomes = environment.declare(&parsed.items, text);
     let each = outcomes.into_iter().map(|outcome| match outcome {
         Ok(lowered) => lowered,
@@ -27,11 +23,7 @@ fn take(environment: &mut Environment, name: &str, text: &str) -> Vec<Lowered> {
 fn with_laws() -> Environment {
     let mut environment = Environment::new();
     for path in files("rules", "rules") {
-        take(
-            &mut environment,
-            &path.display().to_string(),
-            &std::fs::read_to_string(&path).unwrap(),
-        );
+        take(&mut environment, &path.display().to_string(), &std::fs::read_to_string(&path).unwrap());
     }
     take(&mut environment, "prelude", "observer At(r)");
     environment
@@ -40,9 +32,7 @@ fn with_laws() -> Environment {
 fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<_> = entries
-        .filter(|path| path.extension().is_some_and(|found| found == extension))
-        .collect();
+    let mut paths: Vec<_> = entries.filter(|path| path.extension().is_some_and(|found| found == extension)).collect();
     paths.sort();
     paths
 }
@@ -72,25 +62,14 @@ fn laws_print_and_parse_back() {
     for law in environment.laws.iter() {
         let mut again = Environment::new();
         let lowered = take(&mut again, law.name.as_str(), &law.to_string());
-        assert!(
-            matches!(lowered.as_slice(), [Lowered::Law(back)] if *back == **law),
-            "{law}"
-        );
+        assert!(matches!(lowered.as_slice(), [Lowered::Law(back)] if *back == **law), "{law}");
     }
 }
 
 #[test]
 fn layout_is_stable() {
-    let folders = [
-        ("rules", "rules"),
-        ("examples", "pars"),
-        ("tests/cases/syntax", "pars"),
-        (".", "pars"),
-    ];
-    for path in folders
-        .into_iter()
-        .flat_map(|(folder, extension)| files(folder, extension))
-    {
+    let folders = [("rules", "rules"), ("examples", "pars"), ("tests/cases/syntax", "pars"), (".", "pars")];
+    for path in folders.into_iter().flat_map(|(folder, extension)| files(folder, extension)) {
         let text = std::fs::read_to_string(&path).unwrap();
         let once = format(&text).unwrap();
         assert_eq!(once, format(&once).unwrap(), "{}", path.display());
@@ -112,11 +91,7 @@ fn show_errors() {
     ] {
         let parsed = parse(text);
         let source = Source::new("x.pars", text);
-        println!(
-            "{}{}",
-            render_all(&parsed.diagnostics, &source, false),
-            parsed.incomplete
-        );
+        println!("{}{}", render_all(&parsed.diagnostics, &source, false), parsed.incomplete);
     }
 }
 

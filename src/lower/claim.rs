@@ -179,11 +179,6 @@ impl Lowerer<'_> {
         let examples = item.examples.iter().map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
         let examples = examples.collect::<Option<Vec<_>>>()?;
         let mut bound = metavariables(&left);
-        // `lasts(P, t)` finds t.
-        bound.extend(conditions.iter().flat_map(|condition| match condition {
-            Condition::Lasts(_, time) => time.variables(),
-            _ => BTreeSet::new(),
-        }));
         let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
         if let Some(name) = unbound {
             self.report(
@@ -198,6 +193,11 @@ impl Lowerer<'_> {
                 .label(item.left.span, "not here"),
             );
         }
+        // `lasts(P, t)` finds t.
+        bound.extend(conditions.iter().flat_map(|condition| match condition {
+            Condition::Lasts(_, time) => time.variables(),
+            _ => BTreeSet::new(),
+        }));
         for (condition, written) in conditions.iter().zip(&item.conditions) {
             if let Some(name) = condition_metavariables(condition).into_iter().find(|name| !bound.contains(name)) {
                 self.report(
