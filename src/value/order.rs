@@ -15,6 +15,8 @@ use crate::polynomial::{Monomial, Polynomial};
 
 /// The most elements that a maximum may get by being taken apart.
 const MOST_ELEMENTS: usize = 48;
+/// The most elements among which those between two others are looked for.
+const MOST_BETWEEN: usize = 16;
 
 impl Value {
     /// The greatest of some numbers.
@@ -261,8 +263,38 @@ fn undominated(elements: Vec<Value>) -> Result<Vec<Value>, ValueError> {
         }
         kept.push(element);
     }
+    drop_between(&mut kept)?;
     kept.sort();
     Ok(kept)
+}
+
+/// Drops each element that lies between two others: it is never greater than both.
+fn drop_between(kept: &mut Vec<Value>) -> Result<(), ValueError> {
+    let mut place = 0;
+    while place < kept.len() && kept.len() <= MOST_BETWEEN {
+        let mut differences = Vec::new();
+        for other in kept.iter().filter(|other| **other != kept[place]) {
+            differences.push(other.sub(&kept[place])?);
+        }
+        let between = differences.iter().enumerate().any(|(count, first)| {
+            differences[count + 1..]
+                .iter()
+                .any(|second| is_opposite(first, second).unwrap_or(false))
+        });
+        if between {
+            kept.swap_remove(place);
+        } else {
+            place += 1;
+        }
+    }
+    Ok(())
+}
+
+/// Whether one is a negative rational multiple of the other.
+fn is_opposite(first: &Value, second: &Value) -> Result<bool, ValueError> {
+    let ((top, _), (other, _)) = (first.real()?, second.real()?);
+    let ratio = top.leading() / other.leading();
+    Ok(ratio.is_negative() && *first == second.scale(&ratio)?)
 }
 
 /// The positive rational that leaves all numerators together with coprime integer coefficients.

@@ -17,10 +17,16 @@ struct Hinge {
 impl Printer {
     /// `if p > 0 then … else …` for a fraction with conditions in its numerator.
     pub(super) fn choice(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
-        let (atom, condition) = numerator.atoms().into_iter().find_map(|atom| match atom {
-            Atom::Positive(condition) => Some((atom.clone(), condition.clone())),
-            _ => None,
-        })?;
+        let conditions = || {
+            numerator.atoms().into_iter().filter_map(|atom| match atom {
+                Atom::Positive(condition) => Some((atom.clone(), condition.clone())),
+                _ => None,
+            })
+        };
+        let leads = |value: &Value| value.parts().is_some_and(|(top, _)| top.leading().is_positive());
+        let (atom, condition) = conditions()
+            .find(|(_, condition)| leads(condition))
+            .or_else(|| conditions().next())?;
         if self.expansions < 3 || denominator.degree_in(&atom) > 0 {
             return None;
         }
