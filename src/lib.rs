@@ -5,6 +5,7 @@
 pub mod name;
 pub mod polynomial;
 pub mod value;
+pub mod assumption;
 pub mod term;
 pub mod definition;
 pub mod law;
