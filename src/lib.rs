@@ -9,3 +9,23 @@ pub mod assumption;
 pub mod term;
 pub mod definition;
 pub mod law;
+pub mod scope;
+pub mod fact;
+pub mod condition;
+pub mod substitution;
+pub mod proof;
+pub mod kernel;
+// ── the line: above it a theorem can be made, below it one can only be asked for ──
+pub mod diagnostic;
+pub mod lexer;
+pub mod ast;
+pub mod parser;
+pub mod lower;
+pub mod printer;
+pub mod library;
+// ── engine: every answer comes with its proof ──
+pub mod matching;
+pub mod simplify;
+pub mod rewrite;
+pub mod refine;
+pub mod prove;

@@ -87,7 +87,7 @@ fn at_root(pattern: &Term, term: &Term, found: &mut dyn FnMut(State, Term) -> bo
     let one = Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
         (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|start| {
-            window(wanted, &parts[start..], start == 0, State::default(), &mut |state, used| {
+            window(wanted, &parts[start..], if start == 0 { Place::Start } else { Place::Later }, State::default(), &mut |state, used| {
                 let before = parts[..start].iter().cloned();
                 let after = parts[start + used..].iter().cloned();
                 found(state, Term::seq(before.chain([one.clone()]).chain(after)))
@@ -105,11 +105,31 @@ fn at_root(pattern: &Term, term: &Term, found: &mut dyn FnMut(State, Term) -> bo
     }
 }
 
+/// Where a run of parts begins: what may be taken there differs, to keep the number of ways small.
+#[derive(Clone, Copy)]
+enum Place {
+    /// At the first part of the sequence at which a law is applied.
+    Start,
+    /// At a later part of it.
+    Later,
+    /// In a sequence inside, which must be used up; a metavariable may stand for no part at all, that is for Stop.
+    Inside,
+}
+
+impl Place {
+    fn next(self) -> Place {
+        match self {
+            Place::Inside => Place::Inside,
+            _ => Place::Later,
+        }
+    }
+}
+
 /// A run of parts of a sequence, from its start; gives how many parts it took.
 fn window(
     wanted: &[Term],
     parts: &[Term],
-    at_start: bool,
+    at: Place,
     state: State,
     found: &mut dyn FnMut(State, usize) -> bool,
 ) -> bool {
@@ -119,7 +139,7 @@ fn window(
     let Some(name) = plain_meta(first) else {
         let Some((part, others)) = parts.split_first() else { return false };
         return whole(first, part, state, &mut |state| {
-            window(rest, others, false, state, &mut |state, used| found(state, used + 1))
+            window(rest, others, at.next(), state, &mut |state, used| found(state, used + 1))
         });
     };
     if let Some(known) = state.found.processes.get(&name) {
@@ -127,20 +147,22 @@ fn window(
         let fits = parts.len() >= known.len() && parts[..known.len()] == known[..];
         let taken = known.len();
         return fits
-            && window(rest, &parts[taken..], false, state, &mut |state, used| found(state, used + taken));
+            && window(rest, &parts[taken..], at.next(), state, &mut |state, used| found(state, used + taken));
     }
-    let lengths: Vec<usize> = match (rest.is_empty(), parts.len()) {
-        (true, 0) => vec![0],
-        (true, 1) => vec![1],
-        (true, all) => vec![all, 1],
-        (false, 0) => return false,
-        (false, all) if at_start => (1..=all).collect(),
-        (false, _) => vec![1],
+    let lengths: Vec<usize> = match (at, rest.is_empty(), parts.len()) {
+        (Place::Inside, true, all) => vec![all],
+        (Place::Inside, false, all) => (0..=all).collect(),
+        (_, true, 0) => vec![0],
+        (_, true, 1) => vec![1],
+        (_, true, all) => vec![all, 1],
+        (_, false, 0) => return false,
+        (Place::Start, false, all) => (1..=all).collect(),
+        (Place::Later, false, _) => vec![1],
     };
     lengths.into_iter().any(|length| {
         let mut state = state.clone();
         state.found.processes.insert(name.clone(), Term::seq(parts[..length].iter().cloned()));
-        window(rest, &parts[length..], false, state, &mut |state, used| found(state, used + length))
+        window(rest, &parts[length..], at.next(), state, &mut |state, used| found(state, used + length))
     })
 }
 
@@ -258,7 +280,14 @@ fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State)
         (Node::Seq(wanted), _) => {
             let parts = sequence_of(term);
             let total = parts.len();
-            window(wanted, &parts, true, state, &mut |state, used| used == total && found(state))
+            // Of two metavariables neither may stand for Stop: a law would apply to its own result for ever.
+            let solid = wanted.len() > 2 || wanted.iter().any(|pattern| plain_meta(pattern).is_none());
+            let mut full = |state: State, used: usize| {
+                let empty = |name: Name| state.found.processes.get(&name) == Some(&Term::stop());
+                let proper = solid || !wanted.iter().filter_map(plain_meta).any(empty);
+                used == total && proper && found(state)
+            };
+            window(wanted, &parts, Place::Inside, state, &mut full)
         }
         (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state)),
         (Node::Disable(wanted), Node::Disable(parts)) => {
