@@ -94,15 +94,23 @@ fn at_root(pattern: &Term, term: &Term, start: &State, found: &mut dyn FnMut(Sta
     let one = Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
         (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|place| {
-            window(wanted, &parts[place..], if place == 0 { Place::Start } else { Place::Later }, start.clone(), &mut |state, used| {
-                let before = parts[..place].iter().cloned();
-                let after = parts[place + used..].iter().cloned();
-                found(state, Term::seq(before.chain([one.clone()]).chain(after)))
+            window(
+                wanted,
+                &parts[place..],
+                if place == 0 { Place::Start } else { Place::Later },
+                start.clone(),
+                &mut |state, used| {
+                    let before = parts[..place].iter().cloned();
+                    let after = parts[place + used..].iter().cloned();
+                    found(state, Term::seq(before.chain([one.clone()]).chain(after)))
+                },
+            )
+        }),
+        (Node::Par(wanted), Node::Par(parts)) => {
+            choose(wanted, parts, (false, Term::par), start.clone(), &mut |state, rest| {
+                found(state, Term::par(rest.into_iter().chain([one.clone()])))
             })
-        }),
-        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (false, Term::par), start.clone(), &mut |state, rest| {
-            found(state, Term::par(rest.into_iter().chain([one.clone()])))
-        }),
+        }
         (Node::Disable(wanted), Node::Disable(parts)) => {
             choose(wanted, parts, (false, Term::disable), start.clone(), &mut |state, rest| {
                 found(state, Term::disable(rest.into_iter().chain([one.clone()])))
@@ -153,8 +161,7 @@ fn window(
         let known = sequence_of(known);
         let fits = parts.len() >= known.len() && parts[..known.len()] == known[..];
         let taken = known.len();
-        return fits
-            && window(rest, &parts[taken..], at.next(), state, &mut |state, used| found(state, used + taken));
+        return fits && window(rest, &parts[taken..], at.next(), state, &mut |state, used| found(state, used + taken));
     }
     let lengths: Vec<usize> = match (at, rest.is_empty(), parts.len()) {
         (Place::Inside, true, all) => vec![all],
@@ -295,7 +302,9 @@ fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State)
             };
             window(wanted, &parts, Place::Inside, state, &mut full)
         }
-        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state)),
+        (Node::Par(wanted), Node::Par(parts)) => {
+            choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state))
+        }
         (Node::Disable(wanted), Node::Disable(parts)) => {
             choose(wanted, parts, (true, Term::disable), state, &mut |state, _| found(state))
         }
@@ -333,9 +342,7 @@ fn leaf(pattern: &Term, term: &Term, mut state: State, found: &mut dyn FnMut(Sta
     match (pattern.children().as_slice(), term.children().as_slice()) {
         ([], []) => found(state),
         ([one], [given]) => whole(one, given, state, found),
-        ([one, two], [first, second]) => {
-            whole(one, first, state, &mut |state| whole(two, second, state, found))
-        }
+        ([one, two], [first, second]) => whole(one, first, state, &mut |state| whole(two, second, state, found)),
         _ => false,
     }
 }
