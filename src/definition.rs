@@ -35,6 +35,11 @@ impl Definitions {
         Arc::make_mut(&mut self.0).insert(definition.name.clone(), definition);
     }
 
+    /// Takes one out, if it is there.
+    pub fn remove(&mut self, name: &Name) {
+        Arc::make_mut(&mut self.0).remove(name);
+    }
+
     /// All of them, by name.
     pub fn iter(&self) -> impl Iterator<Item = &Definition> {
         self.0.values()

@@ -1,5 +1,6 @@
 //! Laws: equations and refinements between processes, as data. None is written in Rust; all come from `rules/`.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::name::Name;
@@ -38,13 +39,15 @@ pub enum Fact {
     Running,
     /// `guarded(P)`: cannot stop having neither waited nor communicated
     Guarded,
+    /// `immediate(P)`: has stopped already at its start
+    Immediate,
     /// `still(P)`: offers no communication and makes no internal step before it has waited
     Still,
 }
 
 impl Fact {
     /// All of them with their spelling.
-    pub const ALL: [(Fact, &'static str); 11] = [
+    pub const ALL: [(Fact, &'static str); 12] = [
         (Fact::NeverAborts, "never_aborts"),
         (Fact::NeverStops, "never_stops"),
         (Fact::Silent, "silent"),
@@ -55,12 +58,16 @@ impl Fact {
         (Fact::NotStopped, "not_stopped"),
         (Fact::Running, "running"),
         (Fact::Guarded, "guarded"),
+        (Fact::Immediate, "immediate"),
         (Fact::Still, "still"),
     ];
 
     /// Its spelling in laws.
     pub fn spelling(self) -> &'static str {
-        Fact::ALL.iter().find(|(fact, _)| *fact == self).map_or("", |(_, spelling)| spelling)
+        Fact::ALL
+            .iter()
+            .find(|(fact, _)| *fact == self)
+            .map_or("", |(_, spelling)| spelling)
     }
 }
 
@@ -83,6 +90,10 @@ pub enum Condition {
     Unread(Term, Name),
     /// `apart(P, Q)`: no name that P binds is bound or read by Q
     Apart(Term, Term),
+    /// `shows_only(P, S)`: every observer in P is named in S
+    ShowsOnly(Term, BTreeSet<Name>),
+    /// `shows_none(P, S)`: no observer in P is named in S
+    ShowsNone(Term, BTreeSet<Name>),
 }
 
 /// A law: its two sides are equal (or refine) for all values of its metavariables that meet the conditions.

@@ -1,1 +1,34 @@
+//! PARS: a symbolic engine and prover for the Process Algebra for Robot Schemas.
+//!
+//! The modules stand in the order in which a mission flows through them, and each imports only what stands above it.
+//! Above the line stands what a theorem rests on.
 
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod name;
+pub mod polynomial;
+pub mod value;
+pub mod assumption;
+pub mod term;
+pub mod definition;
+pub mod law;
+pub mod scope;
+pub mod fact;
+pub mod condition;
+pub mod substitution;
+pub mod proof;
+pub mod kernel;
+// ── the line: above it a theorem can be made, below it one can only be asked for ──
+pub mod diagnostic;
+pub mod lexer;
+pub mod ast;
+pub mod parser;
+pub mod lower;
+pub mod printer;
+// ── engine: every answer comes with its proof ──
+pub mod matching;
+pub mod simplify;
+pub mod rewrite;
+pub mod refine;
+pub mod prove;

@@ -1,0 +1,290 @@
+//! What was written, with its places, before names are looked up.
+
+use num_rational::BigRational;
+
+use crate::diagnostic::Span;
+use crate::law::{Connective, Fact};
+use crate::name::Name;
+use crate::value::Relation;
+
+/// A name where it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ident {
+    /// The name.
+    pub name: Name,
+    /// Its place.
+    pub span: Span,
+}
+
+/// One item of a file, or one input at the prompt.
+#[derive(Clone, Debug)]
+pub struct Item {
+    /// From its keyword to its end.
+    pub span: Span,
+    /// What it is.
+    pub kind: ItemKind,
+}
+
+/// The items of the language.
+#[derive(Clone, Debug)]
+pub enum ItemKind {
+    /// `param t > 0, p0, n : natural`
+    Param(Vec<Parameter>),
+    /// `fn s(d) = d / t`; without a body the function is left open
+    Function(Header, Option<Value>),
+    /// `proc BF_{a,b} = P`
+    Process(Header, Term),
+    /// `observer At(r)`
+    Observer(Header),
+    /// `system Sys = P | Q`
+    System(Ident, Term),
+    /// `property Goal = P`
+    Property(Ident, Term),
+    /// `prove …`
+    Prove(Claim),
+    /// `simplify P`, or a term alone at the prompt
+    Simplify(Term),
+    /// `period Sys`
+    Period(Ident),
+    /// `flow Sys`
+    Flow(Ident),
+    /// `project P to {At}`
+    Project(Term, Vec<Ident>),
+    /// `expect …`
+    Expect(Expect),
+    /// `import "file"`
+    Import(String),
+    /// `law name "title" …`
+    Law(Box<LawItem>),
+}
+
+/// One entry of `param`.
+#[derive(Clone, Debug)]
+pub enum Parameter {
+    /// `p0`
+    Plain(Ident),
+    /// `n : natural`
+    Sorted(Ident, Ident),
+    /// `t > 0`
+    Assumed(Relation, Value, Value),
+}
+
+/// `BF_{a,b}<x>`: a name that is being declared.
+#[derive(Clone, Debug)]
+pub struct Header {
+    /// The name.
+    pub name: Ident,
+    /// Its parameters.
+    pub parameters: Vec<Ident>,
+    /// Its results; none when they are not written.
+    pub results: Vec<Ident>,
+}
+
+/// A claim to be proved.
+#[derive(Clone, Debug)]
+pub struct Claim {
+    /// `name:`
+    pub name: Option<Ident>,
+    /// What is claimed.
+    pub kind: ClaimKind,
+}
+
+/// What is claimed.
+#[derive(Clone, Debug)]
+pub enum ClaimKind {
+    /// `P = Q when … by …`, `P <= Q …`
+    Compare {
+        /// Before the connective.
+        left: Term,
+        /// `=` or `<=`.
+        connective: Connective,
+        /// After the connective.
+        right: Term,
+        /// The hypotheses.
+        when: Vec<Condition>,
+        /// How to prove it.
+        by: By,
+    },
+    /// `Sys satisfies Goal`
+    Satisfies(Ident, Ident),
+}
+
+/// How a claim is to be proved.
+#[derive(Clone, Debug)]
+pub enum By {
+    /// Nothing was said: search.
+    Search,
+    /// `by law, law`
+    Laws(Vec<Ident>),
+    /// `by { P = {law} R = {law} Q }`
+    Calc(Term, Vec<CalcStep>),
+}
+
+/// `= {law, law} R`
+#[derive(Clone, Debug)]
+pub struct CalcStep {
+    /// The whole step.
+    pub span: Span,
+    /// `=` or `<=`.
+    pub connective: Connective,
+    /// The laws to use; all when none is named.
+    pub laws: Vec<Ident>,
+    /// What is reached.
+    pub term: Term,
+}
+
+/// What a claim or a simplification is expected to give.
+#[derive(Clone, Debug)]
+pub enum Expect {
+    /// `expect proved`, `refuted`, `open`
+    Verdict(Ident),
+    /// `expect = P`
+    Term(Term),
+    /// `expect t1 = 10, n = 100`
+    Values(Vec<(Ident, Value)>),
+}
+
+/// A law as written in a rule file.
+#[derive(Clone, Debug)]
+pub struct LawItem {
+    /// Its name.
+    pub name: Ident,
+    /// Its title.
+    pub title: String,
+    /// `paper …` or `ours …`; empty when it is missing.
+    pub source: String,
+    /// `when …`
+    pub conditions: Vec<Condition>,
+    /// The left side.
+    pub left: Term,
+    /// `=` or `<=`; `=>` is `=` with `oriented`.
+    pub connective: Connective,
+    /// Whether it was written `=>`.
+    pub oriented: bool,
+    /// The right side.
+    pub right: Term,
+    /// `try P = Q` lines.
+    pub examples: Vec<(Term, Term)>,
+}
+
+/// A condition of a law or a hypothesis of a claim.
+#[derive(Clone, Debug)]
+pub struct Condition {
+    /// Its place.
+    pub span: Span,
+    /// What it says.
+    pub kind: ConditionKind,
+}
+
+/// The conditions, as in [`crate::law::Condition`].
+#[derive(Clone, Debug)]
+pub enum ConditionKind {
+    /// `a <= b`
+    Compare(Relation, Value, Value),
+    /// `natural(n)`
+    Natural(Value),
+    /// `never_aborts(P)` and its like
+    Is(Fact, Term),
+    /// `lasts(P, t)`
+    Lasts(Term, Value),
+    /// `complementary(G, H)`
+    Complementary(Term, Term),
+    /// `no_port(P, c)`
+    NoPort(Term, Ident),
+    /// `unread(P, y)`
+    Unread(Term, Ident),
+    /// `apart(P, Q)`
+    Apart(Term, Term),
+    /// `shows_only(P, ?S)`
+    ShowsOnly(Term, Ident),
+    /// `shows_none(P, ?S)`
+    ShowsNone(Term, Ident),
+}
+
+/// A process as written.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Its place, brackets included.
+    pub span: Span,
+    /// What it is.
+    pub kind: TermKind,
+}
+
+/// The forms of a process.
+#[derive(Clone, Debug)]
+pub enum TermKind {
+    /// `Name_{x,y}<r>`: basic, observed or defined
+    Apply {
+        /// The name.
+        name: Ident,
+        /// Its parameters.
+        arguments: Vec<Value>,
+        /// Its results.
+        results: Vec<Ident>,
+    },
+    /// `?P_{u}`
+    Meta(Ident, Vec<Value>),
+    /// `P ; Q ; …`
+    Seq(Vec<Term>),
+    /// `P else Q`
+    Else(Box<Term>, Box<Term>),
+    /// `P | Q | …`
+    Par(Vec<Term>),
+    /// `P # Q # …`
+    Disable(Vec<Term>),
+    /// `P^n`, `P^{i<n}`
+    Power(Box<Term>, Value, Option<Ident>),
+    /// `try(P)`
+    Try(Box<Term>),
+    /// `loop(P)`
+    Loop(Box<Term>),
+    /// `new c. P`
+    New(Ident, Box<Term>),
+    /// `P to {At}`
+    Project(Box<Term>, Vec<Ident>),
+    /// `P[y := x]`
+    Replace(Box<Term>, Ident, Value),
+}
+
+/// A value as written.
+#[derive(Clone, Debug)]
+pub struct Value {
+    /// Its place, brackets included.
+    pub span: Span,
+    /// What it is.
+    pub kind: ValueKind,
+}
+
+/// The forms of a value.
+#[derive(Clone, Debug)]
+pub enum ValueKind {
+    /// `0.1`, which is 1/10
+    Number(BigRational),
+    /// `x`, `?x`, `D`
+    Name(Ident),
+    /// `a + b - c`: each with whether it is subtracted
+    Sum(Vec<(bool, Value)>),
+    /// `a * b / c`: each with whether it divides
+    Product(Vec<(bool, Value)>),
+    /// `a ^ n`
+    Power(Box<Value>, Box<Value>),
+    /// `-a`
+    Negative(Box<Value>),
+    /// `|a|`
+    Absolute(Box<Value>),
+    /// `if a < b then x else y`
+    If(Relation, Box<[Value; 4]>),
+    /// `(x, y)`
+    Vector(Vec<Value>),
+    /// `s(x)`, `Normal(0, sd: 1)`
+    Call(Ident, Vec<Argument>),
+}
+
+/// `x`, or `sd: x`, or `1/2: Normal(…)`
+#[derive(Clone, Debug)]
+pub struct Argument {
+    /// What stands before the colon.
+    pub label: Option<Value>,
+    /// The argument.
+    pub value: Value,
+}

@@ -1,0 +1,396 @@
+//! What a process may do, read off its term: the conditions of laws are decided from this and from nothing else.
+//!
+//! Every `may_…` is an over-approximation, so its absence is a fact about the meaning. One definition,
+//! [`Facts::of`], serves the kernel and the prover alike.
+
+mod combine;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::law::{Condition, Fact};
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// A set of names that may grow by all the names of some process metavariables.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NameSet {
+    /// The names known.
+    pub names: BTreeSet<Name>,
+    /// Metavariables whose names belong to the set as well.
+    pub processes: BTreeSet<Name>,
+}
+
+impl NameSet {
+    /// Just one name.
+    pub fn one(name: &Name) -> NameSet {
+        NameSet { names: BTreeSet::from([name.clone()]), processes: BTreeSet::new() }
+    }
+
+    fn of_process(name: &Name) -> NameSet {
+        NameSet { names: BTreeSet::new(), processes: BTreeSet::from([name.clone()]) }
+    }
+
+    /// Adds another set to it.
+    pub fn extend(&mut self, other: &NameSet) {
+        self.names.extend(other.names.iter().cloned());
+        self.processes.extend(other.processes.iter().cloned());
+    }
+
+    /// True of the empty set.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty() && self.processes.is_empty()
+    }
+}
+
+/// What a process may do. See the module's head for the direction of each approximation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// May stop at some time.
+    pub may_stop: bool,
+    /// May abort at some time.
+    pub may_abort: bool,
+    /// May be running at its start.
+    pub starts_running: bool,
+    /// May have stopped at its start.
+    pub starts_stopped: bool,
+    /// May have aborted at its start.
+    pub starts_aborted: bool,
+    /// May stop having neither waited nor communicated.
+    pub instant_stop: bool,
+    /// May abort having neither waited nor communicated.
+    pub instant_abort: bool,
+    /// May offer a communication, or move by itself, before it has waited.
+    pub early: bool,
+    /// May communicate, privately or not.
+    pub communicates: bool,
+    /// May draw at random.
+    pub draws: bool,
+    /// Ports it may use.
+    pub ports: NameSet,
+    /// Names that it may bind.
+    pub binds: NameSet,
+    /// Names that it has bound whenever it stops.
+    pub surely_binds: BTreeSet<Name>,
+    /// Names that it may read before it has bound them.
+    pub reads: NameSet,
+    /// If present: silent, binds nothing and always stops, after exactly this time.
+    pub duration: Option<Value>,
+    /// Never ends, does nothing, shows the same for ever.
+    pub observer: bool,
+    /// The observers that may be shown; nothing if any may.
+    pub shows: Option<BTreeSet<Name>>,
+    /// One comparison, which ends at once.
+    pub guard: bool,
+}
+
+impl Default for Facts {
+    /// The facts of a process that does nothing at all, not even run: the bottom of the approximation.
+    fn default() -> Facts {
+        Facts {
+            may_stop: false,
+            may_abort: false,
+            starts_running: false,
+            starts_stopped: false,
+            starts_aborted: false,
+            instant_stop: false,
+            instant_abort: false,
+            early: false,
+            communicates: false,
+            draws: false,
+            ports: NameSet::default(),
+            binds: NameSet::default(),
+            surely_binds: BTreeSet::new(),
+            reads: NameSet::default(),
+            duration: None,
+            observer: false,
+            shows: Some(BTreeSet::new()),
+            guard: false,
+        }
+    }
+}
+
+/// Where facts are asked: the assumptions on values, the definitions, the hypotheses on metavariables.
+pub struct Context<'a> {
+    /// Facts about parameters, those of the hypotheses included.
+    pub assumptions: Assumptions,
+    /// The definitions in force.
+    pub definitions: &'a Definitions,
+    /// What a claim supposes of its metavariables.
+    pub hypotheses: &'a [Condition],
+    defined: BTreeMap<Name, Facts>,
+}
+
+/// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
+const ROUNDS: usize = 64;
+
+impl<'a> Context<'a> {
+    /// The context of a claim with these hypotheses.
+    pub fn new(assumptions: &Assumptions, definitions: &'a Definitions, hypotheses: &'a [Condition]) -> Context<'a> {
+        let mut assumptions = assumptions.clone();
+        for hypothesis in hypotheses {
+            match hypothesis {
+                Condition::Compare(relation, left, right) => assumptions.assume(*relation, left, right),
+                Condition::Natural(value) => {
+                    if let Some(name) = value.as_variable().cloned() {
+                        assumptions.assume_natural(&name);
+                    }
+                }
+                _ => {}
+            }
+        }
+        let mut context = Context { assumptions, definitions, hypotheses, defined: BTreeMap::new() };
+        context.defined = context.fixed_point();
+        context
+    }
+
+    /// A definition's parameter may stand for any value, whatever is assumed of a name spelled the same.
+    fn fixed_point(&self) -> BTreeMap<Name, Facts> {
+        let parameters: BTreeSet<Name> = self.definitions.iter().flat_map(|d| d.parameters.iter().cloned()).collect();
+        let clash = self.hypotheses.iter().any(|h| parameters.iter().any(|name| crate::scope::condition_mentions(h, name)));
+        let hypotheses: &[Condition] = if clash { &[] } else { self.hypotheses };
+        let plain = Context {
+            assumptions: self.assumptions.without(&parameters),
+            definitions: self.definitions,
+            hypotheses,
+            defined: self.definitions.iter().map(|d| (d.name.clone(), Facts::default())).collect(),
+        };
+        let mut context = plain;
+        for _ in 0..ROUNDS {
+            let next: BTreeMap<Name, Facts> = self
+                .definitions
+                .iter()
+                .map(|definition| {
+                    let mut facts = Facts::of(&definition.body, &context);
+                    if definition.recursive {
+                        facts = Facts::attempt(facts);
+                        facts.surely_binds.clear();
+                        facts.duration = None;
+                    }
+                    for parameter in &definition.parameters {
+                        facts.reads.names.remove(parameter);
+                    }
+                    (definition.name.clone(), facts)
+                })
+                .collect();
+            let stable = next == context.defined;
+            context.defined = next;
+            if stable {
+                return context.defined;
+            }
+        }
+        self.definitions.iter().map(|d| (d.name.clone(), Facts::anything(&d.name))).collect()
+    }
+
+    /// Whether the claim supposes just this.
+    pub fn supposes(&self, condition: &Condition) -> bool {
+        self.hypotheses.contains(condition)
+    }
+}
+
+impl Facts {
+    /// The facts of a term.
+    pub fn of(term: &Term, context: &Context<'_>) -> Facts {
+        let parts: Vec<Facts> = term.children().into_iter().map(|part| Facts::of(part, context)).collect();
+        Facts::combine(term, parts, context)
+    }
+
+    /// The facts of a term from those of its direct parts: the step that [`Facts::of`] folds.
+    pub fn combine(term: &Term, mut parts: Vec<Facts>, context: &Context<'_>) -> Facts {
+        let mut facts = match term.node() {
+            Node::Seq(_) => parts.into_iter().reduce(Facts::then).unwrap_or_default(),
+            Node::Par(_) => Facts::parallel(&parts),
+            Node::Disable(_) => Facts::disabling(&parts),
+            Node::Else(..) => match (parts.pop(), parts.pop()) {
+                (Some(second), Some(first)) => Facts::otherwise(first, second),
+                _ => Facts::default(),
+            },
+            Node::Power(_, count, index) => Facts::power(parts.pop().unwrap_or_default(), count, index, context),
+            Node::Loop(_) => Facts::repeated(parts.pop().unwrap_or_default()),
+            Node::New(port, _) => {
+                let mut facts = parts.pop().unwrap_or_default();
+                facts.ports.names.remove(port);
+                facts
+            }
+            Node::Project(_, shown) => {
+                let mut facts = parts.pop().unwrap_or_default();
+                let all = facts.shows.unwrap_or_else(|| shown.clone());
+                facts.shows = Some(all.intersection(shown).cloned().collect());
+                facts
+            }
+            Node::Replace(body, name, _) => {
+                let mut facts = Facts::anything(name);
+                facts.binds = parts.pop().unwrap_or_default().binds;
+                facts.ports = Facts::of(body, context).ports;
+                facts.reads = Facts::of(body, context).reads;
+                facts.reads.names.remove(name);
+                facts
+            }
+            _ => Facts::leaf(term, context),
+        };
+        for value in term.values() {
+            facts.reads.names.extend(value.variables());
+        }
+        if let Node::Power(_, _, Some(index)) = term.node() {
+            facts.reads.names.remove(index);
+        }
+        if !facts.may_stop {
+            facts.binds = NameSet::default();
+        }
+        facts
+    }
+
+    fn leaf(term: &Term, context: &Context<'_>) -> Facts {
+        match term.node() {
+            Node::Stop => Facts::ended(true, false, Some(Value::integer(0))),
+            Node::Abort => Facts::ended(false, true, None),
+            Node::Idle => Facts { starts_running: true, observer: true, ..Facts::default() },
+            Node::Observe(name, _) => {
+                let shows = Some(BTreeSet::from([name.clone()]));
+                Facts { starts_running: true, observer: true, shows, ..Facts::default() }
+            }
+            Node::Delay(time) => Facts::delay(time, context),
+            Node::In(port, name) => Facts {
+                binds: NameSet::one(name),
+                surely_binds: BTreeSet::from([name.clone()]),
+                ..Facts::communication(port)
+            },
+            Node::Out(port, _) => Facts::communication(port),
+            Node::Guard(relation, left, right) => {
+                let decided = context.assumptions.decide(*relation, left, right);
+                let duration = (decided == Some(true)).then(|| Value::integer(0));
+                Facts { guard: true, ..Facts::ended(decided != Some(false), decided != Some(true), duration) }
+            }
+            Node::Set(_, name) => Facts {
+                binds: NameSet::one(name),
+                surely_binds: BTreeSet::from([name.clone()]),
+                ..Facts::ended(true, false, None)
+            },
+            Node::Ran(_, name) => Facts {
+                starts_running: true,
+                early: true,
+                draws: true,
+                binds: NameSet::one(name),
+                surely_binds: BTreeSet::from([name.clone()]),
+                ..Facts::ended(true, false, None)
+            },
+            Node::Call(name, arguments) => Facts::call(name, arguments, context),
+            Node::Meta(name, _) => Facts::metavariable(name, term, context),
+            _ => Facts::default(),
+        }
+    }
+
+    pub(super) fn ended(stopped: bool, aborted: bool, duration: Option<Value>) -> Facts {
+        Facts {
+            may_stop: stopped,
+            may_abort: aborted,
+            starts_stopped: stopped,
+            starts_aborted: aborted,
+            instant_stop: stopped,
+            instant_abort: aborted,
+            duration,
+            ..Facts::default()
+        }
+    }
+
+    fn delay(time: &Value, context: &Context<'_>) -> Facts {
+        let zero = Value::integer(0);
+        let positive = context.assumptions.decide(Relation::Gtr, time, &zero);
+        let natural = context.assumptions.decide(Relation::Gte, time, &zero) == Some(true);
+        Facts {
+            may_stop: true,
+            starts_running: positive != Some(false),
+            starts_stopped: positive != Some(true),
+            instant_stop: positive != Some(true),
+            duration: natural.then(|| time.clone()),
+            ..Facts::default()
+        }
+    }
+
+    fn communication(port: &Name) -> Facts {
+        Facts {
+            may_stop: true,
+            starts_running: true,
+            early: true,
+            communicates: true,
+            ports: NameSet::one(port),
+            ..Facts::default()
+        }
+    }
+
+    fn anything(name: &Name) -> Facts {
+        Facts {
+            may_stop: true,
+            may_abort: true,
+            starts_running: true,
+            starts_stopped: true,
+            starts_aborted: true,
+            instant_stop: true,
+            instant_abort: true,
+            early: true,
+            communicates: true,
+            draws: true,
+            shows: None,
+            ports: NameSet::of_process(name),
+            binds: NameSet::of_process(name),
+            reads: NameSet::of_process(name),
+            ..Facts::default()
+        }
+    }
+
+    fn call(name: &Name, arguments: &[Value], context: &Context<'_>) -> Facts {
+        let (Some(definition), Some(known)) = (context.definitions.get(name), context.defined.get(name)) else {
+            return Facts::anything(name);
+        };
+        let mut facts = known.clone();
+        let map: BTreeMap<Name, Value> =
+            definition.parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
+        facts.duration = facts.duration.and_then(|duration| duration.substitute(&map).ok());
+        facts
+    }
+
+    fn metavariable(name: &Name, term: &Term, context: &Context<'_>) -> Facts {
+        let mut facts = Facts::anything(name);
+        for hypothesis in context.hypotheses {
+            match hypothesis {
+                Condition::Is(fact, subject) if subject == term => facts.suppose(*fact),
+                Condition::Lasts(subject, time) if subject == term => {
+                    let delay = Facts::delay(time, context);
+                    facts = Facts { reads: facts.reads, shows: facts.shows, duration: Some(time.clone()), ..delay };
+                }
+                Condition::Complementary(first, second) if first == term || second == term => {
+                    facts.suppose(Fact::Guard);
+                }
+                _ => {}
+            }
+        }
+        facts
+    }
+
+    fn suppose(&mut self, fact: Fact) {
+        match fact {
+            Fact::NeverAborts => (self.may_abort, self.starts_aborted, self.instant_abort) = (false, false, false),
+            Fact::NeverStops => (self.may_stop, self.starts_stopped, self.instant_stop) = (false, false, false),
+            Fact::Silent => (self.communicates, self.ports) = (false, NameSet::default()),
+            Fact::DrawsNothing => self.draws = false,
+            Fact::BindsNothing => self.binds = NameSet::default(),
+            Fact::Observer => {
+                let reads = std::mem::take(&mut self.reads);
+                *self = Facts { starts_running: true, observer: true, reads, shows: self.shows.take(), ..Facts::default() };
+            }
+            Fact::Guard => {
+                let reads = std::mem::take(&mut self.reads);
+                *self = Facts { guard: true, reads, ..Facts::ended(true, true, None) };
+            }
+            Fact::NotStopped => self.starts_stopped = false,
+            Fact::Running => (self.starts_stopped, self.starts_aborted) = (false, false),
+            Fact::Guarded => (self.instant_stop, self.starts_stopped) = (false, false),
+            Fact::Immediate => {
+                (self.starts_running, self.starts_aborted, self.may_abort, self.instant_abort) = (false, false, false, false);
+            }
+            Fact::Still => self.early = false,
+        }
+    }
+}

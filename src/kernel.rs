@@ -1,0 +1,456 @@
+//! The kernel: re-derives every step of a proof from the laws and definitions, and is the only maker of [`Thm`].
+//!
+//! It knows neither the prover nor how a proof was found. Whatever it cannot derive is [`Rejected`].
+//! One gate, [`Checker::gate`], looks at every conclusion before it may be used.
+
+mod gate;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use gate::{instance_is_proper, well_sorted};
+
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::fact::{Context, Facts};
+use crate::law::{Condition, Connective, Laws};
+use crate::name::Name;
+use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
+use crate::condition::exposes;
+use crate::scope::{bound_names, calls, condition_mentions, condition_metavariables, fill, metavariables, read_names, reaches};
+use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// What a theorem may rest on: the assumptions on parameters, the definitions, the laws.
+#[derive(Clone, Debug, Default)]
+pub struct Theory {
+    /// Facts about parameters.
+    pub assumptions: Assumptions,
+    /// Defined processes.
+    pub definitions: Definitions,
+    /// The laws in force.
+    pub laws: Laws,
+}
+
+/// A theorem. Only [`check`] makes one.
+#[derive(Clone, Debug)]
+pub struct Thm {
+    statement: Statement,
+    laws: BTreeSet<Name>,
+    trusted: BTreeSet<String>,
+}
+
+impl Thm {
+    /// What was proved.
+    pub fn statement(&self) -> &Statement {
+        &self.statement
+    }
+
+    /// The laws used, by name.
+    pub fn laws(&self) -> &BTreeSet<Name> {
+        &self.laws
+    }
+
+    /// What was taken on trust; empty for a full proof.
+    pub fn trusted(&self) -> &BTreeSet<String> {
+        &self.trusted
+    }
+}
+
+/// Why a proof is no proof: the step and what is wrong with it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rejected {
+    /// The number of the step, or of steps in all if the conclusion is at fault.
+    pub step: StepId,
+    /// What is wrong.
+    pub reason: Reason,
+}
+
+/// What can be wrong with a step. Each carries the terms at fault.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// A step that does not come before this one.
+    NotEarlier(StepId),
+    /// No law of this name is in force.
+    UnknownLaw(Name),
+    /// A condition that does not hold, or cannot be decided.
+    Condition(Box<Condition>),
+    /// Two terms that should be the same.
+    Differ(Box<Term>, Box<Term>),
+    /// The process called is not defined, or not with so many parameters.
+    NotDefined(Box<Term>),
+    /// A loop whose body may stop having neither waited nor communicated.
+    Unguarded(Box<Term>),
+    /// A refinement where an equality is needed.
+    Refinement,
+    /// A name that has a fixed meaning is bound, or one name is used for two things.
+    Name(Name),
+    /// A metavariable of a law is left without a meaning.
+    Unbound(Name),
+    /// A substitution that cannot be carried out.
+    Stuck(String),
+    /// A hypothesis that is used outside its induction, or one that was never discharged.
+    Hypothesis(Box<Term>, Box<Term>),
+    /// A value of the wrong sort, or a count that is no natural number.
+    Sort(Box<Value>),
+    /// Not a natural number variable that the induction may use.
+    NotNatural(Name),
+    /// The proof or a term is larger than the kernel's limits.
+    TooLarge,
+    /// A proof without steps.
+    Empty,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Reason::NotEarlier(step) => write!(f, "it uses step {step}, which does not come before it"),
+            Reason::UnknownLaw(name) => write!(f, "there is no law named {name}"),
+            Reason::Condition(_) => write!(f, "a condition of the law does not follow from what is assumed"),
+            Reason::Differ(..) => write!(f, "two terms that should be the same differ"),
+            Reason::NotDefined(_) => write!(f, "it unfolds a process that is not defined so"),
+            Reason::Unguarded(_) => write!(f, "the loop may go round without waiting or communicating"),
+            Reason::Refinement => write!(f, "it needs an equality and has a refinement"),
+            Reason::Name(name) => write!(f, "{name} has a fixed meaning here and may not be bound"),
+            Reason::Unbound(name) => write!(f, "the metavariable {name} is left without a meaning"),
+            Reason::Stuck(why) => write!(f, "a substitution cannot be carried out: {why}"),
+            Reason::Hypothesis(..) => write!(f, "an induction hypothesis is used outside its induction"),
+            Reason::Sort(value) => write!(f, "{value} is not of the sort that is needed where it stands"),
+            Reason::NotNatural(name) => write!(f, "induction on {name}, which need not be a natural number"),
+            Reason::TooLarge => write!(f, "a term is larger than the kernel accepts"),
+            Reason::Empty => write!(f, "the proof has no steps"),
+        }
+    }
+}
+
+/// The largest term that the kernel looks at, in operators.
+pub const MAX_SIZE: usize = 1_000_000;
+/// The deepest one.
+pub const MAX_DEPTH: usize = 400;
+
+type Equation = (Term, Term);
+
+/// What a step has established, inside the kernel.
+#[derive(Clone)]
+struct Derived {
+    left: Term,
+    connective: Connective,
+    right: Term,
+    supposed: BTreeSet<Equation>,
+}
+
+impl Derived {
+    fn equal(left: Term, right: Term) -> Derived {
+        Derived { left, connective: Connective::Equal, right, supposed: BTreeSet::new() }
+    }
+}
+
+/// Checks a proof against a theory.
+///
+/// # Errors
+/// The first step that does not follow.
+pub fn check(theory: &Theory, proof: &Proof) -> Result<Thm, Rejected> {
+    let context = Context::new(&theory.assumptions, &theory.definitions, &proof.statement.hypotheses);
+    let fixed = context.assumptions.variables();
+    let mut checker =
+        Checker { theory, context, fixed, derived: Vec::new(), laws: BTreeSet::new(), trusted: BTreeSet::new() };
+    for (number, step) in proof.steps.iter().enumerate() {
+        let found = checker.step(step).and_then(|derived| checker.gate(derived));
+        let derived = found.map_err(|reason| Rejected { step: number, reason })?;
+        checker.derived.push(derived);
+    }
+    let reject = |reason| Rejected { step: proof.steps.len(), reason };
+    let last = checker.derived.last().ok_or_else(|| reject(Reason::Empty))?;
+    if let Some((left, right)) = last.supposed.iter().next() {
+        return Err(reject(Reason::Hypothesis(Box::new(left.clone()), Box::new(right.clone()))));
+    }
+    let statement = &proof.statement;
+    same(&last.left, &statement.left).and_then(|()| same(&last.right, &statement.right)).map_err(reject)?;
+    if last.connective == Connective::Refines && statement.connective == Connective::Equal {
+        return Err(reject(Reason::Refinement));
+    }
+    Ok(Thm { statement: statement.clone(), laws: checker.laws, trusted: checker.trusted })
+}
+
+fn same(found: &Term, wanted: &Term) -> Result<(), Reason> {
+    if found == wanted { Ok(()) } else { Err(Reason::Differ(Box::new(found.clone()), Box::new(wanted.clone()))) }
+}
+
+struct Checker<'a> {
+    theory: &'a Theory,
+    context: Context<'a>,
+    fixed: BTreeSet<Name>,
+    derived: Vec<Derived>,
+    laws: BTreeSet<Name>,
+    trusted: BTreeSet<String>,
+}
+
+impl Checker<'_> {
+    /// Nothing passes that is too large, or that binds a name about which something is assumed: such a name means
+    /// the same everywhere, which is what makes an equation under assumptions usable in every context.
+    fn gate(&self, derived: Derived) -> Result<Derived, Reason> {
+        for side in [&derived.left, &derived.right] {
+            well_sorted(side)?;
+            if side.size() > MAX_SIZE || side.depth() > MAX_DEPTH {
+                return Err(Reason::TooLarge);
+            }
+            if !self.fixed.is_empty()
+                && let Some(name) = bound_names(side).intersection(&self.fixed).next()
+            {
+                return Err(Reason::Name(name.clone()));
+            }
+        }
+        Ok(derived)
+    }
+
+    fn earlier(&self, step: StepId) -> Result<&Derived, Reason> {
+        self.derived.get(step).ok_or(Reason::NotEarlier(step))
+    }
+
+    fn equation(&self, step: StepId) -> Result<&Derived, Reason> {
+        let derived = self.earlier(step)?;
+        if derived.connective == Connective::Equal { Ok(derived) } else { Err(Reason::Refinement) }
+    }
+
+    fn step(&mut self, step: &Step) -> Result<Derived, Reason> {
+        match step {
+            Step::Reflexive(term) => Ok(Derived::equal(term.clone(), term.clone())),
+            Step::Symmetric(of) => {
+                let of = self.equation(*of)?.clone();
+                Ok(Derived { left: of.right, right: of.left, ..of })
+            }
+            Step::Transitive(steps) => self.transitive(steps),
+            Step::Congruence(shape, steps) => self.congruence(shape, steps),
+            Step::Law(name, substitution) => self.law(name, substitution),
+            Step::Arithmetic(left, right) => {
+                self.arithmetic(left, right)?;
+                Ok(Derived::equal(left.clone(), right.clone()))
+            }
+            Step::Unfold(call) => self.unfold(call),
+            Step::Unique { name, candidate, equation } => self.unique(name, candidate, *equation),
+            Step::UniqueLoop { body, equation } => self.unique_loop(body, *equation),
+            Step::Suppose(left, right) => {
+                let supposed = BTreeSet::from([(left.clone(), right.clone())]);
+                Ok(Derived { supposed, ..Derived::equal(left.clone(), right.clone()) })
+            }
+            Step::Induction { variable, left, right, base, step } => {
+                self.induction(variable, left, right, *base, *step)
+            }
+            Step::Instance(of, substitution) => self.instance(*of, substitution),
+            Step::Trust(left, connective, right, why) => {
+                self.trusted.insert(why.clone());
+                let (left, right) = (left.clone(), right.clone());
+                Ok(Derived { left, connective: *connective, right, supposed: BTreeSet::new() })
+            }
+        }
+    }
+
+    fn transitive(&self, steps: &[StepId]) -> Result<Derived, Reason> {
+        let (first, rest) = steps.split_first().ok_or(Reason::Empty)?;
+        let mut chain = self.earlier(*first)?.clone();
+        for step in rest {
+            let next = self.earlier(*step)?;
+            same(&chain.right, &next.left)?;
+            chain.right = next.right.clone();
+            chain.connective = chain.connective.max(next.connective);
+            chain.supposed.extend(next.supposed.iter().cloned());
+        }
+        Ok(chain)
+    }
+
+    fn congruence(&self, shape: &Term, steps: &[StepId]) -> Result<Derived, Reason> {
+        let mut left = BTreeMap::new();
+        let mut right = BTreeMap::new();
+        let mut connective = Connective::Equal;
+        let mut supposed = BTreeSet::new();
+        for (position, step) in steps.iter().enumerate() {
+            let derived = self.earlier(*step)?;
+            left.insert(hole(position + 1), derived.left.clone());
+            right.insert(hole(position + 1), derived.right.clone());
+            connective = connective.max(derived.connective);
+            supposed.extend(derived.supposed.iter().cloned());
+        }
+        let largest = left.values().chain(right.values()).map(Term::size).max().unwrap_or(1);
+        if shape.size().saturating_mul(largest) > MAX_SIZE {
+            return Err(Reason::TooLarge);
+        }
+        Ok(Derived { left: fill(shape, &left), connective, right: fill(shape, &right), supposed })
+    }
+
+    fn law(&mut self, name: &Name, substitution: &Substitution) -> Result<Derived, Reason> {
+        let law = self.theory.laws.get(name).ok_or_else(|| Reason::UnknownLaw(name.clone()))?.clone();
+        instance_is_proper(&law, substitution)?;
+        let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
+        for condition in &law.conditions {
+            let instance = substitution.condition(condition, &self.context).map_err(stuck)?;
+            if !self.context.holds(&instance) {
+                return Err(Reason::Condition(Box::new(instance)));
+            }
+        }
+        let left = substitution.apply(&law.left, &self.context).map_err(stuck)?;
+        let right = substitution.apply(&law.right, &self.context).map_err(stuck)?;
+        self.laws.insert(name.clone());
+        Ok(Derived { left, connective: law.connective, right, supposed: BTreeSet::new() })
+    }
+
+    /// Same shape, and values that are equal under the assumptions wherever they stand.
+    fn arithmetic(&self, left: &Term, right: &Term) -> Result<(), Reason> {
+        let differ = || Reason::Differ(Box::new(left.clone()), Box::new(right.clone()));
+        let (ours, theirs) = (left.values(), right.values());
+        let zero = Value::integer(0);
+        let blank = |term: &Term| term.map_values(&mut |_| Ok::<_, ()>(zero.clone())).ok();
+        let parts = (left.children(), right.children());
+        if ours.len() != theirs.len() || parts.0.len() != parts.1.len() {
+            return Err(differ());
+        }
+        if parts.0.is_empty() && blank(left) != blank(right) {
+            return Err(differ());
+        }
+        if !parts.0.is_empty() {
+            let bare = |term: &Term| {
+                let plain = term.children().iter().map(|_| Term::stop()).collect();
+                blank(&term.with_children(plain))
+            };
+            if std::mem::discriminant(left.node()) != std::mem::discriminant(right.node()) || bare(left) != bare(right) {
+                return Err(differ());
+            }
+        }
+        for (mine, other) in ours.into_iter().zip(theirs) {
+            let equal = mine == other
+                || self.context.assumptions.decide(Relation::Eq, mine, other) == Some(true)
+                || self.context.assumptions.simplify(mine) == self.context.assumptions.simplify(other);
+            if !equal {
+                return Err(differ());
+            }
+        }
+        parts.0.into_iter().zip(parts.1).try_for_each(|(mine, other)| self.arithmetic(mine, other))
+    }
+
+    fn unfold(&self, call: &Term) -> Result<Derived, Reason> {
+        let Node::Call(name, arguments) = call.node() else {
+            return Err(Reason::NotDefined(Box::new(call.clone())));
+        };
+        let definition = self.theory.definitions.get(name).filter(|d| d.parameters.len() == arguments.len());
+        let definition = definition.ok_or_else(|| Reason::NotDefined(Box::new(call.clone())))?;
+        let body = instantiate(&definition.body, &definition.parameters, arguments, &self.context)
+            .map_err(|stuck| Reason::Stuck(stuck.0))?;
+        let body = if definition.recursive { Term::attempt(body) } else { body };
+        Ok(Derived::equal(call.clone(), body))
+    }
+
+    fn unique(&self, name: &Name, candidate: &Term, equation: StepId) -> Result<Derived, Reason> {
+        let derived = self.equation(equation)?;
+        let definition = self.theory.definitions.get(name).filter(|definition| definition.recursive);
+        let definition = definition.ok_or_else(|| Reason::NotDefined(Box::new(candidate.clone())))?;
+        no_supposition(derived)?;
+        // The equation is for all values of the parameters, so nothing may be assumed of them.
+        if let Some(parameter) = definition.parameters.iter().find(|parameter| self.fixed.contains(*parameter)) {
+            return Err(Reason::Name(parameter.clone()));
+        }
+        let indirect = calls(&definition.body)
+            .into_iter()
+            .any(|called| called != *name && reaches(&self.theory.definitions, &called, name));
+        if indirect {
+            return Err(Reason::NotDefined(Box::new(candidate.clone())));
+        }
+        if exposes(&definition.body, name, &self.context) {
+            return Err(Reason::Unguarded(Box::new(definition.body.clone())));
+        }
+        same(&derived.left, candidate)?;
+        let folded = self.with_candidate(&definition.body, definition.parameters.as_slice(), name, candidate)?;
+        same(&derived.right, &Term::attempt(folded))?;
+        let own = definition.parameters.iter().map(Value::variable).collect();
+        Ok(Derived::equal(candidate.clone(), Term::new(Node::Call(name.clone(), own))))
+    }
+
+    /// The definition's body with each call `T_e` replaced by the candidate at e.
+    fn with_candidate(&self, body: &Term, own: &[Name], name: &Name, candidate: &Term) -> Result<Term, Reason> {
+        if let Node::Call(called, arguments) = body.node()
+            && called == name
+        {
+            return instantiate(candidate, own, arguments, &self.context).map_err(|stuck| Reason::Stuck(stuck.0));
+        }
+        if body.children().is_empty() {
+            return Ok(body.clone());
+        }
+        let parts: Result<Vec<Term>, Reason> =
+            body.children().into_iter().map(|part| self.with_candidate(part, own, name, candidate)).collect();
+        Ok(body.with_children(parts?))
+    }
+
+    fn unique_loop(&self, body: &Term, equation: StepId) -> Result<Derived, Reason> {
+        let derived = self.equation(equation)?;
+        no_supposition(derived)?;
+        if Facts::of(body, &self.context).instant_stop {
+            return Err(Reason::Unguarded(Box::new(body.clone())));
+        }
+        let round = Term::attempt(Term::seq([body.clone(), derived.left.clone()]));
+        same(&derived.right, &round)?;
+        Ok(Derived::equal(derived.left.clone(), Term::new(Node::Loop(body.clone()))))
+    }
+
+    fn induction(
+        &self,
+        variable: &Name,
+        left: &Term,
+        right: &Term,
+        base: StepId,
+        step: StepId,
+    ) -> Result<Derived, Reason> {
+        let natural = self.context.assumptions.is_natural(&Value::variable(variable)) == Some(true);
+        let own = Condition::Natural(Value::variable(variable));
+        let free = self.theory.assumptions.iter().all(|(_, value)| !value.mentions(variable))
+            && self.context.hypotheses.iter().all(|other| *other == own || !condition_mentions(other, variable))
+            && self.theory.definitions.iter().all(|definition| !read_names(&definition.body).contains(variable));
+        if !natural || !free || bound_names(left).contains(variable) || bound_names(right).contains(variable) {
+            return Err(Reason::NotNatural(variable.clone()));
+        }
+        let at = |term: &Term, value: Value| {
+            substitute_values(term, &BTreeMap::from([(variable.clone(), value)])).map_err(|stuck| Reason::Stuck(stuck.0))
+        };
+        let zero = self.equation(base)?;
+        no_supposition(zero)?;
+        same(&zero.left, &at(left, Value::integer(0))?)?;
+        same(&zero.right, &at(right, Value::integer(0))?)?;
+        let next = successor(&Value::variable(variable)).ok_or(Reason::TooLarge)?;
+        let successor = self.equation(step)?;
+        same(&successor.left, &at(left, next.clone())?)?;
+        same(&successor.right, &at(right, next)?)?;
+        let mut supposed = successor.supposed.clone();
+        supposed.remove(&(left.clone(), right.clone()));
+        if let Some((l, r)) = supposed.iter().next() {
+            return Err(Reason::Hypothesis(Box::new(l.clone()), Box::new(r.clone())));
+        }
+        Ok(Derived::equal(left.clone(), right.clone()))
+    }
+
+    fn instance(&self, of: StepId, substitution: &Substitution) -> Result<Derived, Reason> {
+        let derived = self.earlier(of)?;
+        no_supposition(derived)?;
+        // A theorem under hypotheses speaks of their metavariables as they are supposed to be: those stay.
+        // One that a definition mentions means the same in every call of it.
+        let mut kept: BTreeSet<Name> = self.context.hypotheses.iter().flat_map(condition_metavariables).collect();
+        kept.extend(self.theory.definitions.iter().flat_map(|definition| metavariables(&definition.body)));
+        let given = substitution
+            .processes
+            .keys()
+            .chain(substitution.values.keys())
+            .chain(substitution.names.keys())
+            .chain(substitution.sets.keys());
+        if let Some(name) = given.into_iter().find(|name| kept.contains(*name) || !name.is_meta()) {
+            return Err(Reason::Name(name.clone()));
+        }
+        let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
+        let left = substitution.apply(&derived.left, &self.context).map_err(stuck)?;
+        let right = substitution.apply(&derived.right, &self.context).map_err(stuck)?;
+        Ok(Derived { left, connective: derived.connective, right, supposed: BTreeSet::new() })
+    }
+}
+
+fn no_supposition(derived: &Derived) -> Result<(), Reason> {
+    match derived.supposed.iter().next() {
+        Some((l, r)) => Err(Reason::Hypothesis(Box::new(l.clone()), Box::new(r.clone()))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,330 @@
+//! What was written into what it means: names are looked up, sorts and bindings checked, functions inlined.
+//!
+//! The items of one file see each other's processes, whatever their order; assumptions and claims take
+//! effect in order. At the prompt a name may be defined again, which is reported.
+
+mod check;
+mod claim;
+mod declare;
+mod define;
+mod flow;
+mod graph;
+mod process;
+mod scope;
+mod value;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::assumption::Assumptions;
+use crate::ast;
+use crate::definition::Definitions;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::law::{Condition, Connective, Law, Laws};
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+pub use declare::Batch;
+pub use flow::Flow;
+
+/// Everything that has been declared; cheap to copy, so that any earlier one can be kept.
+#[derive(Clone, Default)]
+pub struct Environment {
+    /// What is assumed of the parameters.
+    pub assumptions: Assumptions,
+    /// The processes.
+    pub definitions: Definitions,
+    /// The laws.
+    pub laws: Laws,
+    /// Names that begin with a capital.
+    entities: Arc<BTreeMap<Name, Entity>>,
+    /// Names of values and functions.
+    quantities: Arc<BTreeMap<Name, Quantity>>,
+}
+
+/// What a name with a capital stands for.
+#[derive(Clone, Debug)]
+pub enum Entity {
+    /// `proc`
+    Process(Signature),
+    /// `observer`, with its number of parameters
+    Observer(usize),
+    /// `system`
+    System(System),
+    /// `property`
+    Property(Property),
+}
+
+impl Entity {
+    /// `process`, `observer`, …
+    pub fn word(&self) -> &'static str {
+        match self {
+            Entity::Process(_) => "process",
+            Entity::Observer(_) => "observer",
+            Entity::System(_) => "system",
+            Entity::Property(_) => "property",
+        }
+    }
+}
+
+/// How a process may be used.
+#[derive(Clone, Debug, Default)]
+pub struct Signature {
+    /// Its parameters.
+    pub parameters: Vec<Name>,
+    /// What each parameter must be, as far as its body tells.
+    pub classes: Vec<Option<Class>>,
+    /// How it can end, and what it binds.
+    pub flow: Flow,
+}
+
+/// What a value must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// A number or a vector of numbers.
+    Number,
+    /// A distribution.
+    Distribution,
+}
+
+/// `system Sys = P | Q`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct System {
+    /// Its name.
+    pub name: Name,
+    /// Its components as written, in order.
+    pub components: Vec<Term>,
+}
+
+impl System {
+    /// The components in parallel, with every port that two of them share made private.
+    pub fn term(&self, definitions: &Definitions) -> Term {
+        let mut seen = BTreeSet::new();
+        let mut shared = BTreeSet::new();
+        for component in &self.components {
+            for port in graph::ports(component, definitions) {
+                if !seen.insert(port.clone()) {
+                    shared.insert(port);
+                }
+            }
+        }
+        let whole = Term::par(self.components.iter().cloned());
+        shared
+            .into_iter()
+            .rev()
+            .fold(whole, |body, port| Term::new(Node::New(port, body)))
+    }
+}
+
+/// `property Goal = P`: may call itself by its name; its unknowns are the values `?t`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Property {
+    /// Its name.
+    pub name: Name,
+    /// What it says.
+    pub body: Term,
+}
+
+/// What a name of a value stands for.
+#[derive(Clone, Debug)]
+pub enum Quantity {
+    /// `param x`, `param x = 3`, `param D : distribution`
+    Parameter {
+        /// A number or a distribution.
+        class: Class,
+        /// Its value, when it was given one; it then never appears in terms.
+        constant: Option<Value>,
+    },
+    /// `fn s(d) = d / t`
+    Function {
+        /// Its parameters.
+        parameters: Vec<Name>,
+        /// What it gives; open when it was declared without.
+        body: Option<Value>,
+    },
+}
+
+/// What an item comes to.
+#[derive(Clone, Debug)]
+pub enum Lowered {
+    /// Something was declared.
+    Declared {
+        /// What.
+        names: Vec<Name>,
+        /// Those that were declared before, in another input: what was proved with them is stale.
+        redefined: Vec<Name>,
+    },
+    /// `prove …`
+    Claim(Claim),
+    /// `simplify P`
+    Simplify(Term),
+    /// `period Sys`
+    Period(Name),
+    /// `flow Sys`
+    Flow(Name),
+    /// `project P to {…}`: without `Delay`, which always stays
+    Project(Subject, BTreeSet<Name>),
+    /// `expect …`
+    Expect(Expectation),
+    /// `import "file"`
+    Import(String),
+    /// `law …`: it is in force already
+    Law(Law),
+}
+
+/// What is projected.
+#[derive(Clone, Debug)]
+pub enum Subject {
+    /// A system.
+    System(Name),
+    /// A process.
+    Term(Term),
+}
+
+/// What is expected of the item before.
+#[derive(Clone, Debug)]
+pub enum Expectation {
+    /// The claim is proved.
+    Proved,
+    /// The claim is refuted.
+    Refuted,
+    /// The claim is left open.
+    Open,
+    /// The simplification gives this.
+    Term(Term),
+    /// These values are found.
+    Values(Vec<(Name, Value)>),
+}
+
+/// A claim to be proved.
+#[derive(Clone, Debug)]
+pub struct Claim {
+    /// `name:`
+    pub name: Option<Name>,
+    /// Where it stands.
+    pub span: Span,
+    /// As written.
+    pub text: String,
+    /// What it claims.
+    pub kind: ClaimKind,
+}
+
+/// What a claim claims.
+#[derive(Clone, Debug)]
+pub enum ClaimKind {
+    /// `P = Q`, `P <= Q`
+    Compare {
+        /// Before the connective.
+        left: Term,
+        /// After it.
+        right: Term,
+        /// `=` or `<=`.
+        connective: Connective,
+        /// The hypotheses.
+        when: Vec<Condition>,
+        /// How to prove it.
+        by: By,
+    },
+    /// `Sys satisfies Goal`
+    Satisfies {
+        /// The system.
+        system: Name,
+        /// The property.
+        property: Name,
+    },
+}
+
+/// How a claim is to be proved.
+#[derive(Clone, Debug)]
+pub enum By {
+    /// By search over all laws.
+    Search,
+    /// By search over these laws.
+    Laws(Vec<Name>),
+    /// Line by line; the first term is the left side and the last the right side of the claim.
+    Calc(Vec<CalcStep>),
+}
+
+/// `= {law} P`; the first step of a calculation starts at the left side of the claim.
+#[derive(Clone, Debug)]
+pub struct CalcStep {
+    /// `=` or `<=`.
+    pub connective: Connective,
+    /// The laws to use; all when none is named.
+    pub laws: Vec<Name>,
+    /// What is reached.
+    pub term: Term,
+    /// Where it stands.
+    pub span: Span,
+}
+
+impl Environment {
+    /// Nothing but the basic processes.
+    pub fn new() -> Environment {
+        Environment::default()
+    }
+
+    /// Takes in the items of a text, all of them; an import is only named in the answer.
+    pub fn declare(&mut self, items: &[ast::Item], text: &str) -> Vec<Result<Lowered, Vec<Diagnostic>>> {
+        let mut batch = self.open(items, text);
+        items
+            .iter()
+            .enumerate()
+            .map(|(index, item)| self.step(&mut batch, index, item))
+            .collect()
+    }
+
+    /// What a name with a capital stands for.
+    pub fn entity(&self, name: &Name) -> Option<&Entity> {
+        self.entities.get(name)
+    }
+
+    /// All names with a capital, in order.
+    pub fn entities(&self) -> impl Iterator<Item = (&Name, &Entity)> {
+        self.entities.iter()
+    }
+
+    /// What a name of a value or a function stands for.
+    pub fn quantity(&self, name: &Name) -> Option<&Quantity> {
+        self.quantities.get(name)
+    }
+
+    /// All names of values and functions, in order.
+    pub fn quantities(&self) -> impl Iterator<Item = (&Name, &Quantity)> {
+        self.quantities.iter()
+    }
+
+    /// The system of this name.
+    pub fn system(&self, name: &Name) -> Option<&System> {
+        match self.entity(name) {
+            Some(Entity::System(system)) => Some(system),
+            _ => None,
+        }
+    }
+
+    /// The property of this name.
+    pub fn property(&self, name: &Name) -> Option<&Property> {
+        match self.entity(name) {
+            Some(Entity::Property(property)) => Some(property),
+            _ => None,
+        }
+    }
+
+    /// Lowers a term that stands alone, such as an argument of a command at the prompt.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn term(&self, term: &ast::Term) -> Result<Term, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        lowerer.bind(&[term]);
+        let lowered = lowerer.process(term);
+        lowerer.check_flow(term, None);
+        lowerer.finish(lowered)
+    }
+}
+
+/// The names of the basic processes.
+pub const BASIC: [&str; 14] = [
+    "Stop", "Abort", "Idle", "Delay", "In", "Out", "Eq", "Neq", "Gtr", "Gte", "Lss", "Lte", "Set", "Ran",
+];

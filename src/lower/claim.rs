@@ -1,0 +1,397 @@
+//! Claims, laws and expectations.
+
+use std::collections::BTreeSet;
+
+use super::scope::{Lowerer, Metas};
+use super::{By, CalcStep, Claim, ClaimKind, Entity, Environment, Expectation, Subject};
+use crate::ast::{self, ConditionKind, Ident, Item, LawItem, Term as Written, TermKind};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::law::{Condition, Law};
+use crate::name::Name;
+use crate::scope::{condition_metavariables, metavariables};
+use crate::term::{Node, Term};
+
+impl Lowerer<'_> {
+    /// A process that stands alone: bound, lowered and checked.
+    pub(super) fn whole(&mut self, terms: &[&Written]) -> Option<Vec<Term>> {
+        self.bind(terms);
+        let lowered: Vec<_> = terms.iter().map(|term| self.process(term)).collect();
+        if self.errors.is_empty() {
+            terms.iter().for_each(|term| {
+                self.check_flow(term, None);
+            });
+        }
+        lowered.into_iter().collect()
+    }
+
+    pub(super) fn claim(&mut self, claim: &ast::Claim, span: Span, text: &str) -> Option<Claim> {
+        let kind = match &claim.kind {
+            ast::ClaimKind::Satisfies(system, property) => {
+                let system = self.named(system, "system");
+                let property = self.named(property, "property")?;
+                ClaimKind::Satisfies {
+                    system: system?,
+                    property,
+                }
+            }
+            ast::ClaimKind::Compare {
+                left,
+                connective,
+                right,
+                when,
+                by,
+            } => {
+                let mut terms = vec![left, right];
+                if let ast::By::Calc(first, steps) = by {
+                    terms.push(first);
+                    terms.extend(steps.iter().map(|step| &step.term));
+                }
+                terms.extend(when.iter().flat_map(processes));
+                let mut lowered = self.whole(&terms)?.into_iter();
+                let (first, second) = (lowered.next()?, lowered.next()?);
+                let when = self.conditions(when)?;
+                let by = self.by(by, &first, &second, *connective)?;
+                ClaimKind::Compare {
+                    left: first,
+                    right: second,
+                    connective: *connective,
+                    when,
+                    by,
+                }
+            }
+        };
+        let name = claim.name.as_ref().map(|name| name.name.clone());
+        Some(Claim {
+            name,
+            span,
+            text: span.of(text).to_string(),
+            kind,
+        })
+    }
+
+    /// The name of a system or a property.
+    pub(super) fn named(&mut self, ident: &Ident, word: &'static str) -> Option<Name> {
+        let environment = self.environment;
+        match environment.entity(&ident.name) {
+            Some(entity) if entity.word() == word => Some(ident.name.clone()),
+            Some(entity) => {
+                let found = entity.word();
+                let other = if word == "system" {
+                    "system Sys = P | Q"
+                } else {
+                    "property Goal = P"
+                };
+                self.fail(
+                    Diagnostic::error(
+                        "P0313",
+                        format!("`{}` is a {found}, but a {word} is needed here", ident.name),
+                    )
+                    .label(ident.span, format!("a {found}"))
+                    .help(format!("declare one: `{other}`")),
+                )
+            }
+            None => {
+                let known = environment.entities().filter(|(_, entity)| entity.word() == word);
+                self.unknown(
+                    "P0318",
+                    word,
+                    ident,
+                    known.map(|(name, _)| name.as_str()),
+                    &format!("declare it with `{word} {} = …`", ident.name),
+                );
+                None
+            }
+        }
+    }
+
+    fn by(&mut self, by: &ast::By, left: &Term, right: &Term, claimed: crate::law::Connective) -> Option<By> {
+        Some(match by {
+            ast::By::Search => By::Search,
+            ast::By::Laws(laws) => By::Laws(self.laws(laws)?),
+            ast::By::Calc(first, steps) => {
+                let start = self.process(first)?;
+                if start != *left {
+                    self.wrong_end(first.span, "the calculation must begin with the left side of the claim");
+                }
+                let mut lowered = Vec::new();
+                for step in steps {
+                    let laws = self.laws(&step.laws);
+                    let term = self.process(&step.term)?;
+                    if claimed == crate::law::Connective::Equal && step.connective != claimed {
+                        self.wrong_end(step.span, "the claim is an equality, so no step may be `<=`");
+                    }
+                    lowered.push(CalcStep {
+                        connective: step.connective,
+                        laws: laws?,
+                        term,
+                        span: step.span,
+                    });
+                }
+                if lowered.last().map_or(&start, |step| &step.term) != right {
+                    let span = steps.last().map_or(first.span, |step| step.term.span);
+                    self.wrong_end(span, "the calculation must end with the right side of the claim");
+                }
+                By::Calc(lowered)
+            }
+        })
+    }
+
+    fn wrong_end(&mut self, span: Span, text: &str) {
+        self.report(Diagnostic::error("P0701", text).label(span, "here"));
+    }
+
+    fn laws(&mut self, idents: &[Ident]) -> Option<Vec<Name>> {
+        let environment = self.environment;
+        let mut names = Vec::new();
+        for ident in idents {
+            if environment.laws.get(&ident.name).is_some() {
+                names.push(ident.name.clone());
+            } else {
+                let known = environment.laws.iter().map(|law| law.name.as_str());
+                self.unknown("P0702", "law", ident, known, "`:laws` lists the laws in force");
+            }
+        }
+        (names.len() == idents.len()).then_some(names)
+    }
+
+    fn conditions(&mut self, conditions: &[ast::Condition]) -> Option<Vec<Condition>> {
+        let lowered: Vec<_> = conditions.iter().map(|condition| self.condition(condition)).collect();
+        lowered.into_iter().collect()
+    }
+
+    fn condition(&mut self, condition: &ast::Condition) -> Option<Condition> {
+        Some(match &condition.kind {
+            ConditionKind::Compare(relation, left, right) => {
+                let left = self.number(left);
+                let right = self.number(right)?;
+                Condition::Compare(*relation, left?, right)
+            }
+            ConditionKind::Natural(value) => Condition::Natural(self.number(value)?),
+            ConditionKind::Is(fact, process) => Condition::Is(*fact, self.process(process)?),
+            ConditionKind::Lasts(process, time) => {
+                let process = self.process(process);
+                let time = self.number(time)?;
+                Condition::Lasts(process?, time)
+            }
+            ConditionKind::Complementary(left, right) => {
+                let left = self.process(left);
+                let right = self.process(right)?;
+                Condition::Complementary(left?, right)
+            }
+            ConditionKind::NoPort(process, port) => {
+                self.port_name(port)?;
+                Condition::NoPort(self.process(process)?, port.name.clone())
+            }
+            ConditionKind::Unread(process, name) => Condition::Unread(self.process(process)?, name.name.clone()),
+            ConditionKind::ShowsOnly(process, set) => {
+                Condition::ShowsOnly(self.process(process)?, BTreeSet::from([set.name.clone()]))
+            }
+            ConditionKind::ShowsNone(process, set) => {
+                Condition::ShowsNone(self.process(process)?, BTreeSet::from([set.name.clone()]))
+            }
+            ConditionKind::Apart(left, right) => {
+                let left = self.process(left);
+                let right = self.process(right)?;
+                Condition::Apart(left?, right)
+            }
+        })
+    }
+
+    pub(super) fn law(&mut self, item: &LawItem) -> Option<Law> {
+        self.law_header(item);
+        let mut terms = vec![&item.left, &item.right];
+        terms.extend(item.conditions.iter().flat_map(processes));
+        terms.extend(item.examples.iter().flat_map(|(left, right)| [left, right]));
+        let mut lowered = self.whole(&terms)?.into_iter();
+        let (left, right) = (lowered.next()?, lowered.next()?);
+        let conditions = self.conditions(&item.conditions)?;
+        let examples = item
+            .examples
+            .iter()
+            .map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
+        let examples = examples.collect::<Option<Vec<_>>>()?;
+        let mut bound = metavariables(&left);
+        let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
+        if let Some(name) = unbound {
+            self.report(
+                Diagnostic::error(
+                    "P0703",
+                    format!(
+                        "the right side of the law `{}` has `{name}`, which the left side does not bind",
+                        item.name.name
+                    ),
+                )
+                .label(item.right.span, format!("`{name}` here"))
+                .label(item.left.span, "not here"),
+            );
+        }
+        // `lasts(P, ?t)` finds its time from P.
+        for condition in &conditions {
+            if let Condition::Lasts(_, time) = condition {
+                bound.extend(time.variables());
+            }
+        }
+        for (condition, written) in conditions.iter().zip(&item.conditions) {
+            if let Some(name) = condition_metavariables(condition)
+                .into_iter()
+                .find(|name| !bound.contains(name))
+            {
+                self.report(
+                    Diagnostic::error(
+                        "P0703",
+                        format!(
+                            "a condition of the law `{}` has `{name}`, which the left side does not bind",
+                            item.name.name
+                        ),
+                    )
+                    .label(written.span, format!("`{name}` here"))
+                    .label(item.left.span, "not here"),
+                );
+            }
+        }
+        self.law_direction(item, &left, &right);
+        Some(Law {
+            name: item.name.name.clone(),
+            title: item.title.clone(),
+            source: item.source.clone(),
+            connective: item.connective,
+            oriented: item.oriented,
+            conditions,
+            left,
+            right,
+            examples,
+        })
+    }
+
+    fn law_header(&mut self, item: &LawItem) {
+        let name = &item.name;
+        let fine = |letter: char| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '-';
+        if !name.name.as_str().chars().all(fine) {
+            self.report(
+                Diagnostic::error("P0704", format!("a law cannot be named `{}`", name.name))
+                    .label(name.span, "its name")
+                    .help("the name of a law has small letters, digits and dashes only: `delay-sum`"),
+            );
+        }
+        if self.environment.laws.get(&name.name).is_some() {
+            self.report(
+                Diagnostic::error("P0705", format!("there is a law `{}` already", name.name))
+                    .label(name.span, "the name is taken"),
+            );
+        }
+        if item.source.is_empty() {
+            self.report(
+                Diagnostic::error(
+                    "P0706",
+                    format!("the law `{}` does not say where it comes from", name.name),
+                )
+                .label(name.span, "this law")
+                .help("write a line `paper §…`, or `ours` with a reason, below its title"),
+            );
+        }
+    }
+
+    /// Reports an oriented law whose result can be rewritten by it again and again.
+    fn law_direction(&mut self, item: &LawItem, left: &Term, right: &Term) {
+        if !item.oriented {
+            return;
+        }
+        let bare = matches!(left.node(), Node::Meta(..));
+        let mut rest = vec![right];
+        let mut inside = false;
+        while let Some(part) = rest.pop() {
+            inside |= part == left;
+            rest.extend(part.children());
+        }
+        if bare || inside {
+            let why = if bare {
+                "fits every process"
+            } else {
+                "stands in the right side again"
+            };
+            self.report(
+                Diagnostic::error("P0707", format!("the law `{}` would simplify for ever", item.name.name))
+                    .label(item.left.span, format!("this side {why}"))
+                    .help("write `=` in place of `=>`: then it is used in proofs, but not to simplify"),
+            );
+        }
+    }
+
+    pub(super) fn expectation(&mut self, expect: &ast::Expect) -> Option<Expectation> {
+        Some(match expect {
+            ast::Expect::Verdict(word) => match word.name.as_str() {
+                "proved" => Expectation::Proved,
+                "refuted" => Expectation::Refuted,
+                _ => Expectation::Open,
+            },
+            ast::Expect::Term(term) => {
+                self.metas = Metas::Law;
+                Expectation::Term(self.whole(&[term])?.pop()?)
+            }
+            ast::Expect::Values(values) => {
+                let lowered = values
+                    .iter()
+                    .map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
+                Expectation::Values(lowered.collect::<Option<Vec<_>>>()?)
+            }
+        })
+    }
+
+    pub(super) fn subject(&mut self, term: &Written) -> Option<Subject> {
+        if let TermKind::Apply {
+            name,
+            arguments,
+            results,
+        } = &term.kind
+        {
+            let bare = arguments.is_empty() && results.is_empty();
+            if bare && matches!(self.environment.entity(&name.name), Some(Entity::System(_))) {
+                return Some(Subject::System(name.name.clone()));
+            }
+        }
+        Some(Subject::Term(self.whole(&[term])?.pop()?))
+    }
+}
+
+impl Environment {
+    pub(super) fn lower_item(&self, item: &Item, text: &str) -> Result<super::Lowered, Vec<Diagnostic>> {
+        use super::Lowered;
+        let mut lowerer = Lowerer::new(self, Metas::Law);
+        let lowered = match &item.kind {
+            ast::ItemKind::Prove(claim) => lowerer.claim(claim, item.span, text).map(Lowered::Claim),
+            ast::ItemKind::Simplify(term) => lowerer
+                .whole(&[term])
+                .and_then(|mut terms| terms.pop())
+                .map(Lowered::Simplify),
+            ast::ItemKind::Period(name) => lowerer.named(name, "system").map(Lowered::Period),
+            ast::ItemKind::Flow(name) => lowerer.named(name, "system").map(Lowered::Flow),
+            ast::ItemKind::Project(term, shown) => {
+                let subject = lowerer.subject(term);
+                let shown = lowerer.shown(shown);
+                subject.and_then(|subject| Some(Lowered::Project(subject, shown?)))
+            }
+            ast::ItemKind::Expect(expect) => {
+                lowerer.metas = Metas::Free;
+                lowerer.expectation(expect).map(Lowered::Expect)
+            }
+            ast::ItemKind::Import(path) => Some(Lowered::Import(path.clone())),
+            ast::ItemKind::Law(law) => lowerer.law(law).map(Lowered::Law),
+            _ => None,
+        };
+        lowerer.finish(lowered)
+    }
+}
+
+/// The processes that a condition mentions.
+fn processes(condition: &ast::Condition) -> Vec<&Written> {
+    match &condition.kind {
+        ConditionKind::Compare(..) | ConditionKind::Natural(_) => Vec::new(),
+        ConditionKind::Is(_, process)
+        | ConditionKind::Lasts(process, _)
+        | ConditionKind::NoPort(process, _)
+        | ConditionKind::ShowsOnly(process, _)
+        | ConditionKind::ShowsNone(process, _)
+        | ConditionKind::Unread(process, _) => vec![process],
+        ConditionKind::Complementary(left, right) | ConditionKind::Apart(left, right) => vec![left, right],
+    }
+}

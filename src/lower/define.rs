@@ -1,0 +1,313 @@
+//! The processes of one text, defined together.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use super::declare::Opening;
+use super::graph::{callees, cycles};
+use super::scope::{Lowerer, Metas};
+use super::{Class, Entity, Environment, Flow, Signature};
+use crate::ast::{Header, Item, ItemKind, Term as Written, TermKind};
+use crate::definition::Definition;
+use crate::diagnostic::Diagnostic;
+use crate::name::Name;
+use crate::term::Term;
+
+/// A definition on its way.
+struct Draft<'i, 'e> {
+    index: usize,
+    header: &'i Header,
+    written: &'i Written,
+    lowerer: Lowerer<'e>,
+    body: Option<Term>,
+    flow: Flow,
+}
+
+impl Environment {
+    /// Defines the processes of a text.
+    pub(super) fn define_processes(&mut self, opening: &mut Opening, items: &[Item]) {
+        let found: Vec<_> = items
+            .iter()
+            .enumerate()
+            .filter_map(|(index, item)| match &item.kind {
+                ItemKind::Process(header, body) if !opening.is_twice(index) => Some((index, header, body)),
+                _ => None,
+            })
+            .collect();
+        if found.is_empty() {
+            return;
+        }
+        self.announce_bindings(&found);
+        let seen = self.clone();
+        let mut drafts: Vec<Draft> = found
+            .into_iter()
+            .map(|(index, header, written)| draft(&seen, index, header, written))
+            .collect();
+        let loops = self.enter(&drafts);
+        settle_flows(&mut drafts, &loops);
+        check(&mut drafts, &loops);
+        check_calls(&mut drafts, &seen);
+        for draft in drafts {
+            let name = &draft.header.name.name;
+            let classes = draft
+                .header
+                .parameters
+                .iter()
+                .map(|parameter| draft.lowerer.classes.get(&parameter.name).map(|(class, _)| *class));
+            let parameters = draft
+                .header
+                .parameters
+                .iter()
+                .map(|parameter| parameter.name.clone())
+                .collect();
+            let signature = Signature {
+                parameters,
+                classes: classes.collect(),
+                flow: draft.flow,
+            };
+            let fine = draft.lowerer.errors.is_empty();
+            self.put(name, Entity::Process(signature));
+            opening.report(draft.index, draft.lowerer.errors);
+            if !fine {
+                self.withdraw(opening, name);
+            }
+        }
+    }
+
+    /// Enters for each process the names it may bind, itself or by what it calls.
+    fn announce_bindings(&mut self, found: &[(usize, &Header, &Written)]) {
+        let mut binds: BTreeMap<Name, BTreeSet<Name>> = BTreeMap::new();
+        let mut callers: BTreeMap<Name, Vec<Name>> = BTreeMap::new();
+        for (_, header, written) in found {
+            let (own, called) = direct(written);
+            let mut own: BTreeSet<Name> = own;
+            for callee in called {
+                if let Some(Entity::Process(signature)) = self.entity(&callee) {
+                    own.extend(signature.flow.binds.iter().cloned());
+                }
+                callers.entry(callee).or_default().push(header.name.name.clone());
+            }
+            binds.insert(header.name.name.clone(), own);
+        }
+        let mut waiting: VecDeque<Name> = binds.keys().cloned().collect();
+        while let Some(name) = waiting.pop_front() {
+            let Some(names) = binds.get(&name).cloned() else {
+                continue;
+            };
+            for caller in callers.get(&name).into_iter().flatten() {
+                let Some(into) = binds.get_mut(caller) else { continue };
+                let before = into.len();
+                into.extend(names.iter().cloned());
+                if into.len() > before {
+                    waiting.push_back(caller.clone());
+                }
+            }
+        }
+        for (name, binds) in binds {
+            if let Some(Entity::Process(signature)) = self.entity(&name) {
+                let signature = Signature {
+                    flow: Flow {
+                        binds,
+                        ..Flow::default()
+                    },
+                    ..signature.clone()
+                };
+                self.put(&name, Entity::Process(signature));
+            }
+        }
+    }
+
+    /// Enters the definitions, and says which stand on a loop, with a number for each loop.
+    fn enter(&mut self, drafts: &[Draft]) -> BTreeMap<Name, usize> {
+        for draft in drafts {
+            if let Some(body) = &draft.body {
+                let parameters = draft
+                    .header
+                    .parameters
+                    .iter()
+                    .map(|parameter| parameter.name.clone())
+                    .collect();
+                let name = draft.header.name.name.clone();
+                self.definitions.insert(Definition {
+                    name,
+                    parameters,
+                    body: body.clone(),
+                    recursive: false,
+                });
+            }
+        }
+        let edges = self
+            .definitions
+            .iter()
+            .map(|definition| (definition.name.clone(), callees(&definition.body)))
+            .collect();
+        let loops = cycles(&edges);
+        let wrong: Vec<Definition> = self
+            .definitions
+            .iter()
+            .filter(|definition| definition.recursive != loops.contains_key(&definition.name))
+            .map(|definition| Definition {
+                recursive: !definition.recursive,
+                ..definition.clone()
+            })
+            .collect();
+        for definition in wrong {
+            self.definitions.insert(definition);
+        }
+        loops
+    }
+
+    /// Takes back a definition that has errors; what the name stood for before the text holds again.
+    fn withdraw(&mut self, opening: &Opening, name: &Name) {
+        match opening.before.definitions.get(name) {
+            Some(before) => self.definitions.insert(before.clone()),
+            None => self.definitions.remove(name),
+        }
+        self.restore(opening, name);
+    }
+}
+
+fn draft<'i, 'e>(
+    environment: &'e Environment,
+    index: usize,
+    header: &'i Header,
+    written: &'i Written,
+) -> Draft<'i, 'e> {
+    let mut lowerer = Lowerer::new(environment, Metas::Forbidden);
+    lowerer.settled = false;
+    lowerer.parameters(&header.parameters);
+    lowerer.bind(&[written]);
+    let body = lowerer.process(written);
+    Draft {
+        index,
+        header,
+        written,
+        lowerer,
+        body,
+        flow: Flow::default(),
+    }
+}
+
+/// Finds how each process can end: the least solution, so that what never ends is known to.
+fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
+    let mut flows: BTreeMap<Name, Flow> = BTreeMap::new();
+    let mut callers: BTreeMap<Name, Vec<usize>> = BTreeMap::new();
+    for (position, draft) in drafts.iter().enumerate() {
+        flows.insert(draft.header.name.name.clone(), Flow::default());
+        for callee in direct(draft.written).1 {
+            callers.entry(callee).or_default().push(position);
+        }
+    }
+    let mut waiting: VecDeque<usize> = (0..drafts.len()).collect();
+    let mut queued: BTreeSet<usize> = waiting.iter().copied().collect();
+    while let Some(position) = waiting.pop_front() {
+        queued.remove(&position);
+        let Some(draft) = drafts.get_mut(position) else {
+            continue;
+        };
+        let name = &draft.header.name.name;
+        draft.flow = draft.lowerer.quiet_flow(draft.written, &flows);
+        let called = draft.flow.clone().called(loops.contains_key(name));
+        if flows.get(name) != Some(&called) {
+            flows.insert(name.clone(), called);
+            let again = callers
+                .get(name)
+                .into_iter()
+                .flatten()
+                .filter(|caller| queued.insert(**caller));
+            waiting.extend(again.copied().collect::<Vec<_>>());
+        }
+    }
+}
+
+/// Reports loops that take no time, calls that are not last, and names that are read before they are bound.
+fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
+    let edges: BTreeMap<Name, BTreeSet<Name>> = drafts
+        .iter()
+        .map(|draft| (draft.header.name.name.clone(), draft.flow.reaches.clone()))
+        .collect();
+    let quick = cycles(&edges);
+    let flows: BTreeMap<Name, Flow> = drafts
+        .iter()
+        .map(|draft| {
+            (
+                draft.header.name.name.clone(),
+                draft.flow.clone().called(loops.contains_key(&draft.header.name.name)),
+            )
+        })
+        .collect();
+    for draft in drafts.iter_mut() {
+        let name = &draft.header.name.name;
+        let own = loops.get(name);
+        let on_loop = |called: &Name| own.is_some() && loops.get(called) == own;
+        draft.lowerer.check_tails(draft.written, &on_loop);
+        if quick.contains_key(name) {
+            draft.lowerer.report(
+                Diagnostic::error(
+                    "P0603",
+                    format!("`{name}` can go round without waiting or communicating"),
+                )
+                .label(draft.header.name.span, "calls itself again in no time")
+                .note("a loop that takes no time never lets anything else happen")
+                .help("put a `Delay_t`, an `In` or an `Out` before the call"),
+            );
+        }
+        // A wrong name would only be reported a second time.
+        if draft.lowerer.errors.is_empty() {
+            let flow = draft.lowerer.check_flow(draft.written, Some(&flows));
+            draft.lowerer.check_results(&draft.header.results, &flow);
+        }
+        draft.flow = draft.flow.clone().called(own.is_some());
+    }
+}
+
+/// Reports arguments that are numbers where the process needs a distribution, and the other way round.
+fn check_calls(drafts: &mut [Draft], seen: &Environment) {
+    let mut needs: BTreeMap<(Name, usize), Class> = BTreeMap::new();
+    for draft in drafts.iter() {
+        for (index, parameter) in draft.header.parameters.iter().enumerate() {
+            if let Some((class, _)) = draft.lowerer.classes.get(&parameter.name) {
+                needs.insert((draft.header.name.name.clone(), index), *class);
+            }
+        }
+    }
+    for draft in drafts.iter_mut() {
+        let wrong = draft.lowerer.calls.iter().filter(|(callee, index, class, _)| {
+            let known = match seen.entity(callee) {
+                Some(Entity::Process(signature)) => signature.classes.get(*index).copied().flatten(),
+                _ => None,
+            };
+            needs
+                .get(&(callee.clone(), *index))
+                .copied()
+                .or(known)
+                .is_some_and(|need| need != *class)
+        });
+        for (callee, index, class, span) in wrong.cloned().collect::<Vec<_>>() {
+            draft.lowerer.wrong_class(&callee, index, class, span);
+        }
+    }
+}
+
+/// The names that a process binds itself, and those it calls.
+fn direct(written: &Written) -> (BTreeSet<Name>, BTreeSet<Name>) {
+    let (mut binds, mut calls) = (BTreeSet::new(), BTreeSet::new());
+    let mut rest = vec![written];
+    while let Some(term) = rest.pop() {
+        match &term.kind {
+            TermKind::Apply { name, results, .. } => {
+                binds.extend(results.iter().map(|result| result.name.clone()));
+                calls.insert(name.name.clone());
+            }
+            TermKind::Seq(parts) | TermKind::Par(parts) | TermKind::Disable(parts) => rest.extend(parts),
+            TermKind::Else(first, second) => rest.extend([&**first, &**second]),
+            TermKind::Power(body, ..)
+            | TermKind::Try(body)
+            | TermKind::Loop(body)
+            | TermKind::New(_, body)
+            | TermKind::Project(body, _)
+            | TermKind::Replace(body, ..) => rest.push(body),
+            TermKind::Meta(..) => {}
+        }
+    }
+    (binds, calls)
+}

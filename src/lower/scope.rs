@@ -1,0 +1,245 @@
+//! What is known while one item is lowered.
+
+use std::collections::BTreeMap;
+
+use super::{Class, Environment};
+use crate::ast::{Ident, Term, TermKind, ValueKind};
+use crate::diagnostic::{Diagnostic, Span, nearest};
+use crate::lexer::MOST_ERRORS;
+use crate::name::Name;
+
+/// Which `?x` may be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Metas {
+    /// None.
+    Forbidden,
+    /// Values to be found, in a property.
+    Values,
+    /// Values and processes, in a law or a claim.
+    Law,
+    /// Values, and any other name as well: in `expect`.
+    Free,
+}
+
+/// Lowers one item; collects what is wrong with it.
+pub(super) struct Lowerer<'e> {
+    pub(super) environment: &'e Environment,
+    pub(super) metas: Metas,
+    /// The parameters of the process or function, and the index of a power around.
+    pub(super) locals: BTreeMap<Name, Span>,
+    /// Every name that is bound somewhere in the item.
+    pub(super) results: BTreeMap<Name, Span>,
+    /// Every name that is used as a port somewhere in the item.
+    pub(super) ports: BTreeMap<Name, Span>,
+    /// What names must be, with the place that says so.
+    pub(super) classes: BTreeMap<Name, (Class, Span)>,
+    /// Arguments of processes, to be compared with what their parameters must be.
+    pub(super) calls: Vec<(Name, usize, Class, Span)>,
+    /// The property that is being declared.
+    pub(super) own: Option<Name>,
+    /// Whether the processes of the text have all been defined by now.
+    pub(super) settled: bool,
+    pub(super) errors: Vec<Diagnostic>,
+}
+
+impl<'e> Lowerer<'e> {
+    pub(super) fn new(environment: &'e Environment, metas: Metas) -> Lowerer<'e> {
+        Lowerer {
+            environment,
+            metas,
+            locals: BTreeMap::new(),
+            results: BTreeMap::new(),
+            ports: BTreeMap::new(),
+            classes: BTreeMap::new(),
+            calls: Vec::new(),
+            own: None,
+            settled: true,
+            errors: Vec::new(),
+        }
+    }
+
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        if self.errors.len() < MOST_ERRORS {
+            self.errors.push(diagnostic);
+        }
+    }
+
+    /// Reports, and has no answer.
+    pub(super) fn fail<T>(&mut self, diagnostic: Diagnostic) -> Option<T> {
+        self.report(diagnostic);
+        None
+    }
+
+    pub(super) fn finish<T>(self, result: Option<T>) -> Result<T, Vec<Diagnostic>> {
+        match result {
+            Some(result) if self.errors.is_empty() => Ok(result),
+            _ => Err(self.errors),
+        }
+    }
+
+    /// Takes the parameters of a declaration into scope.
+    pub(super) fn parameters(&mut self, parameters: &[Ident]) {
+        for parameter in parameters {
+            if let Some(first) = self.locals.insert(parameter.name.clone(), parameter.span) {
+                self.report(
+                    Diagnostic::error("P0501", format!("two parameters are named `{}`", parameter.name))
+                        .label(parameter.span, "again here")
+                        .label(first, "first here"),
+                );
+            }
+        }
+    }
+
+    /// Notes every name that these terms bind, and every port they use.
+    pub(super) fn bind(&mut self, terms: &[&Term]) {
+        let mut rest: Vec<&Term> = terms.to_vec();
+        while let Some(term) = rest.pop() {
+            match &term.kind {
+                TermKind::Apply {
+                    name,
+                    arguments,
+                    results,
+                } => {
+                    for result in results {
+                        self.bind_one(result);
+                    }
+                    self.bind_called(name);
+                    let port = arguments.first().map(|argument| &argument.kind);
+                    if let (true, Some(ValueKind::Name(port))) = (matches!(name.name.as_str(), "In" | "Out"), port) {
+                        self.ports.entry(port.name.clone()).or_insert(port.span);
+                    }
+                }
+                TermKind::Seq(parts) | TermKind::Par(parts) | TermKind::Disable(parts) => {
+                    rest.extend(parts.iter().rev())
+                }
+                TermKind::Else(first, second) => rest.extend([&**second, &**first]),
+                TermKind::New(port, body) => {
+                    self.ports.entry(port.name.clone()).or_insert(port.span);
+                    rest.push(body);
+                }
+                TermKind::Power(body, ..)
+                | TermKind::Try(body)
+                | TermKind::Loop(body)
+                | TermKind::Project(body, _)
+                | TermKind::Replace(body, ..) => rest.push(body),
+                TermKind::Meta(..) => {}
+            }
+        }
+    }
+
+    fn bind_one(&mut self, result: &Ident) {
+        let name = &result.name;
+        let global = self.environment.quantity(name).is_some();
+        if let Some(place) = self.locals.get(name).copied() {
+            self.report(
+                Diagnostic::error(
+                    "P0503",
+                    format!("`{name}` is a parameter here, so no result can have this name"),
+                )
+                .label(result.span, "bound as a result here")
+                .label(place, "the parameter")
+                .help(format!("give the result another name, such as `{name}1`")),
+            );
+        } else if global {
+            self.report(
+                Diagnostic::error(
+                    "P0503",
+                    format!("`{name}` is declared for the whole text, so no result can have this name"),
+                )
+                .label(result.span, "bound as a result here")
+                .note("a process that reads the declared value would read the result instead")
+                .help(format!("give the result another name, such as `{name}1`")),
+            );
+        }
+        self.results.entry(name.clone()).or_insert(result.span);
+    }
+
+    /// A call binds what the process it calls binds.
+    fn bind_called(&mut self, name: &Ident) {
+        let Some(super::Entity::Process(signature)) = self.environment.entity(&name.name) else {
+            return;
+        };
+        for bound in &signature.flow.binds {
+            if let Some(place) = self.locals.get(bound).copied() {
+                self.report(
+                    Diagnostic::error(
+                        "P0503",
+                        format!("`{}` binds `{bound}`, which is a parameter here", name.name),
+                    )
+                    .label(name.span, format!("binds `{bound}`"))
+                    .label(place, "the parameter")
+                    .note("what is read after the call would be the result, not the parameter")
+                    .help(format!("rename the parameter, for example to `{bound}0`")),
+                );
+            }
+            self.results.entry(bound.clone()).or_insert(name.span);
+        }
+    }
+
+    /// The error that a name is unknown, with the nearest known one.
+    pub(super) fn unknown<'n>(
+        &mut self,
+        code: &'static str,
+        what: &str,
+        ident: &Ident,
+        known: impl Iterator<Item = &'n str>,
+        otherwise: &str,
+    ) {
+        let wrong = ident.name.as_str();
+        let diagnostic =
+            Diagnostic::error(code, format!("there is no {what} `{wrong}`")).label(ident.span, "not declared");
+        self.report(match nearest(wrong, known) {
+            Some(name) => diagnostic.edit(format!("did you mean `{name}`?"), ident.span, name),
+            None => diagnostic.help(otherwise),
+        });
+    }
+
+    /// Reports an argument of the wrong class.
+    pub(super) fn wrong_class(&mut self, callee: &Name, index: usize, class: Class, span: Span) {
+        let needed = if class == Class::Number {
+            Class::Distribution
+        } else {
+            Class::Number
+        };
+        let parameter = match self.environment.entity(callee) {
+            Some(super::Entity::Process(signature)) => signature.parameters.get(index).map_or("", Name::as_str),
+            _ => "",
+        };
+        let (given, needed) = (words(class), words(needed));
+        self.report(
+            Diagnostic::error(
+                "P0401",
+                format!("`{callee}` uses its parameter `{parameter}` as {needed}, but {given} is given"),
+            )
+            .label(span, format!("{given} here")),
+        );
+    }
+
+    /// Notes that a name must be of this class here; an error when it had to be another one before.
+    pub(super) fn must_be(&mut self, name: &Name, class: Class, span: Span) {
+        match self.classes.get(name).copied() {
+            Some((before, place)) if before != class => {
+                self.report(
+                    Diagnostic::error(
+                        "P0401",
+                        format!("`{name}` is used both as a number and as a distribution"),
+                    )
+                    .label(span, format!("as {} here", words(class)))
+                    .label(place, format!("as {} here", words(before))),
+                );
+            }
+            Some(_) => {}
+            None => {
+                self.classes.insert(name.clone(), (class, span));
+            }
+        }
+    }
+}
+
+/// `a number`, `a distribution`
+pub(super) fn words(class: Class) -> &'static str {
+    match class {
+        Class::Number => "a number",
+        Class::Distribution => "a distribution",
+    }
+}

@@ -1,0 +1,399 @@
+//! Values: names resolved, functions inlined, everything in normal form.
+
+use std::collections::BTreeMap;
+
+use super::scope::{Lowerer, Metas, words};
+use super::{Class, Quantity};
+use crate::ast::{Argument, Ident, Value as Written, ValueKind};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::name::Name;
+use crate::value::{Value, ValueError};
+
+/// The functions of the language, with how many arguments they take; none: any number but zero.
+pub(super) const FUNCTIONS: [(&str, Option<usize>); 9] = [
+    ("abs", Some(1)),
+    ("min", None),
+    ("max", None),
+    ("norm", Some(1)),
+    ("unit", Some(1)),
+    ("clamp", Some(3)),
+    ("floor", Some(1)),
+    ("ceil", Some(1)),
+    ("sqrt", Some(1)),
+];
+
+const DISTRIBUTIONS: [&str; 5] = ["Normal", "Exp", "Uniform", "Mix", "Point"];
+
+impl Lowerer<'_> {
+    /// The number, or vector of numbers, that is written here.
+    pub(super) fn number(&mut self, written: &Written) -> Option<Value> {
+        let result = match &written.kind {
+            ValueKind::Number(number) => return Some(Value::rational(number.clone())),
+            ValueKind::Name(name) => return self.name(name, Class::Number),
+            ValueKind::Sum(parts) => return self.fold(parts, written.span, Value::add, Value::sub),
+            ValueKind::Product(parts) => return self.fold(parts, written.span, Value::mul, Value::div),
+            ValueKind::Power(base, exponent) => {
+                let base = self.number(base);
+                let exponent = self.number(exponent)?;
+                base?.power(&exponent)
+            }
+            ValueKind::Negative(inner) => self.number(inner)?.neg(),
+            ValueKind::Absolute(inner) => self.number(inner)?.abs(),
+            ValueKind::If(relation, parts) => {
+                let values: Vec<_> = parts.iter().map(|part| self.number(part)).collect();
+                let [left, right, then, other] = <[_; 4]>::try_from(values).ok()?;
+                Value::choose(*relation, &left?, &right?, &then?, &other?)
+            }
+            ValueKind::Vector(parts) => {
+                let values: Vec<_> = parts.iter().map(|part| self.number(part)).collect();
+                Value::vector(values.into_iter().collect::<Option<Vec<_>>>()?)
+            }
+            ValueKind::Call(name, arguments) => return self.call(name, arguments, written.span),
+        };
+        self.valid(result, written.span)
+    }
+
+    fn valid(&mut self, result: Result<Value, ValueError>, span: Span) -> Option<Value> {
+        match result {
+            Ok(value) => Some(value),
+            Err(ValueError(text)) => self.fail(Diagnostic::error("P0402", text).label(span, "in this value")),
+        }
+    }
+
+    fn fold(&mut self, parts: &[(bool, Written)], span: Span, with: Step, without: Step) -> Option<Value> {
+        let mut whole: Option<Value> = None;
+        for (index, (inverse, part)) in parts.iter().enumerate() {
+            let value = self.number(part);
+            if index == 0 {
+                whole = value;
+                continue;
+            }
+            // Goes on after an error, to find those of the later parts.
+            if let (Some(so_far), Some(value)) = (whole.take(), value) {
+                let step = if *inverse { without } else { with };
+                whole = self.valid(step(&so_far, &value), span);
+            }
+        }
+        whole
+    }
+
+    /// What a name stands for, which must be of this class.
+    fn name(&mut self, ident: &Ident, class: Class) -> Option<Value> {
+        let name = &ident.name;
+        if name.is_meta() {
+            if self.metas == Metas::Forbidden {
+                return self.fail(
+                    Diagnostic::error(
+                        "P0301",
+                        format!("`{name}` stands for a value to be found, which has no place here"),
+                    )
+                    .label(ident.span, "not in a definition")
+                    .help(format!(
+                        "leave out the `?` and make `{}` a parameter",
+                        name.as_str().trim_start_matches('?')
+                    )),
+                );
+            }
+            if let Some(place) = self.ports.get(name).copied() {
+                return self.port_as_value(ident, place);
+            }
+            self.must_be(name, class, ident.span);
+            return Some(Value::variable(name));
+        }
+        if self.locals.contains_key(name) || self.results.contains_key(name) {
+            self.must_be(name, class, ident.span);
+            return Some(Value::variable(name));
+        }
+        match self.environment.quantity(name) {
+            Some(Quantity::Parameter { class: declared, .. }) if *declared != class => {
+                let (declared, needed) = (words(*declared), words(class));
+                self.fail(
+                    Diagnostic::error(
+                        "P0401",
+                        format!("`{name}` was declared as {declared}, but {needed} is needed here"),
+                    )
+                    .label(ident.span, format!("{needed} is needed")),
+                )
+            }
+            Some(Quantity::Parameter { constant, .. }) => {
+                Some(constant.clone().unwrap_or_else(|| Value::variable(name)))
+            }
+            Some(Quantity::Function { parameters, .. }) => {
+                let example = format!("{name}({})", spelt(parameters));
+                self.fail(
+                    Diagnostic::error("P0302", format!("`{name}` is a function and needs its arguments"))
+                        .label(ident.span, "without arguments")
+                        .help(format!("write `{example}`")),
+                )
+            }
+            None if self.metas == Metas::Free => Some(Value::variable(name)),
+            None => self.unknown_value(ident),
+        }
+    }
+
+    fn unknown_value(&mut self, ident: &Ident) -> Option<Value> {
+        if let Some(place) = self.ports.get(&ident.name).copied() {
+            return self.port_as_value(ident, place);
+        }
+        if DISTRIBUTIONS.contains(&ident.name.as_str()) {
+            let name = &ident.name;
+            return self.fail(
+                Diagnostic::error("P0303", format!("the distribution `{name}` needs its arguments"))
+                    .label(ident.span, "without arguments")
+                    .help(example(name.as_str())),
+            );
+        }
+        let names: Vec<Name> = self.locals.keys().chain(self.results.keys()).cloned().collect();
+        let environment = self.environment;
+        let known = names.iter().chain(environment.quantities.keys()).map(Name::as_str);
+        let advice = if self.metas == Metas::Law {
+            format!("declare it with `param {0}`, or write `?{0}` for any value", ident.name)
+        } else {
+            format!(
+                "declare it with `param {}`, make it a parameter, or bind it before with `In_c<{0}>` or `Set_x<{0}>`",
+                ident.name
+            )
+        };
+        self.unknown("P0304", "value", ident, known, &advice);
+        None
+    }
+
+    fn port_as_value(&mut self, ident: &Ident, place: Span) -> Option<Value> {
+        let name = &ident.name;
+        self.fail(
+            Diagnostic::error("P0403", format!("`{name}` is a port, but a value is needed here"))
+                .label(ident.span, "used as a value here")
+                .label(place, "used as a port here")
+                .help(format!(
+                    "to use what comes through the port, read it first: `In_{name}<x>`"
+                )),
+        )
+    }
+
+    fn call(&mut self, name: &Ident, arguments: &[Argument], span: Span) -> Option<Value> {
+        let text = name.name.as_str();
+        if DISTRIBUTIONS.contains(&text) || text == "N" {
+            return self.fail(
+                Diagnostic::error("P0401", "a number is needed here, but this is a distribution")
+                    .label(span, "a distribution")
+                    .help(format!("draw from it first: `Ran_{{{text}(…)}}<x>`, then use `x`")),
+            );
+        }
+        let values: Vec<_> = arguments.iter().map(|argument| self.plain(argument)).collect();
+        let basic = FUNCTIONS.iter().find(|(known, _)| *known == text);
+        let function = match self.environment.quantity(&name.name) {
+            Some(Quantity::Function { parameters, body }) => Some((parameters.clone(), body.clone())),
+            _ => None,
+        };
+        let needed = match (&function, basic) {
+            (Some((parameters, _)), _) => Some(parameters.len()),
+            (None, Some((_, count))) => *count,
+            (None, None) => return self.unknown_function(name),
+        };
+        if needed.map_or(values.is_empty(), |needed| needed != values.len()) {
+            let wanted = needed.map_or("at least one argument".to_string(), |count| count_of(count, "argument"));
+            return self.fail(
+                Diagnostic::error(
+                    "P0305",
+                    format!("`{text}` takes {wanted}, and {} given", were(values.len())),
+                )
+                .label(span, "in this call"),
+            );
+        }
+        let values = values.into_iter().collect::<Option<Vec<_>>>()?;
+        let result = match function {
+            Some((parameters, Some(body))) => {
+                body.substitute(&parameters.into_iter().zip(values).collect::<BTreeMap<_, _>>())
+            }
+            Some((_, None)) => Value::apply(&name.name, &values),
+            None => basic_function(text, &values),
+        };
+        self.valid(result, span)
+    }
+
+    fn plain(&mut self, argument: &Argument) -> Option<Value> {
+        if let Some(label) = &argument.label {
+            return self.fail(
+                Diagnostic::error("P0306", "the arguments of a function have no labels")
+                    .label(label.span, "leave this out, with its colon"),
+            );
+        }
+        self.number(&argument.value)
+    }
+
+    fn unknown_function(&mut self, name: &Ident) -> Option<Value> {
+        let environment = self.environment;
+        let functions = environment
+            .quantities()
+            .filter(|(_, quantity)| matches!(quantity, Quantity::Function { .. }));
+        let known = functions
+            .map(|(known, _)| known.as_str())
+            .chain(FUNCTIONS.iter().map(|(known, _)| *known));
+        let advice = if self.locals.contains_key(&name.name) || environment.quantity(&name.name).is_some() {
+            format!("`{0}` is a value; to multiply write `{0} * (…)`", name.name)
+        } else {
+            format!(
+                "declare it with `fn {0}(x) = …`, or `fn {0}(x)` to leave it open",
+                name.name
+            )
+        };
+        self.unknown("P0307", "function", name, known, &advice);
+        None
+    }
+
+    /// The distribution that is written here.
+    pub(super) fn distribution(&mut self, written: &Written) -> Option<Value> {
+        match &written.kind {
+            ValueKind::Name(name) => self.name(name, Class::Distribution),
+            ValueKind::Call(name, arguments) if name.name.as_str() == "N" => self.which_spread(name, arguments.len()),
+            ValueKind::Call(name, arguments) if DISTRIBUTIONS.contains(&name.name.as_str()) => {
+                let parts = match name.name.as_str() {
+                    "Normal" => self.normal(arguments, written.span),
+                    "Mix" => self.mix(arguments, written.span),
+                    "Exp" => self.exact(arguments, &["rate"], "Exp", written.span),
+                    "Uniform" => self.exact(arguments, &["", ""], "Uniform", written.span),
+                    _ => self.exact(arguments, &[""], "Point", written.span),
+                }?;
+                self.valid(Value::distribution(name.name.as_str(), parts), written.span)
+            }
+            _ => self.fail(
+                Diagnostic::error("P0401", "a distribution is needed here")
+                    .label(written.span, "this is no distribution")
+                    .help("write `Normal(0, sd: s)`, `Exp(rate: l)`, `Uniform(a, b)`, `Mix(1/2: D, 1/2: E)` or `Point(x)`"),
+            ),
+        }
+    }
+
+    fn which_spread(&mut self, name: &Ident, count: usize) -> Option<Value> {
+        let diagnostic = Diagnostic::error(
+            "P0308",
+            "`N` does not say which spread it means: the standard deviation or the variance",
+        )
+        .label(name.span, "which of the two?");
+        let advice = if count == 2 {
+            "write `Normal(m, sd: s)` or `Normal(m, var: v)`"
+        } else {
+            "write `Normal(0, sd: s)`"
+        };
+        self.fail(diagnostic.help(advice))
+    }
+
+    fn wrong_arguments<T>(&mut self, kind: &str, span: Span) -> Option<T> {
+        self.fail(
+            Diagnostic::error("P0309", format!("these are not the arguments of `{kind}`"))
+                .label(span, "here")
+                .help(example(kind)),
+        )
+    }
+
+    fn normal(&mut self, arguments: &[Argument], span: Span) -> Option<Vec<Value>> {
+        let [mean, spread] = arguments else {
+            return self.wrong_arguments("Normal", span);
+        };
+        if mean.label.is_some() {
+            return self.wrong_arguments("Normal", span);
+        }
+        let label = spread.label.as_ref().and_then(labelled);
+        let mean = self.number(&mean.value);
+        let value = self.number(&spread.value)?;
+        match label {
+            Some("sd") => {
+                let square = value.mul(&value);
+                Some(vec![mean?, self.valid(square, spread.value.span)?])
+            }
+            Some("var") => Some(vec![mean?, value]),
+            _ => self.fail(
+                Diagnostic::error("P0308", "a normal distribution must say which spread it means")
+                    .label(spread.value.span, "the standard deviation or the variance?")
+                    .help("write `Normal(0, sd: s)` or `Normal(0, var: v)`"),
+            ),
+        }
+    }
+
+    fn exact(&mut self, arguments: &[Argument], labels: &[&str], kind: &str, span: Span) -> Option<Vec<Value>> {
+        let fits = |argument: &Argument, label: &str| argument.label.as_ref().map_or(Some(""), labelled) == Some(label);
+        if arguments.len() != labels.len()
+            || !arguments
+                .iter()
+                .zip(labels)
+                .all(|(argument, label)| fits(argument, label))
+        {
+            return self.wrong_arguments(kind, span);
+        }
+        let values: Vec<_> = arguments.iter().map(|argument| self.number(&argument.value)).collect();
+        values.into_iter().collect()
+    }
+
+    fn mix(&mut self, arguments: &[Argument], span: Span) -> Option<Vec<Value>> {
+        let mut parts = Vec::new();
+        for argument in arguments {
+            let Some(weight) = &argument.label else {
+                return self.wrong_arguments("Mix", span);
+            };
+            let weight = self.number(weight);
+            let part = self.distribution(&argument.value)?;
+            parts.extend([weight?, part]);
+        }
+        if parts.is_empty() {
+            self.wrong_arguments("Mix", span)
+        } else {
+            Some(parts)
+        }
+    }
+}
+
+type Step = fn(&Value, &Value) -> Result<Value, ValueError>;
+
+fn labelled(label: &Written) -> Option<&str> {
+    match &label.kind {
+        ValueKind::Name(name) => Some(name.name.as_str()),
+        _ => None,
+    }
+}
+
+fn example(kind: &str) -> &'static str {
+    match kind {
+        "Normal" => "write `Normal(0, sd: s)` or `Normal(0, var: v)`",
+        "Exp" => "write `Exp(rate: l)`",
+        "Uniform" => "write `Uniform(a, b)`",
+        "Mix" => "write `Mix(1/3: D, 2/3: E)`, the weights before the colons",
+        _ => "write `Point(x)`",
+    }
+}
+
+fn basic_function(name: &str, values: &[Value]) -> Result<Value, ValueError> {
+    match (name, values) {
+        ("min", values) => Value::minimum(values),
+        ("max", values) => Value::maximum(values),
+        ("abs", [x]) => x.abs(),
+        ("norm", [x]) => x.norm(),
+        ("unit", [x]) => x.unit(),
+        ("floor", [x]) => x.floor(),
+        ("ceil", [x]) => x.ceiling(),
+        ("sqrt", [x]) => x.sqrt(),
+        ("clamp", [x, low, high]) => Value::clamp(x, low, high),
+        _ => Err(ValueError(format!("`{name}` cannot be computed"))),
+    }
+}
+
+fn spelt(names: &[Name]) -> String {
+    names.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
+}
+
+/// `no argument`, `1 argument`, `2 arguments`
+pub(super) fn count_of(count: usize, what: &str) -> String {
+    match count {
+        0 => format!("no {what}"),
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    }
+}
+
+/// `none was`, `1 was`, `2 were`
+pub(super) fn were(count: usize) -> String {
+    match count {
+        0 => "none was".to_string(),
+        1 => "1 was".to_string(),
+        _ => format!("{count} were"),
+    }
+}

@@ -1,0 +1,376 @@
+//! Matching of a law's side against a term, modulo the shape of terms and the units `Stop` of `;`, `Idle` of `#`.
+//!
+//! A metavariable may stand for a run of parts of `;`, or for several parts of `|` and `#`. What a match leaves
+//! over beside it is handed back as the context in which the law is then applied.
+
+use std::collections::BTreeMap;
+
+use crate::fact::{Context, Facts};
+use crate::law::{Condition, Law};
+use crate::name::Name;
+use crate::proof::hole;
+use crate::substitution::Substitution;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// One way in which a law applies to a term: `surrounding` with its hole filled by the instance is the term.
+#[derive(Clone, Debug)]
+pub struct Match {
+    /// What the metavariables stand for.
+    pub substitution: Substitution,
+    /// The rest of the term, with the hole `?1`.
+    pub surrounding: Term,
+}
+
+/// The most matches of one law at one place that are looked at.
+const MOST: usize = 64;
+
+#[derive(Clone, Default)]
+struct State {
+    found: Substitution,
+    /// Values that must turn out equal once their metavariables are known.
+    later: Vec<(Value, Value)>,
+}
+
+/// All ways in which `pattern`, a side of `law`, applies at the root of `term` with the conditions met, at most 64.
+pub fn matches(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Vec<Match> {
+    let mut out = Vec::new();
+    at_root(pattern, term, &mut |state, surrounding| {
+        if let Some(substitution) = settle(law, state, context) {
+            out.push(Match { substitution, surrounding });
+        }
+        out.len() >= MOST
+    });
+    out
+}
+
+/// The first of [`matches`].
+pub fn first_match(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Option<Match> {
+    let mut out = None;
+    at_root(pattern, term, &mut |state, surrounding| {
+        out = settle(law, state, context).map(|substitution| Match { substitution, surrounding });
+        out.is_some()
+    });
+    out
+}
+
+/// Decides conditions and the values left open; a metavariable that only a condition mentions is found from it.
+fn settle(law: &Law, mut state: State, context: &Context<'_>) -> Option<Substitution> {
+    for condition in &law.conditions {
+        if let Condition::Lasts(subject, time) = condition
+            && let Some(name) = time.as_variable().cloned()
+            && name.is_meta()
+            && !state.found.values.contains_key(&name)
+        {
+            let subject = state.found.apply(subject, context).ok()?;
+            let duration = Facts::of(&subject, context).duration?;
+            state.found.values.insert(name, duration);
+        }
+    }
+    let later = std::mem::take(&mut state.later);
+    for (pattern, value) in later {
+        if !solve(&pattern, &value, &mut state) || !state.later.is_empty() {
+            return None;
+        }
+    }
+    for condition in &law.conditions {
+        let instance = state.found.condition(condition, context).ok()?;
+        if !context.holds(&instance) {
+            return None;
+        }
+    }
+    Some(state.found)
+}
+
+/// Calls `found` with each match and what is left over, until it returns true.
+fn at_root(pattern: &Term, term: &Term, found: &mut dyn FnMut(State, Term) -> bool) -> bool {
+    let one = Term::meta(&hole(1));
+    match (pattern.node(), term.node()) {
+        (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|start| {
+            window(wanted, &parts[start..], start == 0, State::default(), &mut |state, used| {
+                let before = parts[..start].iter().cloned();
+                let after = parts[start + used..].iter().cloned();
+                found(state, Term::seq(before.chain([one.clone()]).chain(after)))
+            })
+        }),
+        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (false, Term::par), State::default(), &mut |state, rest| {
+            found(state, Term::par(rest.into_iter().chain([one.clone()])))
+        }),
+        (Node::Disable(wanted), Node::Disable(parts)) => {
+            choose(wanted, parts, (false, Term::disable), State::default(), &mut |state, rest| {
+                found(state, Term::disable(rest.into_iter().chain([one.clone()])))
+            })
+        }
+        _ => whole(pattern, term, State::default(), &mut |state| found(state, one.clone())),
+    }
+}
+
+/// A run of parts of a sequence, from its start; gives how many parts it took.
+fn window(
+    wanted: &[Term],
+    parts: &[Term],
+    at_start: bool,
+    state: State,
+    found: &mut dyn FnMut(State, usize) -> bool,
+) -> bool {
+    let Some((first, rest)) = wanted.split_first() else {
+        return found(state, 0);
+    };
+    let Some(name) = plain_meta(first) else {
+        let Some((part, others)) = parts.split_first() else { return false };
+        return whole(first, part, state, &mut |state| {
+            window(rest, others, false, state, &mut |state, used| found(state, used + 1))
+        });
+    };
+    if let Some(known) = state.found.processes.get(&name) {
+        let known = sequence_of(known);
+        let fits = parts.len() >= known.len() && parts[..known.len()] == known[..];
+        let taken = known.len();
+        return fits
+            && window(rest, &parts[taken..], false, state, &mut |state, used| found(state, used + taken));
+    }
+    let lengths: Vec<usize> = match (rest.is_empty(), parts.len()) {
+        (true, 0) => vec![0],
+        (true, 1) => vec![1],
+        (true, all) => vec![all, 1],
+        (false, 0) => return false,
+        (false, all) if at_start => (1..=all).collect(),
+        (false, _) => vec![1],
+    };
+    lengths.into_iter().any(|length| {
+        let mut state = state.clone();
+        state.found.processes.insert(name.clone(), Term::seq(parts[..length].iter().cloned()));
+        window(rest, &parts[length..], false, state, &mut |state, used| found(state, used + length))
+    })
+}
+
+fn sequence_of(term: &Term) -> Vec<Term> {
+    match term.node() {
+        Node::Seq(parts) => parts.clone(),
+        Node::Stop => Vec::new(),
+        _ => vec![term.clone()],
+    }
+}
+
+fn plain_meta(pattern: &Term) -> Option<Name> {
+    match pattern.node() {
+        Node::Meta(name, arguments) if arguments.is_empty() => Some(name.clone()),
+        _ => None,
+    }
+}
+
+/// Parts of `|` or `#`, in any order; gives those left over (none if `all` must be used).
+fn choose(
+    wanted: &[Term],
+    parts: &[Term],
+    (all, join): (bool, Join),
+    state: State,
+    found: &mut dyn FnMut(State, Vec<Term>) -> bool,
+) -> bool {
+    let position = wanted.iter().position(|pattern| plain_meta(pattern).is_none());
+    let next = match position {
+        Some(position) => position,
+        None if wanted.is_empty() => return !(all && !parts.is_empty()) && found(state, parts.to_vec()),
+        None => wanted
+            .iter()
+            .position(|pattern| plain_meta(pattern).is_some_and(|name| state.found.processes.contains_key(&name)))
+            .unwrap_or(0),
+    };
+    let pattern = &wanted[next];
+    let others: Vec<Term> = without(wanted, next);
+    if let Some(name) = plain_meta(pattern) {
+        return choose_for_meta(&name, &others, parts, (all, join), state, found);
+    }
+    (0..parts.len()).any(|index| {
+        if index > 0 && parts[index] == parts[index - 1] {
+            return false;
+        }
+        whole(pattern, &parts[index], state.clone(), &mut |state| {
+            choose(&others, &without(parts, index), (all, join), state, found)
+        })
+    })
+}
+
+fn choose_for_meta(
+    name: &Name,
+    others: &[Term],
+    parts: &[Term],
+    (all, join): (bool, Join),
+    state: State,
+    found: &mut dyn FnMut(State, Vec<Term>) -> bool,
+) -> bool {
+    if let Some(known) = state.found.processes.get(name) {
+        return match remove(known, parts) {
+            Some(rest) => choose(others, &rest, (all, join), state, found),
+            None => false,
+        };
+    }
+    if others.is_empty() && (all || parts.len() > 1) {
+        let mut state = state.clone();
+        state.found.processes.insert(name.clone(), join(parts.to_vec()));
+        if found(state, Vec::new()) {
+            return true;
+        }
+        if all {
+            return false;
+        }
+    }
+    (0..parts.len()).any(|index| {
+        let mut state = state.clone();
+        state.found.processes.insert(name.clone(), parts[index].clone());
+        choose(others, &without(parts, index), (all, join), state, found)
+    })
+}
+
+/// How the parts of `|`, or of `#`, are put together again.
+type Join = fn(Vec<Term>) -> Term;
+
+fn without(parts: &[Term], index: usize) -> Vec<Term> {
+    parts.iter().enumerate().filter(|(position, _)| *position != index).map(|(_, part)| part.clone()).collect()
+}
+
+fn remove(known: &Term, parts: &[Term]) -> Option<Vec<Term>> {
+    let mut rest = parts.to_vec();
+    let pieces = match known.node() {
+        Node::Par(pieces) | Node::Disable(pieces) => pieces.clone(),
+        _ => vec![known.clone()],
+    };
+    for piece in pieces {
+        let index = rest.iter().position(|part| *part == piece)?;
+        rest.remove(index);
+    }
+    Some(rest)
+}
+
+/// The pattern against the whole term.
+fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State) -> bool) -> bool {
+    if let Some(name) = plain_meta(pattern) {
+        return match state.found.processes.get(&name) {
+            Some(known) => known == term && found(state),
+            None => {
+                let mut state = state;
+                state.found.processes.insert(name, term.clone());
+                found(state)
+            }
+        };
+    }
+    match (pattern.node(), term.node()) {
+        (Node::Seq(wanted), _) => {
+            let parts = sequence_of(term);
+            let total = parts.len();
+            window(wanted, &parts, true, state, &mut |state, used| used == total && found(state))
+        }
+        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state)),
+        (Node::Disable(wanted), Node::Disable(parts)) => {
+            choose(wanted, parts, (true, Term::disable), state, &mut |state, _| found(state))
+        }
+        (Node::Disable(wanted), _) => beside_idle(wanted, term, state, found),
+        _ => leaf(pattern, term, state, found),
+    }
+}
+
+/// `P # ?O` against a term without `#`: ?O is Idle.
+fn beside_idle(wanted: &[Term], term: &Term, mut state: State, found: &mut dyn FnMut(State) -> bool) -> bool {
+    let mut solid = None;
+    for pattern in wanted {
+        match plain_meta(pattern) {
+            Some(name) => match state.found.processes.get(&name) {
+                Some(known) if *known != Term::idle() => return false,
+                _ => {
+                    state.found.processes.insert(name, Term::idle());
+                }
+            },
+            None if solid.is_none() => solid = Some(pattern),
+            None => return false,
+        }
+    }
+    solid.is_some_and(|pattern| whole(pattern, term, state, found))
+}
+
+fn leaf(pattern: &Term, term: &Term, mut state: State, found: &mut dyn FnMut(State) -> bool) -> bool {
+    if !head(pattern, term, &mut state) {
+        return false;
+    }
+    let (wanted, given) = (pattern.values(), term.values());
+    if wanted.len() != given.len() || !wanted.into_iter().zip(given).all(|(w, g)| solve(w, g, &mut state)) {
+        return false;
+    }
+    match (pattern.children().as_slice(), term.children().as_slice()) {
+        ([], []) => found(state),
+        ([one], [given]) => whole(one, given, state, found),
+        ([one, two], [first, second]) => {
+            whole(one, first, state, &mut |state| whole(two, second, state, found))
+        }
+        _ => false,
+    }
+}
+
+/// Operators and names, not values and parts.
+fn head(pattern: &Term, term: &Term, state: &mut State) -> bool {
+    let mut name = |wanted: &Name, given: &Name| {
+        if !wanted.is_meta() {
+            return wanted == given;
+        }
+        state.found.names.entry(wanted.clone()).or_insert_with(|| given.clone()) == given
+    };
+    match (pattern.node(), term.node()) {
+        (Node::Stop, Node::Stop) | (Node::Abort, Node::Abort) | (Node::Idle, Node::Idle) => true,
+        (Node::Delay(_), Node::Delay(_)) | (Node::Else(..), Node::Else(..)) | (Node::Loop(_), Node::Loop(_)) => true,
+        (Node::In(port, result), Node::In(other, given)) => name(port, other) && name(result, given),
+        (Node::Out(port, _), Node::Out(other, _)) | (Node::New(port, _), Node::New(other, _)) => name(port, other),
+        (Node::Guard(relation, ..), Node::Guard(other, ..)) => relation == other,
+        (Node::Set(_, result), Node::Set(_, given)) | (Node::Ran(_, result), Node::Ran(_, given)) => {
+            name(result, given)
+        }
+        (Node::Observe(wanted, _), Node::Observe(given, _)) | (Node::Call(wanted, _), Node::Call(given, _)) => {
+            wanted == given
+        }
+        (Node::Meta(wanted, _), Node::Meta(given, _)) => wanted == given,
+        (Node::Power(_, _, None), Node::Power(_, _, None)) => true,
+        (Node::Power(_, _, Some(index)), Node::Power(_, _, Some(given))) => name(index, given),
+        (Node::Project(_, wanted), Node::Project(_, given)) => {
+            let meta = wanted.iter().next().filter(|first| wanted.len() == 1 && first.is_meta());
+            match meta {
+                Some(meta) => state.found.sets.entry(meta.clone()).or_insert_with(|| given.clone()) == given,
+                None => wanted == given,
+            }
+        }
+        _ => false,
+    }
+}
+
+/// A pattern value against a value: equal, or linear in its one unknown metavariable, or put off.
+fn solve(pattern: &Value, value: &Value, state: &mut State) -> bool {
+    if let Some(name) = pattern.as_variable().cloned() {
+        if !name.is_meta() {
+            return pattern == value;
+        }
+        if let Some(result) = state.found.names.get(&name) {
+            return Value::variable(result) == *value;
+        }
+        return state.found.values.entry(name).or_insert_with(|| value.clone()) == value;
+    }
+    let mut known: BTreeMap<Name, Value> = state.found.values.clone();
+    known.extend(state.found.names.iter().map(|(meta, name)| (meta.clone(), Value::variable(name))));
+    let unknown: Vec<Name> =
+        pattern.variables().into_iter().filter(|name| name.is_meta() && !known.contains_key(name)).collect();
+    let Ok(pattern) = pattern.substitute(&known) else { return false };
+    match unknown.as_slice() {
+        [] => pattern == *value,
+        [name] => {
+            let Some((factor, rest)) = pattern.linear_in(name) else { return false };
+            let solution = value.sub(&rest).and_then(|difference| difference.div(&factor));
+            match solution {
+                Ok(solution) => {
+                    state.found.values.insert(name.clone(), solution);
+                    true
+                }
+                Err(_) => false,
+            }
+        }
+        _ => {
+            state.later.push((pattern, value.clone()));
+            true
+        }
+    }
+}

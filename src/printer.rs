@@ -1,0 +1,218 @@
+//! Terms, conditions, laws and definitions as text that parses back to them; and the layout of files.
+
+mod layout;
+
+use std::fmt;
+
+use crate::definition::Definition;
+use crate::law::{Condition, Connective, Law};
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+pub use layout::format;
+
+/// How tightly the surroundings of a process bind: a weaker operator inside needs brackets.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Place {
+    /// Nothing around: anything may stand here.
+    Free,
+    /// Under `|`, or behind `else`.
+    Branch,
+    /// Before `else`.
+    Arm,
+    /// Under `;` or `#`.
+    Step,
+    /// Before `^`, `[…]` or `to`.
+    Base,
+}
+
+/// What is still to be written.
+enum Piece<'t> {
+    Text(String),
+    Part(&'t Term, Place),
+}
+
+/// Writes without recursion, for terms may be deep.
+fn write_term(term: &Term, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let mut rest = vec![Piece::Part(term, Place::Free)];
+    while let Some(piece) = rest.pop() {
+        match piece {
+            Piece::Text(text) => f.write_str(&text)?,
+            Piece::Part(term, place) => {
+                let mut pieces = pieces(term);
+                if place > loosest(term) {
+                    f.write_str("(")?;
+                    pieces.push(Piece::Text(")".to_string()));
+                }
+                rest.extend(pieces.into_iter().rev());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The tightest place where a process can stand without brackets.
+fn loosest(term: &Term) -> Place {
+    match term.node() {
+        Node::Par(_) | Node::Disable(_) | Node::New(..) | Node::Project(..) => Place::Free,
+        Node::Else(_, second) if *second.node() != Node::Stop => Place::Branch,
+        Node::Seq(_) => Place::Arm,
+        Node::Power(..) | Node::Replace(..) => Place::Step,
+        _ => Place::Base,
+    }
+}
+
+fn pieces(term: &Term) -> Vec<Piece<'_>> {
+    let text = |text: String| vec![Piece::Text(text)];
+    match term.node() {
+        Node::Stop => text("Stop".to_string()),
+        Node::Abort => text("Abort".to_string()),
+        Node::Idle => text("Idle".to_string()),
+        Node::Delay(time) => text(format!("Delay{}", subscript(std::slice::from_ref(time)))),
+        Node::In(port, result) => text(format!("In_{port}<{result}>")),
+        Node::Out(port, value) => text(format!("Out_{{{port},{value}}}")),
+        Node::Guard(relation, left, right) => text(format!("{}_{{{left},{right}}}", relation.spelling())),
+        Node::Set(value, result) => text(format!("Set{}<{result}>", subscript(std::slice::from_ref(value)))),
+        Node::Ran(value, result) => text(format!("Ran{}<{result}>", subscript(std::slice::from_ref(value)))),
+        Node::Observe(name, values) | Node::Call(name, values) | Node::Meta(name, values) => {
+            text(format!("{name}{}", subscript(values)))
+        }
+        Node::Seq(parts) => joined(parts, " ; ", Place::Step),
+        Node::Par(parts) => joined(parts, " | ", Place::Branch),
+        Node::Disable(parts) => joined(parts, " # ", Place::Step),
+        Node::Else(body, second) if *second.node() == Node::Stop => around("try(", body, Place::Free, ")"),
+        Node::Else(first, second) => {
+            vec![
+                Piece::Part(first, Place::Arm),
+                Piece::Text(" else ".to_string()),
+                Piece::Part(second, Place::Branch),
+            ]
+        }
+        Node::Power(body, count, None) => around("", body, Place::Base, &exponent(count)),
+        Node::Power(body, count, Some(index)) => around("", body, Place::Base, &format!("^{{{index}<{count}}}")),
+        Node::Loop(body) => around("loop(", body, Place::Free, ")"),
+        Node::New(port, body) => around(&format!("new {port}. "), body, Place::Step, ""),
+        Node::Project(body, shown) => {
+            let names: Vec<&str> = shown.iter().map(Name::as_str).collect();
+            around("", body, Place::Base, &format!(" to {{{}}}", names.join(", ")))
+        }
+        Node::Replace(body, name, value) => around("", body, Place::Base, &format!("[{name} := {value}]")),
+    }
+}
+
+fn around<'t>(before: &str, body: &'t Term, place: Place, after: &str) -> Vec<Piece<'t>> {
+    vec![
+        Piece::Text(before.to_string()),
+        Piece::Part(body, place),
+        Piece::Text(after.to_string()),
+    ]
+}
+
+fn joined<'t>(parts: &'t [Term], operator: &str, place: Place) -> Vec<Piece<'t>> {
+    let mut pieces = Vec::with_capacity(parts.len() * 2);
+    for (index, part) in parts.iter().enumerate() {
+        if index > 0 {
+            pieces.push(Piece::Text(operator.to_string()));
+        }
+        pieces.push(Piece::Part(part, place));
+    }
+    pieces
+}
+
+/// Whether a value's text is one name or number, so that it needs no braces.
+fn simple(text: &str) -> bool {
+    text.trim_start_matches('?')
+        .chars()
+        .all(|letter| letter.is_alphanumeric() || letter == '_' || letter == '\'')
+}
+
+/// `_x`, `_{x,y}`, or nothing.
+fn subscript(values: &[Value]) -> String {
+    let texts: Vec<String> = values.iter().map(Value::to_string).collect();
+    match texts.as_slice() {
+        [] => String::new(),
+        [text] if simple(text) => format!("_{text}"),
+        _ => format!("_{{{}}}", texts.join(",")),
+    }
+}
+
+fn exponent(count: &Value) -> String {
+    let text = count.to_string();
+    if simple(&text) {
+        format!("^{text}")
+    } else {
+        format!("^{{{text}}}")
+    }
+}
+
+impl fmt::Display for Term {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_term(self, f)
+    }
+}
+
+impl fmt::Display for Connective {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Connective::Equal => "=",
+            Connective::Refines => "<=",
+        })
+    }
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Condition::Compare(relation, left, right) => write!(f, "{left} {} {right}", relation.symbol()),
+            Condition::Natural(value) => write!(f, "natural({value})"),
+            Condition::Is(fact, process) => write!(f, "{}({process})", fact.spelling()),
+            Condition::Lasts(process, time) => write!(f, "lasts({process}, {time})"),
+            Condition::Complementary(left, right) => write!(f, "complementary({left}, {right})"),
+            Condition::NoPort(process, port) => write!(f, "no_port({process}, {port})"),
+            Condition::Unread(process, name) => write!(f, "unread({process}, {name})"),
+            Condition::Apart(left, right) => write!(f, "apart({left}, {right})"),
+            Condition::ShowsOnly(process, shown) => write!(f, "shows_only({process}, {})", listed(shown)),
+            Condition::ShowsNone(process, shown) => write!(f, "shows_none({process}, {})", listed(shown)),
+        }
+    }
+}
+
+fn listed(names: &std::collections::BTreeSet<Name>) -> String {
+    names.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
+}
+
+impl fmt::Display for Law {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "law {} \"{}\"", self.name, self.title)?;
+        if !self.source.is_empty() {
+            writeln!(f, "    {}", self.source)?;
+        }
+        let conditions: Vec<String> = self.conditions.iter().map(Condition::to_string).collect();
+        if !conditions.is_empty() {
+            writeln!(f, "    when {}", conditions.join(", "))?;
+        }
+        let connective = if self.oriented {
+            "=>".to_string()
+        } else {
+            self.connective.to_string()
+        };
+        write!(f, "    {} {connective} {}", self.left, self.right)?;
+        for (left, right) in &self.examples {
+            write!(f, "\n    try {left} {} {right}", self.connective)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Definition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parameters: Vec<&str> = self.parameters.iter().map(Name::as_str).collect();
+        let parameters = match parameters.as_slice() {
+            [] => String::new(),
+            [only] => format!("_{only}"),
+            _ => format!("_{{{}}}", parameters.join(",")),
+        };
+        write!(f, "proc {}{parameters} = {}", self.name, self.body)
+    }
+}

@@ -1,0 +1,153 @@
+//! Proofs as data: a numbered list of steps, each of which may use the ones before it. Anyone may write one;
+//! only the kernel makes theorems of them. `docs/proof.md` describes each step.
+
+use crate::law::{Condition, Connective};
+use crate::name::Name;
+use crate::substitution::Substitution;
+use crate::term::Term;
+use crate::value::Value;
+
+/// The number of an earlier step.
+pub type StepId = usize;
+
+/// What is claimed: under the hypotheses, for all values of the metavariables, `left` connective `right`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Statement {
+    /// What is supposed of the metavariables.
+    pub hypotheses: Vec<Condition>,
+    /// The left side.
+    pub left: Term,
+    /// Equality or refinement.
+    pub connective: Connective,
+    /// The right side.
+    pub right: Term,
+}
+
+/// One step of a proof.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// `P = P`. Terms are flattened and sorted, so this also proves equal multisets under `|` and `#`.
+    Reflexive(Term),
+    /// From `P = Q`: `Q = P`.
+    Symmetric(StepId),
+    /// From `P = Q` and `Q = R` and …: `P = R`; a refinement if one of them is.
+    Transitive(Vec<StepId>),
+    /// From `P1 = Q1`, …: `C[P1, …] = C[Q1, …]`; the holes of C are the metavariables `?1`, `?2`, ….
+    Congruence(Term, Vec<StepId>),
+    /// An instance of a law whose conditions hold.
+    Law(Name, Substitution),
+    /// The two sides have equal values in equal places, under the assumptions.
+    Arithmetic(Term, Term),
+    /// A call equals its definition's body (`body else Stop` if recursive).
+    Unfold(Term),
+    /// From `X = B[X] `: X is the loop, if B is guarded. See [`crate::kernel`].
+    Unique {
+        /// The defined process, called with its own parameters.
+        name: Name,
+        /// X, in terms of the parameters.
+        candidate: Term,
+        /// Proves `X = body[calls of the definition replaced by X] else Stop`.
+        equation: StepId,
+    },
+    /// From `X = (P ; X) else Stop`: `X = loop(P)`, if P is guarded.
+    UniqueLoop {
+        /// P
+        body: Term,
+        /// Proves the equation.
+        equation: StepId,
+    },
+    /// A hypothesis of an induction, in force until the induction that discharges it.
+    Suppose(Term, Term),
+    /// Induction on a natural number: from `L(0) = R(0)` and, supposing `L(n) = R(n)`, `L(n+1) = R(n+1)`.
+    Induction {
+        /// n, a metavariable or a declared natural that no other assumption mentions.
+        variable: Name,
+        /// L(n) and R(n).
+        left: Term,
+        /// R(n)
+        right: Term,
+        /// Proves `L(0) = R(0)`.
+        base: StepId,
+        /// Proves `L(n+1) = R(n+1)`, supposing `L(n) = R(n)`.
+        step: StepId,
+    },
+    /// An instance of an earlier theorem.
+    Instance(StepId, Substitution),
+    /// Taken on trust, with the reason, which the theorem shows.
+    Trust(Term, Connective, Term, String),
+}
+
+/// A statement with its steps; the last step proves it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Proof {
+    /// What is proved.
+    pub statement: Statement,
+    /// The steps, in order.
+    pub steps: Vec<Step>,
+}
+
+/// A list of steps under construction: adds a step and gives its number.
+#[derive(Clone, Debug, Default)]
+pub struct Script {
+    /// The steps so far.
+    pub steps: Vec<Step>,
+}
+
+impl Script {
+    /// Appends a step.
+    pub fn push(&mut self, step: Step) -> StepId {
+        self.steps.push(step);
+        self.steps.len() - 1
+    }
+
+    /// Appends the chain of several steps; of one, that one.
+    pub fn chain(&mut self, steps: Vec<StepId>) -> StepId {
+        match steps.as_slice() {
+            [one] => *one,
+            _ => self.push(Step::Transitive(steps)),
+        }
+    }
+
+    /// The proof of a statement by these steps.
+    pub fn finish(self, statement: Statement) -> Proof {
+        Proof { statement, steps: self.steps }
+    }
+}
+
+/// The name of the `number`-th hole of a congruence's context, from 1.
+pub fn hole(number: usize) -> Name {
+    Name::new(&format!("?{number}"))
+}
+
+/// What a reader may ask of a step: the steps that it uses.
+impl Step {
+    /// The earlier steps that this one uses.
+    pub fn uses(&self) -> Vec<StepId> {
+        match self {
+            Step::Symmetric(of) | Step::Instance(of, _) => vec![*of],
+            Step::Transitive(steps) | Step::Congruence(_, steps) => steps.clone(),
+            Step::Unique { equation, .. } | Step::UniqueLoop { equation, .. } => vec![*equation],
+            Step::Induction { base, step, .. } => vec![*base, *step],
+            _ => Vec::new(),
+        }
+    }
+
+    /// The same step with the steps that it uses under their new numbers.
+    pub fn renumbered(&self, numbers: &[StepId]) -> Step {
+        let new = |step: &StepId| numbers.get(*step).copied().unwrap_or(*step);
+        let mut step = self.clone();
+        match &mut step {
+            Step::Symmetric(of) | Step::Instance(of, _) => *of = new(of),
+            Step::Transitive(steps) | Step::Congruence(_, steps) => steps.iter_mut().for_each(|step| *step = new(step)),
+            Step::Unique { equation, .. } | Step::UniqueLoop { equation, .. } => *equation = new(equation),
+            Step::Induction { base, step, .. } => (*base, *step) = (new(base), new(step)),
+            _ => {}
+        }
+        step
+    }
+}
+
+/// Proofs compare counts symbolically; this is `n + 1`, or nothing when it has no normal form.
+pub fn successor(count: &Value) -> Option<Value> {
+    count.add(&Value::integer(1)).ok()
+}

@@ -1,0 +1,201 @@
+//! Proving a claim: by simplification, then by saturation; every success goes through the kernel.
+
+use crate::fact::Context;
+use crate::kernel::{Rejected, Theory, Thm, check};
+use crate::law::{Condition, Connective};
+use crate::name::Name;
+use crate::proof::{Proof, Script, Statement, Step, StepId};
+use crate::refine::{equal, refine};
+use crate::rewrite::{Ended, Limits, Saturation};
+use crate::simplify::Simplifier;
+use crate::term::Term;
+
+/// What came of a claim. There is no "false" here: only a run can show that.
+#[derive(Clone, Debug)]
+pub enum Answer {
+    /// Proved, and the kernel has checked it.
+    Proved(Box<Thm>, Box<Proof>),
+    /// Not proved.
+    Open(Gap),
+}
+
+/// What remains of a claim that could not be proved.
+#[derive(Clone, Debug)]
+pub struct Gap {
+    /// The simplest form of the left side.
+    pub left: Term,
+    /// The simplest form of the right side.
+    pub right: Term,
+    /// Why the search ended.
+    pub ended: Ended,
+    /// The e-classes and e-nodes looked at.
+    pub size: (usize, usize),
+    /// What the kernel said, should it have turned a proof away.
+    pub rejected: Option<Rejected>,
+    /// For a calculation: the number of the step that could not be proved, from 1.
+    pub step: Option<usize>,
+}
+
+/// The road to take.
+#[derive(Clone, Debug)]
+pub enum By<'a> {
+    /// All laws.
+    Search,
+    /// These laws alone.
+    Laws(&'a [Name]),
+    /// Line by line: each with its laws (none: all).
+    Calculation(&'a [(Connective, Vec<Name>, Term)]),
+}
+
+/// Proves `left connective right` under hypotheses.
+pub fn prove(
+    theory: &Theory,
+    statement: &Statement,
+    by: &By<'_>,
+    limits: Limits,
+    interrupted: &dyn Fn() -> bool,
+) -> Answer {
+    let context = Context::new(&theory.assumptions, &theory.definitions, &statement.hypotheses);
+    let search = Search { theory, context: &context, limits, interrupted };
+    let mut script = Script::default();
+    let found = match by {
+        By::Search => search.one(&statement.left, statement.connective, &statement.right, None, &mut script),
+        By::Laws(laws) => search.one(&statement.left, statement.connective, &statement.right, Some(laws), &mut script),
+        By::Calculation(lines) => search.calculation(statement, lines, &mut script),
+    };
+    match found {
+        Err(gap) => Answer::Open(gap),
+        Ok(step) => {
+            if step + 1 != script.steps.len() {
+                script.push(Step::Transitive(vec![step]));
+            }
+            let proof = pruned(&script.finish(statement.clone()));
+            match check(theory, &proof) {
+                Ok(theorem) => Answer::Proved(Box::new(theorem), Box::new(proof)),
+                Err(rejected) => {
+                    let (left, right) = (statement.left.clone(), statement.right.clone());
+                    let ended = Ended::Limit;
+                    Answer::Open(Gap { left, right, ended, size: (0, 0), rejected: Some(rejected), step: None })
+                }
+            }
+        }
+    }
+}
+
+struct Search<'a> {
+    theory: &'a Theory,
+    context: &'a Context<'a>,
+    limits: Limits,
+    interrupted: &'a dyn Fn() -> bool,
+}
+
+impl Search<'_> {
+    fn simplifier(&self, only: Option<&[Name]>, script: &mut Script) -> Simplifier<'_> {
+        let simplifier = Simplifier::new(self.theory, self.context, self.interrupted);
+        let mut simplifier = match only {
+            Some(laws) => simplifier.only(laws),
+            None => simplifier,
+        };
+        simplifier.script = std::mem::take(script);
+        simplifier
+    }
+
+    fn one(
+        &self,
+        left: &Term,
+        connective: Connective,
+        right: &Term,
+        only: Option<&[Name]>,
+        script: &mut Script,
+    ) -> Result<StepId, Gap> {
+        if left == right {
+            return Ok(script.push(Step::Reflexive(left.clone())));
+        }
+        let mut simplifier = self.simplifier(only, script);
+        let (one, two) = (simplifier.simplify(left), simplifier.simplify(right));
+        let joined = match connective {
+            _ if one.term == two.term => Some(simplifier.script.push(Step::Reflexive(one.term.clone()))),
+            Connective::Refines => refine(&one.term, &two.term, &mut simplifier, self.context),
+            Connective::Equal => None,
+        };
+        let direct = match (connective, joined) {
+            (Connective::Refines, None) => refine(left, right, &mut simplifier, self.context),
+            _ => None,
+        };
+        *script = std::mem::take(&mut simplifier.script);
+        if let Some(step) = joined {
+            let back = script.push(Step::Symmetric(two.step));
+            return Ok(script.chain(vec![one.step, step, back]));
+        }
+        if let Some(step) = direct {
+            return Ok(step);
+        }
+        let mut saturation = Saturation::new(self.theory, self.context, only, self.limits, self.interrupted);
+        let direct = saturation.search(left, right, script);
+        direct.map_err(|ended| Gap {
+            left: one.term.clone(),
+            right: two.term.clone(),
+            ended,
+            size: saturation.size(),
+            rejected: None,
+            step: None,
+        })
+    }
+
+    fn calculation(
+        &self,
+        statement: &Statement,
+        lines: &[(Connective, Vec<Name>, Term)],
+        script: &mut Script,
+    ) -> Result<StepId, Gap> {
+        let mut current = statement.left.clone();
+        let mut chain = vec![script.push(Step::Reflexive(current.clone()))];
+        for (number, (connective, laws, term)) in lines.iter().enumerate() {
+            let only = if laws.is_empty() { None } else { Some(laws.as_slice()) };
+            let step = self.one(&current, *connective, term, only, script);
+            chain.push(step.map_err(|gap| Gap { step: Some(number + 1), ..gap })?);
+            current = term.clone();
+        }
+        if current != statement.right {
+            let step = self.one(&current, Connective::Equal, &statement.right, None, script);
+            chain.push(step.map_err(|gap| Gap { step: Some(lines.len() + 1), ..gap })?);
+        }
+        Ok(script.chain(chain))
+    }
+}
+
+/// The proof without the steps that its conclusion does not use.
+pub fn pruned(proof: &Proof) -> Proof {
+    let mut used = vec![false; proof.steps.len()];
+    if let Some(last) = used.last_mut() {
+        *last = true;
+    }
+    for number in (0..proof.steps.len()).rev() {
+        if used[number] {
+            for earlier in proof.steps[number].uses() {
+                if earlier < number {
+                    used[earlier] = true;
+                }
+            }
+        }
+    }
+    let mut renumbered = vec![0; proof.steps.len()];
+    let mut steps: Vec<Step> = Vec::new();
+    for (number, step) in proof.steps.iter().enumerate().filter(|(number, _)| used[*number]) {
+        renumbered[number] = steps.len();
+        steps.push(step.renumbered(&renumbered));
+    }
+    Proof { statement: proof.statement.clone(), steps }
+}
+
+/// A claim of equality without hypotheses.
+pub fn equation(left: Term, right: Term) -> Statement {
+    Statement { hypotheses: Vec::<Condition>::new(), left, connective: Connective::Equal, right }
+}
+
+/// Whether simplification alone makes two terms the same; used where a full search would be too much.
+pub fn same_form(theory: &Theory, left: &Term, right: &Term) -> bool {
+    let context = Context::new(&theory.assumptions, &theory.definitions, &[]);
+    let never = || false;
+    equal(left, right, &mut Simplifier::new(theory, &context, &never)).is_some()
+}

@@ -1,0 +1,236 @@
+//! Refinement `P <= Q`: Q does the same and shows less. Both sides are walked in time together; what P shows
+//! beyond Q is forgotten, and what remains must be equal.
+
+use crate::fact::{Context, Facts};
+use crate::name::Name;
+use crate::proof::{Script, Step, StepId, hole};
+use crate::simplify::Simplifier;
+use crate::substitution::Substitution;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// A stretch of time with what is shown, as `(Delay_a # O)`, or some other process of known duration.
+struct Stretch {
+    term: Term,
+    duration: Value,
+}
+
+/// Searches for `left <= right`; on success the step that proves it.
+pub fn refine(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &Context<'_>) -> Option<StepId> {
+    if left == right {
+        return Some(simplifier.script.push(Step::Reflexive(left.clone())));
+    }
+    if let Some(step) = forget(left, right, &mut simplifier.script, context) {
+        return Some(step);
+    }
+    match (left.node(), right.node()) {
+        (Node::Loop(one), Node::Loop(two)) => {
+            let inner = refine(one, two, simplifier, context)?;
+            let shape = left.with_children(vec![Term::meta(&hole(1))]);
+            Some(simplifier.script.push(Step::Congruence(shape, vec![inner])))
+        }
+        (Node::Else(a, b), Node::Else(c, d)) => {
+            let steps = vec![refine(a, c, simplifier, context)?, refine(b, d, simplifier, context)?];
+            let shape = left.with_children(vec![Term::meta(&hole(1)), Term::meta(&hole(2))]);
+            Some(simplifier.script.push(Step::Congruence(shape, steps)))
+        }
+        _ => align(left, right, simplifier, context),
+    }
+}
+
+/// `P # O <= P`, also below powers, when the two differ in observers alone.
+fn forget(left: &Term, right: &Term, script: &mut Script, context: &Context<'_>) -> Option<StepId> {
+    if left == right {
+        return Some(script.push(Step::Reflexive(left.clone())));
+    }
+    if let (Node::Power(one, n, i), Node::Power(two, m, j)) = (left.node(), right.node())
+        && (n, i) == (m, j)
+    {
+        let inner = forget(one, two, script, context)?;
+        let shape = left.with_children(vec![Term::meta(&hole(1))]);
+        return Some(script.push(Step::Congruence(shape, vec![inner])));
+    }
+    let parts = disabled(left);
+    let kept = disabled(right);
+    let mut extra = parts.clone();
+    for part in &kept {
+        let position = extra.iter().position(|other| other == part)?;
+        extra.remove(position);
+    }
+    if extra.is_empty() || !extra.iter().all(|part| Facts::of(part, context).observer) {
+        return None;
+    }
+    let mut substitution = Substitution::default();
+    substitution.processes.insert(Name::new("?P"), right.clone());
+    substitution.processes.insert(Name::new("?O"), Term::disable(extra));
+    Some(script.push(Step::Law(Name::new("forget"), substitution)))
+}
+
+fn disabled(term: &Term) -> Vec<Term> {
+    match term.node() {
+        Node::Disable(parts) => parts.clone(),
+        _ => vec![term.clone()],
+    }
+}
+
+fn sequence(term: &Term) -> Vec<Term> {
+    match term.node() {
+        Node::Seq(parts) => parts.clone(),
+        _ => vec![term.clone()],
+    }
+}
+
+/// Splits the left side where the right side changes, forgets stretch by stretch, and joins again.
+fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &Context<'_>) -> Option<StepId> {
+    let mut pieces: Vec<Term> = sequence(left);
+    pieces.reverse();
+    let mut split: Vec<Term> = Vec::new();
+    let mut targets: Vec<Term> = Vec::new();
+    let mut ends: Vec<(Term, Term)> = Vec::new();
+    let wanted = sequence(right);
+    let mut position = 0;
+    while position < wanted.len() {
+        let target = &wanted[position];
+        position += 1;
+        let Some(mut open) = Facts::of(target, context).duration else {
+            let rest = pieces.pop()?;
+            ends.push((rest.clone(), target.clone()));
+            split.push(rest);
+            targets.push(target.clone());
+            continue;
+        };
+        while context.assumptions.decide(Relation::Eq, &open, &Value::integer(0)) != Some(true) {
+            let stretch = take(&mut pieces, &open, simplifier, context)?;
+            open = context.assumptions.simplify(&open.sub(&stretch.duration).ok()?);
+            targets.push(shown_as(&stretch.term, target)?);
+            split.push(stretch.term);
+        }
+    }
+    pieces.reverse();
+    if !pieces.is_empty() {
+        return None;
+    }
+    let cut = Term::seq(split.iter().cloned());
+    let before = equal(left, &cut, simplifier)?;
+    let mut steps = Vec::new();
+    for (piece, target) in split.iter().zip(&targets) {
+        let ended = ends.iter().any(|(end, _)| end == piece);
+        let step = if ended { refine(piece, target, simplifier, context)? } else {
+            forget(piece, target, &mut simplifier.script, context)?
+        };
+        steps.push(step);
+    }
+    let holes: Vec<Term> = (1..=steps.len()).map(|number| Term::meta(&hole(number))).collect();
+    let middle = simplifier.script.push(Step::Congruence(Term::seq(holes), steps));
+    let after = equal(&Term::seq(targets), right, simplifier)?;
+    Some(simplifier.script.chain(vec![before, middle, after]))
+}
+
+/// Two terms with one simplest form.
+pub fn equal(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>) -> Option<StepId> {
+    let (one, two) = (simplifier.simplify(left), simplifier.simplify(right));
+    if one.term != two.term {
+        return None;
+    }
+    let back = simplifier.script.push(Step::Symmetric(two.step));
+    Some(simplifier.script.chain(vec![one.step, back]))
+}
+
+/// The next stretch of at most the time that is open, cut off if it is longer.
+fn take(
+    pieces: &mut Vec<Term>,
+    open: &Value,
+    simplifier: &mut Simplifier<'_>,
+    context: &Context<'_>,
+) -> Option<Stretch> {
+    let piece = pieces.pop()?;
+    let duration = Facts::of(&piece, context).duration?;
+    if context.assumptions.decide(Relation::Lte, &duration, open) == Some(true) {
+        return Some(Stretch { term: piece, duration });
+    }
+    match piece.node() {
+        Node::Power(body, count, index) => {
+            let first = match index {
+                Some(index) => at(body, index, &Value::integer(0))?,
+                None => body.clone(),
+            };
+            let step = Facts::of(&first, context).duration?;
+            let whole = open.div(&step).ok()?.floor().ok()?;
+            let whole = if context.assumptions.decide(Relation::Gte, &whole, &Value::integer(1)) == Some(true) {
+                whole
+            } else {
+                Value::integer(1)
+            };
+            let rest = count.sub(&whole).ok()?;
+            let rounds = |body: Term, count: Value| Term::new(Node::Power(body, count, index.clone()));
+            let shifted = match index {
+                Some(index) => at(body, index, &Value::variable(index).add(&whole).ok()?)?,
+                None => body.clone(),
+            };
+            pieces.push(rounds(shifted, rest));
+            pieces.push(rounds(body.clone(), whole));
+            take_checked(pieces, open, simplifier, context)
+        }
+        _ => {
+            let rest = context.assumptions.simplify(&duration.sub(open).ok()?);
+            pieces.push(with_delay(&piece, &rest)?);
+            Some(Stretch { term: with_delay(&piece, open)?, duration: open.clone() })
+        }
+    }
+}
+
+/// As [`take`], but a power is not cut twice in a row.
+fn take_checked(
+    pieces: &mut Vec<Term>,
+    open: &Value,
+    simplifier: &mut Simplifier<'_>,
+    context: &Context<'_>,
+) -> Option<Stretch> {
+    let duration = Facts::of(pieces.last()?, context).duration?;
+    if context.assumptions.decide(Relation::Lte, &duration, open) == Some(true) {
+        return take(pieces, open, simplifier, context);
+    }
+    let piece = pieces.pop()?;
+    if let Node::Power(body, count, index) = piece.node()
+        && count.as_rational().is_some_and(|n| n == Value::integer(1).as_rational().unwrap_or_default())
+    {
+        pieces.push(match index {
+            Some(index) => at(body, index, &Value::integer(0))?,
+            None => body.clone(),
+        });
+        return take(pieces, open, simplifier, context);
+    }
+    None
+}
+
+fn at(body: &Term, index: &Name, value: &Value) -> Option<Term> {
+    let map = std::collections::BTreeMap::from([(index.clone(), value.clone())]);
+    crate::substitution::substitute_values(body, &map).ok()
+}
+
+fn with_delay(piece: &Term, time: &Value) -> Option<Term> {
+    let mut changed = false;
+    let parts = disabled(piece).into_iter().map(|part| match part.node() {
+        Node::Delay(_) => {
+            changed = true;
+            Term::delay(time.clone())
+        }
+        _ => part,
+    });
+    let term = Term::disable(parts.collect::<Vec<_>>());
+    changed.then_some(term)
+}
+
+/// The stretch showing just what the target shows.
+fn shown_as(stretch: &Term, target: &Term) -> Option<Term> {
+    if let Node::Power(body, count, index) = stretch.node() {
+        return Some(Term::new(Node::Power(shown_as(body, target)?, count.clone(), index.clone())));
+    }
+    let target = match target.node() {
+        Node::Power(body, ..) => body,
+        _ => target,
+    };
+    let shown = disabled(target).into_iter().filter(|part| !matches!(part.node(), Node::Delay(_)));
+    let time = disabled(stretch).into_iter().filter(|part| matches!(part.node(), Node::Delay(_)));
+    Some(Term::disable(time.chain(shown).collect::<Vec<_>>()))
+}

@@ -1,0 +1,168 @@
+//! Which names, metavariables and calls stand in a term, and where.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::definition::Definitions;
+use crate::law::{Condition, Law};
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// Every subterm, the term itself first.
+pub fn subterms(term: &Term) -> Vec<&Term> {
+    let mut all = Vec::new();
+    let mut stack = vec![term];
+    while let Some(term) = stack.pop() {
+        all.push(term);
+        stack.extend(term.children());
+    }
+    all
+}
+
+/// All names that the term writes or binds by an index, wherever.
+pub fn bound_names(term: &Term) -> BTreeSet<Name> {
+    let mut names = BTreeSet::new();
+    for part in subterms(term) {
+        match part.node() {
+            Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) | Node::Power(_, _, Some(name)) => {
+                names.insert(name.clone());
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+/// All names that are read by some value of the term, wherever.
+pub fn read_names(term: &Term) -> BTreeSet<Name> {
+    subterms(term).into_iter().flat_map(Term::values).flat_map(Value::variables).collect()
+}
+
+/// All metavariables of a term: of processes, values, ports, results and indices.
+pub fn metavariables(term: &Term) -> BTreeSet<Name> {
+    let mut names: BTreeSet<Name> = read_names(term).into_iter().chain(bound_names(term)).collect();
+    for part in subterms(term) {
+        match part.node() {
+            Node::Meta(name, _) | Node::New(name, _) | Node::In(name, _) | Node::Out(name, _) => {
+                names.insert(name.clone());
+            }
+            Node::Project(_, shown) => names.extend(shown.iter().cloned()),
+            Node::Replace(_, name, _) => {
+                names.insert(name.clone());
+            }
+            _ => {}
+        }
+    }
+    names.retain(Name::is_meta);
+    names
+}
+
+/// The terms and values of a condition.
+pub fn condition_parts(condition: &Condition) -> (Vec<&Term>, Vec<&Value>, Vec<&Name>) {
+    match condition {
+        Condition::Compare(_, left, right) => (vec![], vec![left, right], vec![]),
+        Condition::Natural(value) => (vec![], vec![value], vec![]),
+        Condition::Is(_, term) => (vec![term], vec![], vec![]),
+        Condition::Lasts(term, time) => (vec![term], vec![time], vec![]),
+        Condition::Complementary(first, second) | Condition::Apart(first, second) => (vec![first, second], vec![], vec![]),
+        Condition::ShowsOnly(term, names) | Condition::ShowsNone(term, names) => (vec![term], vec![], names.iter().collect()),
+        Condition::NoPort(term, name) | Condition::Unread(term, name) => (vec![term], vec![], vec![name]),
+    }
+}
+
+/// All metavariables of a condition.
+pub fn condition_metavariables(condition: &Condition) -> BTreeSet<Name> {
+    let (terms, values, names) = condition_parts(condition);
+    let mut all: BTreeSet<Name> = terms.into_iter().flat_map(metavariables).collect();
+    all.extend(values.into_iter().flat_map(Value::variables));
+    all.extend(names.into_iter().cloned());
+    all.retain(Name::is_meta);
+    all
+}
+
+/// Whether a condition mentions a name in any of its parts.
+pub fn condition_mentions(condition: &Condition, name: &Name) -> bool {
+    let (terms, values, names) = condition_parts(condition);
+    terms.into_iter().any(|term| read_names(term).contains(name))
+        || values.into_iter().any(|value| value.mentions(name))
+        || names.contains(&name)
+}
+
+/// The processes that a term calls directly.
+pub fn calls(term: &Term) -> BTreeSet<Name> {
+    subterms(term)
+        .into_iter()
+        .filter_map(|part| if let Node::Call(name, _) = part.node() { Some(name.clone()) } else { None })
+        .collect()
+}
+
+/// Whether `from` calls `to`, directly or through other definitions.
+pub fn reaches(definitions: &Definitions, from: &Name, to: &Name) -> bool {
+    let mut seen = BTreeSet::new();
+    let mut stack = vec![from.clone()];
+    while let Some(name) = stack.pop() {
+        if let Some(definition) = definitions.get(&name) {
+            for called in calls(&definition.body) {
+                if called == *to {
+                    return true;
+                }
+                if seen.insert(called.clone()) {
+                    stack.push(called);
+                }
+            }
+        }
+    }
+    false
+}
+
+/// A context with its holes filled: the process metavariables named in `parts` replaced, and nothing else.
+pub fn fill(shape: &Term, parts: &BTreeMap<Name, Term>) -> Term {
+    if let Node::Meta(name, arguments) = shape.node()
+        && arguments.is_empty()
+        && let Some(part) = parts.get(name)
+    {
+        return part.clone();
+    }
+    let children = shape.children();
+    if children.is_empty() {
+        return shape.clone();
+    }
+    shape.with_children(children.into_iter().map(|child| fill(child, parts)).collect())
+}
+
+/// The index metavariables of a law with the metavariables that also stand outside their reach: what such a one
+/// stands for must not mention the index, or it would change its meaning on the way out.
+pub fn index_escapes(law: &Law) -> Vec<(Name, Name)> {
+    let mut escapes = Vec::new();
+    let sides = [&law.left, &law.right];
+    let indices: BTreeSet<Name> = sides
+        .iter()
+        .flat_map(|side| subterms(side))
+        .filter_map(|part| if let Node::Power(_, _, Some(index)) = part.node() { Some(index.clone()) } else { None })
+        .collect();
+    for index in indices {
+        let mut outside = BTreeSet::new();
+        for side in sides {
+            outside_of(side, &index, &mut outside);
+        }
+        for condition in &law.conditions {
+            let (terms, values, _) = condition_parts(condition);
+            terms.into_iter().for_each(|term| outside_of(term, &index, &mut outside));
+            outside.extend(values.into_iter().flat_map(Value::variables));
+        }
+        outside.remove(&index);
+        escapes.extend(outside.into_iter().filter(Name::is_meta).map(|meta| (index.clone(), meta)));
+    }
+    escapes
+}
+
+fn outside_of(term: &Term, index: &Name, found: &mut BTreeSet<Name>) {
+    found.extend(term.values().into_iter().flat_map(Value::variables));
+    match term.node() {
+        Node::Power(_, _, Some(bound)) | Node::Replace(_, bound, _) if bound == index => {}
+        Node::Meta(name, _) => {
+            found.insert(name.clone());
+        }
+        _ => term.children().into_iter().for_each(|part| outside_of(part, index, found)),
+    }
+}

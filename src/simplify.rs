@@ -1,0 +1,274 @@
+//! Simplification: the laws written `=>`, from left to right, until none applies; every answer with its proof.
+
+use std::collections::HashMap;
+
+use crate::fact::Context;
+use crate::kernel::Theory;
+use crate::law::{Connective, Law};
+use crate::matching::first_match;
+use crate::name::Name;
+use crate::proof::{Script, Step, StepId, hole};
+use crate::substitution::Substitution;
+use crate::term::{Node, Term};
+
+/// A term with the step that proves the original equal to it.
+#[derive(Clone, Debug)]
+pub struct Simplified {
+    /// The simplest form found.
+    pub term: Term,
+    /// Proves `original = term`.
+    pub step: StepId,
+}
+
+/// The simplifier: laws, context, and the proof under construction.
+pub struct Simplifier<'a> {
+    theory: &'a Theory,
+    context: &'a Context<'a>,
+    /// The steps so far.
+    pub script: Script,
+    memo: HashMap<Term, Simplified>,
+    oriented: Vec<std::sync::Arc<Law>>,
+    fuel: usize,
+    interrupted: &'a dyn Fn() -> bool,
+}
+
+/// The most law applications of one simplification.
+pub const FUEL: usize = 200_000;
+
+impl<'a> Simplifier<'a> {
+    /// A simplifier over a theory. `interrupted` is asked at every step; once true, nothing more is rewritten.
+    pub fn new(theory: &'a Theory, context: &'a Context<'a>, interrupted: &'a dyn Fn() -> bool) -> Simplifier<'a> {
+        let oriented = theory
+            .laws
+            .iter()
+            .filter(|law| law.oriented && law.connective == Connective::Equal)
+            .cloned()
+            .collect();
+        Simplifier {
+            theory,
+            context,
+            script: Script::default(),
+            memo: HashMap::new(),
+            oriented,
+            fuel: FUEL,
+            interrupted,
+        }
+    }
+
+    /// Uses these laws alone, besides those about units.
+    pub fn only(mut self, laws: &[Name]) -> Simplifier<'a> {
+        let named = |law: &Law| laws.contains(&law.name) || is_unit(law);
+        self.oriented =
+            self.theory.laws.iter().filter(|law| named(law) && law.connective == Connective::Equal).cloned().collect();
+        self
+    }
+
+    /// With at most this many law applications.
+    pub fn with_fuel(mut self, fuel: usize) -> Simplifier<'a> {
+        self.fuel = fuel;
+        self
+    }
+
+    /// Whether it ended for want of fuel or by interruption rather than because nothing applied.
+    pub fn exhausted(&self) -> bool {
+        self.fuel == 0 || (self.interrupted)()
+    }
+
+    /// The simplest form of a term.
+    pub fn simplify(&mut self, term: &Term) -> Simplified {
+        if let Some(known) = self.memo.get(term) {
+            return known.clone();
+        }
+        let start = self.script.push(Step::Reflexive(term.clone()));
+        let mut chain = vec![start];
+        let mut current = term.clone();
+        loop {
+            if let Some(next) = self.parts(&current) {
+                chain.push(next.step);
+                current = next.term;
+            }
+            let Some(next) = self.at_root(&current) else { break };
+            chain.push(next.step);
+            current = next.term;
+            if let Some(known) = self.memo.get(&current) {
+                chain.push(known.step);
+                current = known.term.clone();
+                break;
+            }
+        }
+        let step = self.script.chain(chain);
+        let found = Simplified { term: current.clone(), step };
+        self.memo.insert(term.clone(), found.clone());
+        if current != *term {
+            let same = self.script.push(Step::Reflexive(current.clone()));
+            self.memo.insert(current.clone(), Simplified { term: current, step: same });
+        }
+        found
+    }
+
+    /// Values under the assumptions, then each part; nothing if nothing changed.
+    fn parts(&mut self, term: &Term) -> Option<Simplified> {
+        let valued = self.values(term);
+        let term = valued.as_ref().map_or(term, |valued| &valued.term).clone();
+        let mut shape = Vec::new();
+        let mut steps = Vec::new();
+        for part in term.children() {
+            let simple = self.simplify(part);
+            if simple.term == *part {
+                shape.push(part.clone());
+            } else {
+                steps.push(simple.step);
+                shape.push(Term::meta(&hole(steps.len())));
+            }
+        }
+        if steps.is_empty() {
+            return valued;
+        }
+        let parts: Vec<Term> = term
+            .children()
+            .into_iter()
+            .map(|part| self.memo.get(part).map_or_else(|| part.clone(), |known| known.term.clone()))
+            .collect();
+        let result = term.with_children(parts);
+        let step = self.script.push(Step::Congruence(term.with_children(shape), steps));
+        let step = match valued {
+            Some(valued) => self.script.chain(vec![valued.step, step]),
+            None => step,
+        };
+        Some(Simplified { term: result, step })
+    }
+
+    fn values(&mut self, term: &Term) -> Option<Simplified> {
+        let mut changed = false;
+        let simple = term
+            .map_values(&mut |value| {
+                let simple = self.context.assumptions.simplify(value);
+                changed |= simple != *value;
+                Ok::<_, ()>(simple)
+            })
+            .ok()?;
+        if !changed {
+            return None;
+        }
+        let step = self.script.push(Step::Arithmetic(term.clone(), simple.clone()));
+        Some(Simplified { term: simple, step })
+    }
+
+    /// One law at the root; nothing if none applies.
+    fn at_root(&mut self, term: &Term) -> Option<Simplified> {
+        if self.exhausted() {
+            return None;
+        }
+        for index in 0..self.oriented.len() {
+            let law = self.oriented[index].clone();
+            if !may_apply(&law.left, term) {
+                continue;
+            }
+            if let Some(found) = self.apply(&law, term) {
+                self.fuel = self.fuel.saturating_sub(1);
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    fn apply(&mut self, law: &Law, term: &Term) -> Option<Simplified> {
+        let found = first_match(law, &law.left, term, self.context)?;
+        let instance = found.substitution.apply(&law.right, self.context).ok()?;
+        let result = surround(&found.surrounding, &instance);
+        if result == *term || clean(&result) == *term {
+            return None;
+        }
+        self.instance(term, law, true, &found.substitution, &found.surrounding)
+    }
+
+    /// One law applied in a surrounding, forwards or backwards, with the proof. The term may differ from the
+    /// instance by units.
+    pub fn instance(
+        &mut self,
+        term: &Term,
+        law: &Law,
+        forward: bool,
+        substitution: &Substitution,
+        surrounding: &Term,
+    ) -> Option<Simplified> {
+        let left = substitution.apply(&law.left, self.context).ok()?;
+        let right = substitution.apply(&law.right, self.context).ok()?;
+        let (from, to) = if forward { (left, right) } else { (right, left) };
+        let whole = surround(surrounding, &from);
+        let mut chain = Vec::new();
+        if whole != *term {
+            let (there, back) = (self.cleaned(term), self.cleaned(&whole));
+            if there.term != back.term {
+                return None;
+            }
+            chain.push(there.step);
+            chain.push(self.script.push(Step::Symmetric(back.step)));
+        }
+        let mut step = self.script.push(Step::Law(law.name.clone(), substitution.clone()));
+        if !forward {
+            step = self.script.push(Step::Symmetric(step));
+        }
+        if *surrounding != Term::meta(&hole(1)) {
+            step = self.script.push(Step::Congruence(surrounding.clone(), vec![step]));
+        }
+        chain.push(step);
+        let step = self.script.chain(chain);
+        Some(Simplified { term: surround(surrounding, &to), step })
+    }
+
+    /// The term without units, proved by the laws that say so.
+    pub fn cleaned(&mut self, term: &Term) -> Simplified {
+        let units: Vec<Name> = self.theory.laws.iter().filter(|law| is_unit(law)).map(|law| law.name.clone()).collect();
+        let mut cleaner = Simplifier::new(self.theory, self.context, self.interrupted).only(&units);
+        cleaner.script = std::mem::take(&mut self.script);
+        let found = cleaner.simplify(term);
+        self.script = cleaner.script;
+        found
+    }
+}
+
+/// A law `P op unit = P`: `P ; Stop`, `Stop ; P`, `P # Idle`, `P | Abort`.
+pub fn is_unit(law: &Law) -> bool {
+    let two = |parts: &[Term]| {
+        parts.len() == 2
+            && parts.contains(&law.right)
+            && parts.iter().any(|part| matches!(part.node(), Node::Stop | Node::Idle | Node::Abort))
+    };
+    let plain = matches!(law.right.node(), Node::Meta(_, arguments) if arguments.is_empty());
+    let shape = match law.left.node() {
+        Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => two(parts),
+        _ => false,
+    };
+    plain && shape && law.conditions.is_empty() && law.connective == Connective::Equal
+}
+
+/// The term without units.
+fn clean(term: &Term) -> Term {
+    let children = term.children();
+    if children.is_empty() {
+        return term.clone();
+    }
+    let parts = children.into_iter().map(clean);
+    match term.node() {
+        Node::Seq(_) => Term::seq(parts.filter(|part| *part != Term::stop())),
+        Node::Par(_) => Term::par(parts.filter(|part| *part != Term::abort())),
+        Node::Disable(_) => Term::disable(parts.filter(|part| *part != Term::idle())),
+        _ => term.with_children(parts.collect()),
+    }
+}
+
+/// A surrounding with its hole filled.
+pub fn surround(surrounding: &Term, inner: &Term) -> Term {
+    let holes = std::collections::BTreeMap::from([(hole(1), inner.clone())]);
+    crate::scope::fill(surrounding, &holes)
+}
+
+/// A quick look at the outermost operators, before the parts are looked at.
+fn may_apply(pattern: &Term, term: &Term) -> bool {
+    match (pattern.node(), term.node()) {
+        (Node::Meta(..), _) => true,
+        (Node::Seq(_), _) => matches!(term.node(), Node::Seq(_)),
+        (wanted, given) => std::mem::discriminant(wanted) == std::mem::discriminant(given),
+    }
+}

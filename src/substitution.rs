@@ -1,0 +1,268 @@
+//! Substitution: of metavariables in laws, of values for names in processes, of a process for a call.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::fact::{Context, Facts};
+use crate::law::Condition;
+use crate::name::Name;
+use crate::scope::bound_names;
+use crate::term::{Node, Term};
+use crate::value::{Value, ValueError};
+
+/// Why a substitution has no result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stuck(pub String);
+
+impl From<ValueError> for Stuck {
+    fn from(error: ValueError) -> Stuck {
+        Stuck(error.0)
+    }
+}
+
+/// What a law's metavariables stand for: processes, values, names of ports, results and indices, sets of observers.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Substitution {
+    /// `?P`
+    pub processes: BTreeMap<Name, Term>,
+    /// `?x` in value position
+    pub values: BTreeMap<Name, Value>,
+    /// `?c` and `?y` in port, result and index position
+    pub names: BTreeMap<Name, Name>,
+    /// `?S` in `P to {?S}`
+    pub sets: BTreeMap<Name, BTreeSet<Name>>,
+}
+
+impl Substitution {
+    /// The instance of a law's side. A `P[y := x]` in it is carried out.
+    ///
+    /// # Errors
+    /// When a value has no normal form, or a replacement cannot be carried out (see [`replace`]).
+    pub fn apply(&self, pattern: &Term, context: &Context<'_>) -> Result<Term, Stuck> {
+        let parts: Result<Vec<Term>, Stuck> =
+            pattern.children().into_iter().map(|part| self.apply(part, context)).collect();
+        let shape = if pattern.children().is_empty() { pattern.clone() } else { pattern.with_children(parts?) };
+        self.apply_shallow(&shape, context)
+    }
+
+    fn apply_shallow(&self, shape: &Term, context: &Context<'_>) -> Result<Term, Stuck> {
+        let name = |name: &Name| self.names.get(name).cloned().unwrap_or_else(|| name.clone());
+        let shape = shape.map_values(&mut |value| self.value(value))?;
+        Ok(Term::new(match shape.node().clone() {
+            Node::Meta(meta, arguments) if arguments.is_empty() => match self.processes.get(&meta) {
+                Some(process) => return Ok(process.clone()),
+                None => Node::Meta(meta, arguments),
+            },
+            Node::In(port, result) => Node::In(name(&port), name(&result)),
+            Node::Out(port, value) => Node::Out(name(&port), value),
+            Node::Set(value, result) => Node::Set(value, name(&result)),
+            Node::Ran(value, result) => Node::Ran(value, name(&result)),
+            Node::New(port, body) => Node::New(name(&port), body),
+            Node::Power(body, count, index) => Node::Power(body, count, index.as_ref().map(name)),
+            Node::Project(body, shown) => Node::Project(body, self.set(&shown)),
+            Node::Replace(body, result, value) => return replace(&body, &name(&result), &value, context),
+            node => node,
+        }))
+    }
+
+    /// The instance of a value. A name that stands for a port, result or index may be read as a value too.
+    ///
+    /// # Errors
+    /// When the instance has no normal form.
+    pub fn value(&self, value: &Value) -> Result<Value, Stuck> {
+        let mut map = self.values.clone();
+        for (meta, name) in &self.names {
+            map.entry(meta.clone()).or_insert_with(|| Value::variable(name));
+        }
+        Ok(value.substitute(&map)?)
+    }
+
+    fn set(&self, names: &BTreeSet<Name>) -> BTreeSet<Name> {
+        names.iter().flat_map(|name| self.sets.get(name).cloned().unwrap_or_else(|| BTreeSet::from([name.clone()]))).collect()
+    }
+
+    /// The instance of a condition.
+    ///
+    /// # Errors
+    /// As for [`Substitution::apply`].
+    pub fn condition(&self, condition: &Condition, context: &Context<'_>) -> Result<Condition, Stuck> {
+        let name = |name: &Name| self.names.get(name).cloned().unwrap_or_else(|| name.clone());
+        let term = |term: &Term| self.apply(term, context);
+        Ok(match condition {
+            Condition::Compare(relation, left, right) => {
+                Condition::Compare(*relation, self.value(left)?, self.value(right)?)
+            }
+            Condition::Natural(value) => Condition::Natural(self.value(value)?),
+            Condition::Is(fact, subject) => Condition::Is(*fact, term(subject)?),
+            Condition::Lasts(subject, time) => Condition::Lasts(term(subject)?, self.value(time)?),
+            Condition::Complementary(first, second) => Condition::Complementary(term(first)?, term(second)?),
+            Condition::NoPort(subject, port) => Condition::NoPort(term(subject)?, name(port)),
+            Condition::Unread(subject, result) => Condition::Unread(term(subject)?, name(result)),
+            Condition::Apart(first, second) => Condition::Apart(term(first)?, term(second)?),
+            Condition::ShowsOnly(subject, shown) => Condition::ShowsOnly(term(subject)?, self.set(shown)),
+            Condition::ShowsNone(subject, shown) => Condition::ShowsNone(term(subject)?, self.set(shown)),
+        })
+    }
+}
+
+/// `P[y := x]`: the reads of y that P makes before it binds y see x instead.
+///
+/// # Errors
+/// When some read of y may or may not see a new binding (a part that binds y in some runs only, a loop that binds y
+/// later than it reads it), or when a bound name of P would capture a name of x.
+pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -> Result<Term, Stuck> {
+    let facts = Facts::of(term, context);
+    if !facts.reads.names.contains(name) && facts.reads.processes.is_empty() {
+        return Ok(term.clone());
+    }
+    let map = BTreeMap::from([(name.clone(), value.clone())]);
+    match term.node() {
+        Node::Replace(_, same, old) if same == name && !old.mentions(name) => Ok(term.clone()),
+        Node::Seq(parts) => replace_in_sequence(parts, name, value, context),
+        Node::Meta(..) | Node::Replace(..) => Ok(Term::new(Node::Replace(term.clone(), name.clone(), value.clone()))),
+        Node::Power(body, _, index) => {
+            captures(term, value, context)?;
+            if Facts::of(body, context).binds.names.contains(name) {
+                return Err(Stuck(format!("a later round would read another {name}")));
+            }
+            let shape = term.map_values(&mut |old| old.substitute(&map))?;
+            if index.as_ref() == Some(name) {
+                return Ok(shape);
+            }
+            Ok(shape.with_children(vec![replace(body, name, value, context)?]))
+        }
+        Node::Loop(body) => {
+            captures(term, value, context)?;
+            let binds = Facts::of(body, context).binds;
+            if binds.names.contains(name) || !binds.processes.is_empty() {
+                return Err(Stuck(format!("a later round would read another {name}")));
+            }
+            Ok(term.with_children(vec![replace(body, name, value, context)?]))
+        }
+        _ => {
+            captures(term, value, context)?;
+            let shape = term.map_values(&mut |old| old.substitute(&map))?;
+            let parts: Result<Vec<Term>, Stuck> =
+                term.children().into_iter().map(|part| replace(part, name, value, context)).collect();
+            Ok(if term.children().is_empty() { shape } else { shape.with_children(parts?) })
+        }
+    }
+}
+
+fn replace_in_sequence(
+    parts: &[Term],
+    name: &Name,
+    value: &Value,
+    context: &Context<'_>,
+) -> Result<Term, Stuck> {
+    let mut out = Vec::with_capacity(parts.len());
+    let mut active = true;
+    for (position, part) in parts.iter().enumerate() {
+        if !active {
+            out.push(part.clone());
+            continue;
+        }
+        out.push(replace(part, name, value, context)?);
+        let facts = Facts::of(part, context);
+        if facts.surely_binds.contains(name) {
+            active = false;
+        } else {
+            let rest = Term::seq(parts[position + 1..].iter().cloned());
+            let reads = Facts::of(&rest, context).reads;
+            let later = position + 1 < parts.len() && (reads.names.contains(name) || !reads.processes.is_empty());
+            let unsure = facts.binds.names.contains(name) || !facts.binds.processes.is_empty();
+            if later && unsure {
+                return Err(Stuck(format!("{name} may be bound anew in some runs only")));
+            }
+            let written = &facts.binds.names;
+            if later && value.variables().iter().any(|read| written.contains(read)) {
+                return Err(Stuck(format!("a name in {value} is bound before {name} is read")));
+            }
+        }
+    }
+    Ok(Term::seq(out))
+}
+
+/// Refuses a replacement under a binder or a write of a name that the value reads.
+fn captures(term: &Term, value: &Value, context: &Context<'_>) -> Result<(), Stuck> {
+    let reads = value.variables();
+    let caught = match term.node() {
+        Node::Power(body, _, index) => {
+            let binds = Facts::of(body, context).binds;
+            index.as_ref().is_some_and(|index| reads.contains(index))
+                || reads.iter().any(|read| binds.names.contains(read))
+        }
+        Node::Loop(body) => {
+            let binds = Facts::of(body, context).binds;
+            reads.iter().any(|read| binds.names.contains(read))
+        }
+        _ => false,
+    };
+    if caught { Err(Stuck(format!("a name in {value} would change its meaning"))) } else { Ok(()) }
+}
+
+/// A definition's body with arguments for parameters, at once.
+///
+/// # Errors
+/// When an argument reads a name that the body binds.
+pub fn instantiate(
+    body: &Term,
+    parameters: &[Name],
+    arguments: &[Value],
+    context: &Context<'_>,
+) -> Result<Term, Stuck> {
+    let bound = bound_names(body);
+    let map: BTreeMap<Name, Value> = parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
+    if let Some(parameter) = parameters.iter().find(|parameter| bound.contains(*parameter)) {
+        return Err(Stuck(format!("{parameter} is a parameter and is bound in the body")));
+    }
+    for argument in map.values() {
+        if let Some(caught) = argument.variables().into_iter().find(|read| bound.contains(read)) {
+            // Reads come before writes in a round, so only a read after the write is at risk; refused when in doubt.
+            if reads_after_write(body, &caught, parameters, &map, context) {
+                return Err(Stuck(format!("{caught} is bound again in the body before an argument is read")));
+            }
+        }
+    }
+    substitute_values(body, &map)
+}
+
+fn reads_after_write(
+    body: &Term,
+    caught: &Name,
+    parameters: &[Name],
+    map: &BTreeMap<Name, Value>,
+    context: &Context<'_>,
+) -> bool {
+    let risky: BTreeSet<&Name> = parameters
+        .iter()
+        .filter(|parameter| map.get(*parameter).is_some_and(|argument| argument.mentions(caught)))
+        .collect();
+    let Node::Seq(parts) = body.node() else {
+        return true;
+    };
+    let Some(first) = parts.iter().position(|part| bound_names(part).contains(caught)) else {
+        return false;
+    };
+    let inner = !matches!(parts[first].node(), Node::In(..) | Node::Set(..) | Node::Ran(..));
+    let rest = &parts[if inner { first } else { first + 1 }..];
+    rest.iter().any(|part| Facts::of(part, context).reads.names.iter().any(|read| risky.contains(read)))
+}
+
+/// Every read of the names in `map` replaced, wherever it stands: right when nothing in the term binds them.
+///
+/// # Errors
+/// When a value has no normal form or an index would capture a name.
+pub fn substitute_values(term: &Term, map: &BTreeMap<Name, Value>) -> Result<Term, Stuck> {
+    if let Node::Power(_, _, Some(index)) = term.node()
+        && (map.contains_key(index) || map.values().any(|value| value.mentions(index)))
+    {
+        return Err(Stuck(format!("the index {index} would change its meaning")));
+    }
+    let shape = term.map_values(&mut |value| value.substitute(map))?;
+    if term.children().is_empty() {
+        return Ok(shape);
+    }
+    let parts: Result<Vec<Term>, Stuck> =
+        term.children().into_iter().map(|part| substitute_values(part, map)).collect();
+    Ok(shape.with_children(parts?))
+}

@@ -1,0 +1,522 @@
+//! Values: exact, immutable, always in normal form.
+//!
+//! A real value is a reduced fraction of polynomials over [`Atom`]s: what is not built by the four operations
+//! (`max`, `if`, roots, symbolic powers, calls) is an atom with its own normal form. Two values that have the same
+//! normal form are equal wherever both are defined. A symbolic exponent stands for a natural number, and an
+//! equation between values says nothing where a denominator in it is 0: whoever needs that asks for it.
+
+mod arithmetic;
+mod order;
+mod power;
+mod root;
+mod substitute;
+mod text;
+
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+use num_rational::BigRational;
+use num_traits::{One, Zero};
+
+use crate::name::Name;
+use crate::polynomial::Polynomial;
+
+/// A comparison of two values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Relation {
+    /// `=`
+    Eq,
+    /// `!=`
+    Neq,
+    /// `>`
+    Gtr,
+    /// `>=`
+    Gte,
+    /// `<`
+    Lss,
+    /// `<=`
+    Lte,
+}
+
+impl Relation {
+    /// All six.
+    pub const ALL: [Relation; 6] =
+        [Relation::Eq, Relation::Neq, Relation::Gtr, Relation::Gte, Relation::Lss, Relation::Lte];
+
+    /// The comparison that holds exactly when this one does not.
+    pub fn negated(self) -> Relation {
+        match self {
+            Relation::Eq => Relation::Neq,
+            Relation::Neq => Relation::Eq,
+            Relation::Gtr => Relation::Lte,
+            Relation::Gte => Relation::Lss,
+            Relation::Lss => Relation::Gte,
+            Relation::Lte => Relation::Gtr,
+        }
+    }
+
+    /// The comparison with its sides exchanged: `a < b` is `b > a`.
+    pub fn mirrored(self) -> Relation {
+        match self {
+            Relation::Gtr => Relation::Lss,
+            Relation::Gte => Relation::Lte,
+            Relation::Lss => Relation::Gtr,
+            Relation::Lte => Relation::Gte,
+            same => same,
+        }
+    }
+
+    /// Its name as a process: `Eq`, `Neq`, …
+    pub fn spelling(self) -> &'static str {
+        match self {
+            Relation::Eq => "Eq",
+            Relation::Neq => "Neq",
+            Relation::Gtr => "Gtr",
+            Relation::Gte => "Gte",
+            Relation::Lss => "Lss",
+            Relation::Lte => "Lte",
+        }
+    }
+
+    /// Its symbol: `=`, `!=`, …
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Relation::Eq => "=",
+            Relation::Neq => "!=",
+            Relation::Gtr => ">",
+            Relation::Gte => ">=",
+            Relation::Lss => "<",
+            Relation::Lte => "<=",
+        }
+    }
+
+    /// Whether two things that compare like this stand in the relation.
+    pub fn holds(self, order: Ordering) -> bool {
+        match self {
+            Relation::Eq => order == Ordering::Equal,
+            Relation::Neq => order != Ordering::Equal,
+            Relation::Gtr => order == Ordering::Greater,
+            Relation::Gte => order != Ordering::Less,
+            Relation::Lss => order == Ordering::Less,
+            Relation::Lte => order != Ordering::Greater,
+        }
+    }
+}
+
+/// The unknowns of the polynomials.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Atom {
+    /// `x`, `?x`
+    Variable(Name),
+    /// `b^n`: a base that has no simpler power, and an exponent without integer multiples or sums
+    Power(Value, Value),
+    /// `max(0, d1, d2, …)`: at least one more element than 0, sorted
+    Maximum(Arc<[Value]>),
+    /// 1 if p > 0, else 0
+    Positive(Value),
+    /// `floor(x)`
+    Floor(Value),
+    /// `sqrt(x)`
+    Root(Value),
+    /// `f(x, …)` of a function that nothing is known about
+    Apply(Name, Arc<[Value]>),
+}
+
+/// The exponent of an atom in a monomial, at least 1.
+pub type Exponent = u32;
+
+/// A sum: each term a coefficient and a product of powers of atoms.
+pub type Sum = Vec<(BigRational, Vec<(Atom, Exponent)>)>;
+
+/// A value taken apart, for printers and engines.
+#[derive(Clone, Debug, PartialEq)]
+pub enum View {
+    /// A real: numerator and denominator.
+    Real(Sum, Sum),
+    /// A vector: its components.
+    Vector(Vec<Value>),
+    /// A distribution: its kind and arguments.
+    Distribution(String, Vec<Value>),
+}
+
+/// What kind of thing a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Sort {
+    /// A real number.
+    Real,
+    /// A vector of so many real components.
+    Vector(usize),
+    /// A probability distribution.
+    Distribution,
+}
+
+impl fmt::Display for Sort {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Sort::Real => f.write_str("a number"),
+            Sort::Vector(length) => write!(f, "a vector of {length}"),
+            Sort::Distribution => f.write_str("a distribution"),
+        }
+    }
+}
+
+/// Why there is no such value: division by zero, wrong sort, too large.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ValueError(pub String);
+
+impl ValueError {
+    pub(crate) fn new(text: impl Into<String>) -> ValueError {
+        ValueError(text.into())
+    }
+
+    pub(crate) fn too_large() -> ValueError {
+        ValueError::new("this value is too large to compute with")
+    }
+}
+
+impl fmt::Display for ValueError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for ValueError {}
+
+type Outcome = Result<Value, ValueError>;
+type Real = Polynomial<Atom>;
+
+/// An exact value in normal form; shared, cheap to copy.
+#[derive(Clone)]
+pub struct Value(Arc<Shared>);
+
+struct Shared {
+    content: Content,
+    hash: u64,
+    size: usize,
+    depth: usize,
+}
+
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+enum Content {
+    /// Coprime numerator and denominator; the denominator's leading coefficient is 1.
+    Real(Real, Real),
+    Vector(Vec<Value>),
+    Distribution(String, Vec<Value>),
+}
+
+/// The deepest nesting of atoms; every walk over a value recurses no deeper.
+const MOST_DEPTH: usize = 64;
+/// The most nodes of a value written out as a tree; every walk over a value visits no more.
+const MOST_SIZE: usize = 400_000;
+
+impl Atom {
+    fn parts(&self) -> Vec<&Value> {
+        match self {
+            Atom::Variable(_) => Vec::new(),
+            Atom::Power(base, exponent) => vec![base, exponent],
+            Atom::Maximum(parts) | Atom::Apply(_, parts) => parts.iter().collect(),
+            Atom::Positive(part) | Atom::Floor(part) | Atom::Root(part) => vec![part],
+        }
+    }
+
+    /// Whether a variable occurs in it.
+    pub fn mentions(&self, name: &Name) -> bool {
+        match self {
+            Atom::Variable(other) => other == name,
+            other => other.parts().into_iter().any(|part| part.mentions(name)),
+        }
+    }
+
+    /// The value that is this atom alone.
+    ///
+    /// # Errors
+    /// When the nesting is too deep.
+    pub fn value(&self) -> Result<Value, ValueError> {
+        Value::whole(Polynomial::atom(self.clone()))
+    }
+}
+
+impl Value {
+    fn new(content: Content) -> Outcome {
+        let (mut size, mut depth) = (1usize, 0usize);
+        let mut include = |part: &Value| {
+            size = size.saturating_add(part.0.size);
+            depth = depth.max(part.0.depth);
+        };
+        let mut terms = 0;
+        match &content {
+            Content::Real(numerator, denominator) => {
+                for (monomial, _) in numerator.terms().iter().chain(denominator.terms()) {
+                    terms += 1 + monomial.factors().len();
+                    monomial.factors().iter().for_each(|(atom, _)| atom.parts().into_iter().for_each(&mut include));
+                }
+            }
+            Content::Vector(parts) | Content::Distribution(_, parts) => parts.iter().for_each(include),
+        }
+        let (size, depth) = (size.saturating_add(terms), depth + 1);
+        if size > MOST_SIZE || depth > MOST_DEPTH {
+            return Err(ValueError::too_large());
+        }
+        Ok(Value::sealed(content, size, depth))
+    }
+
+    fn sealed(content: Content, size: usize, depth: usize) -> Value {
+        let mut hasher = std::collections::hash_map::DefaultHasher::new();
+        content.hash(&mut hasher);
+        Value(Arc::new(Shared { hash: hasher.finish(), content, size, depth }))
+    }
+
+    /// A polynomial as a value; its relations are reduced already.
+    fn whole(numerator: Real) -> Outcome {
+        if !numerator.is_modest() {
+            return Err(ValueError::too_large());
+        }
+        Value::new(Content::Real(numerator, Polynomial::one()))
+    }
+
+    /// An integer.
+    pub fn integer(number: i64) -> Value {
+        Value::rational(BigRational::from_integer(number.into()))
+    }
+
+    /// An exact rational number.
+    pub fn rational(number: BigRational) -> Value {
+        Value::sealed(Content::Real(Polynomial::constant(number), Polynomial::one()), 2, 1)
+    }
+
+    /// `numerator / denominator`.
+    ///
+    /// # Errors
+    /// When the denominator is 0.
+    pub fn fraction(numerator: i64, denominator: i64) -> Result<Value, ValueError> {
+        Value::integer(numerator).div(&Value::integer(denominator))
+    }
+
+    /// 0
+    pub fn zero() -> Value {
+        Value::rational(BigRational::zero())
+    }
+
+    /// 1
+    pub fn one() -> Value {
+        Value::rational(BigRational::one())
+    }
+
+    /// A variable or metavariable.
+    pub fn variable(name: &Name) -> Value {
+        Value::sealed(Content::Real(Polynomial::atom(Atom::Variable(name.clone())), Polynomial::one()), 3, 1)
+    }
+
+    /// An uninterpreted function of numbers or vectors; the result is a number.
+    ///
+    /// # Errors
+    /// When an argument is a distribution, or the nesting is too deep.
+    pub fn apply(function: &Name, arguments: &[Value]) -> Result<Value, ValueError> {
+        if arguments.iter().any(|argument| argument.sort() == Sort::Distribution) {
+            return Err(ValueError::new(format!("{function} is applied to a distribution; it takes numbers")));
+        }
+        Value::whole(Polynomial::atom(Atom::Apply(function.clone(), arguments.into())))
+    }
+
+    /// A vector of numbers.
+    ///
+    /// # Errors
+    /// When a component is not a number, or there are fewer than two.
+    pub fn vector(components: Vec<Value>) -> Result<Value, ValueError> {
+        if components.len() < 2 {
+            return Err(ValueError::new("a vector has at least two components"));
+        }
+        match components.iter().find(|component| component.sort() != Sort::Real) {
+            Some(other) => Err(ValueError::new(format!("a component of a vector is {}, not a number", other.sort()))),
+            None => Value::new(Content::Vector(components)),
+        }
+    }
+
+    /// The component at this place, counted from 0.
+    pub fn component(&self, place: usize) -> Option<Value> {
+        match &self.0.content {
+            Content::Vector(parts) => parts.get(place).cloned(),
+            _ => None,
+        }
+    }
+
+    fn parts(&self) -> Option<(&Real, &Real)> {
+        match &self.0.content {
+            Content::Real(numerator, denominator) => Some((numerator, denominator)),
+            _ => None,
+        }
+    }
+
+    fn real(&self) -> Result<(&Real, &Real), ValueError> {
+        self.parts().ok_or_else(|| ValueError::new(format!("a number is needed here, and this is {}", self.sort())))
+    }
+
+    /// Its numerator, when it is real.
+    pub fn numerator(&self) -> Option<Value> {
+        Value::whole(self.parts()?.0.clone()).ok()
+    }
+
+    /// Its denominator, when it is real.
+    pub fn denominator(&self) -> Option<Value> {
+        Value::whole(self.parts()?.1.clone()).ok()
+    }
+
+    pub(crate) fn polynomials(&self) -> Option<(&Polynomial<Atom>, &Polynomial<Atom>)> {
+        self.parts()
+    }
+
+    pub(crate) fn from_polynomials(numerator: Polynomial<Atom>, denominator: Polynomial<Atom>) -> Outcome {
+        Value::quotient(numerator, denominator)
+    }
+
+    /// Its value, when it is a rational number.
+    pub fn as_rational(&self) -> Option<BigRational> {
+        let (numerator, denominator) = self.parts()?;
+        if denominator.is_one() { numerator.as_constant() } else { None }
+    }
+
+    /// The variable that it is.
+    pub fn as_variable(&self) -> Option<&Name> {
+        match self.as_atom()? {
+            Atom::Variable(name) => Some(name),
+            _ => None,
+        }
+    }
+
+    /// The atom that it is.
+    pub fn as_atom(&self) -> Option<&Atom> {
+        let (numerator, denominator) = self.parts()?;
+        match numerator.terms() {
+            [(monomial, number)] if number.is_one() && denominator.is_one() => match monomial.factors() {
+                [(atom, 1)] => Some(atom),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// True of the number 0.
+    pub fn is_zero(&self) -> bool {
+        self.parts().is_some_and(|(numerator, _)| numerator.is_zero())
+    }
+
+    /// Its sort.
+    pub fn sort(&self) -> Sort {
+        match &self.0.content {
+            Content::Real(..) => Sort::Real,
+            Content::Vector(parts) => Sort::Vector(parts.len()),
+            Content::Distribution(..) => Sort::Distribution,
+        }
+    }
+
+    /// The number of nodes of it, written out as a tree.
+    pub fn size(&self) -> usize {
+        self.0.size
+    }
+
+    /// The atoms of it that stand in no other atom.
+    pub fn atoms(&self) -> BTreeSet<Atom> {
+        match &self.0.content {
+            Content::Real(numerator, denominator) => {
+                numerator.atoms().into_iter().chain(denominator.atoms()).cloned().collect()
+            }
+            Content::Vector(parts) | Content::Distribution(_, parts) => parts.iter().flat_map(Value::atoms).collect(),
+        }
+    }
+
+    /// The variables in it.
+    pub fn variables(&self) -> BTreeSet<Name> {
+        let mut found = BTreeSet::new();
+        self.collect_variables(&mut found);
+        found
+    }
+
+    fn collect_variables(&self, found: &mut BTreeSet<Name>) {
+        let mut visit = |atom: &Atom| match atom {
+            Atom::Variable(name) => {
+                found.insert(name.clone());
+            }
+            other => other.parts().into_iter().for_each(|part| part.collect_variables(found)),
+        };
+        match &self.0.content {
+            Content::Real(numerator, denominator) => {
+                numerator.atoms().into_iter().chain(denominator.atoms()).for_each(&mut visit);
+            }
+            Content::Vector(parts) | Content::Distribution(_, parts) => {
+                parts.iter().for_each(|part| part.collect_variables(found));
+            }
+        }
+    }
+
+    /// Whether a variable occurs in it.
+    pub fn mentions(&self, name: &Name) -> bool {
+        match &self.0.content {
+            Content::Real(numerator, denominator) => {
+                let mut factors = numerator.terms().iter().chain(denominator.terms());
+                factors.any(|(monomial, _)| monomial.factors().iter().any(|(atom, _)| atom.mentions(name)))
+            }
+            Content::Vector(parts) | Content::Distribution(_, parts) => parts.iter().any(|part| part.mentions(name)),
+        }
+    }
+
+    /// `(c, d)` with the value equal to `c*x + d`, and x in neither.
+    pub fn linear_in(&self, name: &Name) -> Option<(Value, Value)> {
+        let (numerator, denominator) = self.parts()?;
+        let mut parts = numerator.coefficients_in(&Atom::Variable(name.clone()));
+        let (constant, factor) = (parts.remove(&0).unwrap_or_else(Polynomial::zero), parts.remove(&1));
+        if !parts.is_empty() {
+            return None;
+        }
+        let over = |part: Real| Value::quotient(part, denominator.clone()).ok().filter(|value| !value.mentions(name));
+        let free = !Value::whole(denominator.clone()).ok()?.mentions(name);
+        if free { Some((over(factor.unwrap_or_else(Polynomial::zero))?, over(constant)?)) } else { None }
+    }
+
+    /// It taken apart.
+    pub fn view(&self) -> View {
+        let sum = |polynomial: &Real| {
+            let terms = polynomial.terms().iter();
+            terms.map(|(monomial, number)| (number.clone(), monomial.factors().to_vec())).collect()
+        };
+        match &self.0.content {
+            Content::Real(numerator, denominator) => View::Real(sum(numerator), sum(denominator)),
+            Content::Vector(parts) => View::Vector(parts.clone()),
+            Content::Distribution(kind, parts) => View::Distribution(kind.clone(), parts.clone()),
+        }
+    }
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Value) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || (self.0.hash == other.0.hash && self.0.content == other.0.content)
+    }
+}
+
+impl Eq for Value {}
+
+impl Hash for Value {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u64(self.0.hash);
+    }
+}
+
+impl PartialOrd for Value {
+    fn partial_cmp(&self, other: &Value) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Value {
+    fn cmp(&self, other: &Value) -> Ordering {
+        if Arc::ptr_eq(&self.0, &other.0) { Ordering::Equal } else { self.0.content.cmp(&other.0.content) }
+    }
+}
+
+impl fmt::Debug for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}

@@ -1,0 +1,351 @@
+//! The four operations, on numbers and componentwise on vectors, and the normal form of fractions.
+
+use num_rational::BigRational;
+use num_traits::{One, Signed};
+
+use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
+use crate::polynomial::{Budget, Monomial, Polynomial};
+
+/// The work that may go into one greatest common divisor; beyond it a fraction keeps its common factor.
+const DIVISOR_BUDGET: u64 = 100_000;
+
+impl Value {
+    /// The sum, of numbers or of vectors of the same length.
+    ///
+    /// # Errors
+    /// On a sort mismatch, or when the result is too large.
+    pub fn add(&self, other: &Value) -> Result<Value, ValueError> {
+        self.combine(other, "add", |left, right| left.add_real(right))
+    }
+
+    /// The difference, of numbers or of vectors of the same length.
+    ///
+    /// # Errors
+    /// As [`Value::add`].
+    pub fn sub(&self, other: &Value) -> Result<Value, ValueError> {
+        self.combine(other, "subtract", |left, right| {
+            let ((a, b), (c, d)) = (left.real()?, right.real()?);
+            if b.is_one() && d.is_one() {
+                return Value::whole(a.minus(c));
+            }
+            left.add_real(&right.neg()?)
+        })
+    }
+
+    /// The product of numbers, or of a number and a vector.
+    ///
+    /// # Errors
+    /// On a sort mismatch, or when the result is too large.
+    pub fn mul(&self, other: &Value) -> Result<Value, ValueError> {
+        match (&self.0.content, &other.0.content) {
+            (Content::Real(a, b), Content::Real(c, d)) => {
+                let numerator = product(a, c)?;
+                if b.is_one() && d.is_one() {
+                    return Value::whole(relations(numerator)?);
+                }
+                Value::quotient(numerator, product(b, d)?)
+            }
+            (Content::Real(..), Content::Vector(parts)) => Value::each(parts, |part| self.mul(part)),
+            (Content::Vector(parts), Content::Real(..)) => Value::each(parts, |part| part.mul(other)),
+            _ => Err(mismatch("multiply", self, other)),
+        }
+    }
+
+    /// The quotient of a number or vector by a number.
+    ///
+    /// # Errors
+    /// On division by 0, on a sort mismatch, or when the result is too large.
+    pub fn div(&self, other: &Value) -> Result<Value, ValueError> {
+        match (&self.0.content, &other.0.content) {
+            (_, Content::Real(c, _)) if c.is_zero() => Err(ValueError::new("division by zero")),
+            (Content::Real(a, b), Content::Real(c, d)) => Value::quotient(product(a, d)?, product(b, c)?),
+            (Content::Vector(parts), Content::Real(..)) => Value::each(parts, |part| part.div(other)),
+            _ => Err(mismatch("divide", self, other)),
+        }
+    }
+
+    /// The negative.
+    ///
+    /// # Errors
+    /// Of a distribution.
+    pub fn neg(&self) -> Result<Value, ValueError> {
+        match &self.0.content {
+            Content::Real(a, b) => Value::new(Content::Real(a.scale(&-BigRational::one()), b.clone())),
+            Content::Vector(parts) => Value::each(parts, Value::neg),
+            Content::Distribution(..) => Err(ValueError::new("a distribution has no negative; draw from it first")),
+        }
+    }
+
+    /// A rational multiple.
+    pub(crate) fn scale(&self, factor: &BigRational) -> Outcome {
+        self.mul(&Value::rational(factor.clone()))
+    }
+
+    fn add_real(&self, other: &Value) -> Outcome {
+        let ((a, b), (c, d)) = (self.real()?, other.real()?);
+        if b.is_one() && d.is_one() {
+            return Value::whole(a.plus(c));
+        }
+        if b == d {
+            return Value::quotient(a.plus(c), b.clone());
+        }
+        let numerator = product(a, d)?.plus(&product(c, b)?);
+        Value::quotient(numerator, product(b, d)?)
+    }
+
+    pub(super) fn each(parts: &[Value], image: impl Fn(&Value) -> Outcome) -> Outcome {
+        Value::vector(parts.iter().map(image).collect::<Result<Vec<_>, _>>()?)
+    }
+
+    fn combine(&self, other: &Value, verb: &str, image: impl Fn(&Value, &Value) -> Outcome) -> Outcome {
+        match (&self.0.content, &other.0.content) {
+            (Content::Real(..), Content::Real(..)) => image(self, other),
+            (Content::Vector(left), Content::Vector(right)) if left.len() == right.len() => {
+                let parts = left.iter().zip(right).map(|(left, right)| image(left, right));
+                Value::vector(parts.collect::<Result<Vec<_>, _>>()?)
+            }
+            _ => Err(mismatch(verb, self, other)),
+        }
+    }
+
+    /// The normal form of a fraction.
+    pub(super) fn quotient(numerator: Real, denominator: Real) -> Outcome {
+        let (numerator, denominator) = free_denominator(relations(numerator)?, relations(denominator)?)?;
+        if denominator.is_zero() {
+            return Err(ValueError::new("division by zero"));
+        }
+        let (numerator, denominator) = cancel(numerator, denominator);
+        let scale = denominator.leading().recip();
+        let (numerator, denominator) = (numerator.scale(&scale), denominator.scale(&scale));
+        if !numerator.is_modest() || !denominator.is_modest() {
+            return Err(ValueError::too_large());
+        }
+        Value::new(Content::Real(numerator, denominator))
+    }
+}
+
+fn mismatch(verb: &str, left: &Value, right: &Value) -> ValueError {
+    let text = format!("cannot {verb} {} and {}", left.sort(), right.sort());
+    if left.sort() == Sort::Distribution || right.sort() == Sort::Distribution {
+        return ValueError(format!("{text}; draw from the distribution first"));
+    }
+    ValueError(text)
+}
+
+pub(super) fn product(left: &Real, right: &Real) -> Result<Real, ValueError> {
+    left.times(right).ok_or_else(ValueError::too_large)
+}
+
+/// Divides out the greatest common divisor: all of it, or, beyond the budget, the common monomial.
+fn cancel(numerator: Real, denominator: Real) -> (Real, Real) {
+    if numerator.is_zero() {
+        return (numerator, Polynomial::one());
+    }
+    if denominator.as_constant().is_some() {
+        return (numerator, denominator);
+    }
+    let shared = numerator.monomial_content().common(&denominator.monomial_content());
+    let (numerator, denominator) = (numerator.without(&shared), denominator.without(&shared));
+    if denominator.terms().len() == 1 || numerator.terms().len() == 1 {
+        return (numerator, denominator);
+    }
+    let mut budget = Budget::new(DIVISOR_BUDGET);
+    let reduced = || {
+        let divisor = numerator.common_divisor(&denominator, &mut budget)?;
+        Some((numerator.divide(&divisor, &mut budget)?, denominator.divide(&divisor, &mut budget)?))
+    };
+    let mut reduced = reduced;
+    match reduced() {
+        Some(pair) => pair,
+        None => (numerator, denominator),
+    }
+}
+
+impl Atom {
+    /// 0 or 1 always: `if` and `0^n`.
+    pub(super) fn is_binary(&self) -> bool {
+        match self {
+            Atom::Positive(_) => true,
+            Atom::Power(base, _) => base.is_zero(),
+            _ => false,
+        }
+    }
+
+    /// 1 or -1 always: `(-1)^n`.
+    pub(super) fn is_sign(&self) -> bool {
+        matches!(self, Atom::Power(base, _) if base.as_rational().is_some_and(|base| (-base).is_one()))
+    }
+
+    /// The polynomial that is its square, for roots of what is certainly not negative.
+    fn square(&self) -> Option<&Real> {
+        match self {
+            Atom::Root(inner) if inner.plainly_nonnegative() => {
+                inner.parts().filter(|(_, denominator)| denominator.is_one()).map(|(numerator, _)| numerator)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Applies the equations between atoms: binary atoms are idempotent, `(-1)^n` and roots have known squares, and
+/// `p > 0` excludes `-p > 0`.
+pub(super) fn relations(polynomial: Real) -> Result<Real, ValueError> {
+    let touched = |monomial: &Monomial<Atom>| {
+        let mut conditions = 0;
+        monomial.factors().iter().any(|(atom, exponent)| {
+            conditions += usize::from(matches!(atom, Atom::Positive(_)));
+            conditions > 1 || (*exponent > 1 && (atom.is_binary() || atom.is_sign() || atom.square().is_some()))
+        })
+    };
+    if !polynomial.terms().iter().any(|(monomial, _)| touched(monomial)) {
+        return Ok(polynomial);
+    }
+    let mut plain = Vec::new();
+    let mut expanded = Polynomial::zero();
+    for (monomial, number) in polynomial.terms() {
+        if !touched(monomial) {
+            plain.push((monomial.clone(), number.clone()));
+        } else if !excluded(monomial)? {
+            expanded = expanded.plus(&reduced_monomial(monomial, number)?);
+        }
+    }
+    Ok(Polynomial::of(plain).plus(&expanded))
+}
+
+fn reduced_monomial(monomial: &Monomial<Atom>, number: &BigRational) -> Result<Real, ValueError> {
+    let mut factors = Vec::new();
+    let mut squares = Polynomial::one();
+    for (atom, exponent) in monomial.factors() {
+        if atom.is_binary() {
+            factors.push((atom.clone(), 1));
+        } else if atom.is_sign() {
+            factors.push((atom.clone(), exponent % 2));
+        } else if let Some(square) = atom.square() {
+            factors.push((atom.clone(), exponent % 2));
+            let power = square.power(exponent / 2).ok_or_else(ValueError::too_large)?;
+            squares = product(&squares, &power)?;
+        } else {
+            factors.push((atom.clone(), *exponent));
+        }
+    }
+    let rest = Monomial::of(factors).ok_or_else(ValueError::too_large)?;
+    if squares.is_one() {
+        return Ok(Polynomial::term(rest, number.clone()));
+    }
+    // What stands under a root is nested less deeply than the root, so this ends.
+    relations(squares.times_term(&rest, number).ok_or_else(ValueError::too_large)?)
+}
+
+/// Whether a monomial holds `p > 0` and `-p > 0` both.
+fn excluded(monomial: &Monomial<Atom>) -> Result<bool, ValueError> {
+    let conditions: Vec<&Value> = monomial
+        .factors()
+        .iter()
+        .filter_map(|(atom, _)| if let Atom::Positive(value) = atom { Some(value) } else { None })
+        .collect();
+    for (place, condition) in conditions.iter().enumerate() {
+        let opposite = condition.neg()?;
+        if conditions[place + 1..].iter().any(|other| **other == opposite) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Multiplies numerator and denominator so that the denominator is free of binary atoms, signs and known roots,
+/// where that is possible without multiplying by 0.
+fn free_denominator(mut numerator: Real, mut denominator: Real) -> Result<(Real, Real), ValueError> {
+    for _ in 0..8 {
+        let special: Vec<Atom> = denominator
+            .atoms()
+            .into_iter()
+            .filter(|atom| atom.is_binary() || atom.is_sign() || atom.square().is_some())
+            .cloned()
+            .collect();
+        let mut changed = false;
+        for atom in special {
+            let mut parts = denominator.coefficients_in(&atom);
+            let (constant, factor) = (parts.remove(&0), parts.remove(&1));
+            let (constant, Some(factor), true) = (constant.unwrap_or_else(Polynomial::zero), factor, parts.is_empty())
+            else {
+                continue;
+            };
+            let root = Polynomial::atom(atom.clone());
+            // (A + B*s)(A - B*s) = A^2 - B^2*s^2 and, where s^2 = s, (A + B*s)(A + B - B*s) = A*(A + B).
+            let other = if atom.is_binary() { constant.plus(&factor) } else { constant.clone() };
+            let conjugate = relations(other.minus(&product(&factor, &root)?))?;
+            let freed = relations(product(&denominator, &conjugate)?)?;
+            if freed.is_zero() || freed.degree_in(&atom) > 0 {
+                continue;
+            }
+            numerator = relations(product(&numerator, &conjugate)?)?;
+            denominator = freed;
+            changed = true;
+            break;
+        }
+        if !changed {
+            break;
+        }
+    }
+    Ok((numerator, denominator))
+}
+
+impl Value {
+    /// Not negative, as its form alone shows: sums of squares and of things that are never negative.
+    pub(super) fn plainly_nonnegative(&self) -> bool {
+        self.parts().is_some_and(|(numerator, denominator)| {
+            numerator.terms().iter().chain(denominator.terms()).all(|(monomial, number)| {
+                number.is_positive()
+                    && monomial.factors().iter().all(|(atom, exponent)| exponent % 2 == 0 || atom.plainly_nonnegative())
+            })
+        })
+    }
+
+    /// Greater than 0, as its form alone shows.
+    pub(super) fn plainly_positive(&self) -> bool {
+        self.plainly_nonnegative()
+            && self.parts().is_some_and(|(numerator, _)| {
+                numerator.terms().iter().any(|(monomial, _)| {
+                    monomial.factors().iter().all(|(atom, _)| matches!(atom, Atom::Power(base, _) if base.plainly_positive()))
+                })
+            })
+    }
+}
+
+impl Atom {
+    fn plainly_nonnegative(&self) -> bool {
+        match self {
+            Atom::Maximum(_) | Atom::Positive(_) | Atom::Root(_) => true,
+            Atom::Power(base, _) => base.plainly_nonnegative(),
+            Atom::Floor(inner) => inner.plainly_nonnegative(),
+            Atom::Variable(_) | Atom::Apply(..) => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::name::Name;
+
+    fn variable(name: &str) -> Value {
+        Value::variable(&Name::new(name))
+    }
+
+    #[test]
+    fn fractions_cancel() {
+        let (x, y) = (variable("x"), variable("y"));
+        let difference = x.mul(&x).unwrap().sub(&y.mul(&y).unwrap()).unwrap();
+        let quotient = difference.div(&x.sub(&y).unwrap()).unwrap();
+        assert_eq!(quotient, x.add(&y).unwrap());
+        assert!(Value::zero().is_zero() && x.div(&Value::zero()).is_err());
+    }
+
+    #[test]
+    fn roots_leave_denominators() {
+        let two = Value::integer(2).sqrt().unwrap();
+        let value = Value::one().div(&Value::one().add(&two).unwrap()).unwrap();
+        assert_eq!(value, two.sub(&Value::one()).unwrap());
+        assert_eq!(two.mul(&two).unwrap(), Value::integer(2));
+    }
+}

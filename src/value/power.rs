@@ -1,0 +1,196 @@
+//! Powers, with integer or symbolic exponent. A symbolic exponent, and each variable in it, stands for a natural number.
+
+use num_bigint::BigInt;
+use num_integer::Integer;
+use num_rational::BigRational;
+use num_traits::{One, Signed, ToPrimitive, Zero};
+
+use super::{Atom, Outcome, Real, Sort, Value, ValueError};
+use crate::polynomial::{Monomial, Polynomial};
+
+/// Divisors that are looked for in a base; what is left is one base.
+const MOST_FACTOR: u32 = 1000;
+
+impl Value {
+    /// `self ^ exponent`: an integer exponent, or a symbolic one that stands for a natural number.
+    ///
+    /// # Errors
+    /// On an exponent that is a number but not an integer, a vector or distribution, `0` to a negative power, or when
+    /// the result is too large.
+    pub fn power(&self, exponent: &Value) -> Result<Value, ValueError> {
+        if exponent.sort() != Sort::Real || self.sort() != Sort::Real {
+            let wrong = if self.sort() == Sort::Real { exponent } else { self };
+            return Err(ValueError(format!("a power needs numbers, and this is {}", wrong.sort())));
+        }
+        match exponent.as_rational() {
+            Some(number) if number.is_integer() => self.integer_power(number.numer()),
+            Some(_) => Err(ValueError::new("an exponent must be an integer; write sqrt(x) for a square root")),
+            None => self.symbolic_power(exponent),
+        }
+    }
+
+    pub(super) fn integer_power(&self, exponent: &BigInt) -> Outcome {
+        let (numerator, denominator) = self.real()?;
+        if exponent.is_zero() {
+            return Ok(Value::one());
+        }
+        if let Some(number) = self.as_rational().filter(|number| number.is_zero() || number.abs().is_one()) {
+            let odd = exponent.is_odd() || number.is_zero();
+            if number.is_zero() && exponent.is_negative() {
+                return Err(ValueError::new("division by zero"));
+            }
+            return Ok(if odd { self.clone() } else { Value::one() });
+        }
+        let size = exponent.magnitude().to_u32().ok_or_else(ValueError::too_large)?;
+        let raise = |part: &Real| part.power(size).ok_or_else(ValueError::too_large);
+        let (numerator, denominator) = (raise(numerator)?, raise(denominator)?);
+        if exponent.is_negative() {
+            Value::quotient(denominator, numerator)
+        } else {
+            Value::quotient(numerator, denominator)
+        }
+    }
+
+    fn symbolic_power(&self, exponent: &Value) -> Outcome {
+        let (numerator, denominator) = self.real()?;
+        if denominator.is_one() {
+            return raise(numerator, exponent);
+        }
+        raise(numerator, exponent)?.div(&raise(denominator, exponent)?)
+    }
+}
+
+/// A polynomial to a symbolic power: content and monomial are raised by themselves.
+fn raise(base: &Real, exponent: &Value) -> Outcome {
+    if base.is_zero() {
+        return split(&Value::zero(), exponent);
+    }
+    let content = if base.leading().is_negative() { -base.content() } else { base.content() };
+    let monomial = base.monomial_content();
+    let mut result = raise_number(&content, exponent)?;
+    for (atom, count) in monomial.factors() {
+        let times = exponent.mul(&Value::integer(i64::from(*count)))?;
+        result = result.mul(&raise_atom(atom, &times)?)?;
+    }
+    let rest = base.without(&monomial).primitive();
+    if rest.is_one() { Ok(result) } else { result.mul(&split(&Value::whole(rest)?, exponent)?) }
+}
+
+fn raise_atom(atom: &Atom, exponent: &Value) -> Outcome {
+    match atom {
+        Atom::Power(base, inner) => split(base, &inner.mul(exponent)?),
+        other => split(&other.value()?, exponent),
+    }
+}
+
+fn raise_number(number: &BigRational, exponent: &Value) -> Outcome {
+    let mut result = if number.is_negative() { split(&Value::integer(-1), exponent)? } else { Value::one() };
+    for (factor, count) in factors(&number.numer().abs()) {
+        let times = exponent.mul(&Value::rational(BigRational::from_integer(count.into())))?;
+        result = result.mul(&split(&whole(factor), &times)?)?;
+    }
+    for (factor, count) in factors(number.denom()) {
+        let times = exponent.mul(&Value::rational(BigRational::from_integer(count.into())))?;
+        result = result.div(&split(&whole(factor), &times)?)?;
+    }
+    Ok(result)
+}
+
+fn whole(number: BigInt) -> Value {
+    Value::rational(BigRational::from_integer(number))
+}
+
+/// Small prime factors with their multiplicity, and what is left as one factor; the product is the number.
+pub(super) fn factors(number: &BigInt) -> Vec<(BigInt, u32)> {
+    let mut found = Vec::new();
+    let mut left = number.clone();
+    for candidate in 2..MOST_FACTOR {
+        let divisor = BigInt::from(candidate);
+        if left.is_one() || left.bits() > 4096 {
+            break;
+        }
+        if &divisor * &divisor > left {
+            break;
+        }
+        let mut count = 0;
+        loop {
+            let (quotient, rest) = left.div_rem(&divisor);
+            if !rest.is_zero() {
+                break;
+            }
+            left = quotient;
+            count += 1;
+        }
+        if count > 0 {
+            found.push((divisor, count));
+        }
+    }
+    if !left.is_one() {
+        found.push((left, 1));
+    }
+    found
+}
+
+/// `base ^ exponent` for a base that is itself not a product: `b^(2*n + m + 3) = (b^n)^2 * b^m * b^3`.
+fn split(base: &Value, exponent: &Value) -> Outcome {
+    if let Some(number) = exponent.as_rational() {
+        if !number.is_integer() {
+            return Err(ValueError::new("an exponent must be an integer"));
+        }
+        return base.integer_power(number.numer());
+    }
+    let (numerator, denominator) = exponent.real()?;
+    if !denominator.is_one() {
+        return Atom::Power(base.clone(), exponent.clone()).value();
+    }
+    let mut result = Value::one();
+    let mut rest = Polynomial::zero();
+    for (monomial, number) in numerator.terms() {
+        if number.is_integer() {
+            let part = if monomial.factors().is_empty() {
+                base.clone()
+            } else {
+                Atom::Power(base.clone(), unit(monomial)?).value()?
+            };
+            result = result.mul(&part.integer_power(number.numer())?)?;
+        } else {
+            rest = rest.plus(&Polynomial::term(monomial.clone(), number.clone()));
+        }
+    }
+    if rest.is_zero() {
+        return Ok(result);
+    }
+    result.mul(&Atom::Power(base.clone(), Value::whole(rest)?).value()?)
+}
+
+fn unit(monomial: &Monomial<Atom>) -> Outcome {
+    Value::whole(Polynomial::term(monomial.clone(), BigRational::one()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::name::Name;
+
+    #[test]
+    fn exponents_split() {
+        let n = Value::variable(&Name::new("n"));
+        let half = Value::fraction(1, 2).unwrap();
+        let four = Value::integer(4);
+        let power = half.power(&n).unwrap();
+        let product = power.mul(&power).unwrap().mul(&four.power(&n).unwrap()).unwrap();
+        assert_eq!(product, Value::one());
+        let next = n.add(&Value::one()).unwrap();
+        assert_eq!(half.power(&next).unwrap(), power.mul(&half).unwrap());
+        let sign = Value::integer(-1).power(&n).unwrap();
+        assert_eq!(sign.mul(&sign).unwrap(), Value::one());
+        assert_eq!(Value::zero().power(&next).unwrap(), Value::zero());
+    }
+
+    #[test]
+    fn huge_powers_are_refused() {
+        let huge = Value::integer(i64::MAX);
+        assert!(Value::integer(3).power(&huge).is_err());
+        assert_eq!(Value::integer(-1).power(&huge).unwrap(), Value::integer(-1));
+    }
+}

@@ -1,0 +1,182 @@
+//! Roots, integer parts, lengths.
+
+use num_bigint::BigInt;
+use num_integer::Integer;
+use num_rational::BigRational;
+use num_traits::{One, Signed};
+
+use super::{Atom, Content, Outcome, Real, Value, ValueError};
+use crate::polynomial::{Monomial, Polynomial};
+
+impl Value {
+    /// The greatest integer that is not greater.
+    ///
+    /// # Errors
+    /// Of a vector or distribution.
+    pub fn floor(&self) -> Result<Value, ValueError> {
+        if let Some(number) = self.as_rational() {
+            return Ok(Value::rational(number.floor()));
+        }
+        let (numerator, denominator) = self.real()?;
+        if !denominator.is_one() {
+            return Atom::Floor(self.clone()).value();
+        }
+        let mut integers = Vec::new();
+        for (monomial, number) in numerator.terms() {
+            if monomial.factors().is_empty() {
+                integers.push((monomial.clone(), number.floor()));
+            } else if number.is_integer() && monomial.factors().iter().all(|(atom, _)| atom.is_integral()) {
+                integers.push((monomial.clone(), number.clone()));
+            }
+        }
+        let integers = Polynomial::of(integers);
+        let rest = numerator.minus(&integers);
+        let integers = Value::whole(integers)?;
+        if rest.is_zero() { Ok(integers) } else { Atom::Floor(Value::whole(rest)?).value()?.add(&integers) }
+    }
+
+    /// The least integer that is not less.
+    ///
+    /// # Errors
+    /// Of a vector or distribution.
+    pub fn ceiling(&self) -> Result<Value, ValueError> {
+        self.neg()?.floor()?.neg()
+    }
+
+    /// The square root that is not negative.
+    ///
+    /// # Errors
+    /// Of a negative number, a vector or a distribution.
+    pub fn sqrt(&self) -> Result<Value, ValueError> {
+        let (numerator, denominator) = self.real()?;
+        if let Some(number) = self.as_rational() {
+            if number.is_negative() {
+                return Err(ValueError(format!("{number} has no square root")));
+            }
+            return root_of_number(&number);
+        }
+        if denominator.is_one() {
+            return root_of_polynomial(numerator);
+        }
+        let both = [numerator, denominator].map(|part| Value::whole(part.clone()));
+        let [top, bottom] = [both[0].clone()?, both[1].clone()?];
+        if top.plainly_nonnegative() && bottom.plainly_nonnegative() {
+            return top.sqrt()?.div(&bottom.sqrt()?);
+        }
+        let content = numerator.content();
+        root_of_number(&content)?.mul(&Atom::Root(self.scale(&content.recip())?).value()?)
+    }
+
+    /// The length of a vector; of a number, its absolute value.
+    ///
+    /// # Errors
+    /// Of a distribution.
+    pub fn norm(&self) -> Result<Value, ValueError> {
+        let Content::Vector(parts) = &self.0.content else { return self.abs() };
+        let parts: Vec<&Value> = parts.iter().filter(|part| !part.is_zero()).collect();
+        if let [only] = parts.as_slice() {
+            return only.abs();
+        }
+        let mut sum = Value::zero();
+        for part in parts {
+            sum = sum.add(&part.mul(part)?)?;
+        }
+        sum.sqrt()
+    }
+
+    /// The vector of length 1 in the same direction; of a number, its sign.
+    ///
+    /// # Errors
+    /// Of 0 or a distribution.
+    pub fn unit(&self) -> Result<Value, ValueError> {
+        self.div(&self.norm()?)
+    }
+}
+
+impl Atom {
+    /// Whether it is an integer whatever its variables are; a symbolic exponent is natural.
+    pub(crate) fn is_integral(&self) -> bool {
+        match self {
+            Atom::Floor(_) | Atom::Positive(_) => true,
+            Atom::Power(base, _) => base.as_rational().is_some_and(|base| base.is_integer()),
+            _ => false,
+        }
+    }
+}
+
+/// `sqrt(p/q) = sqrt(p*q)/q`, as the roots of different small primes.
+fn root_of_number(number: &BigRational) -> Outcome {
+    let mut rational = BigRational::new(BigInt::one(), number.denom().clone());
+    let mut roots = Vec::new();
+    let product = number.numer() * number.denom();
+    let whole = product.sqrt();
+    if &whole * &whole == product {
+        return Ok(Value::rational(rational * BigRational::from_integer(whole)));
+    }
+    for (factor, count) in super::power::factors(&product) {
+        let root = factor.sqrt();
+        let exact = &root * &root == factor;
+        if exact {
+            rational *= BigRational::from_integer(root.pow(count));
+            continue;
+        }
+        rational *= BigRational::from_integer(factor.pow(count / 2));
+        if count.is_odd() {
+            roots.push((Atom::Root(Value::rational(BigRational::from_integer(factor))), 1));
+        }
+    }
+    let monomial = Monomial::of(roots).ok_or_else(ValueError::too_large)?;
+    Value::whole(Polynomial::term(monomial, rational))
+}
+
+/// The root of a polynomial: its content, and squares in what divides every term where the rest is not negative,
+/// come out.
+fn root_of_polynomial(polynomial: &Real) -> Outcome {
+    let content = polynomial.content();
+    let mut outer = root_of_number(&content)?;
+    let mut inner = polynomial.scale(&content.recip());
+    let mut squares = Vec::new();
+    let mut roots = Vec::new();
+    for (atom, exponent) in polynomial.monomial_content().factors() {
+        squares.push((atom.clone(), exponent - exponent % 2));
+        roots.push((atom.clone(), exponent / 2));
+    }
+    let square = Monomial::of(squares).ok_or_else(ValueError::too_large)?;
+    let rest = inner.without(&square);
+    if Value::whole(rest.clone())?.plainly_nonnegative() {
+        let root = Monomial::of(roots).ok_or_else(ValueError::too_large)?;
+        outer = outer.mul(&Value::whole(Polynomial::term(root, BigRational::one()))?.abs()?)?;
+        inner = rest;
+    }
+    if inner.is_one() {
+        return Ok(outer);
+    }
+    outer.mul(&Atom::Root(Value::whole(inner)?).value()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::name::Name;
+
+    #[test]
+    fn roots_of_numbers() {
+        let root = |number: i64| Value::integer(number).sqrt().unwrap();
+        assert_eq!(root(144), Value::integer(12));
+        assert_eq!(root(12), root(3).mul(&Value::integer(2)).unwrap());
+        assert_eq!(root(6), root(2).mul(&root(3)).unwrap());
+        assert!(Value::integer(-1).sqrt().is_err());
+    }
+
+    #[test]
+    fn length_of_a_unit_vector() {
+        let (x, y) = (Value::variable(&Name::new("x")), Value::variable(&Name::new("y")));
+        let vector = Value::vector(vec![x.clone(), y]).unwrap();
+        assert_eq!(vector.unit().unwrap().norm().unwrap(), Value::one());
+        let norm = vector.norm().unwrap();
+        assert_eq!(norm.mul(&norm).unwrap().sqrt().unwrap(), norm);
+        let half = x.add(&Value::fraction(7, 2).unwrap()).unwrap();
+        let expected = x.add(&Value::fraction(1, 2).unwrap()).unwrap().floor().unwrap();
+        assert_eq!(half.floor().unwrap(), expected.add(&Value::integer(3)).unwrap());
+    }
+}

@@ -1,0 +1,203 @@
+//! Simultaneous substitution, and distributions.
+
+use std::collections::BTreeMap;
+
+use num_rational::BigRational;
+use num_traits::{One, Signed, Zero};
+
+use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
+use crate::name::Name;
+use crate::polynomial::Polynomial;
+
+impl Value {
+    /// It with values for variables, all at once.
+    ///
+    /// # Errors
+    /// When the result is not defined (division by 0, wrong sorts) or too large.
+    pub fn substitute(&self, images: &BTreeMap<Name, Value>) -> Result<Value, ValueError> {
+        self.replace(&mut |name| images.get(name).cloned())
+    }
+
+    /// It with a value for one variable.
+    ///
+    /// # Errors
+    /// As [`Value::substitute`].
+    pub fn with(&self, name: &Name, image: &Value) -> Result<Value, ValueError> {
+        self.replace(&mut |other| (other == name).then(|| image.clone()))
+    }
+
+    fn replace(&self, images: &mut dyn FnMut(&Name) -> Option<Value>) -> Outcome {
+        match &self.0.content {
+            Content::Vector(parts) => Value::vector(replace_all(parts, images)?),
+            Content::Distribution(kind, parts) => Value::distribution(kind, replace_all(parts, images)?),
+            Content::Real(numerator, denominator) => {
+                let mut done = BTreeMap::new();
+                let mut touched = false;
+                for atom in numerator.atoms().into_iter().chain(denominator.atoms()) {
+                    if !done.contains_key(atom) {
+                        let image = replace_atom(atom, images)?;
+                        touched |= image.is_some();
+                        done.insert(atom, image);
+                    }
+                }
+                if !touched {
+                    return Ok(self.clone());
+                }
+                let bottom = evaluate(denominator, &done)?;
+                if !bottom.is_zero() {
+                    return evaluate(numerator, &done)?.div(&bottom);
+                }
+                self.replace_conditions_first(numerator, denominator, &done, images)
+            }
+        }
+    }
+
+    /// Where the denominator becomes 0, a condition that is decided may remove it: `if x = 0 then 0 else 1/x`.
+    fn replace_conditions_first(
+        &self,
+        numerator: &Real,
+        denominator: &Real,
+        done: &BTreeMap<&Atom, Option<Value>>,
+        images: &mut dyn FnMut(&Name) -> Option<Value>,
+    ) -> Outcome {
+        let decided: BTreeMap<&Atom, Option<Value>> = done
+            .iter()
+            .map(|(atom, image)| {
+                let fixed = image.clone().filter(|image| atom.is_binary() && image.as_rational().is_some());
+                (*atom, fixed)
+            })
+            .collect();
+        let simpler = evaluate(numerator, &decided)?.div(&evaluate(denominator, &decided)?)?;
+        if simpler == *self {
+            return Err(ValueError::new("division by zero"));
+        }
+        simpler.replace(images)
+    }
+
+    /// A distribution: `Normal` (mean, variance), `Exp` (rate), `Uniform` (low, high), `Point` (value) or
+    /// `Mix` (weight, distribution, weight, distribution, …).
+    ///
+    /// # Errors
+    /// On an unknown kind, a wrong number or sort of arguments, or numbers that make no distribution.
+    pub fn distribution(kind: &str, arguments: Vec<Value>) -> Result<Value, ValueError> {
+        let wrong = |text: &str| Err(ValueError(format!("{kind} {text}")));
+        let known = arguments.iter().map(Value::as_rational).collect::<Vec<_>>();
+        let number = |place: usize| known.get(place).cloned().flatten();
+        match (kind, arguments.len()) {
+            ("Mix", count) if count >= 2 && count % 2 == 0 => return Value::mixture(arguments),
+            ("Mix", _) => return wrong("needs weights and distributions in turn: Mix(w1: D1, w2: D2)"),
+            ("Normal", 2) if number(1).is_some_and(|variance| variance.is_negative()) => {
+                return wrong("needs a variance that is not negative");
+            }
+            ("Exp", 1) if number(0).is_some_and(|rate| !rate.is_positive()) => {
+                return wrong("needs a rate greater than 0");
+            }
+            ("Uniform", 2) if number(0).zip(number(1)).is_some_and(|(low, high)| low > high) => {
+                return wrong("needs its lower bound first");
+            }
+            ("Normal" | "Uniform", 2) | ("Exp" | "Point", 1) => {}
+            ("Normal", _) => return wrong("needs a mean and a variance"),
+            ("Uniform", _) => return wrong("needs a lower and an upper bound"),
+            ("Exp", _) => return wrong("needs a rate"),
+            ("Point", _) => return wrong("needs one value"),
+            _ => return wrong("is not a distribution; known are Normal, Exp, Uniform, Point and Mix"),
+        }
+        if arguments.iter().any(|argument| argument.sort() == Sort::Distribution) {
+            return wrong("takes numbers, not distributions");
+        }
+        Value::new(Content::Distribution(kind.to_string(), arguments))
+    }
+
+    fn mixture(arguments: Vec<Value>) -> Outcome {
+        let mut total = Some(BigRational::zero());
+        for pair in arguments.chunks(2) {
+            let [weight, part] = pair else { continue };
+            weight.real()?;
+            if part.sort() != Sort::Distribution {
+                return Err(ValueError(format!("Mix mixes distributions, and `{part}` is {}", part.sort())));
+            }
+            let number = weight.as_rational();
+            if number.as_ref().is_some_and(Signed::is_negative) {
+                return Err(ValueError::new("Mix needs weights that are not negative"));
+            }
+            total = total.zip(number).map(|(total, number)| total + number);
+        }
+        if total.is_some_and(|total| !total.is_one()) {
+            return Err(ValueError::new("the weights of Mix must add up to 1"));
+        }
+        Value::new(Content::Distribution("Mix".to_string(), arguments))
+    }
+}
+
+fn replace_all(
+    parts: &[Value],
+    images: &mut dyn FnMut(&Name) -> Option<Value>,
+) -> Result<Vec<Value>, ValueError> {
+    parts.iter().map(|part| part.replace(images)).collect()
+}
+
+/// The image of an atom; `None` when it stays what it is.
+fn replace_atom(
+    atom: &Atom,
+    images: &mut dyn FnMut(&Name) -> Option<Value>,
+) -> Result<Option<Value>, ValueError> {
+    if let Atom::Variable(name) = atom {
+        return Ok(images(name));
+    }
+    let old = atom.parts();
+    let new = old.iter().map(|part| part.replace(images)).collect::<Result<Vec<_>, _>>()?;
+    if old.iter().zip(&new).all(|(old, new)| *old == new) {
+        return Ok(None);
+    }
+    let image = match (atom, new.as_slice()) {
+        (Atom::Power(..), [base, exponent]) => base.power(exponent)?,
+        (Atom::Maximum(_), _) => {
+            let mut elements = new;
+            elements.push(Value::zero());
+            Value::maximum(&elements)?
+        }
+        (Atom::Positive(_), [part]) => Value::truth(super::Relation::Gtr, part, &Value::zero())?,
+        (Atom::Floor(_), [part]) => part.floor()?,
+        (Atom::Root(_), [part]) => part.sqrt()?,
+        (Atom::Apply(function, _), arguments) => Value::apply(function, arguments)?,
+        _ => return Ok(None),
+    };
+    Ok(Some(image))
+}
+
+/// A polynomial with values for its atoms.
+fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outcome {
+    let mut kept = Vec::new();
+    let mut sum: Option<Value> = None;
+    for (monomial, number) in polynomial.terms() {
+        let mut stay = Vec::new();
+        let mut product: Option<Value> = None;
+        for (atom, exponent) in monomial.factors() {
+            let Some(Some(image)) = images.get(atom) else {
+                stay.push((atom.clone(), *exponent));
+                continue;
+            };
+            let power = if *exponent == 1 { image.clone() } else { image.integer_power(&(*exponent).into())? };
+            product = Some(match product {
+                None => power,
+                Some(product) => product.mul(&power)?,
+            });
+        }
+        let Some(product) = product else {
+            kept.push((monomial.clone(), number.clone()));
+            continue;
+        };
+        let rest = crate::polynomial::Monomial::of(stay).ok_or_else(ValueError::too_large)?;
+        let rest = Polynomial::term(rest, number.clone());
+        let term = if rest.is_one() { product } else { product.mul(&Value::whole(rest)?)? };
+        sum = Some(match sum {
+            None => term,
+            Some(sum) => sum.add(&term)?,
+        });
+    }
+    match (kept.is_empty(), sum) {
+        (true, Some(sum)) => Ok(sum),
+        (_, None) => Value::whole(Polynomial::of(kept)),
+        (false, Some(sum)) => sum.add(&Value::whole(Polynomial::of(kept))?),
+    }
+}
