@@ -27,6 +27,9 @@ pub mod parser;
 pub mod lower;
 pub mod printer;
 // ── engine: every answer comes with its proof ──
+pub mod model;
+pub mod bisimulation;
+pub mod refute;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;

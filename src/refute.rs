@@ -18,6 +18,7 @@ use crate::assumption::Assumptions;
 use crate::bisimulation::{Comparison, Reach, Run, compare, replay};
 use crate::definition::Definitions;
 use crate::law::{Condition, Connective, Law};
+use crate::model::explore::{Bounds, Graph};
 use crate::name::Name;
 use crate::term::Term;
 use crate::value::{Relation, Value};
@@ -145,6 +146,7 @@ struct Requirement<'a> {
 enum What<'a> {
     Condition(&'a Condition),
     Assumption(Relation, Value),
+    Natural(Value),
 }
 
 struct Search<'a> {
@@ -183,11 +185,12 @@ impl<'a> Search<'a> {
     ) -> Search<'a> {
         let whats = conditions.iter().map(What::Condition);
         let whats = whats.chain(assumptions.iter().map(|(relation, value)| What::Assumption(relation, value)));
+        let whats = whats.chain(assumptions.naturals().iter().map(|name| What::Natural(Value::variable(name))));
         let mut requirements: Vec<Vec<Requirement>> = slots.iter().map(|_| Vec::new()).collect();
         for what in whats {
             let names = match &what {
                 What::Condition(condition) => slots::names_in(condition),
-                What::Assumption(_, value) => value.variables(),
+                What::Assumption(_, value) | What::Natural(value) => value.variables(),
             };
             let depends: Vec<usize> = (0..slots.len()).filter(|place| names.contains(slots[*place].name())).collect();
             // A condition on nothing that varies is checked with the first slot.
@@ -285,11 +288,20 @@ impl<'a> Search<'a> {
     fn holds(&self, choice: &Choice, what: &What) -> bool {
         match what {
             What::Condition(condition) => conditions::holds(condition, choice, self.definitions, &self.reach.inputs),
+            What::Natural(value) => {
+                conditions::holds(&Condition::Natural(value.clone()), choice, self.definitions, &self.reach.inputs)
+            }
             What::Assumption(relation, value) => choice
                 .value(value)
                 .and_then(|value| value.as_rational())
                 .is_some_and(|value| conditions::ordered(*relation, &value, &Zero::zero())),
         }
+    }
+
+    /// Whether no state that the term is seen to reach lacks a meaning.
+    fn has_meaning(&self, term: &Term, definitions: &Definitions) -> bool {
+        let bounds = Bounds { states: self.limits.pairs, inputs: self.reach.inputs.clone() };
+        Graph::of(term, definitions, &bounds).is_ok()
     }
 
     fn attempt(&mut self, chosen: &[usize]) {
@@ -318,6 +330,10 @@ impl<'a> Search<'a> {
                     return;
                 }
                 Ok(Comparison::Different(run)) => {
+                    if !self.has_meaning(&left, &definitions) || !self.has_meaning(&right, &definitions) {
+                        self.meaningless += 1;
+                        return;
+                    }
                     let again = replay(&left, &right, self.connective, &definitions, &self.reach, &run);
                     if again != Ok(true) {
                         self.open += 1;

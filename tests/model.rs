@@ -262,9 +262,9 @@ fn laws_of_loops_stand() {
 #[test]
 fn laws_of_communication_stand() {
     let left = private("c", par([seq([input("c", "y"), p("P")]), seq([output("c", var("?x")), p("Q")])]));
-    let put = Term::new(Node::Set(var("?x"), name("y")));
-    let right = seq([tau(), private("c", par([seq([put, p("P")]), p("Q")]))]);
-    stands(left, right, &[]);
+    let step = par([input("c", "y"), output("c", var("?x"))]);
+    let apart = Condition::Apart(Term::new(Node::Set(number(0), name("y"))), p("Q"));
+    stands(left, private("c", seq([step, par([p("P"), p("Q")])])), &[apart, is(Fact::NeverAborts, "P")]);
     let free = [Condition::NoPort(p("P"), name("c"))];
     stands(private("c", p("P")), p("P"), &free);
     stands(private("c", seq([input("c", "y"), p("P")])), Term::idle(), &[]);

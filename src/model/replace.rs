@@ -99,6 +99,29 @@ impl Model<'_> {
         names
     }
 
+    /// The names that a term may read before it has bound them.
+    pub(crate) fn free_reads(&self, term: &Term) -> BTreeSet<Name> {
+        let mut reads: BTreeSet<Name> = term.values().into_iter().flat_map(Value::variables).collect();
+        match term.node() {
+            Node::Seq(parts) => {
+                let mut bound: BTreeSet<Name> = BTreeSet::new();
+                for part in parts {
+                    reads.extend(self.free_reads(part).difference(&bound).cloned());
+                    let sure = self.bound_names(part).into_iter().filter(|name| surely_binds(part, name));
+                    bound.extend(sure.collect::<Vec<_>>());
+                }
+            }
+            Node::Replace(body, name, _) => {
+                reads.extend(self.free_reads(body).into_iter().filter(|read| read != name));
+            }
+            Node::Power(body, _, Some(index)) => {
+                reads.extend(self.free_reads(body).into_iter().filter(|read| read != index));
+            }
+            _ => term.children().into_iter().for_each(|part| reads.extend(self.free_reads(part))),
+        }
+        reads
+    }
+
     fn bound_by_call(&self, name: &Name) -> Rc<BTreeSet<Name>> {
         if let Some(names) = self.bound.borrow().get(name) {
             return names.clone();

@@ -43,14 +43,20 @@ pub(super) fn holds(condition: &Condition, choice: &Choice, definitions: &Defini
         }
         Condition::Unread(term, name) => {
             let name = choice.name(name);
-            choice.term(term).map(|term| !read_names(&term).contains(&name))
+            choice.term(term).map(|term| !Model::new(definitions).free_reads(&term).contains(&name))
         }
         Condition::Apart(one, two) => choice.term(one).zip(choice.term(two)).map(|(one, two)| {
             let model = Model::new(definitions);
-            let mut used = read_names(&two);
+            let mut used = model.free_reads(&two);
             used.extend(model.bound_names(&two));
             model.bound_names(&one).is_disjoint(&used)
         }),
+        Condition::ShowsOnly(term, shown) => {
+            graphs(term).map(|graphs| graphs.iter().all(|graph| shows(graph).is_subset(shown)))
+        }
+        Condition::ShowsNone(term, shown) => {
+            graphs(term).map(|graphs| graphs.iter().all(|graph| shows(graph).is_disjoint(shown)))
+        }
     };
     answer.unwrap_or(false)
 }
@@ -96,6 +102,7 @@ fn is(fact: Fact, graph: &Graph) -> bool {
             State::Aborted => true,
             State::Running(_) => false,
         },
+        Fact::Immediate => matches!(start, State::Stopped(_)),
         Fact::NotStopped => !matches!(start, State::Stopped(_)),
         Fact::Running => !ended_at_once(start),
         Fact::Guarded => !at_once(graph).iter().any(|place| matches!(graph.states[*place], State::Stopped(_))),
@@ -104,6 +111,11 @@ fn is(fact: Fact, graph: &Graph) -> bool {
             !graph.transitions.iter().any(|step| now.contains(&step.from) && communicates(&step.label))
         }
     }
+}
+
+/// The observers that may be shown.
+fn shows(graph: &Graph) -> BTreeSet<Name> {
+    graph.states.iter().flat_map(State::observations).map(|(name, _)| name).collect()
 }
 
 fn communicates(label: &Label) -> bool {

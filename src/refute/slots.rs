@@ -121,7 +121,7 @@ fn add_condition(found: &mut Found, condition: &Condition) {
     match condition {
         Condition::Compare(_, left, right) => found.values.extend(left.variables().into_iter().chain(right.variables())),
         Condition::Natural(value) => found.values.extend(value.variables()),
-        Condition::Is(_, term) => found.add(term),
+        Condition::Is(_, term) | Condition::ShowsOnly(term, _) | Condition::ShowsNone(term, _) => found.add(term),
         Condition::Lasts(term, time) => {
             found.add(term);
             found.values.extend(time.variables());
