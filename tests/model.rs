@@ -275,6 +275,10 @@ fn laws_of_communication_stand() {
     let (sent, got) = (output("k", number(0)), input("k", "z"));
     let left = private("k", body(again(ends("P", sent.clone())), again(ends("Q", got.clone()))));
     let right = again(private("k", body(ends("P", sent), ends("Q", got))));
-    let fresh = [Condition::NoPort(p("P"), name("k")), Condition::NoPort(p("Q"), name("k"))];
+    let mut fresh = vec![Condition::NoPort(p("P"), name("k")), Condition::NoPort(p("Q"), name("k"))];
+    // The table leaves unsaid that the two loops share no name: on the right one round sees what the other bound.
+    refuted(left.clone(), right.clone(), &fresh);
+    fresh.extend([Condition::Apart(p("P"), p("Q")), Condition::Apart(p("Q"), p("P"))]);
+    fresh.extend(["P", "Q"].map(|one| Condition::Apart(input("k", "z"), p(one))));
     stands(left, right, &fresh);
 }

@@ -14,6 +14,9 @@ use crate::model::{Action, Meaningless, Model, Observation, Patience, State};
 use crate::term::Term;
 use crate::value::Value;
 
+/// How many draws may follow one another in no time.
+const MOST_DRAWS: usize = 100;
+
 /// What a label is compared by: all internal steps are alike.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
@@ -70,6 +73,7 @@ pub(super) struct Game<'a> {
     pairs: Vec<((usize, usize), Pair)>,
     before: Vec<Vec<usize>>,
     marks: Vec<Option<Mark>>,
+    drawing: usize,
 }
 
 impl<'a> Game<'a> {
@@ -92,6 +96,7 @@ impl<'a> Game<'a> {
             pairs: Vec::new(),
             before: Vec::new(),
             marks: Vec::new(),
+            drawing: 0,
         }
     }
 
@@ -163,10 +168,13 @@ impl<'a> Game<'a> {
             return Ok(*place);
         }
         let mut settled = state.clone();
-        for _ in 0..1000 {
+        for draws in 0.. {
             match settled.moves()?.as_slice() {
                 [only] if matches!(only.action, Action::Draw(_, Some(_))) => settled = self.model.state(&only.next)?,
                 _ => break,
+            }
+            if draws > MOST_DRAWS {
+                return Err(Meaningless { why: "it draws for ever in no time".into() });
             }
         }
         let place = match self.places.get(&settled) {
@@ -228,9 +236,13 @@ impl<'a> Game<'a> {
     fn spread(&mut self, branches: Vec<(BigRational, usize)>) -> Result<Vec<(BigRational, usize)>, Meaningless> {
         let mut all: BTreeMap<usize, BigRational> = BTreeMap::new();
         for (chance, place) in branches {
-            // The branches of a later draw are spread when its state is looked into; draws nest only finitely, since a
-            // round of a loop must wait or communicate.
+            // A draw may follow a draw, but a round of a loop must also wait or communicate.
+            self.drawing += 1;
+            if self.drawing > MOST_DRAWS {
+                return Err(Meaningless { why: "it draws for ever in no time".into() });
+            }
             let further = self.seen(place)?.chances.clone();
+            self.drawing -= 1;
             if further.is_empty() {
                 *all.entry(place).or_default() += chance;
             } else {
