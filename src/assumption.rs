@@ -181,7 +181,9 @@ impl Assumptions {
             })
         };
         match (atom, atom.value()) {
-            (Atom::Power(base, _), _) => self.nonzero(base, depth).is_some() || base.as_rational().is_some_and(|b| !b.is_zero()),
+            (Atom::Power(base, _), _) => {
+                self.nonzero(base, depth).is_some() || base.as_rational().is_some_and(|b| !b.is_zero())
+            }
             (_, Ok(value)) => {
                 known(&value)
                     || self.positive(&value, depth).is_some()
@@ -338,9 +340,10 @@ impl Assumptions {
             }
         }
         let apart = self.facts.iter().any(|(relation, fact)| {
-            *relation == Relation::Neq && fact.linear_in(name).is_some_and(|(factor, rest)| {
-                rest.is_zero() && factor.as_rational().is_some_and(|factor| !factor.is_zero())
-            })
+            *relation == Relation::Neq
+                && fact.linear_in(name).is_some_and(|(factor, rest)| {
+                    rest.is_zero() && factor.as_rational().is_some_and(|factor| !factor.is_zero())
+                })
         });
         found.map(|(negative, strict)| (negative, strict || apart))
     }
@@ -372,9 +375,7 @@ impl Assumptions {
 
     fn simplified(&self, value: &Value, depth: usize) -> Option<Value> {
         match value.view() {
-            View::Vector(parts) => {
-                Value::vector(parts.iter().map(|part| self.simplify(part)).collect()).ok()
-            }
+            View::Vector(parts) => Value::vector(parts.iter().map(|part| self.simplify(part)).collect()).ok(),
             View::Distribution(kind, parts) => {
                 Value::distribution(&kind, parts.iter().map(|part| self.simplify(part)).collect()).ok()
             }
@@ -389,7 +390,9 @@ impl Assumptions {
                 }
                 let (above, below) = (rebuild(&above, &known)?, rebuild(&below, &known)?);
                 let result = above.div(&below).ok()?;
-                if depth == 0 || result == *value { Some(result) } else {
+                if depth == 0 || result == *value {
+                    Some(result)
+                } else {
                     Some(self.simplified(&result, depth - 1).unwrap_or(result))
                 }
             }

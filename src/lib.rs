@@ -30,6 +30,7 @@ pub mod printer;
 pub mod model;
 pub mod bisimulation;
 pub mod refute;
+pub mod stepper;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;

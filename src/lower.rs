@@ -110,10 +110,7 @@ impl System {
             }
         }
         let whole = Term::par(self.components.iter().cloned());
-        shared
-            .into_iter()
-            .rev()
-            .fold(whole, |body, port| Term::new(Node::New(port, body)))
+        shared.into_iter().rev().fold(whole, |body, port| Term::new(Node::New(port, body)))
     }
 }
 
@@ -268,11 +265,7 @@ impl Environment {
     /// Takes in the items of a text, all of them; an import is only named in the answer.
     pub fn declare(&mut self, items: &[ast::Item], text: &str) -> Vec<Result<Lowered, Vec<Diagnostic>>> {
         let mut batch = self.open(items, text);
-        items
-            .iter()
-            .enumerate()
-            .map(|(index, item)| self.step(&mut batch, index, item))
-            .collect()
+        items.iter().enumerate().map(|(index, item)| self.step(&mut batch, index, item)).collect()
     }
 
     /// What a name with a capital stands for.
@@ -325,6 +318,5 @@ impl Environment {
 }
 
 /// The names of the basic processes.
-pub const BASIC: [&str; 14] = [
-    "Stop", "Abort", "Idle", "Delay", "In", "Out", "Eq", "Neq", "Gtr", "Gte", "Lss", "Lte", "Set", "Ran",
-];
+pub const BASIC: [&str; 14] =
+    ["Stop", "Abort", "Idle", "Delay", "In", "Out", "Eq", "Neq", "Gtr", "Gte", "Lss", "Lte", "Set", "Ran"];

@@ -157,10 +157,7 @@ impl<'t> Parser<'t> {
     }
 
     fn ahead(&self, count: usize) -> Token {
-        let end = Token {
-            kind: Kind::End,
-            span: Span::new(self.text.len(), self.text.len()),
-        };
+        let end = Token { kind: Kind::End, span: Span::new(self.text.len(), self.text.len()) };
         self.tokens.get(self.position + count).copied().unwrap_or(end)
     }
 
@@ -213,28 +210,18 @@ impl<'t> Parser<'t> {
 
     /// Takes a token of this kind, or reports that `what` was expected.
     fn expect(&mut self, kind: Kind, what: &str) -> Parse<Token> {
-        if self.at(kind) {
-            Ok(self.advance())
-        } else {
-            self.unexpected(what)
-        }
+        if self.at(kind) { Ok(self.advance()) } else { self.unexpected(what) }
     }
 
     /// The name that is the next token.
     fn ident(&mut self) -> Ident {
         let name = Name::new(self.spelling());
-        Ident {
-            name,
-            span: self.advance().span,
-        }
+        Ident { name, span: self.advance().span }
     }
 
     /// The end of the token before.
     fn end(&self) -> usize {
-        self.position
-            .checked_sub(1)
-            .and_then(|index| self.tokens.get(index))
-            .map_or(0, |token| token.span.end)
+        self.position.checked_sub(1).and_then(|index| self.tokens.get(index)).map_or(0, |token| token.span.end)
     }
 
     fn since(&self, start: usize) -> Span {
@@ -313,9 +300,5 @@ impl<'t> Parser<'t> {
 /// The beginning of a text, for use within a sentence.
 fn excerpt(text: &str) -> String {
     let short: String = text.chars().take(30).collect();
-    if short.len() < text.len() {
-        format!("{short}…")
-    } else {
-        short
-    }
+    if short.len() < text.len() { format!("{short}…") } else { short }
 }

@@ -83,11 +83,7 @@ fn pieces(term: &Term) -> Vec<Piece<'_>> {
         Node::Disable(parts) => joined(parts, " # ", Place::Step),
         Node::Else(body, second) if *second.node() == Node::Stop => around("try(", body, Place::Free, ")"),
         Node::Else(first, second) => {
-            vec![
-                Piece::Part(first, Place::Arm),
-                Piece::Text(" else ".to_string()),
-                Piece::Part(second, Place::Branch),
-            ]
+            vec![Piece::Part(first, Place::Arm), Piece::Text(" else ".to_string()), Piece::Part(second, Place::Branch)]
         }
         Node::Power(body, count, None) => around("", body, Place::Base, &exponent(count)),
         Node::Power(body, count, Some(index)) => around("", body, Place::Base, &format!("^{{{index}<{count}}}")),
@@ -102,11 +98,7 @@ fn pieces(term: &Term) -> Vec<Piece<'_>> {
 }
 
 fn around<'t>(before: &str, body: &'t Term, place: Place, after: &str) -> Vec<Piece<'t>> {
-    vec![
-        Piece::Text(before.to_string()),
-        Piece::Part(body, place),
-        Piece::Text(after.to_string()),
-    ]
+    vec![Piece::Text(before.to_string()), Piece::Part(body, place), Piece::Text(after.to_string())]
 }
 
 fn joined<'t>(parts: &'t [Term], operator: &str, place: Place) -> Vec<Piece<'t>> {
@@ -122,9 +114,7 @@ fn joined<'t>(parts: &'t [Term], operator: &str, place: Place) -> Vec<Piece<'t>>
 
 /// Whether a value's text is one name or number, so that it needs no braces.
 fn simple(text: &str) -> bool {
-    text.trim_start_matches('?')
-        .chars()
-        .all(|letter| letter.is_alphanumeric() || letter == '_' || letter == '\'')
+    text.trim_start_matches('?').chars().all(|letter| letter.is_alphanumeric() || letter == '_' || letter == '\'')
 }
 
 /// `_x`, `_{x,y}`, or nothing.
@@ -139,11 +129,7 @@ fn subscript(values: &[Value]) -> String {
 
 fn exponent(count: &Value) -> String {
     let text = count.to_string();
-    if simple(&text) {
-        format!("^{text}")
-    } else {
-        format!("^{{{text}}}")
-    }
+    if simple(&text) { format!("^{text}") } else { format!("^{{{text}}}") }
 }
 
 impl fmt::Display for Term {
@@ -192,11 +178,7 @@ impl fmt::Display for Law {
         if !conditions.is_empty() {
             writeln!(f, "    when {}", conditions.join(", "))?;
         }
-        let connective = if self.oriented {
-            "=>".to_string()
-        } else {
-            self.connective.to_string()
-        };
+        let connective = if self.oriented { "=>".to_string() } else { self.connective.to_string() };
         write!(f, "    {} {connective} {}", self.left, self.right)?;
         for (left, right) in &self.examples {
             write!(f, "\n    try {left} {} {right}", self.connective)?;

@@ -340,16 +340,8 @@ impl<'a> Search<'a> {
                         continue;
                     }
                     let Choice { processes, values, names } = choice;
-                    self.found = Some(Counterexample {
-                        processes,
-                        values,
-                        names,
-                        surroundings,
-                        left,
-                        right,
-                        definitions,
-                        run,
-                    });
+                    self.found =
+                        Some(Counterexample { processes, values, names, surroundings, left, right, definitions, run });
                     return;
                 }
             }

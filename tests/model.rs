@@ -208,21 +208,19 @@ fn laws_of_delays_stand() {
     let rest = Term::delay(value("?b").sub(&value("?a")).expect("a difference"));
     let later = seq([delay("?b"), p("Q")]);
     for (left, right) in [
-        (
-            par([first("P"), later.clone()]),
-            seq([delay("?a"), par([p("P"), seq([rest.clone(), p("Q")])])]),
-        ),
-        (
-            dis([first("P"), later.clone()]),
-            seq([delay("?a"), dis([p("P"), seq([rest.clone(), p("Q")])])]),
-        ),
+        (par([first("P"), later.clone()]), seq([delay("?a"), par([p("P"), seq([rest.clone(), p("Q")])])])),
+        (dis([first("P"), later.clone()]), seq([delay("?a"), dis([p("P"), seq([rest.clone(), p("Q")])])])),
         (par([delay("?a"), later.clone()]), seq([delay("?b"), attempt(p("Q"))])),
     ] {
         stands(left, right, &least);
     }
     let less = [Condition::Compare(Relation::Lss, value("?a"), value("?b"))];
     stands(dis([delay("?a"), later.clone()]), delay("?a"), &less);
-    stands(par([first("A"), later.clone()]), later, &[less[0].clone(), is(Fact::NeverStops, "A"), is(Fact::Guard, "A")]);
+    stands(
+        par([first("A"), later.clone()]),
+        later,
+        &[less[0].clone(), is(Fact::NeverStops, "A"), is(Fact::Guard, "A")],
+    );
 }
 
 #[test]

@@ -26,11 +26,7 @@ fn show_errors() {
     ] {
         let parsed = parse(text);
         let source = pars::diagnostic::Source::new("x.pars", text);
-        println!(
-            "{}{}",
-            pars::diagnostic::render_all(&parsed.diagnostics, &source, false),
-            parsed.incomplete
-        );
+        println!("{}{}", pars::diagnostic::render_all(&parsed.diagnostics, &source, false), parsed.incomplete);
     }
 }
 

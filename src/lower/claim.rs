@@ -29,18 +29,9 @@ impl Lowerer<'_> {
             ast::ClaimKind::Satisfies(system, property) => {
                 let system = self.named(system, "system");
                 let property = self.named(property, "property")?;
-                ClaimKind::Satisfies {
-                    system: system?,
-                    property,
-                }
+                ClaimKind::Satisfies { system: system?, property }
             }
-            ast::ClaimKind::Compare {
-                left,
-                connective,
-                right,
-                when,
-                by,
-            } => {
+            ast::ClaimKind::Compare { left, connective, right, when, by } => {
                 let mut terms = vec![left, right];
                 if let ast::By::Calc(first, steps) = by {
                     terms.push(first);
@@ -51,22 +42,11 @@ impl Lowerer<'_> {
                 let (first, second) = (lowered.next()?, lowered.next()?);
                 let when = self.conditions(when)?;
                 let by = self.by(by, &first, &second, *connective)?;
-                ClaimKind::Compare {
-                    left: first,
-                    right: second,
-                    connective: *connective,
-                    when,
-                    by,
-                }
+                ClaimKind::Compare { left: first, right: second, connective: *connective, when, by }
             }
         };
         let name = claim.name.as_ref().map(|name| name.name.clone());
-        Some(Claim {
-            name,
-            span,
-            text: span.of(text).to_string(),
-            kind,
-        })
+        Some(Claim { name, span, text: span.of(text).to_string(), kind })
     }
 
     /// The name of a system or a property.
@@ -76,18 +56,11 @@ impl Lowerer<'_> {
             Some(entity) if entity.word() == word => Some(ident.name.clone()),
             Some(entity) => {
                 let found = entity.word();
-                let other = if word == "system" {
-                    "system Sys = P | Q"
-                } else {
-                    "property Goal = P"
-                };
+                let other = if word == "system" { "system Sys = P | Q" } else { "property Goal = P" };
                 self.fail(
-                    Diagnostic::error(
-                        "P0313",
-                        format!("`{}` is a {found}, but a {word} is needed here", ident.name),
-                    )
-                    .label(ident.span, format!("a {found}"))
-                    .help(format!("declare one: `{other}`")),
+                    Diagnostic::error("P0313", format!("`{}` is a {found}, but a {word} is needed here", ident.name))
+                        .label(ident.span, format!("a {found}"))
+                        .help(format!("declare one: `{other}`")),
                 )
             }
             None => {
@@ -120,12 +93,7 @@ impl Lowerer<'_> {
                     if claimed == crate::law::Connective::Equal && step.connective != claimed {
                         self.wrong_end(step.span, "the claim is an equality, so no step may be `<=`");
                     }
-                    lowered.push(CalcStep {
-                        connective: step.connective,
-                        laws: laws?,
-                        term,
-                        span: step.span,
-                    });
+                    lowered.push(CalcStep { connective: step.connective, laws: laws?, term, span: step.span });
                 }
                 if lowered.last().map_or(&start, |step| &step.term) != right {
                     let span = steps.last().map_or(first.span, |step| step.term.span);
@@ -205,10 +173,7 @@ impl Lowerer<'_> {
         let mut lowered = self.whole(&terms)?.into_iter();
         let (left, right) = (lowered.next()?, lowered.next()?);
         let conditions = self.conditions(&item.conditions)?;
-        let examples = item
-            .examples
-            .iter()
-            .map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
+        let examples = item.examples.iter().map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
         let examples = examples.collect::<Option<Vec<_>>>()?;
         let mut bound = metavariables(&left);
         let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
@@ -232,10 +197,7 @@ impl Lowerer<'_> {
             }
         }
         for (condition, written) in conditions.iter().zip(&item.conditions) {
-            if let Some(name) = condition_metavariables(condition)
-                .into_iter()
-                .find(|name| !bound.contains(name))
-            {
+            if let Some(name) = condition_metavariables(condition).into_iter().find(|name| !bound.contains(name)) {
                 self.report(
                     Diagnostic::error(
                         "P0703",
@@ -281,12 +243,9 @@ impl Lowerer<'_> {
         }
         if item.source.is_empty() {
             self.report(
-                Diagnostic::error(
-                    "P0706",
-                    format!("the law `{}` does not say where it comes from", name.name),
-                )
-                .label(name.span, "this law")
-                .help("write a line `paper §…`, or `ours` with a reason, below its title"),
+                Diagnostic::error("P0706", format!("the law `{}` does not say where it comes from", name.name))
+                    .label(name.span, "this law")
+                    .help("write a line `paper §…`, or `ours` with a reason, below its title"),
             );
         }
     }
@@ -304,11 +263,7 @@ impl Lowerer<'_> {
             rest.extend(part.children());
         }
         if bare || inside {
-            let why = if bare {
-                "fits every process"
-            } else {
-                "stands in the right side again"
-            };
+            let why = if bare { "fits every process" } else { "stands in the right side again" };
             self.report(
                 Diagnostic::error("P0707", format!("the law `{}` would simplify for ever", item.name.name))
                     .label(item.left.span, format!("this side {why}"))
@@ -329,21 +284,14 @@ impl Lowerer<'_> {
                 Expectation::Term(self.whole(&[term])?.pop()?)
             }
             ast::Expect::Values(values) => {
-                let lowered = values
-                    .iter()
-                    .map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
+                let lowered = values.iter().map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
                 Expectation::Values(lowered.collect::<Option<Vec<_>>>()?)
             }
         })
     }
 
     pub(super) fn subject(&mut self, term: &Written) -> Option<Subject> {
-        if let TermKind::Apply {
-            name,
-            arguments,
-            results,
-        } = &term.kind
-        {
+        if let TermKind::Apply { name, arguments, results } = &term.kind {
             let bare = arguments.is_empty() && results.is_empty();
             if bare && matches!(self.environment.entity(&name.name), Some(Entity::System(_))) {
                 return Some(Subject::System(name.name.clone()));
@@ -359,10 +307,9 @@ impl Environment {
         let mut lowerer = Lowerer::new(self, Metas::Law);
         let lowered = match &item.kind {
             ast::ItemKind::Prove(claim) => lowerer.claim(claim, item.span, text).map(Lowered::Claim),
-            ast::ItemKind::Simplify(term) => lowerer
-                .whole(&[term])
-                .and_then(|mut terms| terms.pop())
-                .map(Lowered::Simplify),
+            ast::ItemKind::Simplify(term) => {
+                lowerer.whole(&[term]).and_then(|mut terms| terms.pop()).map(Lowered::Simplify)
+            }
             ast::ItemKind::Period(name) => lowerer.named(name, "system").map(Lowered::Period),
             ast::ItemKind::Flow(name) => lowerer.named(name, "system").map(Lowered::Flow),
             ast::ItemKind::Project(term, shown) => {

@@ -95,11 +95,7 @@ impl<'e> Lowerer<'e> {
         let mut rest: Vec<&Term> = terms.to_vec();
         while let Some(term) = rest.pop() {
             match &term.kind {
-                TermKind::Apply {
-                    name,
-                    arguments,
-                    results,
-                } => {
+                TermKind::Apply { name, arguments, results } => {
                     for result in results {
                         self.bind_one(result);
                     }
@@ -132,13 +128,10 @@ impl<'e> Lowerer<'e> {
         let global = self.environment.quantity(name).is_some();
         if let Some(place) = self.locals.get(name).copied() {
             self.report(
-                Diagnostic::error(
-                    "P0503",
-                    format!("`{name}` is a parameter here, so no result can have this name"),
-                )
-                .label(result.span, "bound as a result here")
-                .label(place, "the parameter")
-                .help(format!("give the result another name, such as `{name}1`")),
+                Diagnostic::error("P0503", format!("`{name}` is a parameter here, so no result can have this name"))
+                    .label(result.span, "bound as a result here")
+                    .label(place, "the parameter")
+                    .help(format!("give the result another name, such as `{name}1`")),
             );
         } else if global {
             self.report(
@@ -162,14 +155,11 @@ impl<'e> Lowerer<'e> {
         for bound in &signature.flow.binds {
             if let Some(place) = self.locals.get(bound).copied() {
                 self.report(
-                    Diagnostic::error(
-                        "P0503",
-                        format!("`{}` binds `{bound}`, which is a parameter here", name.name),
-                    )
-                    .label(name.span, format!("binds `{bound}`"))
-                    .label(place, "the parameter")
-                    .note("what is read after the call would be the result, not the parameter")
-                    .help(format!("rename the parameter, for example to `{bound}0`")),
+                    Diagnostic::error("P0503", format!("`{}` binds `{bound}`, which is a parameter here", name.name))
+                        .label(name.span, format!("binds `{bound}`"))
+                        .label(place, "the parameter")
+                        .note("what is read after the call would be the result, not the parameter")
+                        .help(format!("rename the parameter, for example to `{bound}0`")),
                 );
             }
             self.results.entry(bound.clone()).or_insert(name.span);
@@ -196,11 +186,7 @@ impl<'e> Lowerer<'e> {
 
     /// Reports an argument of the wrong class.
     pub(super) fn wrong_class(&mut self, callee: &Name, index: usize, class: Class, span: Span) {
-        let needed = if class == Class::Number {
-            Class::Distribution
-        } else {
-            Class::Number
-        };
+        let needed = if class == Class::Number { Class::Distribution } else { Class::Number };
         let parameter = match self.environment.entity(callee) {
             Some(super::Entity::Process(signature)) => signature.parameters.get(index).map_or("", Name::as_str),
             _ => "",
@@ -220,12 +206,9 @@ impl<'e> Lowerer<'e> {
         match self.classes.get(name).copied() {
             Some((before, place)) if before != class => {
                 self.report(
-                    Diagnostic::error(
-                        "P0401",
-                        format!("`{name}` is used both as a number and as a distribution"),
-                    )
-                    .label(span, format!("as {} here", words(class)))
-                    .label(place, format!("as {} here", words(before))),
+                    Diagnostic::error("P0401", format!("`{name}` is used both as a number and as a distribution"))
+                        .label(span, format!("as {} here", words(class)))
+                        .label(place, format!("as {} here", words(before))),
                 );
             }
             Some(_) => {}

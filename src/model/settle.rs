@@ -294,13 +294,7 @@ impl Model<'_> {
         }
     }
 
-    fn settle_call(
-        &self,
-        name: &Name,
-        arguments: &[Value],
-        scope: &Scope,
-        depth: usize,
-    ) -> Result<State, Meaningless> {
+    fn settle_call(&self, name: &Name, arguments: &[Value], scope: &Scope, depth: usize) -> Result<State, Meaningless> {
         let Some(definition) = self.definitions.get(name) else {
             return Meaningless::because(format!("`{name}` is not defined"));
         };

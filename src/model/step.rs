@@ -126,9 +126,7 @@ fn side_by_side(parts: &[Term], join: &dyn Fn(Vec<Term>) -> Term) -> Vec<Move> {
 /// The first draw that is due: from what, and the process after it with the value still open.
 pub(super) fn draw(term: &Term) -> Option<(Value, Term)> {
     match term.node() {
-        Node::Ran(distribution, name) => {
-            Some((distribution.clone(), Term::new(Node::Set(blank(), name.clone()))))
-        }
+        Node::Ran(distribution, name) => Some((distribution.clone(), Term::new(Node::Set(blank(), name.clone())))),
         Node::Seq(parts) => {
             let place = active(parts);
             let (distribution, next) = draw(&parts[place])?;
@@ -249,10 +247,8 @@ pub(super) fn pass(term: &Term, time: &BigRational) -> Result<Term, Meaningless>
 /// Adds what the term shows, as far as the projections around it let it.
 pub(super) fn observe(term: &Term, shown: Option<&BTreeSet<Name>>, all: &mut BTreeSet<Observation>) {
     match term.node() {
-        Node::Observe(name, values) => {
-            if shown.is_none_or(|shown| shown.contains(name)) {
-                all.insert((name.clone(), values.clone()));
-            }
+        Node::Observe(name, values) if shown.is_none_or(|shown| shown.contains(name)) => {
+            all.insert((name.clone(), values.clone()));
         }
         Node::Project(body, names) => match shown {
             Some(shown) => observe(body, Some(&shown.intersection(names).cloned().collect()), all),

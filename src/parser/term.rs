@@ -15,10 +15,7 @@ impl Parser<'_> {
             self.advance();
             let shown = self.shown()?;
             let span = self.since(term.span.start);
-            term = Term {
-                span,
-                kind: TermKind::Project(Box::new(term), shown),
-            };
+            term = Term { span, kind: TermKind::Project(Box::new(term), shown) };
         }
         self.depth = before;
         Ok(term)
@@ -47,17 +44,11 @@ impl Parser<'_> {
         let mut operators: Vec<(Kind, Span)> = Vec::new();
         loop {
             let kind = self.kind();
-            if !matches!(
-                kind,
-                Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else)
-            ) {
+            if !matches!(kind, Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else)) {
                 break;
             }
             let span = self.advance().span;
-            if operators
-                .last()
-                .is_some_and(|(last, _)| (*last == Kind::Hash) != (kind == Kind::Hash))
-            {
+            if operators.last().is_some_and(|(last, _)| (*last == Kind::Hash) != (kind == Kind::Hash)) {
                 // Needed for the error: the second reading takes in the operand that follows.
                 operands.push(self.postfix()?);
                 return self.mixed(&operands, &operators, (kind, span));
@@ -79,16 +70,13 @@ impl Parser<'_> {
         let first = operators.last().map_or(second.1, |(_, span)| *span);
         let (left, right) = (first.of(text), second.1.of(text));
         self.fail(
-            Diagnostic::error(
-                "P0203",
-                format!("`{left}` and `{right}` stand side by side without brackets"),
-            )
-            .label(second.1, format!("`{right}` here"))
-            .label(first, format!("`{left}` here"))
-            .note("`#` never mixes with `;`, `|` or `else`: the two readings differ")
-            .help(format!(
-                "write `({one} {left} {two}) {right} {three}` or `{one} {left} ({two} {right} {three})`"
-            )),
+            Diagnostic::error("P0203", format!("`{left}` and `{right}` stand side by side without brackets"))
+                .label(second.1, format!("`{right}` here"))
+                .label(first, format!("`{left}` here"))
+                .note("`#` never mixes with `;`, `|` or `else`: the two readings differ")
+                .help(format!(
+                    "write `({one} {left} {two}) {right} {three}` or `{one} {left} ({two} {right} {three})`"
+                )),
         )
     }
 
@@ -123,10 +111,7 @@ impl Parser<'_> {
         let whole = arms.into_iter().rev().fold(last, |rest, arm| match rest {
             Some(rest) => {
                 let span = arm.span.to(rest.span);
-                Some(Term {
-                    span,
-                    kind: TermKind::Else(Box::new(arm), Box::new(rest)),
-                })
+                Some(Term { span, kind: TermKind::Else(Box::new(arm), Box::new(rest)) })
             }
             None => Some(arm),
         });
@@ -146,10 +131,7 @@ impl Parser<'_> {
                 self.deeper(1)?;
                 self.take(Role::Joining);
                 let (count, index) = self.count()?;
-                term = Term {
-                    span: self.since(start),
-                    kind: TermKind::Power(Box::new(term), count, index),
-                };
+                term = Term { span: self.since(start), kind: TermKind::Power(Box::new(term), count, index) };
             } else if self.at(Kind::OpenSquare) {
                 self.deeper(1)?;
                 self.take(Role::Joining);
@@ -157,10 +139,7 @@ impl Parser<'_> {
                 self.expect(Kind::Assign, "`:=`")?;
                 let value = self.value()?;
                 self.expect(Kind::CloseSquare, "`]`")?;
-                term = Term {
-                    span: self.since(start),
-                    kind: TermKind::Replace(Box::new(term), name, value),
-                };
+                term = Term { span: self.since(start), kind: TermKind::Replace(Box::new(term), name, value) };
             } else {
                 break;
             }
@@ -195,10 +174,7 @@ impl Parser<'_> {
             return self.primary();
         }
         let name = self.ident();
-        Ok(Value {
-            span: name.span,
-            kind: ValueKind::Name(name),
-        })
+        Ok(Value { span: name.span, kind: ValueKind::Name(name) })
     }
 
     /// A name that begins small, or a metavariable for one.
@@ -224,10 +200,7 @@ impl Parser<'_> {
                 self.advance();
                 let inner = self.nested(Parser::term)?;
                 self.expect(Kind::CloseRound, "an operator or `)`")?;
-                Ok(Term {
-                    span: self.since(start),
-                    ..inner
-                })
+                Ok(Term { span: self.since(start), ..inner })
             }
             Kind::Word(Keyword::Try) => self.wrapped(TermKind::Try),
             Kind::Word(Keyword::Loop) => self.wrapped(TermKind::Loop),
@@ -239,19 +212,13 @@ impl Parser<'_> {
                 }
                 self.take(Role::Closing);
                 let body = self.nested(Parser::chain)?;
-                Ok(Term {
-                    span: self.since(start),
-                    kind: TermKind::New(port, Box::new(body)),
-                })
+                Ok(Term { span: self.since(start), kind: TermKind::New(port, Box::new(body)) })
             }
             Kind::Upper => self.application(),
             Kind::Meta if self.spelling().chars().nth(1).is_some_and(char::is_uppercase) => {
                 let name = self.ident();
                 let arguments = self.arguments()?;
-                Ok(Term {
-                    span: self.since(start),
-                    kind: TermKind::Meta(name, arguments),
-                })
+                Ok(Term { span: self.since(start), kind: TermKind::Meta(name, arguments) })
             }
             Kind::Meta | Kind::Lower => self.not_a_process(),
             _ => self.unexpected("a process"),
@@ -263,33 +230,24 @@ impl Parser<'_> {
         let word = self.spelling();
         let start = self.advance().span.start;
         if !self.at(Kind::OpenRound) {
-            let diagnostic = self
-                .wrong("`(`")
-                .help(format!("put the process in brackets: `{word}(P)`"));
+            let diagnostic = self.wrong("`(`").help(format!("put the process in brackets: `{word}(P)`"));
             return self.fail(diagnostic);
         }
         self.take(Role::Joining);
         let inner = self.nested(Parser::term)?;
         self.expect(Kind::CloseRound, "an operator or `)`")?;
-        Ok(Term {
-            span: self.since(start),
-            kind: kind(Box::new(inner)),
-        })
+        Ok(Term { span: self.since(start), kind: kind(Box::new(inner)) })
     }
 
     fn not_a_process(&mut self) -> Parse<Term> {
         let text = self.spelling().to_string();
         let span = self.token().span;
         let skip = if text.starts_with('?') { 1 } else { 0 };
-        let first = text
-            .chars()
-            .nth(skip)
-            .map_or(String::new(), |letter| letter.to_uppercase().collect());
+        let first = text.chars().nth(skip).map_or(String::new(), |letter| letter.to_uppercase().collect());
         let rest: String = text.chars().skip(skip + 1).collect();
         let capital = format!("{}{first}{rest}", if skip == 1 { "?" } else { "" });
-        let diagnostic = self
-            .wrong("a process")
-            .note("names of processes begin with a capital letter, names of values begin small");
+        let diagnostic =
+            self.wrong("a process").note("names of processes begin with a capital letter, names of values begin small");
         self.fail(diagnostic.edit("with a capital", span, capital))
     }
 
@@ -299,14 +257,7 @@ impl Parser<'_> {
         let name = self.ident();
         let arguments = self.arguments()?;
         let results = self.results()?;
-        Ok(Term {
-            span: self.since(start),
-            kind: TermKind::Apply {
-                name,
-                arguments,
-                results,
-            },
-        })
+        Ok(Term { span: self.since(start), kind: TermKind::Apply { name, arguments, results } })
     }
 
     fn arguments(&mut self) -> Parse<Vec<Value>> {
@@ -374,10 +325,7 @@ fn many(mut parts: Vec<Term>, kind: fn(Vec<Term>) -> TermKind) -> Term {
         last => {
             parts.extend(last);
             let span = parts.iter().map(|part| part.span).reduce(Span::to).unwrap_or_default();
-            Term {
-                span,
-                kind: kind(parts),
-            }
+            Term { span, kind: kind(parts) }
         }
     }
 }

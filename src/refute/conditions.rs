@@ -91,12 +91,8 @@ fn is(fact: Fact, graph: &Graph) -> bool {
         Fact::NeverStops => !some(|state| matches!(state, State::Stopped(_))),
         Fact::Silent => !graph.transitions.iter().any(|step| communicates(&step.label)),
         Fact::DrawsNothing => !graph.transitions.iter().any(|step| draws(&step.label)),
-        Fact::BindsNothing => {
-            !some(|state| matches!(state, State::Stopped(results) if !results.is_empty()))
-        }
-        Fact::Observer => {
-            graph.transitions.is_empty() && matches!(start, State::Running(_))
-        }
+        Fact::BindsNothing => !some(|state| matches!(state, State::Stopped(results) if !results.is_empty())),
+        Fact::Observer => graph.transitions.is_empty() && matches!(start, State::Running(_)),
         Fact::Guard => match start {
             State::Stopped(results) => results.is_empty(),
             State::Aborted => true,

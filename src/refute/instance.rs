@@ -75,6 +75,9 @@ impl Choice {
             Node::Out(port, value) => Term::new(Node::Out(self.name(port), self.value(value)?)),
             Node::Set(value, name) => Term::new(Node::Set(self.value(value)?, self.name(name))),
             Node::Ran(value, name) => Term::new(Node::Ran(self.value(value)?, self.name(name))),
+            Node::Power(_, count, Some(index)) => {
+                Term::new(Node::Power(children.pop()?, self.value(count)?, Some(self.name(index))))
+            }
             Node::New(port, _) => Term::new(Node::New(self.name(port), children.pop()?)),
             Node::Replace(_, name, value) => {
                 Term::new(Node::Replace(children.pop()?, self.name(name), self.value(value)?))
@@ -124,7 +127,7 @@ pub(super) fn surroundings(read: &BTreeSet<Name>) -> Vec<BTreeMap<Name, Value>> 
 
 /// The term in surroundings that have bound these names.
 pub(super) fn close(term: &Term, surroundings: &BTreeMap<Name, Value>) -> Term {
-    surroundings.iter().fold(term.clone(), |term, (name, value)| {
-        Term::new(Node::Replace(term, name.clone(), value.clone()))
-    })
+    surroundings
+        .iter()
+        .fold(term.clone(), |term, (name, value)| Term::new(Node::Replace(term, name.clone(), value.clone())))
 }

@@ -119,7 +119,9 @@ impl Found {
 /// What a condition speaks of: terms, values and names.
 fn add_condition(found: &mut Found, condition: &Condition) {
     match condition {
-        Condition::Compare(_, left, right) => found.values.extend(left.variables().into_iter().chain(right.variables())),
+        Condition::Compare(_, left, right) => {
+            found.values.extend(left.variables().into_iter().chain(right.variables()))
+        }
         Condition::Natural(value) => found.values.extend(value.variables()),
         Condition::Is(_, term) | Condition::ShowsOnly(term, _) | Condition::ShowsNone(term, _) => found.add(term),
         Condition::Lasts(term, time) => {

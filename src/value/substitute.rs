@@ -129,18 +129,12 @@ impl Value {
     }
 }
 
-fn replace_all(
-    parts: &[Value],
-    images: &mut dyn FnMut(&Name) -> Option<Value>,
-) -> Result<Vec<Value>, ValueError> {
+fn replace_all(parts: &[Value], images: &mut dyn FnMut(&Name) -> Option<Value>) -> Result<Vec<Value>, ValueError> {
     parts.iter().map(|part| part.replace(images)).collect()
 }
 
 /// The image of an atom; `None` when it stays what it is.
-fn replace_atom(
-    atom: &Atom,
-    images: &mut dyn FnMut(&Name) -> Option<Value>,
-) -> Result<Option<Value>, ValueError> {
+fn replace_atom(atom: &Atom, images: &mut dyn FnMut(&Name) -> Option<Value>) -> Result<Option<Value>, ValueError> {
     if let Atom::Variable(name) = atom {
         return Ok(images(name));
     }

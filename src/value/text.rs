@@ -51,7 +51,11 @@ fn fraction(f: &mut fmt::Formatter<'_>, above: &Sum, below: &Sum) -> fmt::Result
     if one {
         return sum(f, above);
     }
-    if above.len() == 1 { sum(f, above)? } else { bracketed(f, above)? }
+    if above.len() == 1 {
+        sum(f, above)?
+    } else {
+        bracketed(f, above)?
+    }
     f.write_str("/")?;
     match below.as_slice() {
         [(number, factors)] if number.is_one() && factors.len() == 1 => product(f, factors),
