@@ -127,7 +127,7 @@ impl Lowerer<'_> {
         lowered.into_iter().collect()
     }
 
-    fn condition(&mut self, condition: &ast::Condition) -> Option<Condition> {
+    pub(super) fn condition(&mut self, condition: &ast::Condition) -> Option<Condition> {
         Some(match &condition.kind {
             ConditionKind::Compare(relation, left, right) => {
                 let left = self.number(left);
@@ -151,11 +151,13 @@ impl Lowerer<'_> {
                 Condition::NoPort(self.process(process)?, port.name.clone())
             }
             ConditionKind::Unread(process, name) => Condition::Unread(self.process(process)?, name.name.clone()),
-            ConditionKind::ShowsOnly(process, set) => {
-                Condition::ShowsOnly(self.process(process)?, BTreeSet::from([set.name.clone()]))
+            ConditionKind::ShowsOnly(process, shown) => {
+                let process = self.process(process);
+                Condition::ShowsOnly(process?, self.shown(shown)?)
             }
-            ConditionKind::ShowsNone(process, set) => {
-                Condition::ShowsNone(self.process(process)?, BTreeSet::from([set.name.clone()]))
+            ConditionKind::ShowsNone(process, shown) => {
+                let process = self.process(process);
+                Condition::ShowsNone(process?, self.shown(shown)?)
             }
             ConditionKind::Apart(left, right) => {
                 let left = self.process(left);
@@ -166,6 +168,7 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn law(&mut self, item: &LawItem) -> Option<Law> {
+        self.lenient = true;
         self.law_header(item);
         let mut terms = vec![&item.left, &item.right];
         terms.extend(item.conditions.iter().flat_map(processes));
@@ -190,12 +193,11 @@ impl Lowerer<'_> {
                 .label(item.left.span, "not here"),
             );
         }
-        // `lasts(P, ?t)` finds its time from P.
-        for condition in &conditions {
-            if let Condition::Lasts(_, time) = condition {
-                bound.extend(time.variables());
-            }
-        }
+        // `lasts(P, t)` finds t.
+        bound.extend(conditions.iter().flat_map(|condition| match condition {
+            Condition::Lasts(_, time) => time.variables(),
+            _ => BTreeSet::new(),
+        }));
         for (condition, written) in conditions.iter().zip(&item.conditions) {
             if let Some(name) = condition_metavariables(condition).into_iter().find(|name| !bound.contains(name)) {
                 self.report(
@@ -256,14 +258,10 @@ impl Lowerer<'_> {
             return;
         }
         let bare = matches!(left.node(), Node::Meta(..));
-        let mut rest = vec![right];
-        let mut inside = false;
-        while let Some(part) = rest.pop() {
-            inside |= part == left;
-            rest.extend(part.children());
-        }
+        // Conditions may stop it: then only a run can tell.
+        let inside = item.conditions.is_empty() && super::direction::goes_on(left, right);
         if bare || inside {
-            let why = if bare { "fits every process" } else { "stands in the right side again" };
+            let why = if bare { "fits every process" } else { "fits the right side again" };
             self.report(
                 Diagnostic::error("P0707", format!("the law `{}` would simplify for ever", item.name.name))
                     .label(item.left.span, format!("this side {why}"))
@@ -279,10 +277,7 @@ impl Lowerer<'_> {
                 "refuted" => Expectation::Refuted,
                 _ => Expectation::Open,
             },
-            ast::Expect::Term(term) => {
-                self.metas = Metas::Law;
-                Expectation::Term(self.whole(&[term])?.pop()?)
-            }
+            ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
             ast::Expect::Values(values) => {
                 let lowered = values.iter().map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
                 Expectation::Values(lowered.collect::<Option<Vec<_>>>()?)
@@ -318,7 +313,7 @@ impl Environment {
                 subject.and_then(|subject| Some(Lowered::Project(subject, shown?)))
             }
             ast::ItemKind::Expect(expect) => {
-                lowerer.metas = Metas::Free;
+                lowerer.free = true;
                 lowerer.expectation(expect).map(Lowered::Expect)
             }
             ast::ItemKind::Import(path) => Some(Lowered::Import(path.clone())),
@@ -334,10 +329,10 @@ fn processes(condition: &ast::Condition) -> Vec<&Written> {
     match &condition.kind {
         ConditionKind::Compare(..) | ConditionKind::Natural(_) => Vec::new(),
         ConditionKind::Is(_, process)
-        | ConditionKind::Lasts(process, _)
-        | ConditionKind::NoPort(process, _)
         | ConditionKind::ShowsOnly(process, _)
         | ConditionKind::ShowsNone(process, _)
+        | ConditionKind::Lasts(process, _)
+        | ConditionKind::NoPort(process, _)
         | ConditionKind::Unread(process, _) => vec![process],
         ConditionKind::Complementary(left, right) | ConditionKind::Apart(left, right) => vec![left, right],
     }

@@ -134,11 +134,16 @@ impl Environment {
     /// Enters the name of a process, observer, system or property.
     fn announce(&mut self, opening: &mut Opening, index: usize, kind: &ItemKind) {
         let (name, entity) = match kind {
+            ItemKind::Observer(headers) => {
+                for header in headers {
+                    self.enter_name(opening, index, &header.name, Entity::Observer(header.parameters.len()));
+                }
+                return;
+            }
             ItemKind::Process(header, _) => {
                 let parameters = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
                 (&header.name, Entity::Process(Signature { parameters, classes: Vec::new(), flow: Flow::default() }))
             }
-            ItemKind::Observer(header) => (&header.name, Entity::Observer(header.parameters.len())),
             ItemKind::System(name, _) => {
                 (name, Entity::System(System { name: name.name.clone(), components: Vec::new() }))
             }
@@ -155,6 +160,10 @@ impl Environment {
             }
             _ => return,
         };
+        self.enter_name(opening, index, name, entity);
+    }
+
+    fn enter_name(&mut self, opening: &mut Opening, index: usize, name: &Ident, entity: Entity) {
         if BASIC.contains(&name.name.as_str()) {
             opening.report(index, [taken(name, "a basic process")]);
             opening.twice.insert(index);
@@ -400,9 +409,9 @@ fn declared(kind: &ItemKind) -> Option<Vec<Name>> {
             all.dedup();
             all
         }
-        ItemKind::Function(header, _) | ItemKind::Process(header, _) | ItemKind::Observer(header) => {
-            vec![header.name.name.clone()]
-        }
+        ItemKind::Observer(headers) => headers.iter().map(|header| header.name.name.clone()).collect(),
+        ItemKind::Function(header, _) | ItemKind::Process(header, _) => vec![header.name.name.clone()],
+
         ItemKind::System(name, _) | ItemKind::Property(name, _) => vec![name.name.clone()],
         _ => return None,
     })

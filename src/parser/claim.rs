@@ -177,7 +177,7 @@ impl Parser<'_> {
         Ok(all)
     }
 
-    fn condition(&mut self) -> Parse<Condition> {
+    pub(super) fn condition(&mut self) -> Parse<Condition> {
         let start = self.token().span.start;
         let word = self.spelling();
         let called = self.ahead(1).kind == Kind::OpenRound;
@@ -233,6 +233,11 @@ impl Parser<'_> {
         }
     }
 
+    /// `{At, Odo}`, or `?S` for any set.
+    fn observer_set(&mut self) -> Parse<Vec<Ident>> {
+        if self.at(Kind::Meta) { Ok(vec![self.ident()]) } else { self.shown() }
+    }
+
     fn predicate(&mut self, predicate: Predicate) -> Parse<ConditionKind> {
         if predicate == Predicate::Natural {
             return Ok(ConditionKind::Natural(self.value()?));
@@ -247,8 +252,8 @@ impl Parser<'_> {
             Predicate::Complementary => ConditionKind::Complementary(process, self.term()?),
             Predicate::NoPort => ConditionKind::NoPort(process, self.small("the name of a port")?),
             Predicate::Unread => ConditionKind::Unread(process, self.small("the name of a result")?),
-            Predicate::ShowsOnly => ConditionKind::ShowsOnly(process, self.shown_name()?),
-            Predicate::ShowsNone => ConditionKind::ShowsNone(process, self.shown_name()?),
+            Predicate::ShowsOnly => ConditionKind::ShowsOnly(process, self.observer_set()?),
+            Predicate::ShowsNone => ConditionKind::ShowsNone(process, self.observer_set()?),
             _ => ConditionKind::Apart(process, self.term()?),
         })
     }
@@ -269,14 +274,14 @@ enum Predicate {
 }
 
 const PREDICATES: [(Predicate, &str); 8] = [
-    (Predicate::ShowsOnly, "shows_only"),
-    (Predicate::ShowsNone, "shows_none"),
     (Predicate::Natural, "natural"),
     (Predicate::Lasts, "lasts"),
     (Predicate::Complementary, "complementary"),
     (Predicate::NoPort, "no_port"),
     (Predicate::Unread, "unread"),
     (Predicate::Apart, "apart"),
+    (Predicate::ShowsOnly, "shows_only"),
+    (Predicate::ShowsNone, "shows_none"),
 ];
 
 impl Predicate {

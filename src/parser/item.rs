@@ -32,7 +32,7 @@ impl Parser<'_> {
                 self.expect(Kind::Equal, "`=` and a process")?;
                 ItemKind::Process(header, self.term()?)
             }
-            Keyword::Observer => ItemKind::Observer(self.header("the name of an observer")?),
+            Keyword::Observer => ItemKind::Observer(self.observers()?),
             Keyword::System => {
                 let (name, body) = self.named_term("the name of a system")?;
                 ItemKind::System(name, body)
@@ -154,6 +154,14 @@ impl Parser<'_> {
         Ok(Header { name, parameters, results })
     }
 
+    fn observers(&mut self) -> Parse<Vec<Header>> {
+        let mut all = vec![self.header("the name of an observer")?];
+        while self.accept(Kind::Comma) {
+            all.push(self.header("the name of an observer")?);
+        }
+        Ok(all)
+    }
+
     fn header_parameters(&mut self) -> Parse<Vec<Ident>> {
         let parameter = |parser: &mut Self| {
             if parser.at(Kind::Upper) { Ok(parser.ident()) } else { parser.small("the name of a parameter") }
@@ -200,7 +208,7 @@ impl Parser<'_> {
         if matches!(self.kind(), Kind::Lower | Kind::Upper) {
             if next == Kind::Colon {
                 let name = self.ident();
-                self.take(Role::Closing);
+                self.advance();
                 if !self.at(Kind::Lower) {
                     return self.unexpected("a sort: `natural`, `real`, `vector` or `distribution`");
                 }

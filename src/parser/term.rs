@@ -1,4 +1,4 @@
-//! Processes: `^` binds tightest, then `;`, then `else`, then `|`; `#` stands alone; `to` is weakest.
+//! Processes: `^` and `new c.` bind tightest, then `;`, then `else`, then `|`; `#` stands alone; `to` is weakest.
 
 use super::{Parse, Parser, Role};
 use crate::ast::{Ident, Term, TermKind, Value, ValueKind};
@@ -25,17 +25,9 @@ impl Parser<'_> {
     pub(super) fn shown(&mut self) -> Parse<Vec<Ident>> {
         self.expect(Kind::OpenCurly, "`{`, and the names of the observers to keep")?;
         self.list(Kind::CloseCurly, "`,` or `}`", |parser| {
-            if parser.at(Kind::Upper) || parser.at(Kind::Meta) {
-                Ok(parser.ident())
-            } else {
-                parser.unexpected("the name of an observer")
-            }
+            let named = matches!(parser.kind(), Kind::Upper | Kind::Meta);
+            if named { Ok(parser.ident()) } else { parser.unexpected("the name of an observer") }
         })
-    }
-
-    /// `?S`: a set of observers, in a condition.
-    pub(super) fn shown_name(&mut self) -> Parse<Ident> {
-        if self.at(Kind::Meta) { Ok(self.ident()) } else { self.unexpected("a set of observers such as `?S`") }
     }
 
     /// Processes joined by operators.
@@ -211,7 +203,7 @@ impl Parser<'_> {
                     return self.unexpected("`.` and a process, as in `new c. P`");
                 }
                 self.take(Role::Closing);
-                let body = self.nested(Parser::chain)?;
+                let body = self.nested(Parser::postfix)?;
                 Ok(Term { span: self.since(start), kind: TermKind::New(port, Box::new(body)) })
             }
             Kind::Upper => self.application(),
