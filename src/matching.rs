@@ -166,7 +166,8 @@ fn window(
     let lengths: Vec<usize> = match (at, rest.is_empty(), parts.len()) {
         (Place::Inside, true, all) => vec![all],
         (Place::Inside, false, all) => (0..=all).collect(),
-        (_, true, 0) => vec![0],
+        (_, true, 0) if state.empty => vec![0],
+        (_, true, 0) => return false,
         (_, true, 1) => vec![1],
         (_, true, all) => vec![all, 1],
         (_, false, 0) => return false,
