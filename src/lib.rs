@@ -24,6 +24,10 @@ pub mod lower;
 pub mod printer;
 pub mod library;
 // ── engine: every answer comes with its proof ──
+pub mod model;
+pub mod bisimulation;
+pub mod refute;
+pub mod stepper;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;
