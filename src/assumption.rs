@@ -300,8 +300,11 @@ impl Assumptions {
         self.constraints.push(self.tightened(Constraint { form, bound }));
     }
 
-    /// A polynomial without the factors of its terms that are certainly positive.
+    /// A sum without the factors of its terms that are certainly positive.
     fn without_known_factors(&self, form: &Polynomial<Atom>) -> Polynomial<Atom> {
+        if form.terms().len() == 1 {
+            return form.clone();
+        }
         let shared = form.monomial_content();
         let positive = shared.factors().iter().filter_map(|(atom, exponent)| {
             let signs = self.atom_signs(atom);
