@@ -26,6 +26,8 @@ pub mod ast;
 pub mod parser;
 pub mod lower;
 pub mod printer;
+pub mod library;
+pub mod proof_file;
 // ── engine: every answer comes with its proof ──
 pub mod matching;
 pub mod simplify;

@@ -8,6 +8,7 @@ mod claim;
 mod declare;
 mod define;
 mod flow;
+mod free;
 mod graph;
 mod process;
 mod scope;

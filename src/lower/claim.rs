@@ -159,7 +159,7 @@ impl Lowerer<'_> {
         lowered.into_iter().collect()
     }
 
-    fn condition(&mut self, condition: &ast::Condition) -> Option<Condition> {
+    pub(super) fn condition(&mut self, condition: &ast::Condition) -> Option<Condition> {
         Some(match &condition.kind {
             ConditionKind::Compare(relation, left, right) => {
                 let left = self.number(left);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::scope::{Lowerer, Metas};
+use super::scope::Lowerer;
 use super::value::{count_of, were};
 use super::{BASIC, Class, Entity};
 use crate::ast::{Ident, Term as Written, TermKind, Value as WrittenValue, ValueKind};
@@ -55,7 +55,7 @@ impl Lowerer<'_> {
                 Term::new(Node::Project(body?, shown))
             }
             TermKind::Replace(body, name, value) => {
-                if self.metas != Metas::Law {
+                if !self.metas.of_processes() {
                     return self.fail(
                         Diagnostic::error(
                             "P0310",
@@ -108,7 +108,7 @@ impl Lowerer<'_> {
     }
 
     fn meta(&mut self, name: &Ident, arguments: &[WrittenValue]) -> Option<Term> {
-        if self.metas != Metas::Law {
+        if !self.metas.of_processes() {
             return self.fail(
                 Diagnostic::error(
                     "P0301",
@@ -134,7 +134,7 @@ impl Lowerer<'_> {
             if name.as_str() == "Delay" {
                 continue;
             }
-            if name.is_meta() && self.metas == Metas::Law {
+            if name.is_meta() && self.metas.of_processes() {
                 names.insert(name.clone());
                 continue;
             }

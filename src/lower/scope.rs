@@ -17,8 +17,15 @@ pub(super) enum Metas {
     Values,
     /// Values and processes, in a law or a claim.
     Law,
-    /// Values, and any other name as well: in `expect`.
+    /// Values and processes, and any other name as well: in `expect`, and in proofs, which the kernel checks.
     Free,
+}
+
+impl Metas {
+    /// Whether metavariables of processes may be written.
+    pub(super) fn of_processes(self) -> bool {
+        matches!(self, Metas::Law | Metas::Free)
+    }
 }
 
 /// Lowers one item; collects what is wrong with it.
