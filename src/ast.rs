@@ -34,8 +34,8 @@ pub enum ItemKind {
     Function(Header, Option<Value>),
     /// `proc BF_{a,b} = P`
     Process(Header, Term),
-    /// `observer At(r)`
-    Observer(Header),
+    /// `observer At(r)`, or several with commas between
+    Observer(Vec<Header>),
     /// `system Sys = P | Q`
     System(Ident, Term),
     /// `property Goal = P`
@@ -195,10 +195,10 @@ pub enum ConditionKind {
     Unread(Term, Ident),
     /// `apart(P, Q)`
     Apart(Term, Term),
-    /// `shows_only(P, ?S)`
-    ShowsOnly(Term, Ident),
-    /// `shows_none(P, ?S)`
-    ShowsNone(Term, Ident),
+    /// `shows_only(P, {At})`
+    ShowsOnly(Term, Vec<Ident>),
+    /// `shows_none(P, {At})`
+    ShowsNone(Term, Vec<Ident>),
 }
 
 /// A process as written.

@@ -17,18 +17,12 @@ pub struct Span {
 impl Span {
     /// From `start` up to `end`.
     pub fn new(start: usize, end: usize) -> Span {
-        Span {
-            start,
-            end: end.max(start),
-        }
+        Span { start, end: end.max(start) }
     }
 
     /// The least span that covers both.
     pub fn to(self, other: Span) -> Span {
-        Span {
-            start: self.start.min(other.start),
-            end: self.end.max(other.end),
-        }
+        Span { start: self.start.min(other.start), end: self.end.max(other.end) }
     }
 
     /// The text it covers; empty where it does not fit the text.
@@ -49,10 +43,7 @@ pub struct Source {
 impl Source {
     /// This text from this place.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Source {
-        Source {
-            name: name.into(),
-            text: text.into(),
-        }
+        Source { name: name.into(), text: text.into() }
     }
 
     /// The bytes of a file as text.
@@ -157,30 +148,17 @@ impl Diagnostic {
     /// An error with this code and message and nothing else yet.
     pub fn error(code: &'static str, message: impl Into<String>) -> Diagnostic {
         let message = message.into();
-        Diagnostic {
-            severity: Severity::Error,
-            code,
-            message,
-            labels: Vec::new(),
-            notes: Vec::new(),
-            fix: None,
-        }
+        Diagnostic { severity: Severity::Error, code, message, labels: Vec::new(), notes: Vec::new(), fix: None }
     }
 
     /// A warning with this code and message and nothing else yet.
     pub fn warning(code: &'static str, message: impl Into<String>) -> Diagnostic {
-        Diagnostic {
-            severity: Severity::Warning,
-            ..Diagnostic::error(code, message)
-        }
+        Diagnostic { severity: Severity::Warning, ..Diagnostic::error(code, message) }
     }
 
     /// With one more place.
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Diagnostic {
-        self.labels.push(Label {
-            span,
-            text: text.into(),
-        });
+        self.labels.push(Label { span, text: text.into() });
         self
     }
 
@@ -192,19 +170,13 @@ impl Diagnostic {
 
     /// With a way to mend it, in words.
     pub fn help(mut self, text: impl Into<String>) -> Diagnostic {
-        self.fix = Some(Fix {
-            text: text.into(),
-            edit: None,
-        });
+        self.fix = Some(Fix { text: text.into(), edit: None });
         self
     }
 
     /// With a way to mend it, as a change of the text.
     pub fn edit(mut self, text: impl Into<String>, span: Span, replacement: impl Into<String>) -> Diagnostic {
-        self.fix = Some(Fix {
-            text: text.into(),
-            edit: Some((span, replacement.into())),
-        });
+        self.fix = Some(Fix { text: text.into(), edit: Some((span, replacement.into())) });
         self
     }
 
@@ -222,10 +194,7 @@ impl Diagnostic {
             Severity::Note => Level::NOTE,
         };
         let mut groups = Vec::new();
-        let mut group = level
-            .primary_title(self.message.as_str())
-            .id(self.code)
-            .elements(self.snippets(source));
+        let mut group = level.primary_title(self.message.as_str()).id(self.code).elements(self.snippets(source));
         group = group.elements(self.notes.iter().map(|note| Level::NOTE.message(note.as_str())));
         let mut edit = None;
         if let Some(fix) = &self.fix {
@@ -255,40 +224,19 @@ impl Diagnostic {
         let near = |label: &Label| {
             label.span.start.abs_diff(main.span.start) < FAR && label.span.end.abs_diff(main.span.end) < FAR
         };
-        let together = self
-            .labels
-            .iter()
-            .filter(|label| near(label))
-            .fold(main.span, |span, label| span.to(label.span));
-        let groups = std::iter::once((
-            together,
-            self.labels.iter().filter(|label| near(label)).collect::<Vec<_>>(),
-        ))
-        .chain(
-            self.labels
-                .iter()
-                .filter(|label| !near(label))
-                .map(|label| (label.span, vec![label])),
-        );
+        let together =
+            self.labels.iter().filter(|label| near(label)).fold(main.span, |span, label| span.to(label.span));
+        let groups = std::iter::once((together, self.labels.iter().filter(|label| near(label)).collect::<Vec<_>>()))
+            .chain(self.labels.iter().filter(|label| !near(label)).map(|label| (label.span, vec![label])));
         for (span, labels) in groups {
             let Some(window) = Window::of(source, span) else {
                 continue;
             };
-            let mut snippet = Snippet::source(window.text)
-                .line_start(window.line)
-                .path(source.name.as_str());
+            let mut snippet = Snippet::source(window.text).line_start(window.line).path(source.name.as_str());
             for label in labels {
-                let kind = if std::ptr::eq(label, main) {
-                    AnnotationKind::Primary
-                } else {
-                    AnnotationKind::Context
-                };
+                let kind = if std::ptr::eq(label, main) { AnnotationKind::Primary } else { AnnotationKind::Context };
                 let annotation = kind.span(window.place(label.span));
-                let text = if label.text.is_empty() {
-                    None
-                } else {
-                    Some(label.text.as_str())
-                };
+                let text = if label.text.is_empty() { None } else { Some(label.text.as_str()) };
                 snippet = snippet.annotation(annotation.label(text));
             }
             result.push(snippet);
@@ -323,10 +271,7 @@ impl Diagnostic {
             if let Some(fix) = &self.fix {
                 map.insert("fix".into(), fix.text.clone().into());
                 if let Some((span, replacement)) = &fix.edit {
-                    map.insert(
-                        "edit".into(),
-                        serde_json::json!({ "at": place(*span), "text": replacement }),
-                    );
+                    map.insert("edit".into(), serde_json::json!({ "at": place(*span), "text": replacement }));
                 }
             }
         }
@@ -354,17 +299,10 @@ impl<'s> Window<'s> {
         let last = floor(text, span.end).max(first);
         let start = text.get(..first)?.rfind('\n').map_or(0, |newline| newline + 1);
         let start = floor(text, start.max(first.saturating_sub(REACH)));
-        let end = text
-            .get(last..)?
-            .find('\n')
-            .map_or(text.len(), |newline| last + newline);
+        let end = text.get(last..)?.find('\n').map_or(text.len(), |newline| last + newline);
         let end = floor(text, end.min(last + REACH)).max(last);
         let line = text.get(..start)?.bytes().filter(|byte| *byte == b'\n').count() + 1;
-        Some(Window {
-            text: text.get(start..end)?,
-            start,
-            line,
-        })
+        Some(Window { text: text.get(start..end)?, start, line })
     }
 
     fn place(&self, span: Span) -> std::ops::Range<usize> {
@@ -377,14 +315,11 @@ impl<'s> Window<'s> {
 /// The name in `known` that `wrong` is most likely a slip of; none when all are far.
 pub fn nearest<'n>(wrong: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let letters: Vec<char> = wrong.chars().take(40).collect();
-    let limit = (letters.len() / 3).clamp(1, 3);
+    // In names of one or two letters every change makes another good name.
+    let limit = if letters.len() < 3 { 0 } else { (letters.len() / 3).clamp(1, 3) };
     let mut best: Option<(usize, &str)> = None;
     for name in known {
-        let distance = if name.eq_ignore_ascii_case(wrong) {
-            0
-        } else {
-            edits(&letters, name)
-        };
+        let distance = if name.eq_ignore_ascii_case(wrong) { 0 } else { edits(&letters, name) };
         let better = match best {
             None => true,
             Some((least, shown)) => distance.cmp(&least).then_with(|| name.cmp(shown)) == Ordering::Less,
@@ -408,11 +343,7 @@ fn edits(left: &[char], right: &str) -> usize {
             let drop = above.get(j + 1).copied().unwrap_or(0) + 1;
             let add = row.get(j).copied().unwrap_or(0) + 1;
             let swapped = i > 0 && j > 0 && left.get(i - 1) == Some(other) && right.get(j - 1) == Some(letter);
-            let swap = if swapped {
-                before.get(j - 1).copied().unwrap_or(usize::MAX - 1) + 1
-            } else {
-                usize::MAX
-            };
+            let swap = if swapped { before.get(j - 1).copied().unwrap_or(usize::MAX - 1) + 1 } else { usize::MAX };
             row.push(keep.min(drop).min(add).min(swap));
         }
         before = std::mem::replace(&mut above, row);
@@ -426,10 +357,7 @@ pub fn render_all(diagnostics: &[Diagnostic], source: &Source, colour: bool) -> 
     for diagnostic in diagnostics {
         let _ = writeln!(text, "{}\n", diagnostic.render(source, colour));
     }
-    let errors = diagnostics
-        .iter()
-        .filter(|diagnostic| diagnostic.severity == Severity::Error)
-        .count();
+    let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count();
     if errors > 1 {
         let _ = writeln!(text, "{errors} errors");
     }

@@ -86,18 +86,12 @@ impl Keyword {
 
     /// The keyword of this spelling.
     pub fn of(text: &str) -> Option<Keyword> {
-        Keyword::ALL
-            .iter()
-            .find(|(_, spelling)| *spelling == text)
-            .map(|(keyword, _)| *keyword)
+        Keyword::ALL.iter().find(|(_, spelling)| *spelling == text).map(|(keyword, _)| *keyword)
     }
 
     /// Its spelling.
     pub fn spelling(self) -> &'static str {
-        Keyword::ALL
-            .iter()
-            .find(|(keyword, _)| *keyword == self)
-            .map_or("", |(_, spelling)| spelling)
+        Keyword::ALL.iter().find(|(keyword, _)| *keyword == self).map_or("", |(_, spelling)| spelling)
     }
 
     /// Whether it begins an item.
@@ -209,13 +203,7 @@ pub const MOST_ERRORS: usize = 100;
 
 /// The tokens of `text`.
 pub fn lex(text: &str) -> Lexed {
-    let mut lexer = Lexer {
-        text,
-        position: 0,
-        in_law: false,
-        line_start: true,
-        lexed: Lexed::default(),
-    };
+    let mut lexer = Lexer { text, position: 0, in_law: false, line_start: true, lexed: Lexed::default() };
     while lexer.step() {}
     lexer.lexed
 }
@@ -264,10 +252,7 @@ impl Lexer<'_> {
     }
 
     fn push(&mut self, kind: Kind, start: usize) {
-        self.lexed.tokens.push(Token {
-            kind,
-            span: Span::new(start, self.position),
-        });
+        self.lexed.tokens.push(Token { kind, span: Span::new(start, self.position) });
     }
 
     fn report(&mut self, diagnostic: Diagnostic) {
@@ -344,11 +329,8 @@ impl Lexer<'_> {
         self.push(Kind::Number, start);
         if count > MOST_DIGITS {
             self.report(
-                Diagnostic::error(
-                    "P0103",
-                    format!("this number has {count} digits; at most {MOST_DIGITS} are read"),
-                )
-                .label(Span::new(start, start + 20), "the number begins here"),
+                Diagnostic::error("P0103", format!("this number has {count} digits; at most {MOST_DIGITS} are read"))
+                    .label(Span::new(start, start + 20), "the number begins here"),
             );
         }
     }
@@ -397,16 +379,8 @@ impl Lexer<'_> {
     fn symbol(&mut self, letter: char) {
         let start = self.position;
         let rest = self.rest();
-        let pairs = [
-            ("<=", Kind::LessEqual),
-            (">=", Kind::GreaterEqual),
-            ("!=", Kind::NotEqual),
-            ("=>", Kind::Arrow),
-        ];
-        let pair = pairs
-            .into_iter()
-            .chain([(":=", Kind::Assign)])
-            .find(|(text, _)| rest.starts_with(text));
+        let pairs = [("<=", Kind::LessEqual), (">=", Kind::GreaterEqual), ("!=", Kind::NotEqual), ("=>", Kind::Arrow)];
+        let pair = pairs.into_iter().chain([(":=", Kind::Assign)]).find(|(text, _)| rest.starts_with(text));
         if let Some((_, kind)) = pair {
             if kind == Kind::GreaterEqual && self.closes_results() {
                 self.position += 1;

@@ -1,10 +1,6 @@
-//! PARS: a symbolic engine and prover for the Process Algebra for Robot Schemas.
+//! PARS: a language, an algebra and a prover for robot programs and the world around them.
 //!
-//! The modules stand in the order in which a mission flows through them, and each imports only what stands above it.
-//! Above the line stands what a theorem rests on.
-
-#![forbid(unsafe_code)]
-#![deny(missing_docs)]
+//! The modules stand in the order in which each builds on the others: a module imports only what stands above it.
 
 pub mod name;
 pub mod polynomial;
@@ -34,3 +30,5 @@ pub mod simplify;
 pub mod rewrite;
 pub mod refine;
 pub mod prove;
+// ── surface: what people see ──
+pub mod explain;

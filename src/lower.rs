@@ -8,7 +8,6 @@ mod claim;
 mod declare;
 mod define;
 mod flow;
-mod free;
 mod graph;
 mod process;
 mod scope;
@@ -111,10 +110,7 @@ impl System {
             }
         }
         let whole = Term::par(self.components.iter().cloned());
-        shared
-            .into_iter()
-            .rev()
-            .fold(whole, |body, port| Term::new(Node::New(port, body)))
+        shared.into_iter().rev().fold(whole, |body, port| Term::new(Node::New(port, body)))
     }
 }
 
@@ -269,11 +265,7 @@ impl Environment {
     /// Takes in the items of a text, all of them; an import is only named in the answer.
     pub fn declare(&mut self, items: &[ast::Item], text: &str) -> Vec<Result<Lowered, Vec<Diagnostic>>> {
         let mut batch = self.open(items, text);
-        items
-            .iter()
-            .enumerate()
-            .map(|(index, item)| self.step(&mut batch, index, item))
-            .collect()
+        items.iter().enumerate().map(|(index, item)| self.step(&mut batch, index, item)).collect()
     }
 
     /// What a name with a capital stands for.
@@ -318,14 +310,50 @@ impl Environment {
     /// What is wrong with it.
     pub fn term(&self, term: &ast::Term) -> Result<Term, Vec<Diagnostic>> {
         let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
-        lowerer.bind(&[term]);
+        let lowered = lowerer.whole(&[term]).and_then(|mut terms| terms.pop());
+        lowerer.finish(lowered)
+    }
+
+    /// Lowers a part of a process, such as a step of a proof: names may be read that are bound elsewhere, and
+    /// neither bindings nor loops are checked.
+    ///
+    /// # Errors
+    /// What is wrong with it: unknown processes, wrong numbers of parameters, values that have no normal form.
+    pub fn part(&self, term: &ast::Term) -> Result<Term, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        (lowerer.free, lowerer.lenient) = (true, true);
         let lowered = lowerer.process(term);
-        lowerer.check_flow(term, None);
+        lowerer.finish(lowered)
+    }
+
+    /// Lowers a condition that stands alone, read as [`Environment::part`] reads processes.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn condition(&self, condition: &ast::Condition) -> Result<Condition, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        (lowerer.free, lowerer.lenient) = (true, true);
+        let lowered = lowerer.condition(condition);
+        lowerer.finish(lowered)
+    }
+
+    /// Lowers a value that stands alone; its names need not be declared.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn value(&self, value: &ast::Value) -> Result<Value, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        lowerer.free = true;
+        let lowered = match &value.kind {
+            ast::ValueKind::Call(name, _) if name.name.as_str().starts_with(char::is_uppercase) => {
+                lowerer.distribution(value)
+            }
+            _ => lowerer.number(value),
+        };
         lowerer.finish(lowered)
     }
 }
 
 /// The names of the basic processes.
-pub const BASIC: [&str; 14] = [
-    "Stop", "Abort", "Idle", "Delay", "In", "Out", "Eq", "Neq", "Gtr", "Gte", "Lss", "Lte", "Set", "Ran",
-];
+pub const BASIC: [&str; 14] =
+    ["Stop", "Abort", "Idle", "Delay", "In", "Out", "Eq", "Neq", "Gtr", "Gte", "Lss", "Lte", "Set", "Ran"];

@@ -7,7 +7,7 @@ mod item;
 mod term;
 mod value;
 
-use crate::ast::{Ident, Item, Term};
+use crate::ast::{Condition, Ident, Item, Term, Value};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind, MOST_ERRORS, Token, lex};
 use crate::name::Name;
@@ -67,15 +67,23 @@ pub fn parse_input(text: &str) -> Parsed {
 /// # Errors
 /// What is wrong with it.
 pub fn parse_term(text: &str) -> Result<Term, Vec<Diagnostic>> {
-    let mut parser = Parser::new(text, false);
-    let term = parser.term();
-    if term.is_ok() && !parser.at(Kind::End) {
-        let _: Parse<()> = parser.unexpected("the end");
-    }
-    match term {
-        Ok(term) if parser.diagnostics.is_empty() => Ok(term),
-        _ => Err(parser.diagnostics),
-    }
+    Parser::new(text, false).alone_in_text(Parser::term)
+}
+
+/// Reads one value and nothing else.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn parse_value(text: &str) -> Result<Value, Vec<Diagnostic>> {
+    Parser::new(text, false).alone_in_text(Parser::value)
+}
+
+/// Reads one condition and nothing else.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn parse_condition(text: &str) -> Result<Condition, Vec<Diagnostic>> {
+    Parser::new(text, false).alone_in_text(Parser::condition)
 }
 
 /// The error has been reported.
@@ -108,6 +116,18 @@ impl<'t> Parser<'t> {
             prompt,
             incomplete: false,
             diagnostics: lexed.diagnostics,
+        }
+    }
+
+    /// Reads with `read` what must be the whole text.
+    fn alone_in_text<T>(mut self, read: fn(&mut Self) -> Parse<T>) -> Result<T, Vec<Diagnostic>> {
+        let result = read(&mut self);
+        if result.is_ok() && !self.at(Kind::End) {
+            let _: Parse<()> = self.unexpected("the end");
+        }
+        match result {
+            Ok(result) if self.diagnostics.is_empty() => Ok(result),
+            _ => Err(self.diagnostics),
         }
     }
 
@@ -157,10 +177,7 @@ impl<'t> Parser<'t> {
     }
 
     fn ahead(&self, count: usize) -> Token {
-        let end = Token {
-            kind: Kind::End,
-            span: Span::new(self.text.len(), self.text.len()),
-        };
+        let end = Token { kind: Kind::End, span: Span::new(self.text.len(), self.text.len()) };
         self.tokens.get(self.position + count).copied().unwrap_or(end)
     }
 
@@ -213,28 +230,18 @@ impl<'t> Parser<'t> {
 
     /// Takes a token of this kind, or reports that `what` was expected.
     fn expect(&mut self, kind: Kind, what: &str) -> Parse<Token> {
-        if self.at(kind) {
-            Ok(self.advance())
-        } else {
-            self.unexpected(what)
-        }
+        if self.at(kind) { Ok(self.advance()) } else { self.unexpected(what) }
     }
 
     /// The name that is the next token.
     fn ident(&mut self) -> Ident {
         let name = Name::new(self.spelling());
-        Ident {
-            name,
-            span: self.advance().span,
-        }
+        Ident { name, span: self.advance().span }
     }
 
     /// The end of the token before.
     fn end(&self) -> usize {
-        self.position
-            .checked_sub(1)
-            .and_then(|index| self.tokens.get(index))
-            .map_or(0, |token| token.span.end)
+        self.position.checked_sub(1).and_then(|index| self.tokens.get(index)).map_or(0, |token| token.span.end)
     }
 
     fn since(&self, start: usize) -> Span {
@@ -313,9 +320,5 @@ impl<'t> Parser<'t> {
 /// The beginning of a text, for use within a sentence.
 fn excerpt(text: &str) -> String {
     let short: String = text.chars().take(30).collect();
-    if short.len() < text.len() {
-        format!("{short}…")
-    } else {
-        short
-    }
+    if short.len() < text.len() { format!("{short}…") } else { short }
 }

@@ -2,6 +2,7 @@
 
 mod layout;
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::definition::Definition;
@@ -83,30 +84,19 @@ fn pieces(term: &Term) -> Vec<Piece<'_>> {
         Node::Disable(parts) => joined(parts, " # ", Place::Step),
         Node::Else(body, second) if *second.node() == Node::Stop => around("try(", body, Place::Free, ")"),
         Node::Else(first, second) => {
-            vec![
-                Piece::Part(first, Place::Arm),
-                Piece::Text(" else ".to_string()),
-                Piece::Part(second, Place::Branch),
-            ]
+            vec![Piece::Part(first, Place::Arm), Piece::Text(" else ".to_string()), Piece::Part(second, Place::Branch)]
         }
         Node::Power(body, count, None) => around("", body, Place::Base, &exponent(count)),
         Node::Power(body, count, Some(index)) => around("", body, Place::Base, &format!("^{{{index}<{count}}}")),
         Node::Loop(body) => around("loop(", body, Place::Free, ")"),
         Node::New(port, body) => around(&format!("new {port}. "), body, Place::Step, ""),
-        Node::Project(body, shown) => {
-            let names: Vec<&str> = shown.iter().map(Name::as_str).collect();
-            around("", body, Place::Base, &format!(" to {{{}}}", names.join(", ")))
-        }
+        Node::Project(body, shown) => around("", body, Place::Base, &format!(" to {}", set(shown))),
         Node::Replace(body, name, value) => around("", body, Place::Base, &format!("[{name} := {value}]")),
     }
 }
 
 fn around<'t>(before: &str, body: &'t Term, place: Place, after: &str) -> Vec<Piece<'t>> {
-    vec![
-        Piece::Text(before.to_string()),
-        Piece::Part(body, place),
-        Piece::Text(after.to_string()),
-    ]
+    vec![Piece::Text(before.to_string()), Piece::Part(body, place), Piece::Text(after.to_string())]
 }
 
 fn joined<'t>(parts: &'t [Term], operator: &str, place: Place) -> Vec<Piece<'t>> {
@@ -122,9 +112,7 @@ fn joined<'t>(parts: &'t [Term], operator: &str, place: Place) -> Vec<Piece<'t>>
 
 /// Whether a value's text is one name or number, so that it needs no braces.
 fn simple(text: &str) -> bool {
-    text.trim_start_matches('?')
-        .chars()
-        .all(|letter| letter.is_alphanumeric() || letter == '_' || letter == '\'')
+    text.trim_start_matches('?').chars().all(|letter| letter.is_alphanumeric() || letter == '_' || letter == '\'')
 }
 
 /// `_x`, `_{x,y}`, or nothing.
@@ -137,13 +125,22 @@ fn subscript(values: &[Value]) -> String {
     }
 }
 
+fn set(names: &BTreeSet<Name>) -> String {
+    let names: Vec<&str> = names.iter().map(Name::as_str).collect();
+    format!("{{{}}}", names.join(", "))
+}
+
+/// As the second part of a condition, where `?S` needs no braces.
+fn any_set(names: &BTreeSet<Name>) -> String {
+    match names.first() {
+        Some(only) if names.len() == 1 && only.is_meta() => only.to_string(),
+        _ => set(names),
+    }
+}
+
 fn exponent(count: &Value) -> String {
     let text = count.to_string();
-    if simple(&text) {
-        format!("^{text}")
-    } else {
-        format!("^{{{text}}}")
-    }
+    if simple(&text) { format!("^{text}") } else { format!("^{{{text}}}") }
 }
 
 impl fmt::Display for Term {
@@ -172,34 +169,26 @@ impl fmt::Display for Condition {
             Condition::NoPort(process, port) => write!(f, "no_port({process}, {port})"),
             Condition::Unread(process, name) => write!(f, "unread({process}, {name})"),
             Condition::Apart(left, right) => write!(f, "apart({left}, {right})"),
-            Condition::ShowsOnly(process, shown) => write!(f, "shows_only({process}, {})", listed(shown)),
-            Condition::ShowsNone(process, shown) => write!(f, "shows_none({process}, {})", listed(shown)),
+            Condition::ShowsOnly(process, shown) => write!(f, "shows_only({process}, {})", any_set(shown)),
+            Condition::ShowsNone(process, shown) => write!(f, "shows_none({process}, {})", any_set(shown)),
         }
     }
-}
-
-fn listed(names: &std::collections::BTreeSet<Name>) -> String {
-    names.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
 }
 
 impl fmt::Display for Law {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "law {} \"{}\"", self.name, self.title)?;
         if !self.source.is_empty() {
-            writeln!(f, "    {}", self.source)?;
+            writeln!(f, "  {}", self.source)?;
         }
         let conditions: Vec<String> = self.conditions.iter().map(Condition::to_string).collect();
         if !conditions.is_empty() {
-            writeln!(f, "    when {}", conditions.join(", "))?;
+            writeln!(f, "  when {}", conditions.join(", "))?;
         }
-        let connective = if self.oriented {
-            "=>".to_string()
-        } else {
-            self.connective.to_string()
-        };
-        write!(f, "    {} {connective} {}", self.left, self.right)?;
+        let connective = if self.oriented { "=>".to_string() } else { self.connective.to_string() };
+        write!(f, "  {} {connective} {}", self.left, self.right)?;
         for (left, right) in &self.examples {
-            write!(f, "\n    try {left} {} {right}", self.connective)?;
+            write!(f, "\n  try {left} {} {right}", self.connective)?;
         }
         Ok(())
     }

@@ -12,22 +12,13 @@ impl Lowerer<'_> {
     /// Checks the bindings and loops of a process; `flows` has those that are being defined.
     pub(super) fn check_flow(&mut self, term: &Term, flows: Option<&BTreeMap<Name, Flow>>) -> Flow {
         let none = BTreeMap::new();
-        let mut walk = Walk {
-            lowerer: self,
-            flows: flows.unwrap_or(&none),
-            report: true,
-        };
+        let mut walk = Walk { lowerer: self, flows: flows.unwrap_or(&none), report: true };
         walk.flow(term, &Bound::default())
     }
 
     /// The flow of a process, given those of the processes that are being defined; reports nothing.
     pub(super) fn quiet_flow(&mut self, term: &Term, flows: &BTreeMap<Name, Flow>) -> Flow {
-        Walk {
-            lowerer: self,
-            flows,
-            report: false,
-        }
-        .flow(term, &Bound::default())
+        Walk { lowerer: self, flows, report: false }.flow(term, &Bound::default())
     }
 
     /// Reports what a declaration says it binds and does not.
@@ -60,19 +51,12 @@ impl Lowerer<'_> {
                 TermKind::Seq(parts) => {
                     let last = parts.len().saturating_sub(1);
                     let inner = |index: usize| {
-                        if index < last {
-                            why.or(Some("something follows it after `;`"))
-                        } else {
-                            why
-                        }
+                        if index < last { why.or(Some("something follows it after `;`")) } else { why }
                     };
                     rest.extend(parts.iter().enumerate().map(|(index, part)| (part, inner(index))));
                 }
                 TermKind::Else(first, second) => {
-                    rest.push((
-                        first,
-                        why.or(Some("if it aborted, what follows `else` would have to run")),
-                    ));
+                    rest.push((first, why.or(Some("if it aborted, what follows `else` would have to run"))));
                     rest.push((second, why));
                 }
                 TermKind::Par(parts) => {
@@ -85,9 +69,7 @@ impl Lowerer<'_> {
                 }
                 TermKind::Disable(parts) => {
                     rest.extend(
-                        parts
-                            .iter()
-                            .map(|part| (part, why.or(Some("another process runs beside it under `#`")))),
+                        parts.iter().map(|part| (part, why.or(Some("another process runs beside it under `#`")))),
                     );
                 }
                 TermKind::Power(body, ..) | TermKind::Loop(body) => rest.push((body, why.or(Some("it is repeated")))),
@@ -102,33 +84,21 @@ impl Lowerer<'_> {
     /// Whether of these parts at most one can pass its guard.
     fn all_exclusive(&mut self, parts: &[Term]) -> bool {
         let none = BTreeMap::new();
-        let mut walk = Walk {
-            lowerer: self,
-            flows: &none,
-            report: false,
-        };
+        let mut walk = Walk { lowerer: self, flows: &none, report: false };
         // More than three guards on one comparison always overlap.
         parts.len() <= 3
-            && parts.iter().enumerate().all(|(index, left)| {
-                parts
-                    .iter()
-                    .skip(index + 1)
-                    .all(|right| walk.exclusive(Some(left), Some(right)))
-            })
+            && parts
+                .iter()
+                .enumerate()
+                .all(|(index, left)| parts.iter().skip(index + 1).all(|right| walk.exclusive(Some(left), Some(right))))
     }
 
     fn not_last(&mut self, name: &Ident, why: &str) {
         self.report(
-            Diagnostic::error(
-                "P0601",
-                format!("`{}` calls itself here, but not as the last thing it does", name.name),
-            )
-            .label(name.span, why.to_string())
-            .note("a process that calls itself is a loop, so the call must come last")
-            .help(format!(
-                "end the definition with it: `P ; {}`; to repeat a part use `loop(P)`",
-                name.name
-            )),
+            Diagnostic::error("P0601", format!("`{}` calls itself here, but not as the last thing it does", name.name))
+                .label(name.span, why.to_string())
+                .note("a process that calls itself is a loop, so the call must come last")
+                .help(format!("end the definition with it: `P ; {}`; to repeat a part use `loop(P)`", name.name)),
         );
     }
 }

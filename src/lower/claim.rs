@@ -29,18 +29,9 @@ impl Lowerer<'_> {
             ast::ClaimKind::Satisfies(system, property) => {
                 let system = self.named(system, "system");
                 let property = self.named(property, "property")?;
-                ClaimKind::Satisfies {
-                    system: system?,
-                    property,
-                }
+                ClaimKind::Satisfies { system: system?, property }
             }
-            ast::ClaimKind::Compare {
-                left,
-                connective,
-                right,
-                when,
-                by,
-            } => {
+            ast::ClaimKind::Compare { left, connective, right, when, by } => {
                 let mut terms = vec![left, right];
                 if let ast::By::Calc(first, steps) = by {
                     terms.push(first);
@@ -51,22 +42,11 @@ impl Lowerer<'_> {
                 let (first, second) = (lowered.next()?, lowered.next()?);
                 let when = self.conditions(when)?;
                 let by = self.by(by, &first, &second, *connective)?;
-                ClaimKind::Compare {
-                    left: first,
-                    right: second,
-                    connective: *connective,
-                    when,
-                    by,
-                }
+                ClaimKind::Compare { left: first, right: second, connective: *connective, when, by }
             }
         };
         let name = claim.name.as_ref().map(|name| name.name.clone());
-        Some(Claim {
-            name,
-            span,
-            text: span.of(text).to_string(),
-            kind,
-        })
+        Some(Claim { name, span, text: span.of(text).to_string(), kind })
     }
 
     /// The name of a system or a property.
@@ -76,18 +56,11 @@ impl Lowerer<'_> {
             Some(entity) if entity.word() == word => Some(ident.name.clone()),
             Some(entity) => {
                 let found = entity.word();
-                let other = if word == "system" {
-                    "system Sys = P | Q"
-                } else {
-                    "property Goal = P"
-                };
+                let other = if word == "system" { "system Sys = P | Q" } else { "property Goal = P" };
                 self.fail(
-                    Diagnostic::error(
-                        "P0313",
-                        format!("`{}` is a {found}, but a {word} is needed here", ident.name),
-                    )
-                    .label(ident.span, format!("a {found}"))
-                    .help(format!("declare one: `{other}`")),
+                    Diagnostic::error("P0313", format!("`{}` is a {found}, but a {word} is needed here", ident.name))
+                        .label(ident.span, format!("a {found}"))
+                        .help(format!("declare one: `{other}`")),
                 )
             }
             None => {
@@ -120,12 +93,7 @@ impl Lowerer<'_> {
                     if claimed == crate::law::Connective::Equal && step.connective != claimed {
                         self.wrong_end(step.span, "the claim is an equality, so no step may be `<=`");
                     }
-                    lowered.push(CalcStep {
-                        connective: step.connective,
-                        laws: laws?,
-                        term,
-                        span: step.span,
-                    });
+                    lowered.push(CalcStep { connective: step.connective, laws: laws?, term, span: step.span });
                 }
                 if lowered.last().map_or(&start, |step| &step.term) != right {
                     let span = steps.last().map_or(first.span, |step| step.term.span);
@@ -183,11 +151,13 @@ impl Lowerer<'_> {
                 Condition::NoPort(self.process(process)?, port.name.clone())
             }
             ConditionKind::Unread(process, name) => Condition::Unread(self.process(process)?, name.name.clone()),
-            ConditionKind::ShowsOnly(process, set) => {
-                Condition::ShowsOnly(self.process(process)?, BTreeSet::from([set.name.clone()]))
+            ConditionKind::ShowsOnly(process, shown) => {
+                let process = self.process(process);
+                Condition::ShowsOnly(process?, self.shown(shown)?)
             }
-            ConditionKind::ShowsNone(process, set) => {
-                Condition::ShowsNone(self.process(process)?, BTreeSet::from([set.name.clone()]))
+            ConditionKind::ShowsNone(process, shown) => {
+                let process = self.process(process);
+                Condition::ShowsNone(process?, self.shown(shown)?)
             }
             ConditionKind::Apart(left, right) => {
                 let left = self.process(left);
@@ -198,6 +168,7 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn law(&mut self, item: &LawItem) -> Option<Law> {
+        self.lenient = true;
         self.law_header(item);
         let mut terms = vec![&item.left, &item.right];
         terms.extend(item.conditions.iter().flat_map(processes));
@@ -205,10 +176,7 @@ impl Lowerer<'_> {
         let mut lowered = self.whole(&terms)?.into_iter();
         let (left, right) = (lowered.next()?, lowered.next()?);
         let conditions = self.conditions(&item.conditions)?;
-        let examples = item
-            .examples
-            .iter()
-            .map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
+        let examples = item.examples.iter().map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
         let examples = examples.collect::<Option<Vec<_>>>()?;
         let mut bound = metavariables(&left);
         let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
@@ -225,17 +193,13 @@ impl Lowerer<'_> {
                 .label(item.left.span, "not here"),
             );
         }
-        // `lasts(P, ?t)` finds its time from P.
-        for condition in &conditions {
-            if let Condition::Lasts(_, time) = condition {
-                bound.extend(time.variables());
-            }
-        }
+        // `lasts(P, t)` finds t.
+        bound.extend(conditions.iter().flat_map(|condition| match condition {
+            Condition::Lasts(_, time) => time.variables(),
+            _ => BTreeSet::new(),
+        }));
         for (condition, written) in conditions.iter().zip(&item.conditions) {
-            if let Some(name) = condition_metavariables(condition)
-                .into_iter()
-                .find(|name| !bound.contains(name))
-            {
+            if let Some(name) = condition_metavariables(condition).into_iter().find(|name| !bound.contains(name)) {
                 self.report(
                     Diagnostic::error(
                         "P0703",
@@ -281,12 +245,9 @@ impl Lowerer<'_> {
         }
         if item.source.is_empty() {
             self.report(
-                Diagnostic::error(
-                    "P0706",
-                    format!("the law `{}` does not say where it comes from", name.name),
-                )
-                .label(name.span, "this law")
-                .help("write a line `paper §…`, or `ours` with a reason, below its title"),
+                Diagnostic::error("P0706", format!("the law `{}` does not say where it comes from", name.name))
+                    .label(name.span, "this law")
+                    .help("write a line `paper §…`, or `ours` with a reason, below its title"),
             );
         }
     }
@@ -304,11 +265,7 @@ impl Lowerer<'_> {
             rest.extend(part.children());
         }
         if bare || inside {
-            let why = if bare {
-                "fits every process"
-            } else {
-                "stands in the right side again"
-            };
+            let why = if bare { "fits every process" } else { "stands in the right side again" };
             self.report(
                 Diagnostic::error("P0707", format!("the law `{}` would simplify for ever", item.name.name))
                     .label(item.left.span, format!("this side {why}"))
@@ -324,26 +281,16 @@ impl Lowerer<'_> {
                 "refuted" => Expectation::Refuted,
                 _ => Expectation::Open,
             },
-            ast::Expect::Term(term) => {
-                self.metas = Metas::Law;
-                Expectation::Term(self.whole(&[term])?.pop()?)
-            }
+            ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
             ast::Expect::Values(values) => {
-                let lowered = values
-                    .iter()
-                    .map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
+                let lowered = values.iter().map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
                 Expectation::Values(lowered.collect::<Option<Vec<_>>>()?)
             }
         })
     }
 
     pub(super) fn subject(&mut self, term: &Written) -> Option<Subject> {
-        if let TermKind::Apply {
-            name,
-            arguments,
-            results,
-        } = &term.kind
-        {
+        if let TermKind::Apply { name, arguments, results } = &term.kind {
             let bare = arguments.is_empty() && results.is_empty();
             if bare && matches!(self.environment.entity(&name.name), Some(Entity::System(_))) {
                 return Some(Subject::System(name.name.clone()));
@@ -359,10 +306,9 @@ impl Environment {
         let mut lowerer = Lowerer::new(self, Metas::Law);
         let lowered = match &item.kind {
             ast::ItemKind::Prove(claim) => lowerer.claim(claim, item.span, text).map(Lowered::Claim),
-            ast::ItemKind::Simplify(term) => lowerer
-                .whole(&[term])
-                .and_then(|mut terms| terms.pop())
-                .map(Lowered::Simplify),
+            ast::ItemKind::Simplify(term) => {
+                lowerer.whole(&[term]).and_then(|mut terms| terms.pop()).map(Lowered::Simplify)
+            }
             ast::ItemKind::Period(name) => lowerer.named(name, "system").map(Lowered::Period),
             ast::ItemKind::Flow(name) => lowerer.named(name, "system").map(Lowered::Flow),
             ast::ItemKind::Project(term, shown) => {
@@ -371,7 +317,7 @@ impl Environment {
                 subject.and_then(|subject| Some(Lowered::Project(subject, shown?)))
             }
             ast::ItemKind::Expect(expect) => {
-                lowerer.metas = Metas::Free;
+                lowerer.free = true;
                 lowerer.expectation(expect).map(Lowered::Expect)
             }
             ast::ItemKind::Import(path) => Some(Lowered::Import(path.clone())),
@@ -387,10 +333,10 @@ fn processes(condition: &ast::Condition) -> Vec<&Written> {
     match &condition.kind {
         ConditionKind::Compare(..) | ConditionKind::Natural(_) => Vec::new(),
         ConditionKind::Is(_, process)
-        | ConditionKind::Lasts(process, _)
-        | ConditionKind::NoPort(process, _)
         | ConditionKind::ShowsOnly(process, _)
         | ConditionKind::ShowsNone(process, _)
+        | ConditionKind::Lasts(process, _)
+        | ConditionKind::NoPort(process, _)
         | ConditionKind::Unread(process, _) => vec![process],
         ConditionKind::Complementary(left, right) | ConditionKind::Apart(left, right) => vec![left, right],
     }

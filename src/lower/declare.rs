@@ -83,17 +83,10 @@ impl Environment {
                 return Some(Err(errors));
             }
             // An item of parameters takes effect in its turn.
-            let redefined = names
-                .iter()
-                .filter(|name| opening.before.knows(name))
-                .cloned()
-                .collect();
+            let redefined = names.iter().filter(|name| opening.before.knows(name)).cloned().collect();
             Some(Ok(Lowered::Declared { names, redefined }))
         });
-        Batch {
-            text: text.to_string(),
-            outcomes: outcomes.collect(),
-        }
+        Batch { text: text.to_string(), outcomes: outcomes.collect() }
     }
 
     /// Takes the next item of an opened text.
@@ -141,36 +134,22 @@ impl Environment {
     /// Enters the name of a process, observer, system or property.
     fn announce(&mut self, opening: &mut Opening, index: usize, kind: &ItemKind) {
         let (name, entity) = match kind {
-            ItemKind::Process(header, _) => {
-                let parameters = header
-                    .parameters
-                    .iter()
-                    .map(|parameter| parameter.name.clone())
-                    .collect();
-                (
-                    &header.name,
-                    Entity::Process(Signature {
-                        parameters,
-                        classes: Vec::new(),
-                        flow: Flow::default(),
-                    }),
-                )
+            ItemKind::Observer(headers) => {
+                for header in headers {
+                    self.enter_name(opening, index, &header.name, Entity::Observer(header.parameters.len()));
+                }
+                return;
             }
-            ItemKind::Observer(header) => (&header.name, Entity::Observer(header.parameters.len())),
-            ItemKind::System(name, _) => (
-                name,
-                Entity::System(System {
-                    name: name.name.clone(),
-                    components: Vec::new(),
-                }),
-            ),
-            ItemKind::Property(name, _) => (
-                name,
-                Entity::Property(Property {
-                    name: name.name.clone(),
-                    body: Term::stop(),
-                }),
-            ),
+            ItemKind::Process(header, _) => {
+                let parameters = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+                (&header.name, Entity::Process(Signature { parameters, classes: Vec::new(), flow: Flow::default() }))
+            }
+            ItemKind::System(name, _) => {
+                (name, Entity::System(System { name: name.name.clone(), components: Vec::new() }))
+            }
+            ItemKind::Property(name, _) => {
+                (name, Entity::Property(Property { name: name.name.clone(), body: Term::stop() }))
+            }
             ItemKind::Function(header, _) => {
                 if FUNCTIONS.iter().any(|(known, _)| *known == header.name.name.as_str()) {
                     opening.report(index, [taken(&header.name, "a function of the language")]);
@@ -181,6 +160,10 @@ impl Environment {
             }
             _ => return,
         };
+        self.enter_name(opening, index, name, entity);
+    }
+
+    fn enter_name(&mut self, opening: &mut Opening, index: usize, name: &Ident, entity: Entity) {
         if BASIC.contains(&name.name.as_str()) {
             opening.report(index, [taken(name, "a basic process")]);
             opening.twice.insert(index);
@@ -247,10 +230,7 @@ impl Environment {
         let ValueKind::Name(name) = &left.kind else { return None };
         let mut mentioned = Vec::new();
         names(right, &mut mentioned);
-        let open = matches!(
-            self.quantity(&name.name),
-            None | Some(Quantity::Parameter { constant: Some(_), .. })
-        );
+        let open = matches!(self.quantity(&name.name), None | Some(Quantity::Parameter { constant: Some(_), .. }));
         let fits = relation == Relation::Eq && open && !name.name.is_meta();
         (fits && mentioned.iter().all(|other| other.name != name.name)).then_some(name)
     }
@@ -270,13 +250,9 @@ impl Environment {
             let user = user.map_or("a process", |(user, _)| user.as_str());
             opening.report(
                 index,
-                [
-                    Diagnostic::error("P0507", format!("`{}` is the name of a result in `{user}`", name.name))
-                        .label(name.span, "so it cannot be declared for the whole text")
-                        .help(format!(
-                            "declare it under another name, or rename the result in `{user}`"
-                        )),
-                ],
+                [Diagnostic::error("P0507", format!("`{}` is the name of a result in `{user}`", name.name))
+                    .label(name.span, "so it cannot be declared for the whole text")
+                    .help(format!("declare it under another name, or rename the result in `{user}`"))],
             );
             return;
         }
@@ -304,11 +280,7 @@ impl Environment {
             Some(body) => lowerer.number(body).map(Some),
             None => Some(None),
         };
-        let parameters = header
-            .parameters
-            .iter()
-            .map(|parameter| parameter.name.clone())
-            .collect();
+        let parameters = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
         match lowerer.finish(lowered) {
             Ok(body) => {
                 Arc::make_mut(&mut self.quantities)
@@ -323,27 +295,14 @@ impl Environment {
         let (name, result) = match kind {
             ItemKind::System(name, body) => (
                 name,
-                self.components(body).map(|components| {
-                    Entity::System(System {
-                        name: name.name.clone(),
-                        components,
-                    })
-                }),
+                self.components(body).map(|components| Entity::System(System { name: name.name.clone(), components })),
             ),
             ItemKind::Property(name, body) => {
                 let mut lowerer = Lowerer::new(self, Metas::Values);
                 lowerer.own = Some(name.name.clone());
                 let lowered = lowerer.whole(&[body]).and_then(|mut terms| terms.pop());
                 lowerer.check_tails(body, &|called| *called == name.name);
-                (
-                    name,
-                    lowerer.finish(lowered).map(|body| {
-                        Entity::Property(Property {
-                            name: name.name.clone(),
-                            body,
-                        })
-                    }),
-                )
+                (name, lowerer.finish(lowered).map(|body| Entity::Property(Property { name: name.name.clone(), body })))
             }
             _ => return,
         };
@@ -450,9 +409,9 @@ fn declared(kind: &ItemKind) -> Option<Vec<Name>> {
             all.dedup();
             all
         }
-        ItemKind::Function(header, _) | ItemKind::Process(header, _) | ItemKind::Observer(header) => {
-            vec![header.name.name.clone()]
-        }
+        ItemKind::Observer(headers) => headers.iter().map(|header| header.name.name.clone()).collect(),
+        ItemKind::Function(header, _) | ItemKind::Process(header, _) => vec![header.name.name.clone()],
+
         ItemKind::System(name, _) | ItemKind::Property(name, _) => vec![name.name.clone()],
         _ => return None,
     })

@@ -38,10 +38,8 @@ impl Environment {
         }
         self.announce_bindings(&found);
         let seen = self.clone();
-        let mut drafts: Vec<Draft> = found
-            .into_iter()
-            .map(|(index, header, written)| draft(&seen, index, header, written))
-            .collect();
+        let mut drafts: Vec<Draft> =
+            found.into_iter().map(|(index, header, written)| draft(&seen, index, header, written)).collect();
         let loops = self.enter(&drafts);
         settle_flows(&mut drafts, &loops);
         check(&mut drafts, &loops);
@@ -53,17 +51,8 @@ impl Environment {
                 .parameters
                 .iter()
                 .map(|parameter| draft.lowerer.classes.get(&parameter.name).map(|(class, _)| *class));
-            let parameters = draft
-                .header
-                .parameters
-                .iter()
-                .map(|parameter| parameter.name.clone())
-                .collect();
-            let signature = Signature {
-                parameters,
-                classes: classes.collect(),
-                flow: draft.flow,
-            };
+            let parameters = draft.header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+            let signature = Signature { parameters, classes: classes.collect(), flow: draft.flow };
             let fine = draft.lowerer.errors.is_empty();
             self.put(name, Entity::Process(signature));
             opening.report(draft.index, draft.lowerer.errors);
@@ -104,13 +93,7 @@ impl Environment {
         }
         for (name, binds) in binds {
             if let Some(Entity::Process(signature)) = self.entity(&name) {
-                let signature = Signature {
-                    flow: Flow {
-                        binds,
-                        ..Flow::default()
-                    },
-                    ..signature.clone()
-                };
+                let signature = Signature { flow: Flow { binds, ..Flow::default() }, ..signature.clone() };
                 self.put(&name, Entity::Process(signature));
             }
         }
@@ -120,35 +103,19 @@ impl Environment {
     fn enter(&mut self, drafts: &[Draft]) -> BTreeMap<Name, usize> {
         for draft in drafts {
             if let Some(body) = &draft.body {
-                let parameters = draft
-                    .header
-                    .parameters
-                    .iter()
-                    .map(|parameter| parameter.name.clone())
-                    .collect();
+                let parameters = draft.header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
                 let name = draft.header.name.name.clone();
-                self.definitions.insert(Definition {
-                    name,
-                    parameters,
-                    body: body.clone(),
-                    recursive: false,
-                });
+                self.definitions.insert(Definition { name, parameters, body: body.clone(), recursive: false });
             }
         }
-        let edges = self
-            .definitions
-            .iter()
-            .map(|definition| (definition.name.clone(), callees(&definition.body)))
-            .collect();
+        let edges =
+            self.definitions.iter().map(|definition| (definition.name.clone(), callees(&definition.body))).collect();
         let loops = cycles(&edges);
         let wrong: Vec<Definition> = self
             .definitions
             .iter()
             .filter(|definition| definition.recursive != loops.contains_key(&definition.name))
-            .map(|definition| Definition {
-                recursive: !definition.recursive,
-                ..definition.clone()
-            })
+            .map(|definition| Definition { recursive: !definition.recursive, ..definition.clone() })
             .collect();
         for definition in wrong {
             self.definitions.insert(definition);
@@ -177,14 +144,7 @@ fn draft<'i, 'e>(
     lowerer.parameters(&header.parameters);
     lowerer.bind(&[written]);
     let body = lowerer.process(written);
-    Draft {
-        index,
-        header,
-        written,
-        lowerer,
-        body,
-        flow: Flow::default(),
-    }
+    Draft { index, header, written, lowerer, body, flow: Flow::default() }
 }
 
 /// Finds how each process can end: the least solution, so that what never ends is known to.
@@ -209,11 +169,7 @@ fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
         let called = draft.flow.clone().called(loops.contains_key(name));
         if flows.get(name) != Some(&called) {
             flows.insert(name.clone(), called);
-            let again = callers
-                .get(name)
-                .into_iter()
-                .flatten()
-                .filter(|caller| queued.insert(**caller));
+            let again = callers.get(name).into_iter().flatten().filter(|caller| queued.insert(**caller));
             waiting.extend(again.copied().collect::<Vec<_>>());
         }
     }
@@ -221,18 +177,13 @@ fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
 
 /// Reports loops that take no time, calls that are not last, and names that are read before they are bound.
 fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
-    let edges: BTreeMap<Name, BTreeSet<Name>> = drafts
-        .iter()
-        .map(|draft| (draft.header.name.name.clone(), draft.flow.reaches.clone()))
-        .collect();
+    let edges: BTreeMap<Name, BTreeSet<Name>> =
+        drafts.iter().map(|draft| (draft.header.name.name.clone(), draft.flow.reaches.clone())).collect();
     let quick = cycles(&edges);
     let flows: BTreeMap<Name, Flow> = drafts
         .iter()
         .map(|draft| {
-            (
-                draft.header.name.name.clone(),
-                draft.flow.clone().called(loops.contains_key(&draft.header.name.name)),
-            )
+            (draft.header.name.name.clone(), draft.flow.clone().called(loops.contains_key(&draft.header.name.name)))
         })
         .collect();
     for draft in drafts.iter_mut() {
@@ -242,13 +193,10 @@ fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
         draft.lowerer.check_tails(draft.written, &on_loop);
         if quick.contains_key(name) {
             draft.lowerer.report(
-                Diagnostic::error(
-                    "P0603",
-                    format!("`{name}` can go round without waiting or communicating"),
-                )
-                .label(draft.header.name.span, "calls itself again in no time")
-                .note("a loop that takes no time never lets anything else happen")
-                .help("put a `Delay_t`, an `In` or an `Out` before the call"),
+                Diagnostic::error("P0603", format!("`{name}` can go round without waiting or communicating"))
+                    .label(draft.header.name.span, "calls itself again in no time")
+                    .note("a loop that takes no time never lets anything else happen")
+                    .help("put a `Delay_t`, an `In` or an `Out` before the call"),
             );
         }
         // A wrong name would only be reported a second time.
@@ -276,11 +224,7 @@ fn check_calls(drafts: &mut [Draft], seen: &Environment) {
                 Some(Entity::Process(signature)) => signature.classes.get(*index).copied().flatten(),
                 _ => None,
             };
-            needs
-                .get(&(callee.clone(), *index))
-                .copied()
-                .or(known)
-                .is_some_and(|need| need != *class)
+            needs.get(&(callee.clone(), *index)).copied().or(known).is_some_and(|need| need != *class)
         });
         for (callee, index, class, span) in wrong.cloned().collect::<Vec<_>>() {
             draft.lowerer.wrong_class(&callee, index, class, span);

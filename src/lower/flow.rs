@@ -29,10 +29,7 @@ pub struct Flow {
 
 impl Flow {
     fn stops() -> Flow {
-        Flow {
-            stop: Some(BTreeSet::new()),
-            ..Flow::default()
-        }
+        Flow { stop: Some(BTreeSet::new()), ..Flow::default() }
     }
 
     fn at_once(mut self) -> Flow {
@@ -42,11 +39,7 @@ impl Flow {
 
     fn binding(name: &Name) -> Flow {
         let names = BTreeSet::from([name.clone()]);
-        Flow {
-            stop: Some(names.clone()),
-            binds: names,
-            ..Flow::default()
-        }
+        Flow { stop: Some(names.clone()), binds: names, ..Flow::default() }
     }
 
     fn ends(&self) -> bool {
@@ -92,20 +85,13 @@ impl Walk<'_, '_> {
     /// The flow of a process, with this bound before it.
     pub(super) fn flow(&mut self, term: &Term, bound: &Bound) -> Flow {
         match &term.kind {
-            TermKind::Apply {
-                name,
-                arguments,
-                results,
-            } => {
+            TermKind::Apply { name, arguments, results } => {
                 arguments.iter().for_each(|argument| self.reads(argument, bound));
                 self.application(name, arguments, results)
             }
             TermKind::Meta(_, arguments) => {
                 arguments.iter().for_each(|argument| self.reads(argument, bound));
-                Flow {
-                    aborts: true,
-                    ..Flow::stops()
-                }
+                Flow { aborts: true, ..Flow::stops() }
             }
             TermKind::Seq(parts) => self.sequence(parts, bound),
             TermKind::Else(first, second) => {
@@ -166,10 +152,7 @@ impl Walk<'_, '_> {
         let flows: Vec<Flow> = parts.iter().map(|part| self.flow(part, bound)).collect();
         self.once_bound(parts, &flows, "|");
         let ends = flows.iter().all(Flow::ends);
-        let certain = flows
-            .iter()
-            .filter(|flow| !flow.aborts)
-            .filter_map(|flow| flow.stop.clone());
+        let certain = flows.iter().filter(|flow| !flow.aborts).filter_map(|flow| flow.stop.clone());
         let certain = certain.reduce(|left, right| left.union(&right).cloned().collect());
         let stop = certain.or_else(|| common(flows.iter().filter_map(|flow| flow.stop.as_ref())));
         let quick = flows.iter().all(Flow::quick_end);
@@ -204,10 +187,7 @@ impl Walk<'_, '_> {
             Some(count) if count > num_rational::BigRational::from_integer(0.into()) => flow,
             Some(_) => Flow::stops().at_once(),
             // The number of rounds may turn out to be 0.
-            None => Flow {
-                stop: Some(BTreeSet::new()),
-                ..flow
-            },
+            None => Flow { stop: Some(BTreeSet::new()), ..flow },
         }
     }
 
@@ -235,29 +215,16 @@ impl Walk<'_, '_> {
     fn application(&mut self, name: &Ident, arguments: &[Written], results: &[Ident]) -> Flow {
         match name.name.as_str() {
             "Stop" => Flow::stops().at_once(),
-            "Abort" => Flow {
-                aborts: true,
-                quick_abort: true,
-                ..Flow::default()
-            },
+            "Abort" => Flow { aborts: true, quick_abort: true, ..Flow::default() },
             "Idle" => Flow::default(),
             "Delay" => {
                 let zero = arguments.first().and_then(|time| self.quiet(time)) == Some(Value::integer(0));
                 if zero { Flow::stops().at_once() } else { Flow::stops() }
             }
             "Out" => Flow::stops(),
-            "In" => results
-                .first()
-                .map_or(Flow::stops(), |result| Flow::binding(&result.name)),
-            "Set" | "Ran" => results
-                .first()
-                .map_or(Flow::stops(), |result| Flow::binding(&result.name))
-                .at_once(),
-            text if guard(text).is_some() => Flow {
-                aborts: true,
-                quick_abort: true,
-                ..Flow::stops().at_once()
-            },
+            "In" => results.first().map_or(Flow::stops(), |result| Flow::binding(&result.name)),
+            "Set" | "Ran" => results.first().map_or(Flow::stops(), |result| Flow::binding(&result.name)).at_once(),
+            text if guard(text).is_some() => Flow { aborts: true, quick_abort: true, ..Flow::stops().at_once() },
             _ => self.call(name),
         }
     }
@@ -282,10 +249,7 @@ impl Walk<'_, '_> {
         for (index, flow) in flows.iter().enumerate().filter(|(_, flow)| flow.stop.is_some()) {
             for name in &flow.binds {
                 let others = binders.entry(name).or_default();
-                let clash = others
-                    .iter()
-                    .copied()
-                    .find(|other| !self.exclusive(parts.get(*other), parts.get(index)));
+                let clash = others.iter().copied().find(|other| !self.exclusive(parts.get(*other), parts.get(index)));
                 if let (Some(first), Some(second)) = (clash.and_then(|other| parts.get(other)), parts.get(index)) {
                     self.lowerer.report(
                         Diagnostic::error("P0505", format!("`{name}` is bound on both sides of `{operator}`"))
@@ -303,10 +267,9 @@ impl Walk<'_, '_> {
 
     /// Whether two parts begin with guards that cannot both pass.
     pub(super) fn exclusive(&mut self, left: Option<&Term>, right: Option<&Term>) -> bool {
-        let (Some(left), Some(right)) = (
-            left.and_then(|term| self.first_guard(term)),
-            right.and_then(|term| self.first_guard(term)),
-        ) else {
+        let (Some(left), Some(right)) =
+            (left.and_then(|term| self.first_guard(term)), right.and_then(|term| self.first_guard(term)))
+        else {
             return false;
         };
         let negative = right.1.neg();
@@ -317,10 +280,7 @@ impl Walk<'_, '_> {
         } else {
             return false;
         };
-        outcomes(left.0)
-            .iter()
-            .zip(outcomes(relation))
-            .all(|(one, other)| !(*one && other))
+        outcomes(left.0).iter().zip(outcomes(relation)).all(|(one, other)| !(*one && other))
     }
 
     /// The guard that a process begins with: how it compares a difference with 0.
@@ -361,10 +321,7 @@ impl Walk<'_, '_> {
             if known || !self.lowerer.results.contains_key(name) {
                 continue;
             }
-            if matches!(
-                self.lowerer.environment.quantity(name),
-                Some(Quantity::Parameter { .. })
-            ) {
+            if matches!(self.lowerer.environment.quantity(name), Some(Quantity::Parameter { .. })) {
                 continue;
             }
             let place = self.lowerer.results.get(name).copied().unwrap_or(ident.span);

@@ -37,11 +37,7 @@ pub(super) fn ports(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
             }
             // A call means its body in its place, so what is private here is private there.
             Node::Call(name, _) if called.insert((name.clone(), private.clone())) => {
-                rest.extend(
-                    definitions
-                        .get(name)
-                        .map(|definition| (&definition.body, private.clone())),
-                );
+                rest.extend(definitions.get(name).map(|definition| (&definition.body, private.clone())));
             }
             _ => {}
         }
@@ -52,13 +48,8 @@ pub(super) fn ports(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
 
 /// The names that stand on a cycle of the graph, each with a number that those of the same cycle share.
 pub(super) fn cycles(edges: &BTreeMap<Name, BTreeSet<Name>>) -> BTreeMap<Name, usize> {
-    let mut search = Search {
-        edges,
-        order: BTreeMap::new(),
-        low: BTreeMap::new(),
-        open: Vec::new(),
-        on: BTreeMap::new(),
-    };
+    let mut search =
+        Search { edges, order: BTreeMap::new(), low: BTreeMap::new(), open: Vec::new(), on: BTreeMap::new() };
     for name in edges.keys() {
         search.visit(name);
     }
@@ -109,9 +100,7 @@ impl<'g> Search<'g> {
         self.low.insert(name, number);
         self.open.push(name);
         self.edges.get_key_value(name).map_or(Vec::new(), |(_, next)| {
-            next.iter()
-                .filter_map(|next| self.edges.get_key_value(next).map(|(next, _)| next))
-                .collect()
+            next.iter().filter_map(|next| self.edges.get_key_value(next).map(|(next, _)| next)).collect()
         })
     }
 

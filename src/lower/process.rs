@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::scope::Lowerer;
+use super::scope::{Lowerer, Metas};
 use super::value::{count_of, were};
 use super::{BASIC, Class, Entity};
 use crate::ast::{Ident, Term as Written, TermKind, Value as WrittenValue, ValueKind};
@@ -28,11 +28,7 @@ impl Lowerer<'_> {
     /// The process that is written here.
     pub(super) fn process(&mut self, written: &Written) -> Option<Term> {
         Some(match &written.kind {
-            TermKind::Apply {
-                name,
-                arguments,
-                results,
-            } => return self.apply(name, arguments, results, written.span),
+            TermKind::Apply { name, arguments, results } => return self.apply(name, arguments, results, written.span),
             TermKind::Meta(name, arguments) => return self.meta(name, arguments),
             TermKind::Seq(parts) => Term::seq(self.processes(parts)?),
             TermKind::Par(parts) => Term::par(self.processes(parts)?),
@@ -55,14 +51,11 @@ impl Lowerer<'_> {
                 Term::new(Node::Project(body?, shown))
             }
             TermKind::Replace(body, name, value) => {
-                if !self.metas.of_processes() {
+                if self.metas != Metas::Law {
                     return self.fail(
-                        Diagnostic::error(
-                            "P0310",
-                            "a replacement `P[y := x]` can be written in laws and claims only",
-                        )
-                        .label(written.span, "here")
-                        .help("use `Set_x<y> ; P`"),
+                        Diagnostic::error("P0310", "a replacement `P[y := x]` can be written in laws and claims only")
+                            .label(written.span, "here")
+                            .help("use `Set_x<y> ; P`"),
                     );
                 }
                 let body = self.process(body);
@@ -100,29 +93,19 @@ impl Lowerer<'_> {
             }
             None => {}
         }
-        Some(Term::new(Node::Power(
-            body?,
-            count?,
-            index.map(|index| index.name.clone()),
-        )))
+        Some(Term::new(Node::Power(body?, count?, index.map(|index| index.name.clone()))))
     }
 
     fn meta(&mut self, name: &Ident, arguments: &[WrittenValue]) -> Option<Term> {
-        if !self.metas.of_processes() {
+        if self.metas != Metas::Law {
             return self.fail(
-                Diagnostic::error(
-                    "P0301",
-                    format!("`{}` stands for any process, which has no place here", name.name),
-                )
-                .label(name.span, "only in laws and claims")
-                .help("name a process that is defined"),
+                Diagnostic::error("P0301", format!("`{}` stands for any process, which has no place here", name.name))
+                    .label(name.span, "only in laws and claims")
+                    .help("name a process that is defined"),
             );
         }
         let values: Vec<_> = arguments.iter().map(|argument| self.number(argument)).collect();
-        Some(Term::new(Node::Meta(
-            name.name.clone(),
-            values.into_iter().collect::<Option<Vec<_>>>()?,
-        )))
+        Some(Term::new(Node::Meta(name.name.clone(), values.into_iter().collect::<Option<Vec<_>>>()?)))
     }
 
     /// The observers to keep, without `Delay`, which always stays.
@@ -134,14 +117,9 @@ impl Lowerer<'_> {
             if name.as_str() == "Delay" {
                 continue;
             }
-            if name.is_meta() && self.metas.of_processes() {
-                names.insert(name.clone());
-                continue;
-            }
-            if !matches!(
-                self.environment.entity(name),
-                Some(Entity::Observer(_) | Entity::Process(_))
-            ) {
+            let meta = name.is_meta() && self.metas == Metas::Law;
+            let named = matches!(self.environment.entity(name), Some(Entity::Observer(_) | Entity::Process(_)));
+            if !meta && !named && !self.lenient {
                 let environment = self.environment;
                 let known = environment
                     .entities()
@@ -187,10 +165,7 @@ impl Lowerer<'_> {
                 self.no_results(name, results);
                 let values: Vec<_> = arguments.iter().map(|argument| self.number(argument)).collect();
                 fits?;
-                Some(Term::new(Node::Observe(
-                    name.name.clone(),
-                    values.into_iter().collect::<Option<Vec<_>>>()?,
-                )))
+                Some(Term::new(Node::Observe(name.name.clone(), values.into_iter().collect::<Option<Vec<_>>>()?)))
             }
             Some(Entity::System(system)) => {
                 self.arity(name, arguments.len(), &[], span)?;
@@ -209,22 +184,16 @@ impl Lowerer<'_> {
 
     fn refused(&mut self, name: &Ident) -> Option<Term> {
         self.fail(
-            Diagnostic::error(
-                "P0312",
-                format!("`{}` cannot be used: its definition has errors", name.name),
-            )
-            .label(name.span, "used here"),
+            Diagnostic::error("P0312", format!("`{}` cannot be used: its definition has errors", name.name))
+                .label(name.span, "used here"),
         )
     }
 
     fn out_of_place(&mut self, name: &Ident, word: &str) -> Option<Term> {
         self.fail(
-            Diagnostic::error(
-                "P0313",
-                format!("`{}` is a {word}, but a process is needed here", name.name),
-            )
-            .label(name.span, format!("a {word}"))
-            .note("a process is made of basic processes, observers and processes defined by `proc`"),
+            Diagnostic::error("P0313", format!("`{}` is a {word}, but a process is needed here", name.name))
+                .label(name.span, format!("a {word}"))
+                .note("a process is made of basic processes, observers and processes defined by `proc`"),
         )
     }
 
@@ -245,11 +214,7 @@ impl Lowerer<'_> {
         }
         let text = &name.name;
         let names = parameters.iter().map(Name::as_str).collect::<Vec<_>>().join(",");
-        let example = if parameters.is_empty() {
-            text.to_string()
-        } else {
-            format!("{text}_{{{names}}}")
-        };
+        let example = if parameters.is_empty() { text.to_string() } else { format!("{text}_{{{names}}}") };
         let wanted = count_of(parameters.len(), "parameter");
         self.fail(
             Diagnostic::error("P0315", format!("`{text}` takes {wanted}, and {} given", were(given)))
@@ -335,11 +300,7 @@ impl Lowerer<'_> {
             _ => self.fail(
                 Diagnostic::error(
                     "P0317",
-                    format!(
-                        "`{}` needs one name for its result, and {} given",
-                        name.name,
-                        were(results.len())
-                    ),
+                    format!("`{}` needs one name for its result, and {} given", name.name, were(results.len())),
                 )
                 .label(span, "here")
                 .help(format!("write `{example}`")),
@@ -412,11 +373,7 @@ impl Lowerer<'_> {
     pub(super) fn port_name(&mut self, port: &Ident) -> Option<()> {
         let name = &port.name;
         let place = self.locals.get(name).copied();
-        let meta_value = if name.is_meta() {
-            self.classes.get(name).map(|(_, span)| *span)
-        } else {
-            None
-        };
+        let meta_value = if name.is_meta() { self.classes.get(name).map(|(_, span)| *span) } else { None };
         if let Some(place) = place.or(meta_value) {
             return self.fail(
                 Diagnostic::error("P0403", format!("`{name}` is a value, but a port is needed here"))

@@ -17,15 +17,6 @@ pub(super) enum Metas {
     Values,
     /// Values and processes, in a law or a claim.
     Law,
-    /// Values and processes, and any other name as well: in `expect`, and in proofs, which the kernel checks.
-    Free,
-}
-
-impl Metas {
-    /// Whether metavariables of processes may be written.
-    pub(super) fn of_processes(self) -> bool {
-        matches!(self, Metas::Law | Metas::Free)
-    }
 }
 
 /// Lowers one item; collects what is wrong with it.
@@ -46,6 +37,10 @@ pub(super) struct Lowerer<'e> {
     pub(super) own: Option<Name>,
     /// Whether the processes of the text have all been defined by now.
     pub(super) settled: bool,
+    /// Whether projections may name observers that are declared later: in a rule file.
+    pub(super) lenient: bool,
+    /// Whether any name of a value may be read: in a part of a process, away from what binds it.
+    pub(super) free: bool,
     pub(super) errors: Vec<Diagnostic>,
 }
 
@@ -61,6 +56,8 @@ impl<'e> Lowerer<'e> {
             calls: Vec::new(),
             own: None,
             settled: true,
+            lenient: false,
+            free: false,
             errors: Vec::new(),
         }
     }
@@ -102,11 +99,7 @@ impl<'e> Lowerer<'e> {
         let mut rest: Vec<&Term> = terms.to_vec();
         while let Some(term) = rest.pop() {
             match &term.kind {
-                TermKind::Apply {
-                    name,
-                    arguments,
-                    results,
-                } => {
+                TermKind::Apply { name, arguments, results } => {
                     for result in results {
                         self.bind_one(result);
                     }
@@ -139,13 +132,10 @@ impl<'e> Lowerer<'e> {
         let global = self.environment.quantity(name).is_some();
         if let Some(place) = self.locals.get(name).copied() {
             self.report(
-                Diagnostic::error(
-                    "P0503",
-                    format!("`{name}` is a parameter here, so no result can have this name"),
-                )
-                .label(result.span, "bound as a result here")
-                .label(place, "the parameter")
-                .help(format!("give the result another name, such as `{name}1`")),
+                Diagnostic::error("P0503", format!("`{name}` is a parameter here, so no result can have this name"))
+                    .label(result.span, "bound as a result here")
+                    .label(place, "the parameter")
+                    .help(format!("give the result another name, such as `{name}1`")),
             );
         } else if global {
             self.report(
@@ -169,14 +159,11 @@ impl<'e> Lowerer<'e> {
         for bound in &signature.flow.binds {
             if let Some(place) = self.locals.get(bound).copied() {
                 self.report(
-                    Diagnostic::error(
-                        "P0503",
-                        format!("`{}` binds `{bound}`, which is a parameter here", name.name),
-                    )
-                    .label(name.span, format!("binds `{bound}`"))
-                    .label(place, "the parameter")
-                    .note("what is read after the call would be the result, not the parameter")
-                    .help(format!("rename the parameter, for example to `{bound}0`")),
+                    Diagnostic::error("P0503", format!("`{}` binds `{bound}`, which is a parameter here", name.name))
+                        .label(name.span, format!("binds `{bound}`"))
+                        .label(place, "the parameter")
+                        .note("what is read after the call would be the result, not the parameter")
+                        .help(format!("rename the parameter, for example to `{bound}0`")),
                 );
             }
             self.results.entry(bound.clone()).or_insert(name.span);
@@ -203,11 +190,7 @@ impl<'e> Lowerer<'e> {
 
     /// Reports an argument of the wrong class.
     pub(super) fn wrong_class(&mut self, callee: &Name, index: usize, class: Class, span: Span) {
-        let needed = if class == Class::Number {
-            Class::Distribution
-        } else {
-            Class::Number
-        };
+        let needed = if class == Class::Number { Class::Distribution } else { Class::Number };
         let parameter = match self.environment.entity(callee) {
             Some(super::Entity::Process(signature)) => signature.parameters.get(index).map_or("", Name::as_str),
             _ => "",
@@ -227,12 +210,9 @@ impl<'e> Lowerer<'e> {
         match self.classes.get(name).copied() {
             Some((before, place)) if before != class => {
                 self.report(
-                    Diagnostic::error(
-                        "P0401",
-                        format!("`{name}` is used both as a number and as a distribution"),
-                    )
-                    .label(span, format!("as {} here", words(class)))
-                    .label(place, format!("as {} here", words(before))),
+                    Diagnostic::error("P0401", format!("`{name}` is used both as a number and as a distribution"))
+                        .label(span, format!("as {} here", words(class)))
+                        .label(place, format!("as {} here", words(before))),
                 );
             }
             Some(_) => {}

@@ -126,7 +126,7 @@ impl Lowerer<'_> {
                         .help(format!("write `{example}`")),
                 )
             }
-            None if self.metas == Metas::Free => Some(Value::variable(name)),
+            None if self.free => Some(Value::variable(name)),
             None => self.unknown_value(ident),
         }
     }
@@ -164,9 +164,7 @@ impl Lowerer<'_> {
             Diagnostic::error("P0403", format!("`{name}` is a port, but a value is needed here"))
                 .label(ident.span, "used as a value here")
                 .label(place, "used as a port here")
-                .help(format!(
-                    "to use what comes through the port, read it first: `In_{name}<x>`"
-                )),
+                .help(format!("to use what comes through the port, read it first: `In_{name}<x>`")),
         )
     }
 
@@ -193,11 +191,8 @@ impl Lowerer<'_> {
         if needed.map_or(values.is_empty(), |needed| needed != values.len()) {
             let wanted = needed.map_or("at least one argument".to_string(), |count| count_of(count, "argument"));
             return self.fail(
-                Diagnostic::error(
-                    "P0305",
-                    format!("`{text}` takes {wanted}, and {} given", were(values.len())),
-                )
-                .label(span, "in this call"),
+                Diagnostic::error("P0305", format!("`{text}` takes {wanted}, and {} given", were(values.len())))
+                    .label(span, "in this call"),
             );
         }
         let values = values.into_iter().collect::<Option<Vec<_>>>()?;
@@ -223,19 +218,12 @@ impl Lowerer<'_> {
 
     fn unknown_function(&mut self, name: &Ident) -> Option<Value> {
         let environment = self.environment;
-        let functions = environment
-            .quantities()
-            .filter(|(_, quantity)| matches!(quantity, Quantity::Function { .. }));
-        let known = functions
-            .map(|(known, _)| known.as_str())
-            .chain(FUNCTIONS.iter().map(|(known, _)| *known));
+        let functions = environment.quantities().filter(|(_, quantity)| matches!(quantity, Quantity::Function { .. }));
+        let known = functions.map(|(known, _)| known.as_str()).chain(FUNCTIONS.iter().map(|(known, _)| *known));
         let advice = if self.locals.contains_key(&name.name) || environment.quantity(&name.name).is_some() {
             format!("`{0}` is a value; to multiply write `{0} * (…)`", name.name)
         } else {
-            format!(
-                "declare it with `fn {0}(x) = …`, or `fn {0}(x)` to leave it open",
-                name.name
-            )
+            format!("declare it with `fn {0}(x) = …`, or `fn {0}(x)` to leave it open", name.name)
         };
         self.unknown("P0307", "function", name, known, &advice);
         None
@@ -270,11 +258,8 @@ impl Lowerer<'_> {
             "`N` does not say which spread it means: the standard deviation or the variance",
         )
         .label(name.span, "which of the two?");
-        let advice = if count == 2 {
-            "write `Normal(m, sd: s)` or `Normal(m, var: v)`"
-        } else {
-            "write `Normal(0, sd: s)`"
-        };
+        let advice =
+            if count == 2 { "write `Normal(m, sd: s)` or `Normal(m, var: v)`" } else { "write `Normal(0, sd: s)`" };
         self.fail(diagnostic.help(advice))
     }
 
@@ -313,10 +298,7 @@ impl Lowerer<'_> {
     fn exact(&mut self, arguments: &[Argument], labels: &[&str], kind: &str, span: Span) -> Option<Vec<Value>> {
         let fits = |argument: &Argument, label: &str| argument.label.as_ref().map_or(Some(""), labelled) == Some(label);
         if arguments.len() != labels.len()
-            || !arguments
-                .iter()
-                .zip(labels)
-                .all(|(argument, label)| fits(argument, label))
+            || !arguments.iter().zip(labels).all(|(argument, label)| fits(argument, label))
         {
             return self.wrong_arguments(kind, span);
         }
@@ -334,11 +316,7 @@ impl Lowerer<'_> {
             let part = self.distribution(&argument.value)?;
             parts.extend([weight?, part]);
         }
-        if parts.is_empty() {
-            self.wrong_arguments("Mix", span)
-        } else {
-            Some(parts)
-        }
+        if parts.is_empty() { self.wrong_arguments("Mix", span) } else { Some(parts) }
     }
 }
 

@@ -15,44 +15,19 @@ impl Parser<'_> {
         if self.at_word(Keyword::Satisfies) {
             let word = self.advance().span;
             let property = self.capital("the name of a property")?;
-            let TermKind::Apply {
-                name: system,
-                arguments,
-                results,
-            } = left.kind
-            else {
+            let TermKind::Apply { name: system, arguments, results } = left.kind else {
                 return self.unnamed_system(left.span, word);
             };
             if !arguments.is_empty() || !results.is_empty() {
                 return self.unnamed_system(left.span, word);
             }
-            return Ok(Claim {
-                name,
-                kind: ClaimKind::Satisfies(system, property),
-            });
+            return Ok(Claim { name, kind: ClaimKind::Satisfies(system, property) });
         }
         let connective = self.connective("`=`, `<=` or `satisfies`")?;
         let right = self.term()?;
-        let when = if self.accept(Kind::Word(Keyword::When)) {
-            self.conditions()?
-        } else {
-            Vec::new()
-        };
-        let by = if self.accept(Kind::Word(Keyword::By)) {
-            self.by()?
-        } else {
-            By::Search
-        };
-        Ok(Claim {
-            name,
-            kind: ClaimKind::Compare {
-                left,
-                connective,
-                right,
-                when,
-                by,
-            },
-        })
+        let when = if self.accept(Kind::Word(Keyword::When)) { self.conditions()? } else { Vec::new() };
+        let by = if self.accept(Kind::Word(Keyword::By)) { self.by()? } else { By::Search };
+        Ok(Claim { name, kind: ClaimKind::Compare { left, connective, right, when, by } })
     }
 
     fn unnamed_system<T>(&mut self, span: crate::diagnostic::Span, word: crate::diagnostic::Span) -> Parse<T> {
@@ -96,10 +71,7 @@ impl Parser<'_> {
             end = self.advance().span;
         }
         let span = start.to(end);
-        Ident {
-            name: Name::new(span.of(self.text)),
-            span,
-        }
+        Ident { name: Name::new(span.of(self.text)), span }
     }
 
     fn law_name(&mut self) -> Parse<Ident> {
@@ -146,12 +118,7 @@ impl Parser<'_> {
             self.expect(Kind::OpenCurly, "`{` and the laws of this step")?;
             let laws = self.list(Kind::CloseCurly, "`,` or `}`", Parser::law_name)?;
             let term = self.term()?;
-            steps.push(CalcStep {
-                span: self.since(start),
-                connective,
-                laws,
-                term,
-            });
+            steps.push(CalcStep { span: self.since(start), connective, laws, term });
         }
         self.take(Role::Spaced);
         Ok(By::Calc(first, steps))
@@ -160,12 +127,8 @@ impl Parser<'_> {
     /// `law name "title"`, then its source, conditions, equation and examples.
     pub(super) fn law(&mut self) -> Parse<LawItem> {
         let name = self.law_name()?;
-        let title = self
-            .expect(Kind::Text, "the title of the law in quotes")?
-            .span
-            .of(self.text)
-            .trim_matches('"')
-            .to_string();
+        let title =
+            self.expect(Kind::Text, "the title of the law in quotes")?.span.of(self.text).trim_matches('"').to_string();
         let source = if self.at(Kind::Origin) {
             self.take(Role::Line).span.of(self.text).trim().to_string()
         } else {
@@ -189,17 +152,7 @@ impl Parser<'_> {
         };
         let right = self.term()?;
         let examples = self.examples()?;
-        Ok(LawItem {
-            name,
-            title,
-            source,
-            conditions,
-            left,
-            connective,
-            oriented,
-            right,
-            examples,
-        })
+        Ok(LawItem { name, title, source, conditions, left, connective, oriented, right, examples })
     }
 
     fn examples(&mut self) -> Parse<Vec<(Term, Term)>> {
@@ -224,7 +177,7 @@ impl Parser<'_> {
         Ok(all)
     }
 
-    fn condition(&mut self) -> Parse<Condition> {
+    pub(super) fn condition(&mut self) -> Parse<Condition> {
         let start = self.token().span.start;
         let word = self.spelling();
         let called = self.ahead(1).kind == Kind::OpenRound;
@@ -238,10 +191,7 @@ impl Parser<'_> {
             }
             _ => self.comparison(word, called)?,
         };
-        Ok(Condition {
-            span: self.since(start),
-            kind,
-        })
+        Ok(Condition { span: self.since(start), kind })
     }
 
     fn comparison(&mut self, word: &str, called: bool) -> Parse<ConditionKind> {
@@ -276,14 +226,16 @@ impl Parser<'_> {
         let all: Vec<&str> = Predicate::words().collect();
         let diagnostic = Diagnostic::error("P0209", format!("there is no condition `{word}`"))
             .label(span, "this condition")
-            .note(format!(
-                "the conditions are comparisons such as `a <= b`, and {}",
-                all.join(", ")
-            ));
+            .note(format!("the conditions are comparisons such as `a <= b`, and {}", all.join(", ")));
         match close {
             Some(close) => self.fail(diagnostic.edit(format!("did you mean `{close}`?"), span, close)),
             None => self.fail(diagnostic),
         }
+    }
+
+    /// `{At, Odo}`, or `?S` for any set.
+    fn observer_set(&mut self) -> Parse<Vec<Ident>> {
+        if self.at(Kind::Meta) { Ok(vec![self.ident()]) } else { self.shown() }
     }
 
     fn predicate(&mut self, predicate: Predicate) -> Parse<ConditionKind> {
@@ -300,8 +252,8 @@ impl Parser<'_> {
             Predicate::Complementary => ConditionKind::Complementary(process, self.term()?),
             Predicate::NoPort => ConditionKind::NoPort(process, self.small("the name of a port")?),
             Predicate::Unread => ConditionKind::Unread(process, self.small("the name of a result")?),
-            Predicate::ShowsOnly => ConditionKind::ShowsOnly(process, self.shown_name()?),
-            Predicate::ShowsNone => ConditionKind::ShowsNone(process, self.shown_name()?),
+            Predicate::ShowsOnly => ConditionKind::ShowsOnly(process, self.observer_set()?),
+            Predicate::ShowsNone => ConditionKind::ShowsNone(process, self.observer_set()?),
             _ => ConditionKind::Apart(process, self.term()?),
         })
     }
@@ -322,34 +274,23 @@ enum Predicate {
 }
 
 const PREDICATES: [(Predicate, &str); 8] = [
-    (Predicate::ShowsOnly, "shows_only"),
-    (Predicate::ShowsNone, "shows_none"),
     (Predicate::Natural, "natural"),
     (Predicate::Lasts, "lasts"),
     (Predicate::Complementary, "complementary"),
     (Predicate::NoPort, "no_port"),
     (Predicate::Unread, "unread"),
     (Predicate::Apart, "apart"),
+    (Predicate::ShowsOnly, "shows_only"),
+    (Predicate::ShowsNone, "shows_none"),
 ];
 
 impl Predicate {
     fn of(word: &str) -> Option<Predicate> {
-        let fact = Fact::ALL
-            .iter()
-            .find(|(_, spelling)| *spelling == word)
-            .map(|(fact, _)| Predicate::Is(*fact));
-        fact.or_else(|| {
-            PREDICATES
-                .iter()
-                .find(|(_, spelling)| *spelling == word)
-                .map(|(predicate, _)| *predicate)
-        })
+        let fact = Fact::ALL.iter().find(|(_, spelling)| *spelling == word).map(|(fact, _)| Predicate::Is(*fact));
+        fact.or_else(|| PREDICATES.iter().find(|(_, spelling)| *spelling == word).map(|(predicate, _)| *predicate))
     }
 
     fn words() -> impl Iterator<Item = &'static str> {
-        Fact::ALL
-            .iter()
-            .map(|(_, word)| *word)
-            .chain(PREDICATES.iter().map(|(_, word)| *word))
+        Fact::ALL.iter().map(|(_, word)| *word).chain(PREDICATES.iter().map(|(_, word)| *word))
     }
 }

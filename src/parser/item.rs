@@ -20,10 +20,7 @@ impl Parser<'_> {
         if !self.at(Kind::End) && !self.at_item() {
             return self.left_over(&kind);
         }
-        Ok(Item {
-            span: self.since(start),
-            kind,
-        })
+        Ok(Item { span: self.since(start), kind })
     }
 
     fn item_kind(&mut self, keyword: Keyword) -> Parse<ItemKind> {
@@ -35,7 +32,7 @@ impl Parser<'_> {
                 self.expect(Kind::Equal, "`=` and a process")?;
                 ItemKind::Process(header, self.term()?)
             }
-            Keyword::Observer => ItemKind::Observer(self.header("the name of an observer")?),
+            Keyword::Observer => ItemKind::Observer(self.observers()?),
             Keyword::System => {
                 let (name, body) = self.named_term("the name of a system")?;
                 ItemKind::System(name, body)
@@ -50,18 +47,12 @@ impl Parser<'_> {
             Keyword::Flow => ItemKind::Flow(self.capital("the name of a system")?),
             Keyword::Project => {
                 let term = self.chain()?;
-                self.expect(
-                    Kind::Word(Keyword::To),
-                    "`to` and the observers to keep, as in `project Sys to {At}`",
-                )?;
+                self.expect(Kind::Word(Keyword::To), "`to` and the observers to keep, as in `project Sys to {At}`")?;
                 ItemKind::Project(term, self.shown()?)
             }
             Keyword::Expect => ItemKind::Expect(self.expectation()?),
             Keyword::Import => {
-                let text = self
-                    .expect(Kind::Text, "the name of a file in quotes")?
-                    .span
-                    .of(self.text);
+                let text = self.expect(Kind::Text, "the name of a file in quotes")?.span.of(self.text);
                 ItemKind::Import(text.trim_matches('"').to_string())
             }
             Keyword::Law => ItemKind::Law(Box::new(self.law()?)),
@@ -82,9 +73,7 @@ impl Parser<'_> {
         self.mark_item();
         let term = self.term()?;
         if matches!(self.kind(), Kind::Equal | Kind::LessEqual) {
-            let diagnostic = self
-                .wrong("an operator or the end")
-                .note("a term alone asks to simplify it");
+            let diagnostic = self.wrong("an operator or the end").note("a term alone asks to simplify it");
             return self.fail(diagnostic.edit(
                 "to claim that both sides are equal, begin with `prove`",
                 Span::new(start, start),
@@ -149,10 +138,7 @@ impl Parser<'_> {
                 let diagnostic = self
                     .wrong(what)
                     .note("names of processes, observers, systems and properties begin with a capital letter");
-                let first: String = text
-                    .chars()
-                    .next()
-                    .map_or(String::new(), |letter| letter.to_uppercase().collect());
+                let first: String = text.chars().next().map_or(String::new(), |letter| letter.to_uppercase().collect());
                 let rest: String = text.chars().skip(1).filter(|letter| *letter != '_').collect();
                 self.fail(diagnostic.edit("with a capital", span, format!("{first}{rest}")))
             }
@@ -165,20 +151,20 @@ impl Parser<'_> {
         let name = self.capital(what)?;
         let parameters = self.header_parameters()?;
         let results = self.results()?;
-        Ok(Header {
-            name,
-            parameters,
-            results,
-        })
+        Ok(Header { name, parameters, results })
+    }
+
+    fn observers(&mut self) -> Parse<Vec<Header>> {
+        let mut all = vec![self.header("the name of an observer")?];
+        while self.accept(Kind::Comma) {
+            all.push(self.header("the name of an observer")?);
+        }
+        Ok(all)
     }
 
     fn header_parameters(&mut self) -> Parse<Vec<Ident>> {
         let parameter = |parser: &mut Self| {
-            if parser.at(Kind::Upper) {
-                Ok(parser.ident())
-            } else {
-                parser.small("the name of a parameter")
-            }
+            if parser.at(Kind::Upper) { Ok(parser.ident()) } else { parser.small("the name of a parameter") }
         };
         if self.at(Kind::OpenRound) {
             self.take(Role::Joining);
@@ -198,16 +184,8 @@ impl Parser<'_> {
     fn function(&mut self) -> Parse<ItemKind> {
         let name = self.small("the name of a function")?;
         let parameters = self.header_parameters()?;
-        let header = Header {
-            name,
-            parameters,
-            results: Vec::new(),
-        };
-        let body = if self.accept(Kind::Equal) {
-            Some(self.value()?)
-        } else {
-            None
-        };
+        let header = Header { name, parameters, results: Vec::new() };
+        let body = if self.accept(Kind::Equal) { Some(self.value()?) } else { None };
         Ok(ItemKind::Function(header, body))
     }
 
@@ -230,7 +208,7 @@ impl Parser<'_> {
         if matches!(self.kind(), Kind::Lower | Kind::Upper) {
             if next == Kind::Colon {
                 let name = self.ident();
-                self.take(Role::Closing);
+                self.advance();
                 if !self.at(Kind::Lower) {
                     return self.unexpected("a sort: `natural`, `real`, `vector` or `distribution`");
                 }
@@ -253,13 +231,8 @@ impl Parser<'_> {
             return self.unexpected("a comparison such as `> 0`, or `,`");
         };
         let right = self.value()?;
-        if matches!(
-            self.kind(),
-            Kind::Less | Kind::LessEqual | Kind::Greater | Kind::GreaterEqual
-        ) {
-            let diagnostic = self
-                .wrong("`,` or the next item")
-                .help("write two comparisons: `0 <= a, a <= b`");
+        if matches!(self.kind(), Kind::Less | Kind::LessEqual | Kind::Greater | Kind::GreaterEqual) {
+            let diagnostic = self.wrong("`,` or the next item").help("write two comparisons: `0 <= a, a <= b`");
             return self.fail(diagnostic);
         }
         Ok(Parameter::Assumed(relation, left, right))
@@ -287,10 +260,7 @@ impl Parser<'_> {
 
 /// Whether a value that began with a name may go on with this token.
 fn continues_value(kind: Kind) -> bool {
-    let operator = matches!(
-        kind,
-        Kind::Plus | Kind::Minus | Kind::Star | Kind::Slash | Kind::Caret | Kind::OpenRound
-    );
+    let operator = matches!(kind, Kind::Plus | Kind::Minus | Kind::Star | Kind::Slash | Kind::Caret | Kind::OpenRound);
     operator
         || matches!(
             kind,

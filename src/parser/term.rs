@@ -1,4 +1,4 @@
-//! Processes: `^` binds tightest, then `;`, then `else`, then `|`; `#` stands alone; `to` is weakest.
+//! Processes: `^` and `new c.` bind tightest, then `;`, then `else`, then `|`; `#` stands alone; `to` is weakest.
 
 use super::{Parse, Parser, Role};
 use crate::ast::{Ident, Term, TermKind, Value, ValueKind};
@@ -15,10 +15,7 @@ impl Parser<'_> {
             self.advance();
             let shown = self.shown()?;
             let span = self.since(term.span.start);
-            term = Term {
-                span,
-                kind: TermKind::Project(Box::new(term), shown),
-            };
+            term = Term { span, kind: TermKind::Project(Box::new(term), shown) };
         }
         self.depth = before;
         Ok(term)
@@ -28,17 +25,9 @@ impl Parser<'_> {
     pub(super) fn shown(&mut self) -> Parse<Vec<Ident>> {
         self.expect(Kind::OpenCurly, "`{`, and the names of the observers to keep")?;
         self.list(Kind::CloseCurly, "`,` or `}`", |parser| {
-            if parser.at(Kind::Upper) || parser.at(Kind::Meta) {
-                Ok(parser.ident())
-            } else {
-                parser.unexpected("the name of an observer")
-            }
+            let named = matches!(parser.kind(), Kind::Upper | Kind::Meta);
+            if named { Ok(parser.ident()) } else { parser.unexpected("the name of an observer") }
         })
-    }
-
-    /// `?S`: a set of observers, in a condition.
-    pub(super) fn shown_name(&mut self) -> Parse<Ident> {
-        if self.at(Kind::Meta) { Ok(self.ident()) } else { self.unexpected("a set of observers such as `?S`") }
     }
 
     /// Processes joined by operators.
@@ -47,17 +36,11 @@ impl Parser<'_> {
         let mut operators: Vec<(Kind, Span)> = Vec::new();
         loop {
             let kind = self.kind();
-            if !matches!(
-                kind,
-                Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else)
-            ) {
+            if !matches!(kind, Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else)) {
                 break;
             }
             let span = self.advance().span;
-            if operators
-                .last()
-                .is_some_and(|(last, _)| (*last == Kind::Hash) != (kind == Kind::Hash))
-            {
+            if operators.last().is_some_and(|(last, _)| (*last == Kind::Hash) != (kind == Kind::Hash)) {
                 // Needed for the error: the second reading takes in the operand that follows.
                 operands.push(self.postfix()?);
                 return self.mixed(&operands, &operators, (kind, span));
@@ -79,16 +62,13 @@ impl Parser<'_> {
         let first = operators.last().map_or(second.1, |(_, span)| *span);
         let (left, right) = (first.of(text), second.1.of(text));
         self.fail(
-            Diagnostic::error(
-                "P0203",
-                format!("`{left}` and `{right}` stand side by side without brackets"),
-            )
-            .label(second.1, format!("`{right}` here"))
-            .label(first, format!("`{left}` here"))
-            .note("`#` never mixes with `;`, `|` or `else`: the two readings differ")
-            .help(format!(
-                "write `({one} {left} {two}) {right} {three}` or `{one} {left} ({two} {right} {three})`"
-            )),
+            Diagnostic::error("P0203", format!("`{left}` and `{right}` stand side by side without brackets"))
+                .label(second.1, format!("`{right}` here"))
+                .label(first, format!("`{left}` here"))
+                .note("`#` never mixes with `;`, `|` or `else`: the two readings differ")
+                .help(format!(
+                    "write `({one} {left} {two}) {right} {three}` or `{one} {left} ({two} {right} {three})`"
+                )),
         )
     }
 
@@ -123,10 +103,7 @@ impl Parser<'_> {
         let whole = arms.into_iter().rev().fold(last, |rest, arm| match rest {
             Some(rest) => {
                 let span = arm.span.to(rest.span);
-                Some(Term {
-                    span,
-                    kind: TermKind::Else(Box::new(arm), Box::new(rest)),
-                })
+                Some(Term { span, kind: TermKind::Else(Box::new(arm), Box::new(rest)) })
             }
             None => Some(arm),
         });
@@ -146,10 +123,7 @@ impl Parser<'_> {
                 self.deeper(1)?;
                 self.take(Role::Joining);
                 let (count, index) = self.count()?;
-                term = Term {
-                    span: self.since(start),
-                    kind: TermKind::Power(Box::new(term), count, index),
-                };
+                term = Term { span: self.since(start), kind: TermKind::Power(Box::new(term), count, index) };
             } else if self.at(Kind::OpenSquare) {
                 self.deeper(1)?;
                 self.take(Role::Joining);
@@ -157,10 +131,7 @@ impl Parser<'_> {
                 self.expect(Kind::Assign, "`:=`")?;
                 let value = self.value()?;
                 self.expect(Kind::CloseSquare, "`]`")?;
-                term = Term {
-                    span: self.since(start),
-                    kind: TermKind::Replace(Box::new(term), name, value),
-                };
+                term = Term { span: self.since(start), kind: TermKind::Replace(Box::new(term), name, value) };
             } else {
                 break;
             }
@@ -195,10 +166,7 @@ impl Parser<'_> {
             return self.primary();
         }
         let name = self.ident();
-        Ok(Value {
-            span: name.span,
-            kind: ValueKind::Name(name),
-        })
+        Ok(Value { span: name.span, kind: ValueKind::Name(name) })
     }
 
     /// A name that begins small, or a metavariable for one.
@@ -224,10 +192,7 @@ impl Parser<'_> {
                 self.advance();
                 let inner = self.nested(Parser::term)?;
                 self.expect(Kind::CloseRound, "an operator or `)`")?;
-                Ok(Term {
-                    span: self.since(start),
-                    ..inner
-                })
+                Ok(Term { span: self.since(start), ..inner })
             }
             Kind::Word(Keyword::Try) => self.wrapped(TermKind::Try),
             Kind::Word(Keyword::Loop) => self.wrapped(TermKind::Loop),
@@ -238,20 +203,14 @@ impl Parser<'_> {
                     return self.unexpected("`.` and a process, as in `new c. P`");
                 }
                 self.take(Role::Closing);
-                let body = self.nested(Parser::chain)?;
-                Ok(Term {
-                    span: self.since(start),
-                    kind: TermKind::New(port, Box::new(body)),
-                })
+                let body = self.nested(Parser::postfix)?;
+                Ok(Term { span: self.since(start), kind: TermKind::New(port, Box::new(body)) })
             }
             Kind::Upper => self.application(),
             Kind::Meta if self.spelling().chars().nth(1).is_some_and(char::is_uppercase) => {
                 let name = self.ident();
                 let arguments = self.arguments()?;
-                Ok(Term {
-                    span: self.since(start),
-                    kind: TermKind::Meta(name, arguments),
-                })
+                Ok(Term { span: self.since(start), kind: TermKind::Meta(name, arguments) })
             }
             Kind::Meta | Kind::Lower => self.not_a_process(),
             _ => self.unexpected("a process"),
@@ -263,33 +222,24 @@ impl Parser<'_> {
         let word = self.spelling();
         let start = self.advance().span.start;
         if !self.at(Kind::OpenRound) {
-            let diagnostic = self
-                .wrong("`(`")
-                .help(format!("put the process in brackets: `{word}(P)`"));
+            let diagnostic = self.wrong("`(`").help(format!("put the process in brackets: `{word}(P)`"));
             return self.fail(diagnostic);
         }
         self.take(Role::Joining);
         let inner = self.nested(Parser::term)?;
         self.expect(Kind::CloseRound, "an operator or `)`")?;
-        Ok(Term {
-            span: self.since(start),
-            kind: kind(Box::new(inner)),
-        })
+        Ok(Term { span: self.since(start), kind: kind(Box::new(inner)) })
     }
 
     fn not_a_process(&mut self) -> Parse<Term> {
         let text = self.spelling().to_string();
         let span = self.token().span;
         let skip = if text.starts_with('?') { 1 } else { 0 };
-        let first = text
-            .chars()
-            .nth(skip)
-            .map_or(String::new(), |letter| letter.to_uppercase().collect());
+        let first = text.chars().nth(skip).map_or(String::new(), |letter| letter.to_uppercase().collect());
         let rest: String = text.chars().skip(skip + 1).collect();
         let capital = format!("{}{first}{rest}", if skip == 1 { "?" } else { "" });
-        let diagnostic = self
-            .wrong("a process")
-            .note("names of processes begin with a capital letter, names of values begin small");
+        let diagnostic =
+            self.wrong("a process").note("names of processes begin with a capital letter, names of values begin small");
         self.fail(diagnostic.edit("with a capital", span, capital))
     }
 
@@ -299,14 +249,7 @@ impl Parser<'_> {
         let name = self.ident();
         let arguments = self.arguments()?;
         let results = self.results()?;
-        Ok(Term {
-            span: self.since(start),
-            kind: TermKind::Apply {
-                name,
-                arguments,
-                results,
-            },
-        })
+        Ok(Term { span: self.since(start), kind: TermKind::Apply { name, arguments, results } })
     }
 
     fn arguments(&mut self) -> Parse<Vec<Value>> {
@@ -374,10 +317,7 @@ fn many(mut parts: Vec<Term>, kind: fn(Vec<Term>) -> TermKind) -> Term {
         last => {
             parts.extend(last);
             let span = parts.iter().map(|part| part.span).reduce(Span::to).unwrap_or_default();
-            Term {
-                span,
-                kind: kind(parts),
-            }
+            Term { span, kind: kind(parts) }
         }
     }
 }

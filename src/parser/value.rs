@@ -42,15 +42,9 @@ impl Parser<'_> {
             Some((false, only)) if parts.is_empty() => only,
             Some(last) => {
                 parts.push(last);
-                Value {
-                    span: self.since(start),
-                    kind: kind(parts),
-                }
+                Value { span: self.since(start), kind: kind(parts) }
             }
-            None => Value {
-                span: self.since(start),
-                kind: kind(parts),
-            },
+            None => Value { span: self.since(start), kind: kind(parts) },
         }
     }
 
@@ -66,10 +60,7 @@ impl Parser<'_> {
         if !negative {
             return Ok(value);
         }
-        Ok(Value {
-            span: self.since(start),
-            kind: ValueKind::Negative(Box::new(value)),
-        })
+        Ok(Value { span: self.since(start), kind: ValueKind::Negative(Box::new(value)) })
     }
 
     fn power(&mut self) -> Parse<Value> {
@@ -80,10 +71,7 @@ impl Parser<'_> {
         self.take(Role::Joining);
         let exponent = self.nested(Parser::signed)?;
         let span = base.span.to(exponent.span);
-        Ok(Value {
-            span,
-            kind: ValueKind::Power(Box::new(base), Box::new(exponent)),
-        })
+        Ok(Value { span, kind: ValueKind::Power(Box::new(base), Box::new(exponent)) })
     }
 
     pub(super) fn primary(&mut self) -> Parse<Value> {
@@ -105,17 +93,14 @@ impl Parser<'_> {
             Kind::Word(Keyword::If) => self.choice()?,
             Kind::Word(keyword) => {
                 let word = keyword.spelling();
-                let diagnostic = self.wrong("a value").note(format!(
-                    "`{word}` is a word of the language, so no value can have this name"
-                ));
+                let diagnostic = self
+                    .wrong("a value")
+                    .note(format!("`{word}` is a word of the language, so no value can have this name"));
                 return self.fail(diagnostic);
             }
             _ => return self.unexpected("a value"),
         };
-        Ok(Value {
-            span: self.since(start),
-            kind,
-        })
+        Ok(Value { span: self.since(start), kind })
     }
 
     /// The exact number that is the next token; 0 where it was refused for its length.
@@ -138,12 +123,9 @@ impl Parser<'_> {
         if text.chars().nth(1).is_some_and(char::is_uppercase) {
             let span = self.token().span;
             return self.fail(
-                Diagnostic::error(
-                    "P0206",
-                    format!("`{text}` stands for a process, but a value is needed here"),
-                )
-                .label(span, "a value is needed here")
-                .help(format!("write `{}` for a value", text.to_lowercase())),
+                Diagnostic::error("P0206", format!("`{text}` stands for a process, but a value is needed here"))
+                    .label(span, "a value is needed here")
+                    .help(format!("write `{}` for a value", text.to_lowercase())),
             );
         }
         Ok(self.ident())
@@ -161,10 +143,7 @@ impl Parser<'_> {
                 return Ok(Argument { label: None, value });
             }
             parser.take(Role::Closing);
-            Ok(Argument {
-                label: Some(value),
-                value: parser.value()?,
-            })
+            Ok(Argument { label: Some(value), value: parser.value()? })
         })?;
         Ok(ValueKind::Call(name, arguments))
     }
@@ -176,23 +155,13 @@ impl Parser<'_> {
         while self.accept(Kind::Comma) {
             parts.push(self.value()?);
         }
-        self.expect(
-            Kind::CloseRound,
-            if parts.len() == 1 {
-                "an operator or `)`"
-            } else {
-                "`,` or `)`"
-            },
-        )?;
+        self.expect(Kind::CloseRound, if parts.len() == 1 { "an operator or `)`" } else { "`,` or `)`" })?;
         let span = self.since(start);
         match parts.pop() {
             Some(only) if parts.is_empty() => Ok(Value { span, ..only }),
             Some(last) => {
                 parts.push(last);
-                Ok(Value {
-                    span,
-                    kind: ValueKind::Vector(parts),
-                })
+                Ok(Value { span, kind: ValueKind::Vector(parts) })
             }
             None => Err(Failed),
         }

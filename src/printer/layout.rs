@@ -21,16 +21,11 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
         .zip(&parsed.roles)
         .map(|(token, role)| Piece::new(token.kind, *role, token.span))
         .collect();
-    pieces.extend(parsed.comments.iter().map(|span| Piece {
-        comment: true,
-        ..Piece::new(Kind::Unknown, Role::Plain, *span)
-    }));
+    pieces.extend(
+        parsed.comments.iter().map(|span| Piece { comment: true, ..Piece::new(Kind::Unknown, Role::Plain, *span) }),
+    );
     pieces.sort_by_key(|piece| (piece.span.start, piece.span.end));
-    let mut layout = Layout {
-        source: text,
-        text: String::new(),
-        open: Vec::new(),
-    };
+    let mut layout = Layout { source: text, text: String::new(), open: Vec::new() };
     for (index, piece) in pieces.iter().enumerate() {
         if piece.kind == Kind::End {
             break;
@@ -43,11 +38,7 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
         layout.text.push('\n');
     }
     // A layout that changed what the file says would be worse than none.
-    Ok(if same(text, &layout.text) {
-        layout.text
-    } else {
-        text.to_string()
-    })
+    Ok(if same(text, &layout.text) { layout.text } else { text.to_string() })
 }
 
 /// Whether two texts have the same tokens.
@@ -70,12 +61,7 @@ struct Piece {
 
 impl Piece {
     fn new(kind: Kind, role: Role, span: Span) -> Piece {
-        Piece {
-            kind,
-            role,
-            span,
-            comment: false,
-        }
+        Piece { kind, role, span, comment: false }
     }
 }
 
@@ -100,12 +86,7 @@ impl Layout<'_> {
     /// Writes the next piece with what belongs between it and the one before.
     fn put(&mut self, before: Option<&Piece>, piece: &Piece, next: Option<&Piece>) {
         if let Some(before) = before {
-            let lines = self
-                .source
-                .get(before.span.end..piece.span.start)
-                .unwrap_or("")
-                .matches('\n')
-                .count();
+            let lines = self.source.get(before.span.end..piece.span.start).unwrap_or("").matches('\n').count();
             let item = if piece.comment {
                 next.is_none_or(|next| matches!(next.role, Role::Item) || next.kind == Kind::End)
             } else {
@@ -115,7 +96,13 @@ impl Layout<'_> {
                 lines > 0 || before.comment || (!piece.comment && matches!(piece.role, Role::Item | Role::Line));
             if breaks {
                 self.text.push_str(if item && lines > 1 { "\n\n" } else { "\n" });
-                self.text.push_str(if item { "" } else { "    " });
+                self.text.push_str(if item {
+                    ""
+                } else if piece.role == Role::Line {
+                    "  "
+                } else {
+                    "    "
+                });
             } else if piece.comment {
                 self.text.push_str("  ");
             } else if self.spaced(before, piece) {
@@ -163,10 +150,7 @@ impl Layout<'_> {
             return true;
         }
         let opens = matches!(before.kind, Kind::OpenRound | Kind::OpenCurly | Kind::OpenSquare);
-        let closes = matches!(
-            piece.kind,
-            Kind::CloseRound | Kind::CloseCurly | Kind::CloseSquare | Kind::Comma
-        );
+        let closes = matches!(piece.kind, Kind::CloseRound | Kind::CloseCurly | Kind::CloseSquare | Kind::Comma);
         if opens
             || closes
             || matches!(before.role, Role::Opening | Role::Joining)
@@ -183,10 +167,7 @@ impl Layout<'_> {
 }
 
 fn relation(kind: Kind) -> bool {
-    matches!(
-        kind,
-        Kind::Less | Kind::LessEqual | Kind::Greater | Kind::GreaterEqual | Kind::Equal | Kind::NotEqual
-    )
+    matches!(kind, Kind::Less | Kind::LessEqual | Kind::Greater | Kind::GreaterEqual | Kind::Equal | Kind::NotEqual)
 }
 
 /// The one spelling of a sign that has several.

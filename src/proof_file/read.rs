@@ -4,12 +4,11 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::text::{self, Connective as Connects, Step as StepText};
 use super::{FORMAT, MOST_BYTES, MOST_STEPS, MOST_TEXT, Rejection, body, last_line};
-use crate::ast::{self, By, ClaimKind, ItemKind, TermKind};
 use crate::kernel::Theory;
 use crate::law::{Condition, Connective};
 use crate::lower::{Environment, Lowered};
 use crate::name::Name;
-use crate::parser::{parse, parse_term};
+use crate::parser::{parse, parse_condition, parse_term, parse_value};
 use crate::proof::{Proof, Statement, Step, hole};
 use crate::scope::fill;
 use crate::substitution::Substitution;
@@ -25,10 +24,10 @@ pub(super) fn read(environment: Environment, bytes: &[u8]) -> Result<(Theory, Pr
     if reader.environment.assumptions.contradictory() {
         return Err(Rejection::new("the assumptions contradict each other"));
     }
-    let when: Result<Vec<Vec<Condition>>, Rejection> =
-        file.claim.when.iter().map(|text| reader.conditions(text)).collect();
+    let when: Result<Vec<Condition>, Rejection> =
+        file.claim.when.iter().map(|text| reader.condition(text)).collect();
     let statement = Statement {
-        hypotheses: when?.concat(),
+        hypotheses: when?,
         left: reader.term(&file.claim.left)?,
         connective: connective(file.claim.connective),
         right: reader.term(&file.claim.right)?,
@@ -105,46 +104,23 @@ impl Reader {
         if let Some(term) = self.terms.get(text) {
             return Ok(term.clone());
         }
-        let written = written(text)?;
-        let term = self.environment.free_term(&written);
+        limited(text)?;
+        let term = parse_term(text).and_then(|written| self.environment.part(&written));
         let term = term.map_err(|diagnostics| Rejection::within("the term", text, &diagnostics))?;
         self.terms.insert(text.to_string(), term.clone());
         Ok(term)
     }
 
     fn value(&self, text: &str) -> Result<Value, Rejection> {
-        // A value is read where one may stand.
-        let around = written(&format!("Out_{{c,{text}}}"))?;
-        let TermKind::Apply { name, arguments, results } = &around.kind else {
-            return Err(Rejection::within("the value", text, &[]));
-        };
-        match arguments.as_slice() {
-            [_, value] if results.is_empty() && name.name.as_str() == "Out" => {
-                let value = self.environment.free_value(value);
-                value.map_err(|diagnostics| Rejection::within("the value", text, &diagnostics))
-            }
-            _ => Err(Rejection::within("the value", text, &[])),
-        }
+        limited(text)?;
+        let value = parse_value(text).and_then(|written| self.environment.value(&written));
+        value.map_err(|diagnostics| Rejection::within("the value", text, &diagnostics))
     }
 
-    fn conditions(&self, text: &str) -> Result<Vec<Condition>, Rejection> {
+    fn condition(&self, text: &str) -> Result<Condition, Rejection> {
         limited(text)?;
-        let whole = format!("prove Stop = Stop when {text}");
-        let parsed = parse(&whole);
-        if !parsed.diagnostics.is_empty() {
-            return Err(Rejection::within("the condition", text, &parsed.diagnostics));
-        }
-        match parsed.items.as_slice() {
-            [ast::Item { kind: ItemKind::Prove(ast::Claim { name: None, kind }), .. }] => match kind {
-                ClaimKind::Compare { when, by: By::Search, .. } => when
-                    .iter()
-                    .map(|condition| self.environment.free_condition(condition))
-                    .collect::<Result<_, _>>()
-                    .map_err(|diagnostics| Rejection::within("the condition", text, &diagnostics)),
-                _ => Err(Rejection::within("the condition", text, &[])),
-            },
-            _ => Err(Rejection::within("the condition", text, &[])),
-        }
+        let condition = parse_condition(text).and_then(|written| self.environment.condition(&written));
+        condition.map_err(|diagnostics| Rejection::within("the condition", text, &diagnostics))
     }
 
     fn substitution(&mut self, with: &text::Substitution) -> Result<Substitution, Rejection> {
@@ -217,11 +193,6 @@ fn limited(text: &str) -> Result<(), Rejection> {
         return Err(Rejection::new(format!("a term has more than {MOST_TEXT} bytes")));
     }
     Ok(())
-}
-
-fn written(text: &str) -> Result<ast::Term, Rejection> {
-    limited(text)?;
-    parse_term(text).map_err(|diagnostics| Rejection::within("the term", text, &diagnostics))
 }
 
 fn metavariable(text: &str) -> Result<Name, Rejection> {

@@ -15,6 +15,8 @@ use crate::polynomial::{Monomial, Polynomial};
 
 /// The most elements that a maximum may get by being taken apart.
 const MOST_ELEMENTS: usize = 48;
+/// The most elements among which those between two others are looked for.
+const MOST_BETWEEN: usize = 16;
 
 impl Value {
     /// The greatest of some numbers.
@@ -28,7 +30,9 @@ impl Value {
         let numbers: Option<Vec<BigRational>> = elements.iter().map(Value::as_rational).collect();
         if let Some(numbers) = numbers {
             let greatest = numbers.into_iter().max();
-            return greatest.map(Value::rational).ok_or_else(|| ValueError::new("max of nothing"));
+            return greatest
+                .map(Value::rational)
+                .ok_or_else(|| ValueError::new("max of nothing"));
         }
         let (elements, offset) = take_apart(elements)?;
         flat_maximum(elements)?.sub(&offset)
@@ -56,8 +60,8 @@ impl Value {
     ///
     /// # Errors
     /// As [`Value::maximum`].
-    pub fn clamp(&self, low: &Value, high: &Value) -> Result<Value, ValueError> {
-        Value::minimum(&[Value::maximum(&[self.clone(), low.clone()])?, high.clone()])
+    pub fn clamp(value: &Value, low: &Value, high: &Value) -> Result<Value, ValueError> {
+        Value::minimum(&[Value::maximum(&[value.clone(), low.clone()])?, high.clone()])
     }
 
     /// `if left REL right then … else …`. Vectors are compared as wholes, and only for (in)equality.
@@ -73,16 +77,20 @@ impl Value {
     ) -> Result<Value, ValueError> {
         let condition = Value::truth(relation, left, right)?;
         if then.sort() != other.sort() {
-            let text = format!("the branches of `if` differ in sort: {} and {}", then.sort(), other.sort());
+            let text = format!(
+                "the branches of `if` differ in sort: {} and {}",
+                then.sort(),
+                other.sort()
+            );
             return Err(ValueError(text));
         }
         match condition.as_rational() {
             Some(number) if number.is_one() => Ok(then.clone()),
             Some(_) => Ok(other.clone()),
             None if then == other => Ok(then.clone()),
-            None if then.sort() == Sort::Distribution => {
-                Err(ValueError::new("`if` between distributions needs a condition that is decided"))
-            }
+            None if then.sort() == Sort::Distribution => Err(ValueError::new(
+                "`if` between distributions needs a condition that is decided",
+            )),
             None => other.add(&then.sub(other)?.mul(&condition)?),
         }
     }
@@ -100,7 +108,11 @@ impl Value {
                 let Some(part) = difference.component(place) else { break };
                 equal = equal.mul(&Value::truth(Relation::Eq, &part, &Value::zero())?)?;
             }
-            return if relation == Relation::Eq { Ok(equal) } else { opposite(equal) };
+            return if relation == Relation::Eq {
+                Ok(equal)
+            } else {
+                opposite(equal)
+            };
         }
         let difference = left.sub(right)?;
         match relation {
@@ -139,7 +151,9 @@ impl Value {
 
 /// The rational multiples of single maxima that are summands of a value.
 fn summands(value: &Value) -> Vec<(BigRational, Arc<[Value]>)> {
-    let Some((numerator, denominator)) = value.parts() else { return Vec::new() };
+    let Some((numerator, denominator)) = value.parts() else {
+        return Vec::new();
+    };
     if !denominator.is_one() {
         return Vec::new();
     }
@@ -170,7 +184,11 @@ fn take_apart(elements: &[Value]) -> Result<(Vec<Value>, Value), ValueError> {
     let mut offset = Value::zero();
     for (atom, (number, count)) in &least {
         // Where an element does not have the atom its coefficient there is 0.
-        let number = if *count < elements.len() { number.clone().min(BigRational::zero()) } else { number.clone() };
+        let number = if *count < elements.len() {
+            number.clone().min(BigRational::zero())
+        } else {
+            number.clone()
+        };
         offset = offset.sub(&multiple(&number, atom)?)?;
     }
     let mut flat = Vec::new();
@@ -201,7 +219,10 @@ fn flat_maximum(mut elements: Vec<Value>) -> Outcome {
     elements.sort();
     elements.dedup();
     let elements = undominated(elements)?;
-    let mut least = elements.first().cloned().ok_or_else(|| ValueError::new("max of nothing"))?;
+    let mut least = elements
+        .first()
+        .cloned()
+        .ok_or_else(|| ValueError::new("max of nothing"))?;
     for element in &elements {
         if element.formal_order(&least)? == Ordering::Less {
             least = element.clone();
@@ -216,7 +237,10 @@ fn flat_maximum(mut elements: Vec<Value>) -> Outcome {
     }
     let content = common_content(&differences);
     let scale = content.recip();
-    let mut scaled = differences.iter().map(|part| part.scale(&scale)).collect::<Result<Vec<_>, _>>()?;
+    let mut scaled = differences
+        .iter()
+        .map(|part| part.scale(&scale))
+        .collect::<Result<Vec<_>, _>>()?;
     scaled.sort();
     multiple(&content, &scaled.into())?.add(&least)
 }
@@ -239,13 +263,46 @@ fn undominated(elements: Vec<Value>) -> Result<Vec<Value>, ValueError> {
         }
         kept.push(element);
     }
+    drop_between(&mut kept)?;
     kept.sort();
     Ok(kept)
 }
 
+/// Drops each element that lies between two others: it is never greater than both.
+fn drop_between(kept: &mut Vec<Value>) -> Result<(), ValueError> {
+    let mut place = 0;
+    while place < kept.len() && kept.len() <= MOST_BETWEEN {
+        let mut differences = Vec::new();
+        for other in kept.iter().filter(|other| **other != kept[place]) {
+            differences.push(other.sub(&kept[place])?);
+        }
+        let between = differences.iter().enumerate().any(|(count, first)| {
+            differences[count + 1..]
+                .iter()
+                .any(|second| is_opposite(first, second).unwrap_or(false))
+        });
+        if between {
+            kept.swap_remove(place);
+        } else {
+            place += 1;
+        }
+    }
+    Ok(())
+}
+
+/// Whether one is a negative rational multiple of the other.
+fn is_opposite(first: &Value, second: &Value) -> Result<bool, ValueError> {
+    let ((top, _), (other, _)) = (first.real()?, second.real()?);
+    let ratio = top.leading() / other.leading();
+    Ok(ratio.is_negative() && *first == second.scale(&ratio)?)
+}
+
 /// The positive rational that leaves all numerators together with coprime integer coefficients.
 fn common_content(values: &[Value]) -> BigRational {
-    let numerators: Vec<&Real> = values.iter().filter_map(|value| value.parts().map(|(top, _)| top)).collect();
+    let numerators: Vec<&Real> = values
+        .iter()
+        .filter_map(|value| value.parts().map(|(top, _)| top))
+        .collect();
     let contents = numerators.iter().map(|numerator| numerator.content());
     contents.reduce(|a, b| gcd(&a, &b)).unwrap_or_else(BigRational::one)
 }
@@ -269,7 +326,7 @@ mod tests {
         let (x, one) = (variable("x"), Value::one());
         let minus = Value::integer(-1);
         let inside = Value::maximum(&[Value::minimum(&[x.clone(), one.clone()]).unwrap(), minus.clone()]).unwrap();
-        assert_eq!(x.clamp(&minus, &one).unwrap(), inside);
+        assert_eq!(Value::clamp(&x, &minus, &one).unwrap(), inside);
         assert_eq!(x.abs().unwrap(), x.neg().unwrap().abs().unwrap());
         assert_eq!(x.abs().unwrap().abs().unwrap(), x.abs().unwrap());
         let all = Value::maximum(&[Value::maximum(&[x.clone(), variable("y")]).unwrap(), variable("z")]).unwrap();

@@ -32,7 +32,11 @@ impl Value {
         let integers = Polynomial::of(integers);
         let rest = numerator.minus(&integers);
         let integers = Value::whole(integers)?;
-        if rest.is_zero() { Ok(integers) } else { Atom::Floor(Value::whole(rest)?).value()?.add(&integers) }
+        if rest.is_zero() {
+            Ok(integers)
+        } else {
+            Atom::Floor(Value::whole(rest)?).value()?.add(&integers)
+        }
     }
 
     /// The least integer that is not less.
@@ -72,7 +76,9 @@ impl Value {
     /// # Errors
     /// Of a distribution.
     pub fn norm(&self) -> Result<Value, ValueError> {
-        let Content::Vector(parts) = &self.0.content else { return self.abs() };
+        let Content::Vector(parts) = &self.0.content else {
+            return self.abs();
+        };
         let parts: Vec<&Value> = parts.iter().filter(|part| !part.is_zero()).collect();
         if let [only] = parts.as_slice() {
             return only.abs();
