@@ -25,6 +25,10 @@ pub mod printer;
 pub mod library;
 pub mod proof_file;
 // ── engine: every answer comes with its proof ──
+pub mod model;
+pub mod bisimulation;
+pub mod refute;
+pub mod stepper;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;

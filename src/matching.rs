@@ -93,9 +93,11 @@ fn at_root(pattern: &Term, term: &Term, found: &mut dyn FnMut(State, Term) -> bo
                 found(state, Term::seq(before.chain([one.clone()]).chain(after)))
             })
         }),
-        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (false, Term::par), State::default(), &mut |state, rest| {
-            found(state, Term::par(rest.into_iter().chain([one.clone()])))
-        }),
+        (Node::Par(wanted), Node::Par(parts)) => {
+            choose(wanted, parts, (false, Term::par), State::default(), &mut |state, rest| {
+                found(state, Term::par(rest.into_iter().chain([one.clone()])))
+            })
+        }
         (Node::Disable(wanted), Node::Disable(parts)) => {
             choose(wanted, parts, (false, Term::disable), State::default(), &mut |state, rest| {
                 found(state, Term::disable(rest.into_iter().chain([one.clone()])))
@@ -126,8 +128,7 @@ fn window(
         let known = sequence_of(known);
         let fits = parts.len() >= known.len() && parts[..known.len()] == known[..];
         let taken = known.len();
-        return fits
-            && window(rest, &parts[taken..], false, state, &mut |state, used| found(state, used + taken));
+        return fits && window(rest, &parts[taken..], false, state, &mut |state, used| found(state, used + taken));
     }
     let lengths: Vec<usize> = match (rest.is_empty(), parts.len()) {
         (true, 0) => vec![0],
@@ -260,7 +261,9 @@ fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State)
             let total = parts.len();
             window(wanted, &parts, true, state, &mut |state, used| used == total && found(state))
         }
-        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state)),
+        (Node::Par(wanted), Node::Par(parts)) => {
+            choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state))
+        }
         (Node::Disable(wanted), Node::Disable(parts)) => {
             choose(wanted, parts, (true, Term::disable), state, &mut |state, _| found(state))
         }
@@ -298,9 +301,7 @@ fn leaf(pattern: &Term, term: &Term, mut state: State, found: &mut dyn FnMut(Sta
     match (pattern.children().as_slice(), term.children().as_slice()) {
         ([], []) => found(state),
         ([one], [given]) => whole(one, given, state, found),
-        ([one, two], [first, second]) => {
-            whole(one, first, state, &mut |state| whole(two, second, state, found))
-        }
+        ([one, two], [first, second]) => whole(one, first, state, &mut |state| whole(two, second, state, found)),
         _ => false,
     }
 }
