@@ -7,6 +7,7 @@ mod check;
 mod claim;
 mod declare;
 mod define;
+mod direction;
 mod flow;
 mod graph;
 mod process;

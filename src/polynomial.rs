@@ -344,7 +344,7 @@ impl<A: Clone + Ord> Polynomial<A> {
         }
         let pairs = short.0.len().saturating_mul(long.0.len()) as u64;
         let words = (1 + short.widest() / 64).saturating_mul(1 + long.widest() / 64);
-        if pairs > 1_000_000 || pairs.saturating_mul(words) > 100_000_000 {
+        if pairs > 300_000 || pairs.saturating_mul(words) > 100_000_000 {
             return None;
         }
         let mut terms = Vec::new();

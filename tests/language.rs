@@ -20,6 +20,17 @@ fn declare(environment: &mut Environment, text: &str) -> Vec<Result<Lowered, Str
     environment.declare(&parsed.items, text).into_iter().map(|outcome| outcome.map_err(shown)).collect()
 }
 
+/// The prelude.
+fn start() -> Environment {
+    match standard() {
+        Ok(environment) => environment,
+        Err(failures) => {
+            let shown = |failure: &pars::library::Failure| render_all(&failure.diagnostics, &failure.source, false);
+            panic!("{}", failures.iter().map(shown).collect::<String>())
+        }
+    }
+}
+
 fn accept(environment: &mut Environment, text: &str) {
     for outcome in declare(environment, text) {
         if let Err(errors) = outcome {
@@ -30,17 +41,7 @@ fn accept(environment: &mut Environment, text: &str) {
 
 /// The error of the last item.
 fn refuse(text: &str) -> String {
-    declare(&mut standard().unwrap(), text).pop().unwrap().unwrap_err()
-}
-
-#[test]
-fn the_library_loads() {
-    if let Err(failures) = standard() {
-        for failure in failures {
-            println!("{}", render_all(&failure.diagnostics, &failure.source, false));
-        }
-        panic!("the prelude has errors");
-    }
+    declare(&mut start(), text).pop().unwrap().unwrap_err()
 }
 
 #[test]
@@ -55,7 +56,7 @@ fn a_file_that_imports_itself_is_refused() {
 
 #[test]
 fn the_paper_system_lowers() {
-    let mut environment = standard().unwrap();
+    let mut environment = start();
     accept(&mut environment, include_str!("../examples/back_and_forth.pars"));
     let recursive: Vec<_> =
         environment.definitions.iter().filter(|one| one.recursive).map(|one| one.name.as_str()).collect();
@@ -91,13 +92,13 @@ fn the_other_systems_of_the_paper_lower() {
          proc Obs_r = Out_{b,r} ; Obs_r
          property G = (Odo_p | Obs_{p+q}) ; G",
     ] {
-        accept(&mut standard().unwrap(), text);
+        accept(&mut start(), text);
     }
 }
 
 #[test]
 fn forward_and_mutual_calls_are_loops() {
-    let mut environment = standard().unwrap();
+    let mut environment = start();
     accept(&mut environment, "proc Even = Delay_1 ; Odd\nproc Odd = Delay_1 ; Even\nproc Once = Even");
     let flags: Vec<_> = environment.definitions.iter().map(|one| (one.name.as_str(), one.recursive)).collect();
     assert_eq!(flags, [("Even", true), ("Odd", true), ("Once", false)]);
@@ -105,7 +106,7 @@ fn forward_and_mutual_calls_are_loops() {
 
 #[test]
 fn a_new_definition_is_reported() {
-    let mut environment = standard().unwrap();
+    let mut environment = start();
     accept(&mut environment, "proc A = Delay_1");
     let again = declare(&mut environment, "proc A = Delay_2").pop().unwrap().unwrap();
     assert!(matches!(again, Lowered::Declared { redefined, .. } if redefined == [Name::new("A")]));
@@ -116,7 +117,7 @@ fn a_new_definition_is_reported() {
 
 #[test]
 fn constants_are_values_and_assumptions_hold_from_their_line_on() {
-    let mut environment = standard().unwrap();
+    let mut environment = start();
     let parsed = parse("param v = 2, w = v + 1\nparam a, b\nsimplify Delay_{v*w}\nparam a != b");
     let mut batch = environment.open(&parsed.items, "");
     let (a, b) = (Value::variable(&Name::new("a")), Value::variable(&Name::new("b")));
@@ -133,7 +134,7 @@ fn constants_are_values_and_assumptions_hold_from_their_line_on() {
 
 #[test]
 fn claims_keep_their_parts() {
-    let mut environment = standard().unwrap();
+    let mut environment = start();
     let text = "prove two-steps: ?P ; Delay_1 ; Delay_2 <= ?P ; Delay_3 when never_aborts(?P), ?x >= 0 by delay-sum";
     let Lowered::Claim(claim) = declare(&mut environment, text).pop().unwrap().unwrap() else { panic!() };
     assert_eq!(claim.name, Some(Name::new("two-steps")));
@@ -152,10 +153,9 @@ fn laws_are_judged_when_they_load() {
     assert!(law("?P = ?P").contains("does not say where it comes from"));
     assert!(law("  ours so\n  ?P ; Stop = ?Q").contains("has `?Q`, which the left side does not bind"));
     assert!(law("  ours so\n  when ?x > 0\n  ?P ; Stop = ?P").contains("a condition of the law `my-law` has `?x`"));
-    assert!(
-        law("  ours so\n  ?P ; Stop => ?P ; Stop ; Stop").contains("for ever")
-            || law("  ours so\n  ?P => ?P ; Stop").contains("for ever")
-    );
+    assert!(law("  ours so\n  ?P ; Stop => ?P ; Stop ; Stop").contains("for ever"));
+    assert!(law("  ours so\n  ?P => ?P ; Stop").contains("for ever"));
+    assert!(law("  ours so\n  ?P ; ?Q => ?Q ; ?P").contains("for ever"));
     assert!(law("  ours so\n  Out_{?c,?c} = Stop").contains("`?c` is a port, but a value is needed"));
     assert!(refuse("law delay-sum \"Again.\"\n  ours so\n  ?P = ?P").contains("there is a law `delay-sum` already"));
 }
@@ -197,14 +197,14 @@ fn errors_name_the_place_and_a_way_out() {
         "proc A = Delay_1 else A",
         "proc A_x = In_c<y> ; (Gtr_{x,y} ; A_y | Lte_{x,y} ; B_x)\nproc B_x = Delay_1 ; A_x",
     ] {
-        accept(&mut standard().unwrap(), text);
+        accept(&mut start(), text);
     }
 }
 
 fn values() -> impl Strategy<Value = Value> {
     let leaf = prop_oneof![
         (-9i64..9).prop_map(Value::integer),
-        prop_oneof!["a", "b", "r", "nq", "?x"].prop_map(|name| Value::variable(&Name::new(&name))),
+        prop::sample::select(vec!["a", "b", "r", "nq", "?x"]).prop_map(|name| Value::variable(&Name::new(name))),
     ];
     leaf.prop_recursive(3, 8, 2, |inner| {
         let both = (inner.clone(), inner.clone(), 0..7);
@@ -224,8 +224,8 @@ fn values() -> impl Strategy<Value = Value> {
 }
 
 fn terms() -> impl Strategy<Value = Term> {
-    let name = || prop_oneof!["r", "nq", "?y"].prop_map(|name| Name::new(&name));
-    let port = || prop_oneof!["c", "v", "?k"].prop_map(|name| Name::new(&name));
+    let name = || prop::sample::select(vec!["r", "nq", "?y"]).prop_map(Name::new);
+    let port = || prop::sample::select(vec!["c", "v", "?k"]).prop_map(Name::new);
     let leaf = prop_oneof![
         Just(Term::stop()),
         Just(Term::abort()),
@@ -266,7 +266,7 @@ fn terms() -> impl Strategy<Value = Term> {
 }
 
 fn for_terms() -> Environment {
-    let mut environment = standard().unwrap();
+    let mut environment = start();
     accept(&mut environment, "proc Two_{x,y} = Delay_{x+y}");
     environment
 }

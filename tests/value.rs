@@ -78,7 +78,7 @@ fn text() {
         (div(&x, &add(&y, &int(1))), "x/(y+1)"),
         (div(&add(&x, &int(1)), &add(&y, &frac(1, 2))), "(2*x+2)/(2*y+1)"),
         (div(&int(1), &mul(&int(2), &t)), "1/(2*t)"),
-        (div(&sub(&var("a"), &x), &t), "a/t-x/t"),
+        (div(&sub(&var("a"), &x), &t), "(a-x)/t"),
         (Value::apply(&Name::new("f"), &[x.clone(), int(2)]).unwrap(), "f(x,2)"),
         (Value::vector(vec![x.clone(), int(0)]).unwrap(), "(x,0)"),
         (

@@ -258,14 +258,10 @@ impl Lowerer<'_> {
             return;
         }
         let bare = matches!(left.node(), Node::Meta(..));
-        let mut rest = vec![right];
-        let mut inside = false;
-        while let Some(part) = rest.pop() {
-            inside |= part == left;
-            rest.extend(part.children());
-        }
+        // Conditions may stop it: then only a run can tell.
+        let inside = item.conditions.is_empty() && super::direction::goes_on(left, right);
         if bare || inside {
-            let why = if bare { "fits every process" } else { "stands in the right side again" };
+            let why = if bare { "fits every process" } else { "fits the right side again" };
             self.report(
                 Diagnostic::error("P0707", format!("the law `{}` would simplify for ever", item.name.name))
                     .label(item.left.span, format!("this side {why}"))

@@ -125,7 +125,7 @@ impl Printer {
         };
         let mut groups: BTreeMap<Vec<(Atom, i64)>, Vec<(BigRational, Vec<(Atom, i64)>)>> = BTreeMap::new();
         for (monomial, coefficient) in rest.terms() {
-            let (powers, others) = signed_factors(monomial, divisor).into_iter().partition(is_power);
+            let (powers, others) = signed_factors(monomial, divisor).into_iter().partition(is_shared);
             groups.entry(powers).or_default().push((coefficient.clone(), others));
         }
         for (powers, terms) in groups {
@@ -135,10 +135,11 @@ impl Printer {
         join(pieces)
     }
 
-    /// The terms that share their symbolic powers: more than one are put in brackets.
+    /// The terms that share their symbolic powers and divisors: more than one are put in brackets.
     fn group(&mut self, powers: &[(Atom, i64)], terms: Vec<(BigRational, Vec<(Atom, i64)>)>, pieces: &mut Vec<Piece>) {
         let mut inner = Vec::new();
         let together = !powers.is_empty() && terms.len() > 1;
+        let content = if together { content(&terms) } else { BigRational::one() };
         for (coefficient, factors) in terms {
             let mut all = factors.clone();
             if !together {
@@ -149,7 +150,7 @@ impl Printer {
             } else {
                 all.iter().map(|(_, exponent)| exponent.unsigned_abs()).sum()
             };
-            let text = self.term(&coefficient.abs(), &all);
+            let text = self.term(&(coefficient.abs() / &content), &all);
             inner.push(Piece {
                 negative: coefficient.is_negative(),
                 text,
@@ -163,7 +164,7 @@ impl Printer {
         inner.sort_by_key(|piece| if piece.degree == 0 { u64::MAX } else { piece.degree });
         let bracket = wrap(join(inner), Level::Power);
         let (tops, bottoms) = self.factors(powers);
-        let text = quotient(BigRational::one(), tops.into_iter().chain([bracket]).collect(), bottoms);
+        let text = quotient(content, tops.into_iter().chain([bracket]).collect(), bottoms);
         pieces.push(Piece {
             negative: false,
             text,
@@ -311,8 +312,19 @@ fn quotient(coefficient: BigRational, mut tops: Vec<String>, mut bottoms: Vec<St
     (format!("{top}/{bottom}"), Level::Product)
 }
 
-fn is_power(factor: &(Atom, i64)) -> bool {
-    matches!(factor.0, Atom::Power(..))
+/// The greatest rational that leaves integer coefficients.
+fn content(terms: &[(BigRational, Vec<(Atom, i64)>)]) -> BigRational {
+    let atom = |place: usize| Atom::Variable(crate::name::Name::new(&place.to_string()));
+    let apart = terms
+        .iter()
+        .enumerate()
+        .filter_map(|(place, (number, _))| Some((Monomial::of([(atom(place), 1)])?, number.clone())));
+    Polynomial::of(apart).content()
+}
+
+/// What is put outside the brackets: symbolic powers and divisors.
+fn is_shared((atom, exponent): &(Atom, i64)) -> bool {
+    *exponent < 0 || matches!(atom, Atom::Power(..))
 }
 
 /// `b^n` with a rational base, to a small power: the base and the symbolic exponent.
