@@ -36,3 +36,6 @@ pub mod refine;
 pub mod prove;
 // ── surface: what people see ──
 pub mod explain;
+pub mod report;
+pub mod admission;
+pub mod session;

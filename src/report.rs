@@ -6,6 +6,7 @@ use serde_json::{Map, Value as Json, json};
 
 use crate::diagnostic::{Diagnostic, Severity, Source, render_all};
 use crate::name::Name;
+use crate::value::Value;
 
 /// What came of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,9 +59,9 @@ pub struct Report {
     /// What was expected; empty: that it is proved.
     pub expected: Vec<Expected>,
     /// Values found, in the first round.
-    pub values: Vec<(Name, String)>,
+    pub values: Vec<(Name, Value)>,
     /// Values in later rounds, where they differ.
-    pub steady: Vec<(Name, String)>,
+    pub steady: Vec<(Name, Value)>,
     /// The laws used.
     pub laws: Vec<Name>,
     /// What was taken on trust.
@@ -220,8 +221,8 @@ pub fn abbreviated(text: &str) -> String {
     format!("{head}… ({} letters more)", letters - WIDEST)
 }
 
-fn values(values: &[(Name, String)]) -> String {
-    values.iter().map(|(name, value)| format!("{name} = {}", abbreviated(value))).collect::<Vec<_>>().join(", ")
+fn values(values: &[(Name, Value)]) -> String {
+    values.iter().map(|(name, value)| format!("{name} = {}", abbreviated(&value.to_string()))).collect::<Vec<_>>().join(", ")
 }
 
 impl Report {
@@ -300,8 +301,8 @@ fn expected(expected: &[Expected]) -> String {
     expected.iter().map(|expected| expected.text.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-fn pairs(values: &[(Name, String)]) -> Json {
-    values.iter().map(|(name, value)| (name.to_string(), json!(value))).collect::<Map<_, _>>().into()
+fn pairs(values: &[(Name, Value)]) -> Json {
+    values.iter().map(|(name, value)| (name.to_string(), json!(value.to_string()))).collect::<Map<_, _>>().into()
 }
 
 impl Answer {
