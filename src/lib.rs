@@ -39,3 +39,8 @@ pub mod explain;
 pub mod report;
 pub mod admission;
 pub mod session;
+pub mod codes;
+pub mod progress;
+pub mod script;
+pub mod repl;
+pub mod cli;
