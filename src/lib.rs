@@ -23,6 +23,7 @@ pub mod parser;
 pub mod lower;
 pub mod printer;
 pub mod library;
+pub mod proof_file;
 // ── engine: every answer comes with its proof ──
 pub mod model;
 pub mod bisimulation;
@@ -33,3 +34,13 @@ pub mod simplify;
 pub mod rewrite;
 pub mod refine;
 pub mod prove;
+// ── surface: what people see ──
+pub mod explain;
+pub mod report;
+pub mod admission;
+pub mod session;
+pub mod codes;
+pub mod progress;
+pub mod script;
+pub mod repl;
+pub mod cli;
