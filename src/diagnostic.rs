@@ -315,7 +315,8 @@ impl<'s> Window<'s> {
 /// The name in `known` that `wrong` is most likely a slip of; none when all are far.
 pub fn nearest<'n>(wrong: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let letters: Vec<char> = wrong.chars().take(40).collect();
-    let limit = (letters.len() / 3).clamp(1, 3);
+    // In names of one or two letters every change makes another good name.
+    let limit = if letters.len() < 3 { 0 } else { (letters.len() / 3).clamp(1, 3) };
     let mut best: Option<(usize, &str)> = None;
     for name in known {
         let distance = if name.eq_ignore_ascii_case(wrong) { 0 } else { edits(&letters, name) };

@@ -11,15 +11,13 @@ use std::fmt;
 use gate::{instance_is_proper, well_sorted};
 
 use crate::assumption::Assumptions;
-use crate::condition::exposes;
 use crate::definition::Definitions;
 use crate::fact::{Context, Facts};
 use crate::law::{Condition, Connective, Laws};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
-use crate::scope::{
-    bound_names, calls, condition_mentions, condition_metavariables, fill, metavariables, reaches, read_names,
-};
+use crate::condition::exposes;
+use crate::scope::{bound_names, calls, condition_mentions, condition_metavariables, fill, metavariables, read_names, reaches};
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -314,8 +312,7 @@ impl Checker<'_> {
                 let plain = term.children().iter().map(|_| Term::stop()).collect();
                 blank(&term.with_children(plain))
             };
-            if std::mem::discriminant(left.node()) != std::mem::discriminant(right.node()) || bare(left) != bare(right)
-            {
+            if std::mem::discriminant(left.node()) != std::mem::discriminant(right.node()) || bare(left) != bare(right) {
                 return Err(differ());
             }
         }
@@ -410,8 +407,7 @@ impl Checker<'_> {
             return Err(Reason::NotNatural(variable.clone()));
         }
         let at = |term: &Term, value: Value| {
-            substitute_values(term, &BTreeMap::from([(variable.clone(), value)]))
-                .map_err(|stuck| Reason::Stuck(stuck.0))
+            substitute_values(term, &BTreeMap::from([(variable.clone(), value)])).map_err(|stuck| Reason::Stuck(stuck.0))
         };
         let zero = self.equation(base)?;
         no_supposition(zero)?;

@@ -1,24 +1,20 @@
-//! PARS: a symbolic engine and prover for the Process Algebra for Robot Schemas.
+//! PARS: a language, an algebra and a prover for robot programs and the world around them.
 //!
-//! The modules stand in the order in which a mission flows through them, and each imports only what stands above it.
-//! Above the line stands what a theorem rests on.
+//! The modules stand in the order in which each builds on the others: a module imports only what stands above it.
 
-#![forbid(unsafe_code)]
-#![deny(missing_docs)]
-
-pub mod assumption;
-pub mod condition;
-pub mod definition;
-pub mod fact;
-pub mod kernel;
-pub mod law;
 pub mod name;
 pub mod polynomial;
-pub mod proof;
-pub mod scope;
-pub mod substitution;
-pub mod term;
 pub mod value;
+pub mod assumption;
+pub mod term;
+pub mod definition;
+pub mod law;
+pub mod scope;
+pub mod fact;
+pub mod condition;
+pub mod substitution;
+pub mod proof;
+pub mod kernel;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──
 pub mod diagnostic;
 pub mod lexer;
@@ -26,6 +22,14 @@ pub mod ast;
 pub mod parser;
 pub mod lower;
 pub mod printer;
+pub mod library;
+pub mod proof_file;
+// ── engine: every answer comes with its proof ──
+pub mod model;
+pub mod bisimulation;
+pub mod refute;
+pub mod stepper;
+pub mod replay;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;
@@ -33,5 +37,15 @@ pub mod refine;
 pub mod prove;
 pub mod recurrence;
 pub mod period;
-pub mod verify;
 pub mod flow;
+pub mod verify;
+// ── surface: what people see ──
+pub mod explain;
+pub mod report;
+pub mod admission;
+pub mod session;
+pub mod codes;
+pub mod progress;
+pub mod script;
+pub mod repl;
+pub mod cli;

@@ -7,6 +7,7 @@ mod check;
 mod claim;
 mod declare;
 mod define;
+mod direction;
 mod flow;
 mod graph;
 mod process;
@@ -310,9 +311,46 @@ impl Environment {
     /// What is wrong with it.
     pub fn term(&self, term: &ast::Term) -> Result<Term, Vec<Diagnostic>> {
         let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
-        lowerer.bind(&[term]);
+        let lowered = lowerer.whole(&[term]).and_then(|mut terms| terms.pop());
+        lowerer.finish(lowered)
+    }
+
+    /// Lowers a part of a process, such as a step of a proof: names may be read that are bound elsewhere, and
+    /// neither bindings nor loops are checked.
+    ///
+    /// # Errors
+    /// What is wrong with it: unknown processes, wrong numbers of parameters, values that have no normal form.
+    pub fn part(&self, term: &ast::Term) -> Result<Term, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        (lowerer.free, lowerer.lenient) = (true, true);
         let lowered = lowerer.process(term);
-        lowerer.check_flow(term, None);
+        lowerer.finish(lowered)
+    }
+
+    /// Lowers a condition that stands alone, read as [`Environment::part`] reads processes.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn condition(&self, condition: &ast::Condition) -> Result<Condition, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        (lowerer.free, lowerer.lenient) = (true, true);
+        let lowered = lowerer.condition(condition);
+        lowerer.finish(lowered)
+    }
+
+    /// Lowers a value that stands alone; its names need not be declared.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn value(&self, value: &ast::Value) -> Result<Value, Vec<Diagnostic>> {
+        let mut lowerer = scope::Lowerer::new(self, scope::Metas::Law);
+        lowerer.free = true;
+        let lowered = match &value.kind {
+            ast::ValueKind::Call(name, _) if name.name.as_str().starts_with(char::is_uppercase) => {
+                lowerer.distribution(value)
+            }
+            _ => lowerer.number(value),
+        };
         lowerer.finish(lowered)
     }
 }

@@ -7,7 +7,7 @@ mod item;
 mod term;
 mod value;
 
-use crate::ast::{Ident, Item, Term};
+use crate::ast::{Condition, Ident, Item, Term, Value};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind, MOST_ERRORS, Token, lex};
 use crate::name::Name;
@@ -67,15 +67,23 @@ pub fn parse_input(text: &str) -> Parsed {
 /// # Errors
 /// What is wrong with it.
 pub fn parse_term(text: &str) -> Result<Term, Vec<Diagnostic>> {
-    let mut parser = Parser::new(text, false);
-    let term = parser.term();
-    if term.is_ok() && !parser.at(Kind::End) {
-        let _: Parse<()> = parser.unexpected("the end");
-    }
-    match term {
-        Ok(term) if parser.diagnostics.is_empty() => Ok(term),
-        _ => Err(parser.diagnostics),
-    }
+    Parser::new(text, false).alone_in_text(Parser::term)
+}
+
+/// Reads one value and nothing else.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn parse_value(text: &str) -> Result<Value, Vec<Diagnostic>> {
+    Parser::new(text, false).alone_in_text(Parser::value)
+}
+
+/// Reads one condition and nothing else.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn parse_condition(text: &str) -> Result<Condition, Vec<Diagnostic>> {
+    Parser::new(text, false).alone_in_text(Parser::condition)
 }
 
 /// The error has been reported.
@@ -108,6 +116,18 @@ impl<'t> Parser<'t> {
             prompt,
             incomplete: false,
             diagnostics: lexed.diagnostics,
+        }
+    }
+
+    /// Reads with `read` what must be the whole text.
+    fn alone_in_text<T>(mut self, read: fn(&mut Self) -> Parse<T>) -> Result<T, Vec<Diagnostic>> {
+        let result = read(&mut self);
+        if result.is_ok() && !self.at(Kind::End) {
+            let _: Parse<()> = self.unexpected("the end");
+        }
+        match result {
+            Ok(result) if self.diagnostics.is_empty() => Ok(result),
+            _ => Err(self.diagnostics),
         }
     }
 

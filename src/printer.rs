@@ -130,6 +130,14 @@ fn set(names: &BTreeSet<Name>) -> String {
     format!("{{{}}}", names.join(", "))
 }
 
+/// As the second part of a condition, where `?S` needs no braces.
+fn any_set(names: &BTreeSet<Name>) -> String {
+    match names.first() {
+        Some(only) if names.len() == 1 && only.is_meta() => only.to_string(),
+        _ => set(names),
+    }
+}
+
 fn exponent(count: &Value) -> String {
     let text = count.to_string();
     if simple(&text) { format!("^{text}") } else { format!("^{{{text}}}") }
@@ -161,8 +169,8 @@ impl fmt::Display for Condition {
             Condition::NoPort(process, port) => write!(f, "no_port({process}, {port})"),
             Condition::Unread(process, name) => write!(f, "unread({process}, {name})"),
             Condition::Apart(left, right) => write!(f, "apart({left}, {right})"),
-            Condition::ShowsOnly(process, shown) => write!(f, "shows_only({process}, {})", set(shown)),
-            Condition::ShowsNone(process, shown) => write!(f, "shows_none({process}, {})", set(shown)),
+            Condition::ShowsOnly(process, shown) => write!(f, "shows_only({process}, {})", any_set(shown)),
+            Condition::ShowsNone(process, shown) => write!(f, "shows_none({process}, {})", any_set(shown)),
         }
     }
 }
@@ -171,16 +179,16 @@ impl fmt::Display for Law {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "law {} \"{}\"", self.name, self.title)?;
         if !self.source.is_empty() {
-            writeln!(f, "    {}", self.source)?;
+            writeln!(f, "  {}", self.source)?;
         }
         let conditions: Vec<String> = self.conditions.iter().map(Condition::to_string).collect();
         if !conditions.is_empty() {
-            writeln!(f, "    when {}", conditions.join(", "))?;
+            writeln!(f, "  when {}", conditions.join(", "))?;
         }
         let connective = if self.oriented { "=>".to_string() } else { self.connective.to_string() };
-        write!(f, "    {} {connective} {}", self.left, self.right)?;
+        write!(f, "  {} {connective} {}", self.left, self.right)?;
         for (left, right) in &self.examples {
-            write!(f, "\n    try {left} {} {right}", self.connective)?;
+            write!(f, "\n  try {left} {} {right}", self.connective)?;
         }
         Ok(())
     }

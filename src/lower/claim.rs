@@ -1,5 +1,7 @@
 //! Claims, laws and expectations.
 
+use std::collections::BTreeSet;
+
 use super::scope::{Lowerer, Metas};
 use super::{By, CalcStep, Claim, ClaimKind, Entity, Environment, Expectation, Subject};
 use crate::ast::{self, ConditionKind, Ident, Item, LawItem, Term as Written, TermKind};
@@ -125,7 +127,7 @@ impl Lowerer<'_> {
         lowered.into_iter().collect()
     }
 
-    fn condition(&mut self, condition: &ast::Condition) -> Option<Condition> {
+    pub(super) fn condition(&mut self, condition: &ast::Condition) -> Option<Condition> {
         Some(match &condition.kind {
             ConditionKind::Compare(relation, left, right) => {
                 let left = self.number(left);
@@ -176,7 +178,7 @@ impl Lowerer<'_> {
         let conditions = self.conditions(&item.conditions)?;
         let examples = item.examples.iter().map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
         let examples = examples.collect::<Option<Vec<_>>>()?;
-        let bound = metavariables(&left);
+        let mut bound = metavariables(&left);
         let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
         if let Some(name) = unbound {
             self.report(
@@ -191,6 +193,11 @@ impl Lowerer<'_> {
                 .label(item.left.span, "not here"),
             );
         }
+        // `lasts(P, t)` finds t.
+        bound.extend(conditions.iter().flat_map(|condition| match condition {
+            Condition::Lasts(_, time) => time.variables(),
+            _ => BTreeSet::new(),
+        }));
         for (condition, written) in conditions.iter().zip(&item.conditions) {
             if let Some(name) = condition_metavariables(condition).into_iter().find(|name| !bound.contains(name)) {
                 self.report(
@@ -251,14 +258,10 @@ impl Lowerer<'_> {
             return;
         }
         let bare = matches!(left.node(), Node::Meta(..));
-        let mut rest = vec![right];
-        let mut inside = false;
-        while let Some(part) = rest.pop() {
-            inside |= part == left;
-            rest.extend(part.children());
-        }
+        // Conditions may stop it: then only a run can tell.
+        let inside = item.conditions.is_empty() && super::direction::goes_on(left, right);
         if bare || inside {
-            let why = if bare { "fits every process" } else { "stands in the right side again" };
+            let why = if bare { "fits every process" } else { "fits the right side again" };
             self.report(
                 Diagnostic::error("P0707", format!("the law `{}` would simplify for ever", item.name.name))
                     .label(item.left.span, format!("this side {why}"))
@@ -274,10 +277,7 @@ impl Lowerer<'_> {
                 "refuted" => Expectation::Refuted,
                 _ => Expectation::Open,
             },
-            ast::Expect::Term(term) => {
-                self.metas = Metas::Law;
-                Expectation::Term(self.whole(&[term])?.pop()?)
-            }
+            ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
             ast::Expect::Values(values) => {
                 let lowered = values.iter().map(|(name, value)| Some((name.name.clone(), self.number(value)?)));
                 Expectation::Values(lowered.collect::<Option<Vec<_>>>()?)
@@ -313,7 +313,7 @@ impl Environment {
                 subject.and_then(|subject| Some(Lowered::Project(subject, shown?)))
             }
             ast::ItemKind::Expect(expect) => {
-                lowerer.metas = Metas::Free;
+                lowerer.free = true;
                 lowerer.expectation(expect).map(Lowered::Expect)
             }
             ast::ItemKind::Import(path) => Some(Lowered::Import(path.clone())),

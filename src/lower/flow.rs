@@ -86,7 +86,8 @@ impl Walk<'_, '_> {
     pub(super) fn flow(&mut self, term: &Term, bound: &Bound) -> Flow {
         match &term.kind {
             TermKind::Apply { name, arguments, results } => {
-                arguments.iter().for_each(|argument| self.reads(argument, bound));
+                let ports = usize::from(matches!(name.name.as_str(), "In" | "Out"));
+                arguments.iter().skip(ports).for_each(|argument| self.reads(argument, bound));
                 self.application(name, arguments, results)
             }
             TermKind::Meta(_, arguments) => {

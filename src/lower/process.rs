@@ -214,7 +214,11 @@ impl Lowerer<'_> {
         }
         let text = &name.name;
         let names = parameters.iter().map(Name::as_str).collect::<Vec<_>>().join(",");
-        let example = if parameters.is_empty() { text.to_string() } else { format!("{text}_{{{names}}}") };
+        let example = match parameters.len() {
+            0 => text.to_string(),
+            1 => format!("{text}_{names}"),
+            _ => format!("{text}_{{{names}}}"),
+        };
         let wanted = count_of(parameters.len(), "parameter");
         self.fail(
             Diagnostic::error("P0315", format!("`{text}` takes {wanted}, and {} given", were(given)))

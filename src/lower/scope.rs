@@ -17,8 +17,6 @@ pub(super) enum Metas {
     Values,
     /// Values and processes, in a law or a claim.
     Law,
-    /// Values, and any other name as well: in `expect`.
-    Free,
 }
 
 /// Lowers one item; collects what is wrong with it.
@@ -41,6 +39,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) settled: bool,
     /// Whether projections may name observers that are declared later: in a rule file.
     pub(super) lenient: bool,
+    /// Whether any name of a value may be read: in a part of a process, away from what binds it.
+    pub(super) free: bool,
     pub(super) errors: Vec<Diagnostic>,
 }
 
@@ -57,6 +57,7 @@ impl<'e> Lowerer<'e> {
             own: None,
             settled: true,
             lenient: false,
+            free: false,
             errors: Vec::new(),
         }
     }

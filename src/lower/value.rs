@@ -126,7 +126,7 @@ impl Lowerer<'_> {
                         .help(format!("write `{example}`")),
                 )
             }
-            None if self.metas == Metas::Free => Some(Value::variable(name)),
+            None if self.free => Some(Value::variable(name)),
             None => self.unknown_value(ident),
         }
     }

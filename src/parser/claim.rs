@@ -177,7 +177,7 @@ impl Parser<'_> {
         Ok(all)
     }
 
-    fn condition(&mut self) -> Parse<Condition> {
+    pub(super) fn condition(&mut self) -> Parse<Condition> {
         let start = self.token().span.start;
         let word = self.spelling();
         let called = self.ahead(1).kind == Kind::OpenRound;

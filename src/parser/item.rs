@@ -208,7 +208,7 @@ impl Parser<'_> {
         if matches!(self.kind(), Kind::Lower | Kind::Upper) {
             if next == Kind::Colon {
                 let name = self.ident();
-                self.take(Role::Closing);
+                self.advance();
                 if !self.at(Kind::Lower) {
                     return self.unexpected("a sort: `natural`, `real`, `vector` or `distribution`");
                 }

@@ -96,7 +96,13 @@ impl Layout<'_> {
                 lines > 0 || before.comment || (!piece.comment && matches!(piece.role, Role::Item | Role::Line));
             if breaks {
                 self.text.push_str(if item && lines > 1 { "\n\n" } else { "\n" });
-                self.text.push_str(if item { "" } else { "    " });
+                self.text.push_str(if item {
+                    ""
+                } else if piece.role == Role::Line {
+                    "  "
+                } else {
+                    "    "
+                });
             } else if piece.comment {
                 self.text.push_str("  ");
             } else if self.spaced(before, piece) {

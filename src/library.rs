@@ -1,0 +1,141 @@
+//! `prelude.pars` and `rules/`, embedded as they stand; and the reading of files that import others.
+
+use std::collections::BTreeSet;
+
+use crate::ast::{Item, ItemKind};
+use crate::diagnostic::{Diagnostic, Source};
+use crate::lower::{Environment, Lowered};
+use crate::parser::parse;
+
+/// The files that every session can import, by name.
+pub const FILES: [(&str, &str); 9] = [
+    ("prelude.pars", include_str!("../prelude.pars")),
+    ("rules/sequence.rules", include_str!("../rules/sequence.rules")),
+    ("rules/parallel.rules", include_str!("../rules/parallel.rules")),
+    ("rules/disable.rules", include_str!("../rules/disable.rules")),
+    ("rules/delay.rules", include_str!("../rules/delay.rules")),
+    ("rules/observe.rules", include_str!("../rules/observe.rules")),
+    ("rules/condition.rules", include_str!("../rules/condition.rules")),
+    ("rules/loop.rules", include_str!("../rules/loop.rules")),
+    ("rules/port.rules", include_str!("../rules/port.rules")),
+];
+
+/// Files import each other at most this deep.
+const DEEPEST: usize = 50;
+
+/// A text with what is wrong in it.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    /// The text.
+    pub source: Source,
+    /// What is wrong.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// The embedded file of this name.
+pub fn embedded(name: &str) -> Option<Source> {
+    FILES.iter().find(|(known, _)| *known == name).map(|(name, text)| Source::new(*name, *text))
+}
+
+/// What every session starts with: the prelude, and with it the laws.
+///
+/// # Errors
+/// What is wrong in the prelude or a rule file; a test holds that nothing is.
+pub fn standard() -> Result<Environment, Vec<Failure>> {
+    let mut environment = Environment::new();
+    let mut reader = Reader::new(|_, name| embedded(name).ok_or_else(|| "there is no such file".to_string()));
+    let source = embedded("prelude.pars").unwrap_or_default();
+    let failures = reader.read(&mut environment, &source, &mut |_, _, _, _| {});
+    if failures.is_empty() { Ok(environment) } else { Err(failures) }
+}
+
+/// Is told of each item of a text in order, with the environment after it: the items of the text itself and of all
+/// that it imports. A declaration of an imported file is in force by then.
+pub type Visitor<'v> = dyn FnMut(&mut Environment, &Source, &Item, Lowered) + 'v;
+
+/// Reads texts that import others: each once, and none while it is being read.
+pub struct Reader<F> {
+    find: F,
+    open: Vec<String>,
+    done: BTreeSet<String>,
+}
+
+impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
+    /// A reader that finds what is imported with `find`: given the name of the importing text and what the import
+    /// says, the text, whose name tells it from all others, or why there is none.
+    pub fn new(find: F) -> Reader<F> {
+        Reader { find, open: Vec::new(), done: BTreeSet::new() }
+    }
+
+    /// Takes a text and all that it imports into an environment, item by item.
+    /// What cannot be read is left out and reported at the end.
+    pub fn read(&mut self, environment: &mut Environment, source: &Source, visit: &mut Visitor<'_>) -> Vec<Failure> {
+        let parsed = parse(&source.text);
+        let mut failures = Vec::new();
+        let mut diagnostics = parsed.diagnostics;
+        self.open.push(source.name.clone());
+        for segment in segments(&parsed.items) {
+            if let [Item { kind: ItemKind::Import(path), .. }] = segment {
+                failures.extend(self.import(environment, source, segment, path, visit, &mut diagnostics));
+                continue;
+            }
+            let mut batch = environment.open(segment, &source.text);
+            for (index, item) in segment.iter().enumerate() {
+                match environment.step(&mut batch, index, item) {
+                    Ok(lowered) => visit(environment, source, item, lowered),
+                    Err(errors) => diagnostics.extend(errors),
+                }
+            }
+        }
+        self.open.pop();
+        self.done.insert(source.name.clone());
+        if !diagnostics.is_empty() {
+            failures.push(Failure { source: source.clone(), diagnostics });
+        }
+        failures
+    }
+
+    fn import(
+        &mut self,
+        environment: &mut Environment,
+        source: &Source,
+        segment: &[Item],
+        path: &str,
+        visit: &mut Visitor<'_>,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Vec<Failure> {
+        let span = segment.first().map(|item| item.span).unwrap_or_default();
+        let found = match (self.find)(&source.name, path) {
+            Ok(found) => found,
+            Err(why) => {
+                let error = Diagnostic::error("P0801", format!("`{path}` cannot be imported: {why}"));
+                diagnostics.push(
+                    error
+                        .label(span, "imported here")
+                        .note("a path is looked up from the folder of the importing file"),
+                );
+                return Vec::new();
+            }
+        };
+        if self.open.contains(&found.name) {
+            let way =
+                self.open.iter().map(String::as_str).chain([found.name.as_str()]).collect::<Vec<_>>().join(" imports ");
+            let error = Diagnostic::error("P0802", format!("`{path}` imports itself"));
+            diagnostics.push(error.label(span, "imported here, while it is being read").note(way));
+            return Vec::new();
+        }
+        if self.open.len() >= DEEPEST {
+            let error = Diagnostic::error("P0803", format!("files import each other more than {DEEPEST} deep"));
+            diagnostics.push(error.label(span, "imported here"));
+            return Vec::new();
+        }
+        if self.done.contains(&found.name) { Vec::new() } else { self.read(environment, &found, visit) }
+    }
+}
+
+/// The items of a text in order, split so that each import stands alone: what stands between two imports sees itself
+/// and what was imported before.
+pub fn segments(items: &[Item]) -> Vec<&[Item]> {
+    let imports = |item: &Item| matches!(item.kind, ItemKind::Import(_));
+    items.chunk_by(|left, right| !imports(left) && !imports(right)).collect()
+}
