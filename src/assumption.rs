@@ -62,11 +62,7 @@ impl Assumptions {
             },
             other => (other, difference),
         };
-        if self
-            .stated
-            .iter()
-            .any(|(other, known)| *other == relation && *known == value)
-        {
+        if self.stated.iter().any(|(other, known)| *other == relation && *known == value) {
             return;
         }
         self.stated.push((relation, value));
@@ -84,9 +80,7 @@ impl Assumptions {
     /// The variables that the assumptions mention.
     pub fn variables(&self) -> BTreeSet<Name> {
         let mut found = self.naturals.clone();
-        self.stated
-            .iter()
-            .for_each(|(_, value)| found.extend(value.variables()));
+        self.stated.iter().for_each(|(_, value)| found.extend(value.variables()));
         found
     }
 
@@ -115,8 +109,7 @@ impl Assumptions {
     /// Whether the assumptions are known to exclude each other, so that anything follows from them.
     pub fn contradictory(&self) -> bool {
         let impossible = |(relation, value): &(Relation, Value)| {
-            self.decide_unless_contradictory(*relation, value)
-                .is_some_and(|holds| !holds)
+            self.decide_unless_contradictory(*relation, value).is_some_and(|holds| !holds)
         };
         self.refutes(&Value::one(), Signs::POSITIVE) || self.stated.iter().any(impossible)
     }
@@ -164,11 +157,7 @@ impl Assumptions {
         if possible.within(Signs::of(relation)) {
             return Some(true);
         }
-        if possible.within(Signs::of(relation.negated())) {
-            Some(false)
-        } else {
-            None
-        }
+        if possible.within(Signs::of(relation.negated())) { Some(false) } else { None }
     }
 
     /// Whether a value is 0, 1, 2, …
@@ -185,11 +174,7 @@ impl Assumptions {
             }
             return self.decide(Relation::Gte, value, &Value::zero());
         }
-        if self.decide(Relation::Gte, value, &Value::zero()) == Some(false) {
-            Some(false)
-        } else {
-            None
-        }
+        if self.decide(Relation::Gte, value, &Value::zero()) == Some(false) { Some(false) } else { None }
     }
 
     /// The constant by which a value differs from an integer, at least 0 and less than 1; `None` when unknown.
@@ -281,11 +266,7 @@ impl Assumptions {
         };
         // number * atom + constant REL 0, so atom REL bound, mirrored for a negative number.
         let bound = -constant / number;
-        let relation = if number.is_negative() {
-            relation.mirrored()
-        } else {
-            relation
-        };
+        let relation = if number.is_negative() { relation.mirrored() } else { relation };
         let known = Signs::beyond(relation, &bound);
         let entry = self.signs.entry(atom.clone()).or_insert(Signs::ANY);
         *entry = entry.and(known);
@@ -319,8 +300,11 @@ impl Assumptions {
         self.constraints.push(self.tightened(Constraint { form, bound }));
     }
 
-    /// A polynomial without the factors of its terms that are certainly positive.
+    /// A sum without the factors of its terms that are certainly positive.
     fn without_known_factors(&self, form: &Polynomial<Atom>) -> Polynomial<Atom> {
+        if form.terms().len() == 1 {
+            return form.clone();
+        }
         let shared = form.monomial_content();
         let positive = shared.factors().iter().filter_map(|(atom, exponent)| {
             let signs = self.atom_signs(atom);

@@ -94,15 +94,23 @@ fn at_root(pattern: &Term, term: &Term, start: &State, found: &mut dyn FnMut(Sta
     let one = Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
         (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|place| {
-            window(wanted, &parts[place..], if place == 0 { Place::Start } else { Place::Later }, start.clone(), &mut |state, used| {
-                let before = parts[..place].iter().cloned();
-                let after = parts[place + used..].iter().cloned();
-                found(state, Term::seq(before.chain([one.clone()]).chain(after)))
+            window(
+                wanted,
+                &parts[place..],
+                if place == 0 { Place::Start } else { Place::Later },
+                start.clone(),
+                &mut |state, used| {
+                    let before = parts[..place].iter().cloned();
+                    let after = parts[place + used..].iter().cloned();
+                    found(state, Term::seq(before.chain([one.clone()]).chain(after)))
+                },
+            )
+        }),
+        (Node::Par(wanted), Node::Par(parts)) => {
+            choose(wanted, parts, (false, Term::par), start.clone(), &mut |state, rest| {
+                found(state, Term::par(rest.into_iter().chain([one.clone()])))
             })
-        }),
-        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (false, Term::par), start.clone(), &mut |state, rest| {
-            found(state, Term::par(rest.into_iter().chain([one.clone()])))
-        }),
+        }
         (Node::Disable(wanted), Node::Disable(parts)) => {
             choose(wanted, parts, (false, Term::disable), start.clone(), &mut |state, rest| {
                 found(state, Term::disable(rest.into_iter().chain([one.clone()])))
@@ -153,13 +161,13 @@ fn window(
         let known = sequence_of(known);
         let fits = parts.len() >= known.len() && parts[..known.len()] == known[..];
         let taken = known.len();
-        return fits
-            && window(rest, &parts[taken..], at.next(), state, &mut |state, used| found(state, used + taken));
+        return fits && window(rest, &parts[taken..], at.next(), state, &mut |state, used| found(state, used + taken));
     }
     let lengths: Vec<usize> = match (at, rest.is_empty(), parts.len()) {
         (Place::Inside, true, all) => vec![all],
         (Place::Inside, false, all) => (0..=all).collect(),
-        (_, true, 0) => vec![0],
+        (_, true, 0) if state.empty => vec![0],
+        (_, true, 0) => return false,
         (_, true, 1) => vec![1],
         (_, true, all) => vec![all, 1],
         (_, false, 0) => return false,

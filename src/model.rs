@@ -5,6 +5,7 @@
 //! running, and what is left is a [`State`]. The results bound so far stand as `Set` in front of what still runs, so a
 //! state is itself a term. Nothing here can hang: unfolding that gets nowhere is [`Meaningless`], with the reason.
 
+mod draw;
 pub mod explore;
 mod replace;
 mod settle;
@@ -20,7 +21,7 @@ use num_traits::Zero;
 
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::term::{Node, Term};
+use crate::term::Term;
 use crate::value::Value;
 
 pub use settle::Scope;
@@ -78,8 +79,9 @@ pub enum Action {
     Out(Name, Value),
     /// An internal communication of this value over this port.
     Tau(Name, Value),
-    /// Draws from this distribution; where that is finite, a branch with its value and chance, else any value.
-    Draw(Value, Option<(Value, BigRational)>),
+    /// Draws from these distributions, all at once; a branch with its values and chance if they are finite. Otherwise
+    /// from one alone, any value.
+    Draw(Vec<Value>, Option<(Vec<Value>, BigRational)>),
 }
 
 /// One thing that a process may do next.
@@ -247,10 +249,7 @@ impl State {
     /// [`Meaningless`] where a distribution's chances are not numbers that add up to one.
     pub fn moves(&self) -> Result<Vec<Move>, Meaningless> {
         match self {
-            State::Running(term) => match step::draw(term) {
-                Some((distribution, next)) => step::branches(&distribution, &next),
-                None => Ok(step::moves(term)),
-            },
+            State::Running(term) => Ok(draw::draws(term)?.unwrap_or_else(|| step::moves(term))),
             _ => Ok(Vec::new()),
         }
     }
@@ -271,14 +270,5 @@ impl State {
             return Patience::None;
         }
         step::next_event(term).map_or(Patience::Unbounded, Patience::Until)
-    }
-}
-
-/// True of a part that has stopped: `Stop`, or the `Set`s of what it bound.
-pub(crate) fn has_stopped(term: &Term) -> bool {
-    match term.node() {
-        Node::Stop | Node::Set(..) => true,
-        Node::Seq(parts) => parts.iter().all(|part| matches!(part.node(), Node::Set(..))),
-        _ => false,
     }
 }

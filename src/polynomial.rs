@@ -74,10 +74,7 @@ impl<A: Clone + Ord> Monomial<A> {
 
     /// The exponent of this unknown.
     pub fn exponent(&self, atom: &A) -> u32 {
-        self.0
-            .binary_search_by(|(other, _)| other.cmp(atom))
-            .ok()
-            .map_or(0, |place| self.0[place].1)
+        self.0.binary_search_by(|(other, _)| other.cmp(atom)).ok().map_or(0, |place| self.0[place].1)
     }
 
     /// Merges two factor lists by an operation on exponents; `None` when the operation refuses.
@@ -91,11 +88,7 @@ impl<A: Clone + Ord> Monomial<A> {
                 (Some(_), None) => Ordering::Less,
                 _ => Ordering::Greater,
             };
-            let atom = if order == Ordering::Greater {
-                &right[j].0
-            } else {
-                &left[i].0
-            };
+            let atom = if order == Ordering::Greater { &right[j].0 } else { &left[i].0 };
             let first = if order == Ordering::Greater { 0 } else { left[i].1 };
             let second = if order == Ordering::Less { 0 } else { right[j].1 };
             i += usize::from(order != Ordering::Greater);
@@ -110,8 +103,7 @@ impl<A: Clone + Ord> Monomial<A> {
 
     /// The product; `None` above the degree limit.
     pub fn times(&self, other: &Self) -> Option<Self> {
-        self.merge(other, u32::checked_add)
-            .filter(|product| product.degree() <= MOST_DEGREE)
+        self.merge(other, u32::checked_add).filter(|product| product.degree() <= MOST_DEGREE)
     }
 
     /// The quotient, when `other` divides it.
@@ -174,11 +166,7 @@ impl<A: Clone + Ord> Polynomial<A> {
 
     /// One monomial with its coefficient.
     pub fn term(monomial: Monomial<A>, coefficient: BigRational) -> Self {
-        if coefficient.is_zero() {
-            Polynomial::zero()
-        } else {
-            Polynomial(vec![(monomial, coefficient)])
-        }
+        if coefficient.is_zero() { Polynomial::zero() } else { Polynomial(vec![(monomial, coefficient)]) }
     }
 
     /// The sum of these terms, given in any order.
@@ -192,12 +180,7 @@ impl<A: Clone + Ord> Polynomial<A> {
                 std::collections::btree_map::Entry::Occupied(mut place) => *place.get_mut() += coefficient,
             }
         }
-        Polynomial(
-            sum.into_iter()
-                .rev()
-                .filter(|(_, coefficient)| !coefficient.is_zero())
-                .collect(),
-        )
+        Polynomial(sum.into_iter().rev().filter(|(_, coefficient)| !coefficient.is_zero()).collect())
     }
 
     /// Its terms in falling order.
@@ -234,26 +217,17 @@ impl<A: Clone + Ord> Polynomial<A> {
 
     /// The coefficient of its greatest monomial; 0 of the polynomial 0.
     pub fn leading(&self) -> BigRational {
-        self.0
-            .first()
-            .map_or_else(BigRational::zero, |(_, number)| number.clone())
+        self.0.first().map_or_else(BigRational::zero, |(_, number)| number.clone())
     }
 
     /// The unknowns in it.
     pub fn atoms(&self) -> BTreeSet<&A> {
-        self.0
-            .iter()
-            .flat_map(|(monomial, _)| monomial.0.iter().map(|(atom, _)| atom))
-            .collect()
+        self.0.iter().flat_map(|(monomial, _)| monomial.0.iter().map(|(atom, _)| atom)).collect()
     }
 
     /// The highest exponent of an unknown.
     pub fn degree_in(&self, atom: &A) -> u32 {
-        self.0
-            .iter()
-            .map(|(monomial, _)| monomial.exponent(atom))
-            .max()
-            .unwrap_or(0)
+        self.0.iter().map(|(monomial, _)| monomial.exponent(atom)).max().unwrap_or(0)
     }
 
     /// Whether its size stays within the limits.
@@ -284,11 +258,7 @@ impl<A: Clone + Ord> Polynomial<A> {
             j += usize::from(b >= a);
         }
         sum.extend(self.0[i..].iter().cloned());
-        sum.extend(
-            other.0[j..]
-                .iter()
-                .map(|(monomial, number)| (monomial.clone(), signed(number))),
-        );
+        sum.extend(other.0[j..].iter().map(|(monomial, number)| (monomial.clone(), signed(number))));
         Polynomial(sum)
     }
 
@@ -310,12 +280,7 @@ impl<A: Clone + Ord> Polynomial<A> {
         if factor.is_zero() {
             return Polynomial::zero();
         }
-        Polynomial(
-            self.0
-                .iter()
-                .map(|(monomial, number)| (monomial.clone(), number * factor))
-                .collect(),
-        )
+        Polynomial(self.0.iter().map(|(monomial, number)| (monomial.clone(), number * factor)).collect())
     }
 
     /// The product with one term; the order of the terms stays. `None` above the degree limit.
@@ -323,20 +288,13 @@ impl<A: Clone + Ord> Polynomial<A> {
         if coefficient.is_zero() {
             return Some(Polynomial::zero());
         }
-        let product = self
-            .0
-            .iter()
-            .map(|(monomial, number)| Some((monomial.times(factor)?, number * coefficient)));
+        let product = self.0.iter().map(|(monomial, number)| Some((monomial.times(factor)?, number * coefficient)));
         product.collect::<Option<Vec<_>>>().map(Polynomial)
     }
 
     /// The product; `None` when it is too large to be worth having.
     pub fn times(&self, other: &Self) -> Option<Self> {
-        let (short, long) = if self.0.len() <= other.0.len() {
-            (self, other)
-        } else {
-            (other, self)
-        };
+        let (short, long) = if self.0.len() <= other.0.len() { (self, other) } else { (other, self) };
         match short.0.as_slice() {
             [] => return Some(Polynomial::zero()),
             [(monomial, number)] => return long.times_term(monomial, number).filter(Polynomial::is_modest),
@@ -384,21 +342,13 @@ impl<A: Clone + Ord> Polynomial<A> {
             numerator = numerator.gcd(number.numer());
             denominator = denominator.lcm(number.denom());
         }
-        if numerator.is_zero() {
-            BigRational::one()
-        } else {
-            BigRational::new(numerator.abs(), denominator)
-        }
+        if numerator.is_zero() { BigRational::one() } else { BigRational::new(numerator.abs(), denominator) }
     }
 
     /// It with coprime integer coefficients, the leading one positive.
     pub fn primitive(&self) -> Self {
         let content = self.content();
-        let signed = if self.leading().is_negative() {
-            -content
-        } else {
-            content
-        };
+        let signed = if self.leading().is_negative() { -content } else { content };
         self.scale(&signed.recip())
     }
 
@@ -416,13 +366,8 @@ impl<A: Clone + Ord> Polynomial<A> {
         if factor.0.is_empty() {
             return self.clone();
         }
-        let terms = self
-            .0
-            .iter()
-            .map(|(monomial, number)| Some((monomial.over(factor)?, number.clone())));
-        terms
-            .collect::<Option<Vec<_>>>()
-            .map_or_else(|| self.clone(), Polynomial)
+        let terms = self.0.iter().map(|(monomial, number)| Some((monomial.over(factor)?, number.clone())));
+        terms.collect::<Option<Vec<_>>>().map_or_else(|| self.clone(), Polynomial)
     }
 
     /// Its coefficients as a polynomial in one unknown, by exponent; none is 0.
@@ -430,15 +375,9 @@ impl<A: Clone + Ord> Polynomial<A> {
         let mut parts: BTreeMap<u32, Vec<(Monomial<A>, BigRational)>> = BTreeMap::new();
         for (monomial, number) in &self.0 {
             let rest = monomial.0.iter().filter(|(other, _)| other != atom).cloned().collect();
-            parts
-                .entry(monomial.exponent(atom))
-                .or_default()
-                .push((Monomial(rest), number.clone()));
+            parts.entry(monomial.exponent(atom)).or_default().push((Monomial(rest), number.clone()));
         }
-        parts
-            .into_iter()
-            .map(|(exponent, terms)| (exponent, Polynomial::of(terms)))
-            .collect()
+        parts.into_iter().map(|(exponent, terms)| (exponent, Polynomial::of(terms))).collect()
     }
 
     /// The exact quotient; `None` when there is none, or when the budget runs out.

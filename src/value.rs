@@ -43,14 +43,8 @@ pub enum Relation {
 
 impl Relation {
     /// All six.
-    pub const ALL: [Relation; 6] = [
-        Relation::Eq,
-        Relation::Neq,
-        Relation::Gtr,
-        Relation::Gte,
-        Relation::Lss,
-        Relation::Lte,
-    ];
+    pub const ALL: [Relation; 6] =
+        [Relation::Eq, Relation::Neq, Relation::Gtr, Relation::Gte, Relation::Lss, Relation::Lte];
 
     /// The comparison that holds exactly when this one does not.
     pub fn negated(self) -> Relation {
@@ -257,10 +251,7 @@ impl Value {
             Content::Real(numerator, denominator) => {
                 for (monomial, _) in numerator.terms().iter().chain(denominator.terms()) {
                     terms += 1 + monomial.factors().len();
-                    monomial
-                        .factors()
-                        .iter()
-                        .for_each(|(atom, _)| atom.parts().into_iter().for_each(&mut include));
+                    monomial.factors().iter().for_each(|(atom, _)| atom.parts().into_iter().for_each(&mut include));
                 }
             }
             Content::Vector(parts) | Content::Distribution(_, parts) => parts.iter().for_each(include),
@@ -275,12 +266,7 @@ impl Value {
     fn sealed(content: Content, size: usize, depth: usize) -> Value {
         let mut hasher = std::collections::hash_map::DefaultHasher::new();
         content.hash(&mut hasher);
-        Value(Arc::new(Shared {
-            hash: hasher.finish(),
-            content,
-            size,
-            depth,
-        }))
+        Value(Arc::new(Shared { hash: hasher.finish(), content, size, depth }))
     }
 
     /// A polynomial as a value; its relations are reduced already.
@@ -321,11 +307,7 @@ impl Value {
 
     /// A variable or metavariable.
     pub fn variable(name: &Name) -> Value {
-        Value::sealed(
-            Content::Real(Polynomial::atom(Atom::Variable(name.clone())), Polynomial::one()),
-            3,
-            1,
-        )
+        Value::sealed(Content::Real(Polynomial::atom(Atom::Variable(name.clone())), Polynomial::one()), 3, 1)
     }
 
     /// An uninterpreted function of numbers or vectors; the result is a number.
@@ -334,9 +316,7 @@ impl Value {
     /// When an argument is a distribution, or the nesting is too deep.
     pub fn apply(function: &Name, arguments: &[Value]) -> Result<Value, ValueError> {
         if arguments.iter().any(|argument| argument.sort() == Sort::Distribution) {
-            return Err(ValueError::new(format!(
-                "{function} is applied to a distribution; it takes numbers"
-            )));
+            return Err(ValueError::new(format!("{function} is applied to a distribution; it takes numbers")));
         }
         Value::whole(Polynomial::atom(Atom::Apply(function.clone(), arguments.into())))
     }
@@ -350,10 +330,7 @@ impl Value {
             return Err(ValueError::new("a vector has at least two components"));
         }
         match components.iter().find(|component| component.sort() != Sort::Real) {
-            Some(other) => Err(ValueError::new(format!(
-                "a component of a vector is {}, not a number",
-                other.sort()
-            ))),
+            Some(other) => Err(ValueError::new(format!("a component of a vector is {}, not a number", other.sort()))),
             None => Value::new(Content::Vector(components)),
         }
     }
@@ -374,8 +351,7 @@ impl Value {
     }
 
     fn real(&self) -> Result<(&Real, &Real), ValueError> {
-        self.parts()
-            .ok_or_else(|| ValueError::new(format!("a number is needed here, and this is {}", self.sort())))
+        self.parts().ok_or_else(|| ValueError::new(format!("a number is needed here, and this is {}", self.sort())))
     }
 
     /// Its numerator, when it is real.
@@ -399,11 +375,7 @@ impl Value {
     /// Its value, when it is a rational number.
     pub fn as_rational(&self) -> Option<BigRational> {
         let (numerator, denominator) = self.parts()?;
-        if denominator.is_one() {
-            numerator.as_constant()
-        } else {
-            None
-        }
+        if denominator.is_one() { numerator.as_constant() } else { None }
     }
 
     /// The variable that it is.
@@ -448,12 +420,9 @@ impl Value {
     /// The atoms of it that stand in no other atom.
     pub fn atoms(&self) -> BTreeSet<Atom> {
         match &self.0.content {
-            Content::Real(numerator, denominator) => numerator
-                .atoms()
-                .into_iter()
-                .chain(denominator.atoms())
-                .cloned()
-                .collect(),
+            Content::Real(numerator, denominator) => {
+                numerator.atoms().into_iter().chain(denominator.atoms()).cloned().collect()
+            }
             Content::Vector(parts) | Content::Distribution(_, parts) => parts.iter().flat_map(Value::atoms).collect(),
         }
     }
@@ -474,11 +443,7 @@ impl Value {
         };
         match &self.0.content {
             Content::Real(numerator, denominator) => {
-                numerator
-                    .atoms()
-                    .into_iter()
-                    .chain(denominator.atoms())
-                    .for_each(&mut visit);
+                numerator.atoms().into_iter().chain(denominator.atoms()).for_each(&mut visit);
             }
             Content::Vector(parts) | Content::Distribution(_, parts) => {
                 parts.iter().for_each(|part| part.collect_variables(found));
@@ -505,26 +470,16 @@ impl Value {
         if !parts.is_empty() {
             return None;
         }
-        let over = |part: Real| {
-            Value::quotient(part, denominator.clone())
-                .ok()
-                .filter(|value| !value.mentions(name))
-        };
+        let over = |part: Real| Value::quotient(part, denominator.clone()).ok().filter(|value| !value.mentions(name));
         let free = !Value::whole(denominator.clone()).ok()?.mentions(name);
-        if free {
-            Some((over(factor.unwrap_or_else(Polynomial::zero))?, over(constant)?))
-        } else {
-            None
-        }
+        if free { Some((over(factor.unwrap_or_else(Polynomial::zero))?, over(constant)?)) } else { None }
     }
 
     /// It taken apart.
     pub fn view(&self) -> View {
         let sum = |polynomial: &Real| {
             let terms = polynomial.terms().iter();
-            terms
-                .map(|(monomial, number)| (number.clone(), monomial.factors().to_vec()))
-                .collect()
+            terms.map(|(monomial, number)| (number.clone(), monomial.factors().to_vec())).collect()
         };
         match &self.0.content {
             Content::Real(numerator, denominator) => View::Real(sum(numerator), sum(denominator)),
@@ -556,11 +511,7 @@ impl PartialOrd for Value {
 
 impl Ord for Value {
     fn cmp(&self, other: &Value) -> Ordering {
-        if Arc::ptr_eq(&self.0, &other.0) {
-            Ordering::Equal
-        } else {
-            self.0.content.cmp(&other.0.content)
-        }
+        if Arc::ptr_eq(&self.0, &other.0) { Ordering::Equal } else { self.0.content.cmp(&other.0.content) }
     }
 }
 

@@ -41,39 +41,23 @@ fn law(text: &str, left: Term, right: Term, conditions: Vec<Condition>) -> Law {
 /// Three true laws: `Stop ; P = P`, `P | Stop = P` if P never aborts, `P # O <= P`.
 fn theory() -> Theory {
     let mut theory = Theory::default();
-    theory
-        .laws
-        .push(law("stop-first", Term::seq([Term::stop(), p()]), p(), vec![]));
+    theory.laws.push(law("stop-first", Term::seq([Term::stop(), p()]), p(), vec![]));
     let safe = Condition::Is(Fact::NeverAborts, p());
-    theory
-        .laws
-        .push(law("stop-beside", Term::par([Term::stop(), p()]), p(), vec![safe]));
+    theory.laws.push(law("stop-beside", Term::par([Term::stop(), p()]), p(), vec![safe]));
     let observer = Term::meta(&name("?O"));
-    let mut forget = law(
-        "forget",
-        Term::disable([p(), observer.clone()]),
-        p(),
-        vec![Condition::Is(Fact::Observer, observer)],
-    );
+    let mut forget =
+        law("forget", Term::disable([p(), observer.clone()]), p(), vec![Condition::Is(Fact::Observer, observer)]);
     forget.connective = Connective::Refines;
     theory.laws.push(forget);
     theory
 }
 
 fn with(process: &str, term: Term) -> Substitution {
-    Substitution {
-        processes: BTreeMap::from([(name(process), term)]),
-        ..Substitution::default()
-    }
+    Substitution { processes: BTreeMap::from([(name(process), term)]), ..Substitution::default() }
 }
 
 fn claim(left: Term, right: Term) -> Statement {
-    Statement {
-        hypotheses: vec![],
-        left,
-        connective: Connective::Equal,
-        right,
-    }
+    Statement { hypotheses: vec![], left, connective: Connective::Equal, right }
 }
 
 fn run(theory: &Theory, statement: Statement, steps: Vec<Step>) -> Result<Thm, Rejected> {
@@ -81,30 +65,21 @@ fn run(theory: &Theory, statement: Statement, steps: Vec<Step>) -> Result<Thm, R
 }
 
 fn reason(theory: &Theory, statement: Statement, steps: Vec<Step>) -> Reason {
-    run(theory, statement, steps)
-        .expect_err("a forged proof was accepted")
-        .reason
+    run(theory, statement, steps).expect_err("a forged proof was accepted").reason
 }
 
 #[test]
 fn a_true_instance_is_a_theorem_and_names_its_law() {
     let steps = vec![Step::Law(name("stop-first"), with("?P", delay(1)))];
     let theorem = run(&theory(), claim(Term::seq([Term::stop(), delay(1)]), delay(1)), steps).unwrap();
-    assert_eq!(
-        theorem.laws().iter().map(Name::as_str).collect::<Vec<_>>(),
-        ["stop-first"]
-    );
+    assert_eq!(theorem.laws().iter().map(Name::as_str).collect::<Vec<_>>(), ["stop-first"]);
     assert!(theorem.trusted().is_empty());
 }
 
 #[test]
 fn false_condition() {
     let steps = vec![Step::Law(name("stop-beside"), with("?P", Term::abort()))];
-    let found = reason(
-        &theory(),
-        claim(Term::par([Term::stop(), Term::abort()]), Term::abort()),
-        steps,
-    );
+    let found = reason(&theory(), claim(Term::par([Term::stop(), Term::abort()]), Term::abort()), steps);
     assert!(matches!(found, Reason::Condition(_)), "{found:?}");
 }
 
@@ -117,70 +92,40 @@ fn undecided_condition() {
 
 #[test]
 fn unknown_law() {
-    let found = reason(
-        &theory(),
-        claim(p(), p()),
-        vec![Step::Law(name("miracle"), with("?P", p()))],
-    );
+    let found = reason(&theory(), claim(p(), p()), vec![Step::Law(name("miracle"), with("?P", p()))]);
     assert_eq!(found, Reason::UnknownLaw(name("miracle")));
 }
 
 #[test]
 fn law_without_a_meaning_for_its_metavariable() {
-    let found = reason(
-        &theory(),
-        claim(p(), p()),
-        vec![Step::Law(name("stop-first"), Substitution::default())],
-    );
+    let found = reason(&theory(), claim(p(), p()), vec![Step::Law(name("stop-first"), Substitution::default())]);
     assert_eq!(found, Reason::Unbound(name("?P")));
 }
 
 #[test]
 fn broken_chain() {
-    let steps = vec![
-        Step::Reflexive(delay(1)),
-        Step::Reflexive(delay(2)),
-        Step::Transitive(vec![0, 1]),
-    ];
-    assert!(matches!(
-        reason(&theory(), claim(delay(1), delay(2)), steps),
-        Reason::Differ(..)
-    ));
+    let steps = vec![Step::Reflexive(delay(1)), Step::Reflexive(delay(2)), Step::Transitive(vec![0, 1])];
+    assert!(matches!(reason(&theory(), claim(delay(1), delay(2)), steps), Reason::Differ(..)));
 }
 
 #[test]
 fn wrong_conclusion() {
     let steps = vec![Step::Reflexive(delay(1))];
-    assert!(matches!(
-        reason(&theory(), claim(delay(1), delay(2)), steps),
-        Reason::Differ(..)
-    ));
+    assert!(matches!(reason(&theory(), claim(delay(1), delay(2)), steps), Reason::Differ(..)));
 }
 
 #[test]
 fn wrong_head() {
     let law = Step::Law(name("stop-first"), with("?P", delay(1)));
     let shape = Term::par([Term::meta(&name("?1")), delay(7)]);
-    let statement = claim(
-        Term::seq([Term::stop(), delay(1), delay(7)]),
-        Term::seq([delay(1), delay(7)]),
-    );
-    assert!(matches!(
-        reason(&theory(), statement, vec![law, Step::Congruence(shape, vec![0])]),
-        Reason::Differ(..)
-    ));
+    let statement = claim(Term::seq([Term::stop(), delay(1), delay(7)]), Term::seq([delay(1), delay(7)]));
+    assert!(matches!(reason(&theory(), statement, vec![law, Step::Congruence(shape, vec![0])]), Reason::Differ(..)));
 }
 
 #[test]
 fn steps_that_come_later_or_never() {
-    assert_eq!(
-        reason(&theory(), claim(p(), p()), vec![Step::Symmetric(0)]),
-        Reason::NotEarlier(0)
-    );
-    assert_eq!(
-        reason(&theory(), claim(p(), p()), vec![Step::Transitive(vec![99])]),
-        Reason::NotEarlier(99)
-    );
+    assert_eq!(reason(&theory(), claim(p(), p()), vec![Step::Symmetric(0)]), Reason::NotEarlier(0));
+    assert_eq!(reason(&theory(), claim(p(), p()), vec![Step::Transitive(vec![99])]), Reason::NotEarlier(99));
     assert_eq!(reason(&theory(), claim(p(), p()), vec![]), Reason::Empty);
 }
 
@@ -188,18 +133,10 @@ fn steps_that_come_later_or_never() {
 fn a_refinement_is_no_equality() {
     let shown = Term::disable([delay(1), Term::new(Node::Observe(name("A"), vec![]))]);
     let mut substitution = with("?P", delay(1));
-    substitution
-        .processes
-        .insert(name("?O"), Term::new(Node::Observe(name("A"), vec![])));
+    substitution.processes.insert(name("?O"), Term::new(Node::Observe(name("A"), vec![])));
     let step = Step::Law(name("forget"), substitution);
-    assert_eq!(
-        reason(&theory(), claim(shown.clone(), delay(1)), vec![step.clone()]),
-        Reason::Refinement
-    );
-    assert_eq!(
-        reason(&theory(), claim(delay(1), shown), vec![step, Step::Symmetric(0)]),
-        Reason::Refinement
-    );
+    assert_eq!(reason(&theory(), claim(shown.clone(), delay(1)), vec![step.clone()]), Reason::Refinement);
+    assert_eq!(reason(&theory(), claim(delay(1), shown), vec![step, Step::Symmetric(0)]), Reason::Refinement);
 }
 
 #[test]
@@ -207,21 +144,13 @@ fn wrong_sort() {
     let vector = Value::vector(vec![Value::integer(1), Value::integer(2)]).unwrap();
     let term = Term::delay(vector);
     assert!(matches!(
-        reason(
-            &theory(),
-            claim(term.clone(), term.clone()),
-            vec![Step::Reflexive(term)]
-        ),
+        reason(&theory(), claim(term.clone(), term.clone()), vec![Step::Reflexive(term)]),
         Reason::Sort(_)
     ));
     let half = Value::integer(1).div(&Value::integer(2)).unwrap();
     let power = Term::new(Node::Power(delay(1), half, None));
     assert!(matches!(
-        reason(
-            &theory(),
-            claim(power.clone(), power.clone()),
-            vec![Step::Reflexive(power)]
-        ),
+        reason(&theory(), claim(power.clone(), power.clone()), vec![Step::Reflexive(power)]),
         Reason::Sort(_)
     ));
 }
@@ -231,27 +160,14 @@ fn arithmetic_on_distributions() {
     let normal = Value::distribution("Normal", vec![Value::integer(0), Value::integer(1)]).unwrap();
     assert!(normal.sub(&normal).is_err());
     let time = Term::delay(normal);
-    assert!(
-        run(
-            &theory(),
-            claim(time.clone(), time.clone()),
-            vec![Step::Arithmetic(time.clone(), time)]
-        )
-        .is_err()
-    );
+    assert!(run(&theory(), claim(time.clone(), time.clone()), vec![Step::Arithmetic(time.clone(), time)]).is_err());
 }
 
 #[test]
 fn arithmetic_changes_values_only() {
     let steps = vec![Step::Arithmetic(delay(1), Term::stop())];
-    assert!(matches!(
-        reason(&theory(), claim(delay(1), Term::stop()), steps),
-        Reason::Differ(..)
-    ));
-    let steps = vec![Step::Arithmetic(
-        Term::par([delay(1), delay(2)]),
-        Term::disable([delay(1), delay(2)]),
-    )];
+    assert!(matches!(reason(&theory(), claim(delay(1), Term::stop()), steps), Reason::Differ(..)));
+    let steps = vec![Step::Arithmetic(Term::par([delay(1), delay(2)]), Term::disable([delay(1), delay(2)]))];
     let statement = claim(Term::par([delay(1), delay(2)]), Term::disable([delay(1), delay(2)]));
     assert!(matches!(reason(&theory(), statement, steps), Reason::Differ(..)));
 }
@@ -259,19 +175,9 @@ fn arithmetic_changes_values_only() {
 #[test]
 fn a_guard_that_is_no_guard() {
     // X = (Stop ; X) else Stop holds of X = Stop; it must not prove Stop = loop(Stop), let alone of any other X.
-    let equation = Step::Trust(
-        delay(1),
-        Connective::Equal,
-        Term::attempt(Term::seq([Term::stop(), delay(1)])),
-        "forged".into(),
-    );
-    let steps = vec![
-        equation,
-        Step::UniqueLoop {
-            body: Term::stop(),
-            equation: 0,
-        },
-    ];
+    let equation =
+        Step::Trust(delay(1), Connective::Equal, Term::attempt(Term::seq([Term::stop(), delay(1)])), "forged".into());
+    let steps = vec![equation, Step::UniqueLoop { body: Term::stop(), equation: 0 }];
     let statement = claim(delay(1), Term::new(Node::Loop(Term::stop())));
     assert!(matches!(reason(&theory(), statement, steps), Reason::Unguarded(_)));
 }
@@ -280,19 +186,8 @@ fn a_guard_that_is_no_guard() {
 fn unique_solution_of_another_equation() {
     let body = delay(1);
     let forever = Term::new(Node::Loop(delay(1)));
-    let equation = Step::Trust(
-        forever.clone(),
-        Connective::Equal,
-        Term::seq([body, forever.clone()]),
-        "forged".into(),
-    );
-    let steps = vec![
-        equation,
-        Step::UniqueLoop {
-            body: delay(2),
-            equation: 0,
-        },
-    ];
+    let equation = Step::Trust(forever.clone(), Connective::Equal, Term::seq([body, forever.clone()]), "forged".into());
+    let steps = vec![equation, Step::UniqueLoop { body: delay(2), equation: 0 }];
     let statement = claim(forever, Term::new(Node::Loop(delay(2))));
     assert!(matches!(reason(&theory(), statement, steps), Reason::Differ(..)));
 }
@@ -308,17 +203,9 @@ fn unfolding_what_is_not_defined() {
 fn stale_definition() {
     let call = Term::new(Node::Call(name("T"), vec![]));
     let mut theory = theory();
-    let define = |body: Term| Definition {
-        name: name("T"),
-        parameters: vec![],
-        body,
-        recursive: false,
-    };
+    let define = |body: Term| Definition { name: name("T"), parameters: vec![], body, recursive: false };
     theory.definitions.insert(define(delay(1)));
-    let proof = Proof {
-        statement: claim(call.clone(), delay(1)),
-        steps: vec![Step::Unfold(call)],
-    };
+    let proof = Proof { statement: claim(call.clone(), delay(1)), steps: vec![Step::Unfold(call)] };
     assert!(check(&theory, &proof).is_ok());
     theory.definitions.insert(define(delay(2)));
     assert!(check(&theory, &proof).is_err());
@@ -337,22 +224,9 @@ fn induction(theory: &Theory, hypotheses: Vec<Condition>, variable: &str) -> Rea
     let steps = vec![
         trust(counted(Value::integer(0)), delay(0)),
         trust(counted(next.clone()), Term::delay(next)),
-        Step::Induction {
-            variable: name(variable),
-            left: left.clone(),
-            right: right.clone(),
-            base: 0,
-            step: 1,
-        },
+        Step::Induction { variable: name(variable), left: left.clone(), right: right.clone(), base: 0, step: 1 },
     ];
-    reason(
-        theory,
-        Statement {
-            hypotheses,
-            ..claim(left, right)
-        },
-        steps,
-    )
+    reason(theory, Statement { hypotheses, ..claim(left, right) }, steps)
 }
 
 #[test]
@@ -368,35 +242,21 @@ fn induction_away_from_naturals() {
 #[test]
 fn an_induction_hypothesis_stays_inside() {
     let steps = vec![Step::Suppose(delay(1), delay(2))];
-    assert!(matches!(
-        reason(&theory(), claim(delay(1), delay(2)), steps),
-        Reason::Hypothesis(..)
-    ));
+    assert!(matches!(reason(&theory(), claim(delay(1), delay(2)), steps), Reason::Hypothesis(..)));
 }
 
 #[test]
 fn trust_is_shown() {
-    let steps = vec![Step::Trust(
-        delay(1),
-        Connective::Equal,
-        delay(2),
-        "somebody said so".into(),
-    )];
+    let steps = vec![Step::Trust(delay(1), Connective::Equal, delay(2), "somebody said so".into())];
     let theorem = run(&theory(), claim(delay(1), delay(2)), steps).unwrap();
-    assert_eq!(
-        theorem.trusted().iter().map(String::as_str).collect::<Vec<_>>(),
-        ["somebody said so"]
-    );
+    assert_eq!(theorem.trusted().iter().map(String::as_str).collect::<Vec<_>>(), ["somebody said so"]);
 }
 
 #[test]
 fn a_parameter_with_assumptions_is_never_bound() {
     let mut assumptions = Assumptions::default();
     assumptions.assume(Relation::Gtr, &Value::variable(&name("t")), &Value::integer(0));
-    let theory = Theory {
-        assumptions,
-        ..theory()
-    };
+    let theory = Theory { assumptions, ..theory() };
     let term = Term::new(Node::In(name("c"), name("t")));
     let found = reason(&theory, claim(term.clone(), term.clone()), vec![Step::Reflexive(term)]);
     assert_eq!(found, Reason::Name(name("t")));
@@ -407,10 +267,8 @@ fn an_instance_keeps_the_hypotheses() {
     let safe = Condition::Is(Fact::NeverAborts, p());
     let law = Step::Law(name("stop-beside"), with("?P", p()));
     let steps = vec![law, Step::Instance(0, with("?P", Term::abort()))];
-    let statement = Statement {
-        hypotheses: vec![safe],
-        ..claim(Term::par([Term::stop(), Term::abort()]), Term::abort())
-    };
+    let statement =
+        Statement { hypotheses: vec![safe], ..claim(Term::par([Term::stop(), Term::abort()]), Term::abort()) };
     assert_eq!(reason(&theory(), statement, steps), Reason::Name(name("?P")));
 }
 
@@ -429,13 +287,8 @@ fn deep_proofs_and_huge_terms() {
             steps.push(Step::Congruence(twice.clone(), vec![step]));
         }
         assert_eq!(reason(&theory(), claim(delay(1), delay(1)), steps), Reason::TooLarge);
-        let long = (0..200_000).map(|step| {
-            if step == 0 {
-                Step::Reflexive(delay(1))
-            } else {
-                Step::Symmetric(step - 1)
-            }
-        });
+        let long =
+            (0..200_000).map(|step| if step == 0 { Step::Reflexive(delay(1)) } else { Step::Symmetric(step - 1) });
         assert!(run(&theory(), claim(delay(1), delay(1)), long.collect()).is_ok());
     });
     on_a_large_stack.unwrap().join().unwrap();
@@ -456,10 +309,6 @@ fn an_index_does_not_escape() {
     };
     let left = Term::new(Node::Power(Term::delay(i.clone()), Value::integer(3), Some(name("i"))));
     let right = Term::delay(i.mul(&Value::integer(3)).unwrap());
-    let found = reason(
-        &theory,
-        claim(left, right),
-        vec![Step::Law(name("alike"), substitution)],
-    );
+    let found = reason(&theory, claim(left, right), vec![Step::Law(name("alike"), substitution)]);
     assert_eq!(found, Reason::Name(name("i")));
 }

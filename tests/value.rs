@@ -56,22 +56,10 @@ fn text() {
         (Value::minimum(&[x.clone(), y.clone()]).unwrap(), "min(x,y)"),
         (Value::maximum(&[x.clone(), int(0)]).unwrap(), "max(0,x)"),
         (Value::clamp(&x, &int(-1), &int(1)).unwrap(), "min(1,max(-1,x))"),
-        (
-            mul(&t, &Value::clamp(&mul(&int(2), &x), &int(-1), &int(1)).unwrap()),
-            "t*min(1,max(-1,2*x))",
-        ),
-        (
-            Value::choose(Relation::Gtr, &x, &y, &int(1), &t).unwrap(),
-            "if x > y then 1 else t",
-        ),
-        (
-            Value::choose(Relation::Eq, &x, &y, &int(1), &t).unwrap(),
-            "if x = y then 1 else t",
-        ),
-        (
-            Value::choose(Relation::Lss, &x, &int(0), &t, &x).unwrap(),
-            "if x < 0 then t else x",
-        ),
+        (mul(&t, &Value::clamp(&mul(&int(2), &x), &int(-1), &int(1)).unwrap()), "t*min(1,max(-1,2*x))"),
+        (Value::choose(Relation::Gtr, &x, &y, &int(1), &t).unwrap(), "if x > y then 1 else t"),
+        (Value::choose(Relation::Eq, &x, &y, &int(1), &t).unwrap(), "if x = y then 1 else t"),
+        (Value::choose(Relation::Lss, &x, &int(0), &t, &x).unwrap(), "if x < 0 then t else x"),
         (x.floor().unwrap(), "floor(x)"),
         (int(6).sqrt().unwrap(), "sqrt(6)"),
         (int(12).sqrt().unwrap(), "2*sqrt(3)"),
@@ -81,37 +69,14 @@ fn text() {
         (div(&sub(&var("a"), &x), &t), "(a-x)/t"),
         (Value::apply(&Name::new("f"), &[x.clone(), int(2)]).unwrap(), "f(x,2)"),
         (Value::vector(vec![x.clone(), int(0)]).unwrap(), "(x,0)"),
-        (
-            Value::vector(vec![x.clone(), y.clone()]).unwrap().norm().unwrap(),
-            "sqrt(x^2+y^2)",
-        ),
-        (
-            Value::vector(vec![x.clone(), y.clone()])
-                .unwrap()
-                .unit()
-                .unwrap()
-                .component(0)
-                .unwrap(),
-            "x/sqrt(x^2+y^2)",
-        ),
-        (
-            Value::distribution("Normal", vec![x.clone(), int(4)]).unwrap(),
-            "Normal(x, var: 4)",
-        ),
+        (Value::vector(vec![x.clone(), y.clone()]).unwrap().norm().unwrap(), "sqrt(x^2+y^2)"),
+        (Value::vector(vec![x.clone(), y.clone()]).unwrap().unit().unwrap().component(0).unwrap(), "x/sqrt(x^2+y^2)"),
+        (Value::distribution("Normal", vec![x.clone(), int(4)]).unwrap(), "Normal(x, var: 4)"),
         (Value::distribution("Exp", vec![int(4)]).unwrap(), "Exp(rate: 4)"),
-        (
-            Value::distribution("Uniform", vec![int(0), int(4)]).unwrap(),
-            "Uniform(0,4)",
-        ),
+        (Value::distribution("Uniform", vec![int(0), int(4)]).unwrap(), "Uniform(0,4)"),
         (int(0), "0"),
         (mul(&frac(1, 2), &frac(1, 2).power(&n).unwrap()), "1/2*(1/2)^n"),
-        (
-            add(
-                &var("g"),
-                &mul(&frac(1, 2).power(&n).unwrap(), &sub(&var("p0"), &var("g"))),
-            ),
-            "g+(1/2)^n*(p0-g)",
-        ),
+        (add(&var("g"), &mul(&frac(1, 2).power(&n).unwrap(), &sub(&var("p0"), &var("g")))), "g+(1/2)^n*(p0-g)"),
     ];
     for (value, text) in cases {
         assert_eq!(value.to_string(), text);
@@ -139,10 +104,7 @@ fn substitution_removes_what_a_condition_excludes() {
 fn substitution_is_simultaneous() {
     let (x, y) = (var("x"), var("y"));
     let images: BTreeMap<Name, Value> = [(Name::new("x"), y.clone()), (Name::new("y"), x.clone())].into();
-    assert_eq!(
-        sub(&x, &mul(&int(2), &y)).substitute(&images).unwrap(),
-        sub(&y, &mul(&int(2), &x))
-    );
+    assert_eq!(sub(&x, &mul(&int(2), &y)).substitute(&images).unwrap(), sub(&y, &mul(&int(2), &x)));
 }
 
 #[test]

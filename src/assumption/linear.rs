@@ -47,12 +47,8 @@ const MOST_WORK: usize = 1_000_000;
 
 /// Whether the constraints cannot all hold; `false` also when that was not found out within the limits.
 pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
-    let false_constant = |constraint: &Constraint| {
-        constraint
-            .form
-            .as_constant()
-            .is_some_and(|number| !constraint.bound.admits(&number))
-    };
+    let false_constant =
+        |constraint: &Constraint| constraint.form.as_constant().is_some_and(|number| !constraint.bound.admits(&number));
     if constraints.iter().any(false_constant) {
         return true;
     }
@@ -65,10 +61,7 @@ pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
 
 /// Leaves out, again and again, constraints with a monomial that nothing can cancel.
 fn without_loose_ends(constraints: &[Constraint]) -> Vec<&Constraint> {
-    let mut kept: Vec<&Constraint> = constraints
-        .iter()
-        .filter(|one| one.form.as_constant().is_none())
-        .collect();
+    let mut kept: Vec<&Constraint> = constraints.iter().filter(|one| one.form.as_constant().is_none()).collect();
     kept.sort();
     kept.dedup();
     loop {
@@ -85,9 +78,7 @@ fn without_loose_ends(constraints: &[Constraint]) -> Vec<&Constraint> {
         kept.retain(|constraint| {
             constraint.form.terms().iter().all(|(monomial, _)| {
                 monomial.factors().is_empty()
-                    || signs
-                        .get(monomial)
-                        .is_some_and(|(plus, minus, count)| *plus && *minus && *count > 1)
+                    || signs.get(monomial).is_some_and(|(plus, minus, count)| *plus && *minus && *count > 1)
             })
         });
         if kept.len() == before {
@@ -108,8 +99,7 @@ fn is_refutation(constraints: &[&Constraint], multipliers: &[BigRational]) -> bo
         strict |= constraint.bound == Bound::Positive && factor.is_positive();
         sum = sum.plus(&constraint.form.scale(factor));
     }
-    sum.as_constant()
-        .is_some_and(|number| number.is_negative() || (strict && number.is_zero()))
+    sum.as_constant().is_some_and(|number| number.is_negative() || (strict && number.is_zero()))
 }
 
 /// Multipliers that make the sum a false constant. The unknowns of the linear program are the multipliers (two for
@@ -218,10 +208,7 @@ mod tests {
     fn linear(x: i64, y: i64, constant: i64) -> Polynomial<Atom> {
         let number = |number: i64| BigRational::from_integer(number.into());
         let atom = |name: &str| Polynomial::atom(Atom::Variable(Name::new(name)));
-        atom("x")
-            .scale(&number(x))
-            .plus(&atom("y").scale(&number(y)))
-            .plus(&Polynomial::constant(number(constant)))
+        atom("x").scale(&number(x)).plus(&atom("y").scale(&number(y))).plus(&Polynomial::constant(number(constant)))
     }
 
     fn constraint(form: Polynomial<Atom>, bound: Bound) -> Constraint {

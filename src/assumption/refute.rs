@@ -48,11 +48,7 @@ impl Assumptions {
                 return Signs::ANY;
             }
         }
-        let wanted = if below.within(Signs::NEGATIVE) {
-            wanted.flipped()
-        } else {
-            wanted
-        };
+        let wanted = if below.within(Signs::NEGATIVE) { wanted.flipped() } else { wanted };
         self.signs_of_form(numerator, wanted, depth, systems).times(below)
     }
 
@@ -100,13 +96,10 @@ impl Assumptions {
             (&constraint.form, signs)
         });
         let nonzero = self.nonzero.iter().map(|form| (form, Signs::NONZERO));
-        assumed
-            .chain(nonzero)
-            .filter(|(factor, _)| factor.as_constant().is_none())
-            .find_map(|(factor, signs)| {
-                let quotient = form.divide(factor, &mut Budget::new(DIVISION_BUDGET))?;
-                Some((signs, quotient))
-            })
+        assumed.chain(nonzero).filter(|(factor, _)| factor.as_constant().is_none()).find_map(|(factor, signs)| {
+            let quotient = form.divide(factor, &mut Budget::new(DIVISION_BUDGET))?;
+            Some((signs, quotient))
+        })
     }
 
     /// Whether it contradicts the assumptions that the polynomial has this sign.
@@ -116,18 +109,9 @@ impl Assumptions {
             return true;
         }
         let goal = match sign {
-            Signs::ZERO => Constraint {
-                form: form.clone(),
-                bound: Bound::Zero,
-            },
-            Signs::POSITIVE => Constraint {
-                form: form.clone(),
-                bound: Bound::Positive,
-            },
-            _ => Constraint {
-                form: Polynomial::zero().minus(form),
-                bound: Bound::Positive,
-            },
+            Signs::ZERO => Constraint { form: form.clone(), bound: Bound::Zero },
+            Signs::POSITIVE => Constraint { form: form.clone(), bound: Bound::Positive },
+            _ => Constraint { form: Polynomial::zero().minus(form), bound: Bound::Positive },
         };
         let mut system = self.system(self.tightened(goal));
         if !spend(systems) {
@@ -136,9 +120,7 @@ impl Assumptions {
         if contradictory(&system) {
             return true;
         }
-        let nonlinear = system
-            .iter()
-            .any(|one| one.form.terms().iter().any(|(monomial, _)| monomial.degree() > 1));
+        let nonlinear = system.iter().any(|one| one.form.terms().iter().any(|(monomial, _)| monomial.degree() > 1));
         if nonlinear && spend(systems) {
             self.add_products(&mut system);
             if contradictory(&system) {
@@ -169,14 +151,7 @@ impl Assumptions {
                 }
             }
             for constraint in more {
-                fresh.extend(
-                    constraint
-                        .form
-                        .atoms()
-                        .into_iter()
-                        .filter(|atom| !known.contains(atom))
-                        .cloned(),
-                );
+                fresh.extend(constraint.form.atoms().into_iter().filter(|atom| !known.contains(atom)).cloned());
                 system.push(constraint);
             }
         }
@@ -189,43 +164,25 @@ impl Assumptions {
         let own = Polynomial::atom(atom.clone());
         let one = Polynomial::one();
         let whole = |value: &Value| {
-            value
-                .polynomials()
-                .filter(|(_, below)| below.is_one())
-                .map(|(numerator, _)| numerator.clone())
+            value.polynomials().filter(|(_, below)| below.is_one()).map(|(numerator, _)| numerator.clone())
         };
-        let least = |form: Form| Constraint {
-            form,
-            bound: Bound::Nonnegative,
-        };
+        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
         match atom {
             Atom::Variable(_) | Atom::Apply(..) => Vec::new(),
             Atom::Maximum(elements) => {
-                let above = elements
-                    .iter()
-                    .filter_map(whole)
-                    .map(|element| least(own.minus(&element)));
+                let above = elements.iter().filter_map(whole).map(|element| least(own.minus(&element)));
                 above.chain([least(own.clone())]).collect()
             }
             Atom::Positive(_) => vec![least(own.clone()), least(one.minus(&own))],
             Atom::Floor(inner) => whole(inner).map_or_else(Vec::new, |inner| {
                 let below = own.plus(&one).minus(&inner);
-                vec![
-                    least(inner.minus(&own)),
-                    Constraint {
-                        form: below,
-                        bound: Bound::Positive,
-                    },
-                ]
+                vec![least(inner.minus(&own)), Constraint { form: below, bound: Bound::Positive }]
             }),
             Atom::Root(inner) => {
                 let mut found = vec![least(own.clone())];
                 if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
                     // A root is defined only where its square is what stands under it.
-                    found.push(Constraint {
-                        form: square.minus(&inner),
-                        bound: Bound::Zero,
-                    });
+                    found.push(Constraint { form: square.minus(&inner), bound: Bound::Zero });
                 }
                 found
             }
@@ -239,10 +196,7 @@ impl Assumptions {
         let Some((base_form, true)) = base.polynomials().map(|(top, below)| (top, below.is_one())) else {
             return Vec::new();
         };
-        let least = |form: Form| Constraint {
-            form,
-            bound: Bound::Nonnegative,
-        };
+        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
         let mut found = Vec::new();
         if self.assumed(&base_form.minus(&one)).within(Signs::NONNEGATIVE) {
             found.push(least(own.minus(&one)));
@@ -296,15 +250,8 @@ impl Assumptions {
             } else {
                 continue;
             };
-            let bound = if known.within(Signs::POSITIVE) {
-                Bound::Positive
-            } else {
-                Bound::Nonnegative
-            };
-            found.push(Constraint {
-                form: Polynomial::term(monomial.clone(), sign),
-                bound,
-            });
+            let bound = if known.within(Signs::POSITIVE) { Bound::Positive } else { Bound::Nonnegative };
+            found.push(Constraint { form: Polynomial::term(monomial.clone(), sign), bound });
         }
         system.extend(found);
     }
@@ -324,12 +271,7 @@ impl Assumptions {
             }
         }
         let squares = self.nonzero.iter().filter(|form| form.terms().len() <= 4).take(4);
-        found.extend(squares.filter_map(|form| {
-            Some(Constraint {
-                form: form.power(2)?,
-                bound: Bound::Positive,
-            })
-        }));
+        found.extend(squares.filter_map(|form| Some(Constraint { form: form.power(2)?, bound: Bound::Positive })));
         system.extend(found);
         self.add_monomial_signs(system);
     }
@@ -348,9 +290,7 @@ impl Assumptions {
         let candidates = own.iter().chain(relevant.iter().filter(|atom| !own.contains(*atom)));
         for atom in candidates {
             if let Some(cases) = self.cases(atom, form) {
-                return cases
-                    .iter()
-                    .all(|(case, form)| case.refutes_form(form, sign, splits, systems));
+                return cases.iter().all(|(case, form)| case.refutes_form(form, sign, splits, systems));
             }
         }
         let apart = self.nonzero.iter().position(|other| {
@@ -362,18 +302,10 @@ impl Assumptions {
         let mut above = self.clone();
         let split = above.nonzero.remove(place);
         let mut below = above.clone();
-        above.constraints.push(above.tightened(Constraint {
-            form: split.clone(),
-            bound: Bound::Positive,
-        }));
+        above.constraints.push(above.tightened(Constraint { form: split.clone(), bound: Bound::Positive }));
         let opposite = Polynomial::zero().minus(&split);
-        below.constraints.push(below.tightened(Constraint {
-            form: opposite,
-            bound: Bound::Positive,
-        }));
-        [above, below]
-            .iter()
-            .all(|case| case.refutes_form(form, sign, splits, systems))
+        below.constraints.push(below.tightened(Constraint { form: opposite, bound: Bound::Positive }));
+        [above, below].iter().all(|case| case.refutes_form(form, sign, splits, systems))
     }
 
     /// The cases of a maximum or condition, each with the polynomial as it is there.

@@ -185,9 +185,7 @@ impl Assumptions {
     /// The signs of a monomial.
     pub(super) fn monomial_signs(&self, monomial: &Monomial<Atom>) -> Signs {
         let factors = monomial.factors().iter();
-        factors.fold(Signs::POSITIVE, |signs, (atom, exponent)| {
-            signs.times(self.atom_signs(atom).power(*exponent))
-        })
+        factors.fold(Signs::POSITIVE, |signs, (atom, exponent)| signs.times(self.atom_signs(atom).power(*exponent)))
     }
 
     /// The signs of a polynomial, from the signs of its terms.
@@ -211,11 +209,7 @@ impl Assumptions {
             return self.quick_signs(numerator);
         }
         let below = self.quick_signs(denominator);
-        if below.within(Signs::NONZERO) {
-            self.quick_signs(numerator).times(below)
-        } else {
-            Signs::ANY
-        }
+        if below.within(Signs::NONZERO) { self.quick_signs(numerator).times(below) } else { Signs::ANY }
     }
 
     /// A constraint on an integer, as sharp as it can be: `2*n - 1 > 0` is `n - 1 >= 0`.
@@ -230,18 +224,9 @@ impl Assumptions {
         let constant = form.constant_term();
         let rest = form.minus(&Polynomial::constant(constant.clone()));
         let divisor = rest.content();
-        let least = if bound == Bound::Positive {
-            constant - BigRational::one()
-        } else {
-            constant
-        };
-        let form = rest
-            .scale(&divisor.recip())
-            .plus(&Polynomial::constant((least / divisor).floor()));
-        Constraint {
-            form,
-            bound: Bound::Nonnegative,
-        }
+        let least = if bound == Bound::Positive { constant - BigRational::one() } else { constant };
+        let form = rest.scale(&divisor.recip()).plus(&Polynomial::constant((least / divisor).floor()));
+        Constraint { form, bound: Bound::Nonnegative }
     }
 }
 

@@ -44,10 +44,7 @@ impl Assumptions {
             Atom::Root(inner) => self.resolved(inner)?.sqrt()?,
             Atom::Floor(inner) => {
                 let inner = self.resolved(inner)?;
-                if self
-                    .fraction_part(&inner)
-                    .is_some_and(|fraction| fraction == num_traits::Zero::zero())
-                {
+                if self.fraction_part(&inner).is_some_and(|fraction| fraction == num_traits::Zero::zero()) {
                     inner
                 } else {
                     inner.floor()?
@@ -62,11 +59,7 @@ impl Assumptions {
             }
             Atom::Maximum(parts) => self.greatest(self.all(parts)?)?,
         };
-        Ok(if image.as_atom() == Some(atom) {
-            None
-        } else {
-            Some(image)
-        })
+        Ok(if image.as_atom() == Some(atom) { None } else { Some(image) })
     }
 
     /// The maximum of 0 and these, without those that are not greater than another.
@@ -75,10 +68,7 @@ impl Assumptions {
         let mut place = 0;
         while place < elements.len() && elements.len() > 1 {
             let below = |other: &Value| self.decide(Relation::Lte, &elements[place], other) == Some(true);
-            let dominated = elements
-                .iter()
-                .enumerate()
-                .any(|(at, other)| at != place && below(other));
+            let dominated = elements.iter().enumerate().any(|(at, other)| at != place && below(other));
             if dominated {
                 elements.swap_remove(place);
                 place = 0;
@@ -90,10 +80,7 @@ impl Assumptions {
         let Some(factor) = factor else {
             return Value::maximum(&elements);
         };
-        let parts = elements
-            .iter()
-            .map(|element| element.div(&factor))
-            .collect::<Result<Vec<_>, _>>()?;
+        let parts = elements.iter().map(|element| element.div(&factor)).collect::<Result<Vec<_>, _>>()?;
         Value::maximum(&parts)?.mul(&factor)
     }
 
@@ -111,18 +98,9 @@ impl Assumptions {
             divisor = Some(below);
         }
         let positive = |atom: &Atom| self.atom_signs(atom).within(Signs::POSITIVE);
-        let known = shared?
-            .factors()
-            .iter()
-            .filter(|(atom, _)| positive(atom))
-            .cloned()
-            .collect::<Vec<_>>();
+        let known = shared?.factors().iter().filter(|(atom, _)| positive(atom)).cloned().collect::<Vec<_>>();
         let below = divisor?;
-        let below = if self.quick_signs(below).within(Signs::POSITIVE) {
-            below.clone()
-        } else {
-            Polynomial::one()
-        };
+        let below = if self.quick_signs(below).within(Signs::POSITIVE) { below.clone() } else { Polynomial::one() };
         let top = Polynomial::term(Monomial::of(known)?, num_traits::One::one());
         if top.is_one() && below.is_one() {
             return None;
@@ -175,9 +153,6 @@ mod tests {
         let expected = t.mul(&Value::maximum(&[Value::zero(), x.clone()]).unwrap()).unwrap();
         assert_eq!(known.simplify(&product), expected);
         known.assume(Relation::Gte, &x, &Value::integer(2));
-        assert_eq!(
-            known.simplify(&Value::clamp(&x, &Value::integer(-1), &Value::one()).unwrap()),
-            Value::one()
-        );
+        assert_eq!(known.simplify(&Value::clamp(&x, &Value::integer(-1), &Value::one()).unwrap()), Value::one());
     }
 }

@@ -3,17 +3,16 @@
 use std::collections::BTreeSet;
 
 use num_rational::BigRational;
-use num_traits::{One, Zero};
 
-use super::{Action, Meaningless, Move, Observation, has_stopped};
+use super::{Action, Meaningless, Move, Observation};
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::{Value, View};
+use crate::value::Value;
 
 /// Stands for the value that is read or drawn until it is known; no source text can spell it.
 const BLANK: &str = "(value)";
 
-fn blank() -> Value {
+pub(super) fn blank() -> Value {
     Value::variable(&Name::new(BLANK))
 }
 
@@ -52,12 +51,12 @@ fn is_set(term: &Term) -> bool {
 }
 
 /// Where the running part of a settled sequence stands.
-fn active(parts: &[Term]) -> usize {
+pub(super) fn active(parts: &[Term]) -> usize {
     parts.iter().position(|part| !is_set(part)).unwrap_or(0)
 }
 
 /// The same parts, with the one at this place replaced.
-fn with_part(parts: &[Term], place: usize, part: Term) -> Vec<Term> {
+pub(super) fn with_part(parts: &[Term], place: usize, part: Term) -> Vec<Term> {
     let mut parts = parts.to_vec();
     parts[place] = part;
     parts
@@ -123,81 +122,8 @@ fn side_by_side(parts: &[Term], join: &dyn Fn(Vec<Term>) -> Term) -> Vec<Move> {
     all
 }
 
-/// The first draw that is due: from what, and the process after it with the value still open.
-pub(super) fn draw(term: &Term) -> Option<(Value, Term)> {
-    match term.node() {
-        Node::Ran(distribution, name) => Some((distribution.clone(), Term::new(Node::Set(blank(), name.clone())))),
-        Node::Seq(parts) => {
-            let place = active(parts);
-            let (distribution, next) = draw(&parts[place])?;
-            Some((distribution, Term::seq(with_part(parts, place, next))))
-        }
-        Node::Else(first, second) => {
-            let (distribution, next) = draw(first)?;
-            Some((distribution, Term::otherwise(next, second.clone())))
-        }
-        Node::Par(parts) | Node::Disable(parts) => {
-            parts.iter().enumerate().filter(|(_, part)| !has_stopped(part)).find_map(|(place, part)| {
-                let (distribution, next) = draw(part)?;
-                Some((distribution, term.with_children(with_part(parts, place, next))))
-            })
-        }
-        Node::New(_, body) | Node::Project(body, _) | Node::Replace(body, ..) => {
-            let (distribution, next) = draw(body)?;
-            Some((distribution, term.with_children(vec![next])))
-        }
-        _ => None,
-    }
-}
-
-/// One move a branch of a finite distribution; of any other, one with its value open.
-pub(super) fn branches(distribution: &Value, next: &Term) -> Result<Vec<Move>, Meaningless> {
-    let Some(chances) = finite(distribution, &BigRational::one(), 0)? else {
-        let action = Action::Draw(distribution.clone(), None);
-        return Ok(vec![Move { action, rule: "draw", next: next.clone() }]);
-    };
-    let total: BigRational = chances.iter().map(|(chance, _)| chance.clone()).sum();
-    if !total.is_one() {
-        return Meaningless::because(format!("the chances of `{distribution}` add up to {total}"));
-    }
-    let branch = |(chance, value): (BigRational, Value)| {
-        let next = fill(next, &value);
-        Move { action: Action::Draw(distribution.clone(), Some((value, chance))), rule: "draw", next }
-    };
-    Ok(chances.into_iter().filter(|(chance, _)| !chance.is_zero()).map(branch).collect())
-}
-
-type Chances = Vec<(BigRational, Value)>;
-
-fn finite(distribution: &Value, scale: &BigRational, depth: usize) -> Result<Option<Chances>, Meaningless> {
-    let View::Distribution(kind, arguments) = distribution.view() else {
-        return Meaningless::because(format!("`{distribution}` is not a distribution"));
-    };
-    if depth > 20 {
-        return Meaningless::because("a mixture nests too deeply");
-    }
-    match (kind.as_str(), arguments.as_slice()) {
-        ("Point", [value]) => Ok(Some(vec![(scale.clone(), value.clone())])),
-        ("Mix", parts) => {
-            let mut all = Vec::new();
-            for pair in parts.chunks(2) {
-                let [weight, part] = pair else { return Meaningless::because("a mixture lacks a weight") };
-                let Some(weight) = weight.as_rational().filter(|weight| *weight >= BigRational::zero()) else {
-                    return Meaningless::because(format!("`{weight}` is not a weight"));
-                };
-                match finite(part, &(scale * weight), depth + 1)? {
-                    Some(more) => all.extend(more),
-                    None => return Ok(None),
-                }
-            }
-            Ok(Some(all))
-        }
-        _ => Ok(None),
-    }
-}
-
 /// Calls `visit` with every leaf of a settled term that is running now.
-fn running<'t>(term: &'t Term, visit: &mut dyn FnMut(&'t Term)) {
+pub(super) fn running<'t>(term: &'t Term, visit: &mut dyn FnMut(&'t Term)) {
     match term.node() {
         Node::Seq(parts) => running(&parts[active(parts)], visit),
         Node::Else(first, _) => running(first, visit),

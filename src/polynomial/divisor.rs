@@ -31,18 +31,11 @@ fn divisor<A: Clone + Ord>(
         return None;
     }
     if left.is_zero() || right.is_zero() {
-        return Some(if left.is_zero() {
-            right.primitive()
-        } else {
-            left.primitive()
-        });
+        return Some(if left.is_zero() { right.primitive() } else { left.primitive() });
     }
     let (left_power, right_power) = (left.monomial_content(), right.monomial_content());
     let shared = Polynomial::term(left_power.common(&right_power), BigRational::one());
-    let (left, right) = (
-        left.without(&left_power).primitive(),
-        right.without(&right_power).primitive(),
-    );
+    let (left, right) = (left.without(&left_power).primitive(), right.without(&right_power).primitive());
     if left.as_constant().is_some() || right.as_constant().is_some() {
         return Some(shared);
     }
@@ -95,15 +88,10 @@ fn over_common_atoms<A: Clone + Ord>(
             return Some(small.clone());
         }
     }
-    let (left_content, right_content) = (
-        content_in(left, main, budget, depth)?,
-        content_in(right, main, budget, depth)?,
-    );
+    let (left_content, right_content) =
+        (content_in(left, main, budget, depth)?, content_in(right, main, budget, depth)?);
     let content = divisor(&left_content, &right_content, budget, depth + 1)?;
-    let (mut first, mut second) = (
-        left.divide(&left_content, budget)?,
-        right.divide(&right_content, budget)?,
-    );
+    let (mut first, mut second) = (left.divide(&left_content, budget)?, right.divide(&right_content, budget)?);
     if first.degree_in(main) < second.degree_in(main) {
         std::mem::swap(&mut first, &mut second);
     }
@@ -119,8 +107,7 @@ fn over_common_atoms<A: Clone + Ord>(
         second = if rest.degree_in(main) == 0 {
             Polynomial::one()
         } else {
-            rest.divide(&content_in(&rest, main, budget, depth)?, budget)?
-                .primitive()
+            rest.divide(&content_in(&rest, main, budget, depth)?, budget)?.primitive()
         };
     }
 }
@@ -157,10 +144,7 @@ fn pseudo_remainder<A: Clone + Ord>(
         let work = rest.terms().len() * head.terms().len() + divisor.terms().len() * lead.terms().len();
         budget.spend(work as u64)?;
         let shift = Polynomial::term(Monomial::of([(atom.clone(), high - low)])?, BigRational::one());
-        rest = rest
-            .times(&head)?
-            .minus(&divisor.times(&lead)?.times(&shift)?)
-            .primitive();
+        rest = rest.times(&head)?.minus(&divisor.times(&lead)?.times(&shift)?).primitive();
     }
     Some(rest)
 }

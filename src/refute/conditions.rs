@@ -85,7 +85,9 @@ fn reached(term: &Term, definitions: &Definitions, inputs: &[Value]) -> Option<V
 fn is(fact: Fact, graph: &Graph) -> bool {
     let some = |wanted: fn(&State) -> bool| graph.states.iter().any(wanted);
     let start = &graph.states[0];
-    let ended_at_once = |state: &State| !matches!(state, State::Running(_));
+    let now = at_once(graph);
+    let first: Vec<&State> = now.iter().map(|place| &graph.states[*place]).collect();
+    let ended = |state: &State| !matches!(state, State::Running(_));
     match fact {
         Fact::NeverAborts => !some(|state| *state == State::Aborted),
         Fact::NeverStops => !some(|state| matches!(state, State::Stopped(_))),
@@ -99,12 +101,12 @@ fn is(fact: Fact, graph: &Graph) -> bool {
             State::Running(_) => false,
         },
         Fact::Immediate => matches!(start, State::Stopped(_)),
-        Fact::NotStopped => !matches!(start, State::Stopped(_)),
-        Fact::Running => !ended_at_once(start),
-        Fact::Guarded => !at_once(graph).iter().any(|place| matches!(graph.states[*place], State::Stopped(_))),
+        Fact::NotStopped => !first.iter().any(|state| matches!(state, State::Stopped(_))),
+        Fact::Running => !first.iter().any(|state| ended(state)),
+        Fact::Guarded => !first.iter().any(|state| matches!(state, State::Stopped(_))),
         Fact::Still => {
-            let now = at_once(graph);
-            !graph.transitions.iter().any(|step| now.contains(&step.from) && communicates(&step.label))
+            let acts = |label: &Label| communicates(label) || draws(label);
+            !graph.transitions.iter().any(|step| now.contains(&step.from) && acts(&step.label))
         }
     }
 }

@@ -152,10 +152,7 @@ fn cancel(numerator: Real, denominator: Real) -> (Real, Real) {
     let mut budget = Budget::new(DIVISOR_BUDGET);
     let reduced = || {
         let divisor = numerator.common_divisor(&denominator, &mut budget)?;
-        Some((
-            numerator.divide(&divisor, &mut budget)?,
-            denominator.divide(&divisor, &mut budget)?,
-        ))
+        Some((numerator.divide(&divisor, &mut budget)?, denominator.divide(&divisor, &mut budget)?))
     };
     let mut reduced = reduced;
     match reduced() {
@@ -182,10 +179,9 @@ impl Atom {
     /// The polynomial that is its square, for roots of what is certainly not negative.
     fn square(&self) -> Option<&Real> {
         match self {
-            Atom::Root(inner) if inner.plainly_nonnegative() => inner
-                .parts()
-                .filter(|(_, denominator)| denominator.is_one())
-                .map(|(numerator, _)| numerator),
+            Atom::Root(inner) if inner.plainly_nonnegative() => {
+                inner.parts().filter(|(_, denominator)| denominator.is_one()).map(|(numerator, _)| numerator)
+            }
             _ => None,
         }
     }
@@ -245,13 +241,7 @@ fn excluded(monomial: &Monomial<Atom>) -> Result<bool, ValueError> {
     let conditions: Vec<&Value> = monomial
         .factors()
         .iter()
-        .filter_map(|(atom, _)| {
-            if let Atom::Positive(value) = atom {
-                Some(value)
-            } else {
-                None
-            }
-        })
+        .filter_map(|(atom, _)| if let Atom::Positive(value) = atom { Some(value) } else { None })
         .collect();
     for (place, condition) in conditions.iter().enumerate() {
         let opposite = condition.neg()?;
@@ -282,11 +272,7 @@ fn free_denominator(mut numerator: Real, mut denominator: Real) -> Result<(Real,
             };
             let root = Polynomial::atom(atom.clone());
             // (A + B*s)(A - B*s) = A^2 - B^2*s^2 and, where s^2 = s, (A + B*s)(A + B - B*s) = A*(A + B).
-            let other = if atom.is_binary() {
-                constant.plus(&factor)
-            } else {
-                constant.clone()
-            };
+            let other = if atom.is_binary() { constant.plus(&factor) } else { constant.clone() };
             let conjugate = relations(other.minus(&product(&factor, &root)?))?;
             let freed = relations(product(&denominator, &conjugate)?)?;
             if freed.is_zero() || freed.degree_in(&atom) > 0 {
@@ -308,17 +294,10 @@ impl Value {
     /// Not negative, as its form alone shows: sums of squares and of things that are never negative.
     pub(super) fn plainly_nonnegative(&self) -> bool {
         self.parts().is_some_and(|(numerator, denominator)| {
-            numerator
-                .terms()
-                .iter()
-                .chain(denominator.terms())
-                .all(|(monomial, number)| {
-                    number.is_positive()
-                        && monomial
-                            .factors()
-                            .iter()
-                            .all(|(atom, exponent)| exponent % 2 == 0 || atom.plainly_nonnegative())
-                })
+            numerator.terms().iter().chain(denominator.terms()).all(|(monomial, number)| {
+                number.is_positive()
+                    && monomial.factors().iter().all(|(atom, exponent)| exponent % 2 == 0 || atom.plainly_nonnegative())
+            })
         })
     }
 

@@ -30,9 +30,7 @@ impl Value {
         let numbers: Option<Vec<BigRational>> = elements.iter().map(Value::as_rational).collect();
         if let Some(numbers) = numbers {
             let greatest = numbers.into_iter().max();
-            return greatest
-                .map(Value::rational)
-                .ok_or_else(|| ValueError::new("max of nothing"));
+            return greatest.map(Value::rational).ok_or_else(|| ValueError::new("max of nothing"));
         }
         let (elements, offset) = take_apart(elements)?;
         flat_maximum(elements)?.sub(&offset)
@@ -77,20 +75,16 @@ impl Value {
     ) -> Result<Value, ValueError> {
         let condition = Value::truth(relation, left, right)?;
         if then.sort() != other.sort() {
-            let text = format!(
-                "the branches of `if` differ in sort: {} and {}",
-                then.sort(),
-                other.sort()
-            );
+            let text = format!("the branches of `if` differ in sort: {} and {}", then.sort(), other.sort());
             return Err(ValueError(text));
         }
         match condition.as_rational() {
             Some(number) if number.is_one() => Ok(then.clone()),
             Some(_) => Ok(other.clone()),
             None if then == other => Ok(then.clone()),
-            None if then.sort() == Sort::Distribution => Err(ValueError::new(
-                "`if` between distributions needs a condition that is decided",
-            )),
+            None if then.sort() == Sort::Distribution => {
+                Err(ValueError::new("`if` between distributions needs a condition that is decided"))
+            }
             None => other.add(&then.sub(other)?.mul(&condition)?),
         }
     }
@@ -108,11 +102,7 @@ impl Value {
                 let Some(part) = difference.component(place) else { break };
                 equal = equal.mul(&Value::truth(Relation::Eq, &part, &Value::zero())?)?;
             }
-            return if relation == Relation::Eq {
-                Ok(equal)
-            } else {
-                opposite(equal)
-            };
+            return if relation == Relation::Eq { Ok(equal) } else { opposite(equal) };
         }
         let difference = left.sub(right)?;
         match relation {
@@ -184,11 +174,7 @@ fn take_apart(elements: &[Value]) -> Result<(Vec<Value>, Value), ValueError> {
     let mut offset = Value::zero();
     for (atom, (number, count)) in &least {
         // Where an element does not have the atom its coefficient there is 0.
-        let number = if *count < elements.len() {
-            number.clone().min(BigRational::zero())
-        } else {
-            number.clone()
-        };
+        let number = if *count < elements.len() { number.clone().min(BigRational::zero()) } else { number.clone() };
         offset = offset.sub(&multiple(&number, atom)?)?;
     }
     let mut flat = Vec::new();
@@ -219,10 +205,7 @@ fn flat_maximum(mut elements: Vec<Value>) -> Outcome {
     elements.sort();
     elements.dedup();
     let elements = undominated(elements)?;
-    let mut least = elements
-        .first()
-        .cloned()
-        .ok_or_else(|| ValueError::new("max of nothing"))?;
+    let mut least = elements.first().cloned().ok_or_else(|| ValueError::new("max of nothing"))?;
     for element in &elements {
         if element.formal_order(&least)? == Ordering::Less {
             least = element.clone();
@@ -237,10 +220,7 @@ fn flat_maximum(mut elements: Vec<Value>) -> Outcome {
     }
     let content = common_content(&differences);
     let scale = content.recip();
-    let mut scaled = differences
-        .iter()
-        .map(|part| part.scale(&scale))
-        .collect::<Result<Vec<_>, _>>()?;
+    let mut scaled = differences.iter().map(|part| part.scale(&scale)).collect::<Result<Vec<_>, _>>()?;
     scaled.sort();
     multiple(&content, &scaled.into())?.add(&least)
 }
@@ -277,9 +257,7 @@ fn drop_between(kept: &mut Vec<Value>) -> Result<(), ValueError> {
             differences.push(other.sub(&kept[place])?);
         }
         let between = differences.iter().enumerate().any(|(count, first)| {
-            differences[count + 1..]
-                .iter()
-                .any(|second| is_opposite(first, second).unwrap_or(false))
+            differences[count + 1..].iter().any(|second| is_opposite(first, second).unwrap_or(false))
         });
         if between {
             kept.swap_remove(place);
@@ -299,10 +277,7 @@ fn is_opposite(first: &Value, second: &Value) -> Result<bool, ValueError> {
 
 /// The positive rational that leaves all numerators together with coprime integer coefficients.
 fn common_content(values: &[Value]) -> BigRational {
-    let numerators: Vec<&Real> = values
-        .iter()
-        .filter_map(|value| value.parts().map(|(top, _)| top))
-        .collect();
+    let numerators: Vec<&Real> = values.iter().filter_map(|value| value.parts().map(|(top, _)| top)).collect();
     let contents = numerators.iter().map(|numerator| numerator.content());
     contents.reduce(|a, b| gcd(&a, &b)).unwrap_or_else(BigRational::one)
 }

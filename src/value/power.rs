@@ -20,16 +20,11 @@ impl Value {
     pub fn power(&self, exponent: &Value) -> Result<Value, ValueError> {
         if exponent.sort() != Sort::Real || self.sort() != Sort::Real {
             let wrong = if self.sort() == Sort::Real { exponent } else { self };
-            return Err(ValueError(format!(
-                "a power needs numbers, and this is {}",
-                wrong.sort()
-            )));
+            return Err(ValueError(format!("a power needs numbers, and this is {}", wrong.sort())));
         }
         match exponent.as_rational() {
             Some(number) if number.is_integer() => self.integer_power(number.numer()),
-            Some(_) => Err(ValueError::new(
-                "an exponent must be an integer; write sqrt(x) for a square root",
-            )),
+            Some(_) => Err(ValueError::new("an exponent must be an integer; write sqrt(x) for a square root")),
             None => self.symbolic_power(exponent),
         }
     }
@@ -39,10 +34,7 @@ impl Value {
         if exponent.is_zero() {
             return Ok(Value::one());
         }
-        if let Some(number) = self
-            .as_rational()
-            .filter(|number| number.is_zero() || number.abs().is_one())
-        {
+        if let Some(number) = self.as_rational().filter(|number| number.is_zero() || number.abs().is_one()) {
             let odd = exponent.is_odd() || number.is_zero();
             if number.is_zero() && exponent.is_negative() {
                 return Err(ValueError::new("division by zero"));
@@ -73,11 +65,7 @@ fn raise(base: &Real, exponent: &Value) -> Outcome {
     if base.is_zero() {
         return split(&Value::zero(), exponent);
     }
-    let content = if base.leading().is_negative() {
-        -base.content()
-    } else {
-        base.content()
-    };
+    let content = if base.leading().is_negative() { -base.content() } else { base.content() };
     let monomial = base.monomial_content();
     let mut result = raise_number(&content, exponent)?;
     for (atom, count) in monomial.factors() {
@@ -85,11 +73,7 @@ fn raise(base: &Real, exponent: &Value) -> Outcome {
         result = result.mul(&raise_atom(atom, &times)?)?;
     }
     let rest = base.without(&monomial).primitive();
-    if rest.is_one() {
-        Ok(result)
-    } else {
-        result.mul(&split(&Value::whole(rest)?, exponent)?)
-    }
+    if rest.is_one() { Ok(result) } else { result.mul(&split(&Value::whole(rest)?, exponent)?) }
 }
 
 fn raise_atom(atom: &Atom, exponent: &Value) -> Outcome {
@@ -100,11 +84,7 @@ fn raise_atom(atom: &Atom, exponent: &Value) -> Outcome {
 }
 
 fn raise_number(number: &BigRational, exponent: &Value) -> Outcome {
-    let mut result = if number.is_negative() {
-        split(&Value::integer(-1), exponent)?
-    } else {
-        Value::one()
-    };
+    let mut result = if number.is_negative() { split(&Value::integer(-1), exponent)? } else { Value::one() };
     for (factor, count) in factors(&number.numer().abs()) {
         let times = exponent.mul(&Value::rational(BigRational::from_integer(count.into())))?;
         result = result.mul(&split(&whole(factor), &times)?)?;

@@ -32,11 +32,7 @@ impl Value {
         let integers = Polynomial::of(integers);
         let rest = numerator.minus(&integers);
         let integers = Value::whole(integers)?;
-        if rest.is_zero() {
-            Ok(integers)
-        } else {
-            Atom::Floor(Value::whole(rest)?).value()?.add(&integers)
-        }
+        if rest.is_zero() { Ok(integers) } else { Atom::Floor(Value::whole(rest)?).value()?.add(&integers) }
     }
 
     /// The least integer that is not less.

@@ -70,9 +70,7 @@ impl Value {
         let decided: BTreeMap<&Atom, Option<Value>> = done
             .iter()
             .map(|(atom, image)| {
-                let fixed = image
-                    .clone()
-                    .filter(|image| atom.is_binary() && image.as_rational().is_some());
+                let fixed = image.clone().filter(|image| atom.is_binary() && image.as_rational().is_some());
                 (*atom, fixed)
             })
             .collect();
@@ -123,10 +121,7 @@ impl Value {
             let [weight, part] = pair else { continue };
             weight.real()?;
             if part.sort() != Sort::Distribution {
-                return Err(ValueError(format!(
-                    "Mix mixes distributions, and `{part}` is {}",
-                    part.sort()
-                )));
+                return Err(ValueError(format!("Mix mixes distributions, and `{part}` is {}", part.sort())));
             }
             let number = weight.as_rational();
             if number.as_ref().is_some_and(Signed::is_negative) {
@@ -151,10 +146,7 @@ fn replace_atom(atom: &Atom, images: &mut dyn FnMut(&Name) -> Option<Value>) -> 
         return Ok(images(name));
     }
     let old = atom.parts();
-    let new = old
-        .iter()
-        .map(|part| part.replace(images))
-        .collect::<Result<Vec<_>, _>>()?;
+    let new = old.iter().map(|part| part.replace(images)).collect::<Result<Vec<_>, _>>()?;
     if old.iter().zip(&new).all(|(old, new)| *old == new) {
         return Ok(None);
     }
@@ -186,11 +178,7 @@ fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outco
                 stay.push((atom.clone(), *exponent));
                 continue;
             };
-            let power = if *exponent == 1 {
-                image.clone()
-            } else {
-                image.integer_power(&(*exponent).into())?
-            };
+            let power = if *exponent == 1 { image.clone() } else { image.integer_power(&(*exponent).into())? };
             product = Some(match product {
                 None => power,
                 Some(product) => product.mul(&power)?,
@@ -202,11 +190,7 @@ fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outco
         };
         let rest = crate::polynomial::Monomial::of(stay).ok_or_else(ValueError::too_large)?;
         let rest = Polynomial::term(rest, number.clone());
-        let term = if rest.is_one() {
-            product
-        } else {
-            product.mul(&Value::whole(rest)?)?
-        };
+        let term = if rest.is_one() { product } else { product.mul(&Value::whole(rest)?)? };
         sum = Some(match sum {
             None => term,
             Some(sum) => sum.add(&term)?,

@@ -57,11 +57,7 @@ impl Printer {
     }
 
     fn list(&mut self, parts: &[Value]) -> String {
-        parts
-            .iter()
-            .map(|part| self.value(part).0)
-            .collect::<Vec<_>>()
-            .join(",")
+        parts.iter().map(|part| self.value(part).0).collect::<Vec<_>>().join(",")
     }
 
     fn distribution(&mut self, kind: &str, parts: &[Value]) -> String {
@@ -92,10 +88,7 @@ impl Printer {
         }
         let top = self.sum(&numerator, &Monomial::one());
         let bottom = self.sum(&denominator, &Monomial::one());
-        (
-            format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)),
-            Level::Product,
-        )
+        (format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product)
     }
 
     /// `x*sqrt(s)/s` as `x/sqrt(s)`.
@@ -107,10 +100,7 @@ impl Printer {
         })?;
         let top = numerator.without(&Monomial::of([(root.clone(), 1)])?);
         let (top, bottom) = (self.sum(&top, &Monomial::one()), self.atom(root));
-        Some((
-            format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)),
-            Level::Product,
-        ))
+        Some((format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product))
     }
 
     /// A sum of terms over one monomial.
@@ -151,11 +141,7 @@ impl Printer {
                 all.iter().map(|(_, exponent)| exponent.unsigned_abs()).sum()
             };
             let text = self.term(&(coefficient.abs() / &content), &all);
-            inner.push(Piece {
-                negative: coefficient.is_negative(),
-                text,
-                degree,
-            });
+            inner.push(Piece { negative: coefficient.is_negative(), text, degree });
         }
         if !together {
             pieces.append(&mut inner);
@@ -165,11 +151,7 @@ impl Printer {
         let bracket = wrap(join(inner), Level::Power);
         let (tops, bottoms) = self.factors(powers);
         let text = quotient(content, tops.into_iter().chain([bracket]).collect(), bottoms);
-        pieces.push(Piece {
-            negative: false,
-            text,
-            degree: 1000,
-        });
+        pieces.push(Piece { negative: false, text, degree: 1000 });
     }
 
     fn term(&mut self, coefficient: &BigRational, factors: &[(Atom, i64)]) -> Text {
@@ -194,11 +176,7 @@ impl Printer {
                 continue;
             }
             let text = self.power(atom, exponent.unsigned_abs());
-            if *exponent > 0 {
-                tops.push(text)
-            } else {
-                bottoms.push(text)
-            }
+            if *exponent > 0 { tops.push(text) } else { bottoms.push(text) }
         }
         for (exponent, base) in bases {
             let base = wrap(number(&base), Level::Atom);
@@ -219,11 +197,7 @@ impl Printer {
             return inner.map(|inner| format!("{base}^{inner}")).unwrap_or_default();
         }
         let text = self.atom(atom);
-        if exponent == 1 {
-            wrap(text, Level::Power)
-        } else {
-            format!("{}^{exponent}", wrap(text, Level::Atom))
-        }
+        if exponent == 1 { wrap(text, Level::Power) } else { format!("{}^{exponent}", wrap(text, Level::Atom)) }
     }
 
     fn atom(&mut self, atom: &Atom) -> Text {
@@ -269,21 +243,13 @@ fn join(mut pieces: Vec<Piece>) -> Text {
         }
         whole.push_str(&wrap(piece.text, Level::Product));
     }
-    if whole.is_empty() {
-        ("0".to_string(), Level::Atom)
-    } else {
-        (whole, Level::Sum)
-    }
+    if whole.is_empty() { ("0".to_string(), Level::Atom) } else { (whole, Level::Sum) }
 }
 
 /// `p*a*b/(q*c)`; without divisors `p/q*a*b`.
 fn quotient(coefficient: BigRational, mut tops: Vec<String>, mut bottoms: Vec<String>) -> Text {
     let apart = bottoms.is_empty();
-    let head = if apart {
-        coefficient.clone()
-    } else {
-        BigRational::from_integer(coefficient.numer().clone())
-    };
+    let head = if apart { coefficient.clone() } else { BigRational::from_integer(coefficient.numer().clone()) };
     if !head.is_one() || tops.is_empty() {
         tops.insert(0, head.to_string());
     }
@@ -292,11 +258,7 @@ fn quotient(coefficient: BigRational, mut tops: Vec<String>, mut bottoms: Vec<St
         1 if apart && (coefficient.is_integer() || !head.is_one()) => Level::Atom,
         _ => Level::Product,
     };
-    let level = if tops.len() == 1 && apart && !coefficient.is_integer() {
-        Level::Product
-    } else {
-        level
-    };
+    let level = if tops.len() == 1 && apart && !coefficient.is_integer() { Level::Product } else { level };
     let top = tops.join("*");
     if apart {
         return (top, level);
@@ -304,11 +266,7 @@ fn quotient(coefficient: BigRational, mut tops: Vec<String>, mut bottoms: Vec<St
     if !coefficient.is_integer() {
         bottoms.insert(0, coefficient.denom().to_string());
     }
-    let bottom = if bottoms.len() == 1 {
-        bottoms.swap_remove(0)
-    } else {
-        format!("({})", bottoms.join("*"))
-    };
+    let bottom = if bottoms.len() == 1 { bottoms.swap_remove(0) } else { format!("({})", bottoms.join("*")) };
     (format!("{top}/{bottom}"), Level::Product)
 }
 

@@ -24,9 +24,7 @@ impl Printer {
             })
         };
         let leads = |value: &Value| value.parts().is_some_and(|(top, _)| top.leading().is_positive());
-        let (atom, condition) = conditions()
-            .find(|(_, condition)| leads(condition))
-            .or_else(|| conditions().next())?;
+        let (atom, condition) = conditions().find(|(_, condition)| leads(condition)).or_else(|| conditions().next())?;
         if self.expansions < 3 || denominator.degree_in(&atom) > 0 {
             return None;
         }
@@ -45,10 +43,8 @@ impl Printer {
             let condition_text = self.condition(&condition, ">");
             let second = self.condition(&condition, "<");
             let texts = [more, less, equal].map(|part| wrap(self.value(&part), Level::Sum));
-            let text = format!(
-                "if {condition_text} then {} else if {second} then {} else {}",
-                texts[0], texts[1], texts[2]
-            );
+            let text =
+                format!("if {condition_text} then {} else if {second} then {} else {}", texts[0], texts[1], texts[2]);
             return Some((text, Level::Choice));
         };
         let condition = self.condition(&condition, symbol);
@@ -59,17 +55,11 @@ impl Printer {
 
     /// A comparison of a value with 0, its negative terms on the other side.
     pub(super) fn condition(&mut self, value: &Value, symbol: &str) -> String {
-        let sides = value
-            .parts()
-            .filter(|(_, denominator)| denominator.is_one())
-            .map(|(numerator, _)| {
-                let (more, less): (Vec<_>, Vec<_>) = numerator
-                    .terms()
-                    .iter()
-                    .cloned()
-                    .partition(|(_, number)| number.is_positive());
-                (Polynomial::of(more), Polynomial::zero().minus(&Polynomial::of(less)))
-            });
+        let sides = value.parts().filter(|(_, denominator)| denominator.is_one()).map(|(numerator, _)| {
+            let (more, less): (Vec<_>, Vec<_>) =
+                numerator.terms().iter().cloned().partition(|(_, number)| number.is_positive());
+            (Polynomial::of(more), Polynomial::zero().minus(&Polynomial::of(less)))
+        });
         let (left, right, symbol) = match sides {
             Some((left, right)) if left.is_zero() => (right, left, mirrored(symbol)),
             Some((left, right)) => (left, right, symbol),
@@ -87,9 +77,7 @@ impl Printer {
             return Err((Vec::new(), sum.clone()));
         }
         self.expansions -= 1;
-        let mut rest = hinges
-            .iter()
-            .fold(sum.clone(), |rest, hinge| rest.minus(&hinge.polynomial()));
+        let mut rest = hinges.iter().fold(sum.clone(), |rest, hinge| rest.minus(&hinge.polynomial()));
         let mut pieces = Vec::new();
         let mut place = 0;
         while place < hinges.len() {
@@ -113,10 +101,7 @@ impl Printer {
         {
             return Ok(text);
         }
-        Err((
-            pieces,
-            hinges.iter().fold(rest, |rest, hinge| rest.plus(&hinge.polynomial())),
-        ))
+        Err((pieces, hinges.iter().fold(rest, |rest, hinge| rest.plus(&hinge.polynomial()))))
     }
 
     /// `2*max(0,x) - x` is `abs(x)`.
@@ -149,21 +134,14 @@ impl Printer {
             if !opposite || partner.cofactor != hinge.cofactor {
                 continue;
             }
-            let width = upper
-                .scale(&partner.coefficient.abs())
-                .and_then(|upper| inner.sub(&upper))
-                .ok()?;
+            let width = upper.scale(&partner.coefficient.abs()).and_then(|upper| inner.sub(&upper)).ok()?;
             let Some(width) = width.as_rational().filter(BigRational::is_positive) else {
                 continue;
             };
             // Without its constant term the middle reads best; the bounds move with it.
             let low = -inner.parts()?.0.constant_term();
             let high = &low + &width;
-            let sign = if hinge.coefficient.is_negative() {
-                -low.clone()
-            } else {
-                low.clone()
-            };
+            let sign = if hinge.coefficient.is_negative() { -low.clone() } else { low.clone() };
             *rest = rest.minus(&Polynomial::term(hinge.cofactor.clone(), sign));
             let middle = inner.add(&Value::rational(low.clone())).ok()?;
             let text = format!("min({high},max({low},{}))", self.value(&middle).0);
@@ -200,28 +178,19 @@ impl Printer {
     }
 
     fn piece(&mut self, coefficient: &BigRational, cofactor: &Monomial<Atom>, text: String) -> Piece {
-        let factors: Vec<(Atom, i64)> = cofactor
-            .factors()
-            .iter()
-            .map(|(atom, exponent)| (atom.clone(), i64::from(*exponent)))
-            .collect();
+        let factors: Vec<(Atom, i64)> =
+            cofactor.factors().iter().map(|(atom, exponent)| (atom.clone(), i64::from(*exponent))).collect();
         let (mut tops, bottoms) = self.factors(&factors);
         tops.push(text);
         let text = super::quotient(coefficient.abs(), tops, bottoms);
-        Piece {
-            negative: coefficient.is_negative(),
-            text,
-            degree: cofactor.degree() + 1,
-        }
+        Piece { negative: coefficient.is_negative(), text, degree: cofactor.degree() + 1 }
     }
 }
 
 impl Hinge {
     fn polynomial(&self) -> Real {
         let maximum = Polynomial::atom(Atom::Maximum(self.elements.clone()));
-        maximum
-            .times_term(&self.cofactor, &self.coefficient)
-            .unwrap_or_else(Polynomial::zero)
+        maximum.times_term(&self.cofactor, &self.coefficient).unwrap_or_else(Polynomial::zero)
     }
 }
 
@@ -229,22 +198,11 @@ impl Hinge {
 fn hinges(sum: &Real) -> Vec<Hinge> {
     let mut found = Vec::new();
     for (monomial, number) in sum.terms() {
-        let mut maxima = monomial
-            .factors()
-            .iter()
-            .filter(|(atom, _)| matches!(atom, Atom::Maximum(_)));
+        let mut maxima = monomial.factors().iter().filter(|(atom, _)| matches!(atom, Atom::Maximum(_)));
         if let (Some((Atom::Maximum(elements), 1)), None) = (maxima.next(), maxima.next()) {
-            let cofactor = monomial
-                .factors()
-                .iter()
-                .filter(|(atom, _)| !matches!(atom, Atom::Maximum(_)))
-                .cloned();
+            let cofactor = monomial.factors().iter().filter(|(atom, _)| !matches!(atom, Atom::Maximum(_))).cloned();
             if let Some(cofactor) = Monomial::of(cofactor) {
-                found.push(Hinge {
-                    coefficient: number.clone(),
-                    cofactor,
-                    elements: elements.clone(),
-                });
+                found.push(Hinge { coefficient: number.clone(), cofactor, elements: elements.clone() });
             }
         }
     }
@@ -258,16 +216,8 @@ fn fixed(polynomial: &Real, conditions: &[Atom], holds: Option<&Atom>) -> Real {
             .factors()
             .iter()
             .any(|(atom, _)| conditions.contains(atom) && holds.is_none_or(|holds| holds != atom));
-        let rest = monomial
-            .factors()
-            .iter()
-            .filter(|(atom, _)| !conditions.contains(atom))
-            .cloned();
-        if zero {
-            None
-        } else {
-            Some((Monomial::of(rest)?, number.clone()))
-        }
+        let rest = monomial.factors().iter().filter(|(atom, _)| !conditions.contains(atom)).cloned();
+        if zero { None } else { Some((Monomial::of(rest)?, number.clone())) }
     });
     Polynomial::of(terms)
 }
