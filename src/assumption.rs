@@ -1,62 +1,90 @@
-//! What is assumed of variables, and the decision of comparisons under it: exact, sound, incomplete.
+//! What is assumed of variables (`t > 0`, `a != b`, n natural), and what follows from it.
 //!
-//! A comparison is brought to `d REL 0` and refuted or confirmed by linear reasoning over monomials
-//! (Fourier–Motzkin elimination with exact rationals), with the signs of monomials and products of pairs of
-//! assumptions as further facts. When this does not settle it, the answer is `None`.
+//! Every answer is sound: `Some` only where it follows, for all values of the variables that meet the assumptions and
+//! for which both sides are defined; else `None`. The procedure: signs of the parts, then linear arithmetic over
+//! monomials with products of assumptions, then the same after splitting on maxima, conditions and `!=`.
 
 mod linear;
+mod refute;
+mod sign;
+mod simplify;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use num_traits::{Signed, Zero};
 
 use crate::name::Name;
-use crate::value::{Atom, Exponent, Relation, Value, View};
-use linear::{Inequality, infeasible};
+use crate::polynomial::Polynomial;
+use crate::value::{Atom, Relation, Sort, Value};
+use linear::{Bound, Constraint};
+use sign::Signs;
 
-/// Facts about variables: comparisons with 0, and which are natural numbers. Cheap enough to copy.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Facts about variables; cheap enough to copy.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Assumptions {
-    facts: Vec<(Relation, Value)>,
+    /// As assumed: each value stands in the relation to 0; only `=`, `!=`, `>` and `>=` occur.
+    stated: Vec<(Relation, Value)>,
     naturals: BTreeSet<Name>,
+    /// Variables that an equation gives, in the order in which they were solved.
+    solved: Vec<(Name, Value)>,
+    /// The stated facts with the solved variables put in and without denominators.
+    constraints: Vec<Constraint>,
+    /// Polynomials that are not 0.
+    nonzero: Vec<Polynomial<Atom>>,
+    /// The signs that single atoms may have.
+    signs: BTreeMap<Atom, Signs>,
 }
 
-/// How deep decisions about parts of a value go.
-const DEPTH: usize = 4;
-
 impl Assumptions {
-    /// Assumes a comparison. One between values that cannot be compared is ignored.
+    /// Assumes that the relation holds. What says nothing about numbers is left out, which is always sound.
     pub fn assume(&mut self, relation: Relation, left: &Value, right: &Value) {
-        let (relation, difference) = match relation {
-            Relation::Lss | Relation::Lte => (relation.mirrored(), right.sub(left)),
-            _ => (relation, left.sub(right)),
+        let Ok(difference) = left.sub(right) else { return };
+        match (relation, difference.sort()) {
+            (_, Sort::Real) => {}
+            (Relation::Eq, Sort::Vector(length)) => {
+                let parts = (0..length).filter_map(|place| difference.component(place));
+                parts.for_each(|part| self.assume(Relation::Eq, &part, &Value::zero()));
+                return;
+            }
+            (Relation::Neq, Sort::Vector(_)) => {
+                if let Ok(length) = difference.norm().and_then(|norm| norm.mul(&norm)) {
+                    self.assume(Relation::Gtr, &length, &Value::zero());
+                }
+                return;
+            }
+            _ => return,
+        }
+        let (relation, value) = match relation {
+            Relation::Lss | Relation::Lte => match difference.neg() {
+                Ok(opposite) => (relation.mirrored(), opposite),
+                Err(_) => return,
+            },
+            other => (other, difference),
         };
-        if let Ok(difference) = difference
-            && !self.facts.contains(&(relation, difference.clone()))
-        {
-            self.facts.push((relation, difference));
+        if self.stated.iter().any(|(other, known)| *other == relation && *known == value) {
+            return;
+        }
+        self.stated.push((relation, value));
+        self.prepare();
+    }
+
+    /// Assumes that a variable is 0, 1, 2, …
+    pub fn assume_natural(&mut self, name: &Name) {
+        if self.naturals.insert(name.clone()) {
+            self.assume(Relation::Gte, &Value::variable(name), &Value::zero());
+            self.prepare();
         }
     }
 
-    /// Assumes that a variable is 0, 1, 2, ….
-    pub fn assume_natural(&mut self, name: &Name) {
-        self.naturals.insert(name.clone());
-    }
-
-    /// All variables about which something is assumed.
+    /// The variables that the assumptions mention.
     pub fn variables(&self) -> BTreeSet<Name> {
-        let mut all = self.naturals.clone();
-        all.extend(self.facts.iter().flat_map(|(_, value)| value.variables()));
-        all
+        let mut found = self.naturals.clone();
+        self.stated.iter().for_each(|(_, value)| found.extend(value.variables()));
+        found
     }
 
-    /// The comparisons, each `value REL 0`.
-    pub fn iter(&self) -> impl Iterator<Item = (Relation, Value)> + '_ {
-        self.facts.iter().cloned()
-    }
-
-    /// The variables assumed to be natural numbers.
+    /// The variables that are assumed natural.
     pub fn naturals(&self) -> &BTreeSet<Name> {
         &self.naturals
     }
@@ -64,379 +92,230 @@ impl Assumptions {
     /// Without everything that mentions one of these names.
     pub fn without(&self, names: &BTreeSet<Name>) -> Assumptions {
         let free = |value: &Value| names.iter().all(|name| !value.mentions(name));
-        Assumptions {
-            facts: self.facts.iter().filter(|(_, value)| free(value)).cloned().collect(),
+        let mut rest = Assumptions {
+            stated: self.stated.iter().filter(|(_, value)| free(value)).cloned().collect(),
             naturals: self.naturals.difference(names).cloned().collect(),
-        }
+            ..Assumptions::default()
+        };
+        rest.prepare();
+        rest
     }
 
-    /// Whether the assumptions are found to exclude each other.
+    /// The facts, each a value and its relation to 0: one of `=`, `!=`, `>`, `>=`.
+    pub fn iter(&self) -> impl Iterator<Item = (Relation, Value)> + '_ {
+        self.stated.iter().cloned()
+    }
+
+    /// Whether the assumptions are known to exclude each other, so that anything follows from them.
     pub fn contradictory(&self) -> bool {
-        let zero = Value::zero();
-        (0..self.facts.len()).any(|index| {
-            let mut others = self.clone();
-            let (relation, value) = others.facts.remove(index);
-            others.decide(relation, &value, &zero) == Some(false)
-        })
+        let impossible = |(relation, value): &(Relation, Value)| {
+            self.decide_unless_contradictory(*relation, value).is_some_and(|holds| !holds)
+        };
+        self.refutes(&Value::one(), Signs::POSITIVE) || self.stated.iter().any(impossible)
     }
 
-    /// Decides `left REL right`: `None` when undecided.
+    /// Whether the relation holds: `None` where neither it nor its opposite follows.
     pub fn decide(&self, relation: Relation, left: &Value, right: &Value) -> Option<bool> {
-        self.decided(relation, left, right, DEPTH)
-    }
-
-    fn decided(&self, relation: Relation, left: &Value, right: &Value, depth: usize) -> Option<bool> {
-        if left == right {
+        if left == right && left.sort() == Sort::Real {
             return Some(matches!(relation, Relation::Eq | Relation::Gte | Relation::Lte));
         }
-        if let (View::Vector(ours), View::Vector(theirs)) = (left.view(), right.view()) {
-            return self.decided_vectors(relation, &ours, &theirs, depth);
+        if left.sort() != Sort::Real || right.sort() != Sort::Real {
+            return self.decide_wholes(relation, left, right);
         }
-        let difference = left.sub(right).ok()?;
-        if let Some(number) = difference.as_rational() {
-            return Some(relation.holds(number.cmp(&BigRational::zero())));
-        }
-        let flipped = || difference.neg().ok();
-        match relation {
-            Relation::Gtr => self.truth(|| self.positive(&difference, depth), || self.not_negative(&flipped()?, depth)),
-            Relation::Gte => self.truth(|| self.not_negative(&difference, depth), || self.positive(&flipped()?, depth)),
-            Relation::Lss => self.truth(|| self.positive(&flipped()?, depth), || self.not_negative(&difference, depth)),
-            Relation::Lte => self.truth(|| self.not_negative(&flipped()?, depth), || self.positive(&difference, depth)),
-            Relation::Eq => self.truth(|| self.null(&difference, depth), || self.nonzero(&difference, depth)),
-            Relation::Neq => self.truth(|| self.nonzero(&difference, depth), || self.null(&difference, depth)),
-        }
+        self.decide_unless_contradictory(relation, &left.sub(right).ok()?)
     }
 
-    fn decided_vectors(&self, relation: Relation, ours: &[Value], theirs: &[Value], depth: usize) -> Option<bool> {
-        let each: Vec<Option<bool>> =
-            ours.iter().zip(theirs).map(|(a, b)| self.decided(Relation::Eq, a, b, depth)).collect();
-        let equal = if ours.len() != theirs.len() || each.contains(&Some(false)) {
-            Some(false)
-        } else if each.iter().all(|one| *one == Some(true)) {
-            Some(true)
-        } else {
-            None
-        };
-        match relation {
-            Relation::Eq => equal,
-            Relation::Neq => equal.map(|equal| !equal),
+    /// Vectors and distributions are only equal or not.
+    fn decide_wholes(&self, relation: Relation, left: &Value, right: &Value) -> Option<bool> {
+        if !matches!(relation, Relation::Eq | Relation::Neq) {
+            return None;
+        }
+        let equal = match (left.sort(), right.sort()) {
+            _ if left == right => Some(true),
+            (Sort::Vector(length), Sort::Vector(other)) if length == other => {
+                let mut all = Some(true);
+                for place in 0..length {
+                    match self.decide(Relation::Eq, &left.component(place)?, &right.component(place)?) {
+                        Some(true) => {}
+                        Some(false) => return Some(relation == Relation::Neq),
+                        None => all = None,
+                    }
+                }
+                all
+            }
             _ => None,
-        }
+        };
+        equal.map(|equal| equal == (relation == Relation::Eq))
     }
 
-    fn truth(&self, yes: impl Fn() -> Option<()>, no: impl Fn() -> Option<()>) -> Option<bool> {
-        if yes().is_some() { Some(true) } else { no().map(|()| false) }
-    }
-
-    fn positive(&self, value: &Value, depth: usize) -> Option<()> {
-        let numerator = self.numerator(value, depth)?;
-        self.excludes(Inequality::of(&numerator, false).negative(), depth)
-    }
-
-    fn not_negative(&self, value: &Value, depth: usize) -> Option<()> {
-        let numerator = self.numerator(value, depth)?;
-        let mut opposite = Inequality::of(&numerator, true).negative();
-        if self.integral(&numerator) {
-            opposite = opposite.at_least_one();
-        }
-        self.excludes(opposite, depth)
-    }
-
-    fn null(&self, value: &Value, depth: usize) -> Option<()> {
-        let numerator = value.numerator()?;
-        self.not_negative(&numerator, depth)?;
-        self.not_negative(&numerator.neg().ok()?, depth)
-    }
-
-    fn nonzero(&self, value: &Value, depth: usize) -> Option<()> {
-        let numerator = value.numerator()?;
-        if self.positive(&numerator, depth).is_some() || self.positive(&numerator.neg().ok()?, depth).is_some() {
-            return Some(());
-        }
-        if depth == 0 {
+    /// Compares a value with 0.
+    fn decide_unless_contradictory(&self, relation: Relation, value: &Value) -> Option<bool> {
+        let possible = self.possible_signs(value, Signs::of(relation));
+        if possible.is_empty() {
             return None;
         }
-        if let View::Real(sum, _) = numerator.view()
-            && let [(_, factors)] = sum.as_slice()
-            && !factors.is_empty()
-        {
-            return factors.iter().all(|(atom, _)| self.atom_nonzero(atom, depth - 1)).then_some(());
+        if possible.within(Signs::of(relation)) {
+            return Some(true);
         }
-        self.facts.iter().filter(|(relation, _)| *relation == Relation::Neq).find_map(|(_, fact)| {
-            let quotient = numerator.div(fact).ok()?;
-            let simpler = quotient.as_rational().is_some() || quotient.size() < numerator.size();
-            if simpler && (quotient.as_rational().is_some() || self.nonzero(&quotient, depth - 1).is_some()) {
-                Some(())
-            } else {
-                None
-            }
-        })
+        if possible.within(Signs::of(relation.negated())) { Some(false) } else { None }
     }
 
-    fn atom_nonzero(&self, atom: &Atom, depth: usize) -> bool {
-        let known = |value: &Value| {
-            self.facts.iter().any(|(relation, fact)| {
-                *relation == Relation::Neq
-                    && fact.div(value).ok().and_then(|quotient| quotient.as_rational()).is_some_and(|q| !q.is_zero())
-            })
-        };
-        match (atom, atom.value()) {
-            (Atom::Power(base, _), _) => self.nonzero(base, depth).is_some() || base.as_rational().is_some_and(|b| !b.is_zero()),
-            (_, Ok(value)) => {
-                known(&value)
-                    || self.positive(&value, depth).is_some()
-                    || value.neg().is_ok_and(|value| self.positive(&value, depth).is_some())
-            }
-            _ => false,
-        }
-    }
-
-    /// A polynomial with the sign of the value, if the denominator's sign is known.
-    fn numerator(&self, value: &Value, depth: usize) -> Option<Value> {
-        let denominator = value.denominator()?;
-        if denominator.as_rational().is_some_and(|number| number.is_one()) {
-            return value.numerator();
-        }
-        if depth == 0 {
-            return None;
-        }
-        if self.positive(&denominator, depth - 1).is_some() {
-            return value.numerator();
-        }
-        self.positive(&denominator.neg().ok()?, depth - 1)?;
-        value.numerator()?.neg().ok()
-    }
-
-    /// Whether a value is a whole number wherever the assumptions hold.
-    fn integral(&self, value: &Value) -> bool {
-        let View::Real(sum, denominator) = value.view() else { return false };
-        let whole = |atom: &Atom| match atom {
-            Atom::Variable(name) => self.naturals.contains(name),
-            Atom::Floor(_) | Atom::Positive(_) => true,
-            Atom::Maximum(parts) => parts.iter().all(|part| self.integral(part)),
-            _ => false,
-        };
-        let unit = matches!(denominator.as_slice(), [(number, factors)] if number.is_one() && factors.is_empty());
-        unit && sum.iter().all(|(number, factors)| number.is_integer() && factors.iter().all(|(atom, _)| whole(atom)))
-    }
-
-    /// Whether a value is 0, 1, 2, …: `None` when undecided.
+    /// Whether a value is 0, 1, 2, …
     pub fn is_natural(&self, value: &Value) -> Option<bool> {
+        if value.sort() != Sort::Real {
+            return Some(false);
+        }
         if let Some(number) = value.as_rational() {
             return Some(number.is_integer() && !number.is_negative());
         }
-        let at_least_zero = self.decide(Relation::Gte, value, &Value::zero());
-        match (self.integral(value), at_least_zero) {
-            (_, Some(false)) => Some(false),
-            (true, Some(true)) => Some(true),
-            _ => None,
+        if let Some(fraction) = self.fraction_part(value) {
+            if !fraction.is_zero() {
+                return Some(false);
+            }
+            return self.decide(Relation::Gte, value, &Value::zero());
         }
+        if self.decide(Relation::Gte, value, &Value::zero()) == Some(false) { Some(false) } else { None }
     }
 
-    /// Whether an inequality cannot hold together with what is assumed.
-    fn excludes(&self, opposite: Inequality, depth: usize) -> Option<()> {
-        let mut facts: Vec<Inequality> = Vec::new();
-        for (relation, value) in &self.facts {
-            self.add_fact(*relation, value, depth, &mut facts);
+    /// The constant by which a value differs from an integer, at least 0 and less than 1; `None` when unknown.
+    fn fraction_part(&self, value: &Value) -> Option<BigRational> {
+        let value = self.with_solved(value);
+        let (numerator, denominator) = value.polynomials()?;
+        if !denominator.is_one() {
+            return None;
         }
-        let own: Vec<Inequality> = facts.clone();
-        if own.len() <= 10 {
-            for (index, one) in own.iter().enumerate() {
-                facts.extend(own[index..].iter().filter_map(|other| one.times(other)));
+        let integral = numerator.terms().iter().all(|(monomial, number)| {
+            monomial.factors().is_empty() || (number.is_integer() && self.all_integral(monomial))
+        });
+        let constant = numerator.constant_term();
+        integral.then(|| &constant - constant.floor())
+    }
+
+    /// Whether all factors of a monomial are integers.
+    fn all_integral(&self, monomial: &crate::polynomial::Monomial<Atom>) -> bool {
+        monomial.factors().iter().all(|(atom, _)| match atom {
+            Atom::Variable(name) => self.naturals.contains(name),
+            Atom::Power(base, _) => {
+                atom.is_integral() || self.fraction_part(base).is_some_and(|fraction| fraction.is_zero())
+            }
+            other => other.is_integral(),
+        })
+    }
+
+    /// A value with the variables that equations give replaced.
+    fn with_solved(&self, value: &Value) -> Value {
+        let mut value = value.clone();
+        for (name, image) in &self.solved {
+            if value.mentions(name)
+                && let Ok(replaced) = value.with(name, image)
+            {
+                value = replaced;
             }
         }
-        let mut monomials = opposite.monomials();
-        facts.iter().for_each(|fact| monomials.extend(fact.monomials()));
-        for monomial in monomials {
-            self.add_sign(&monomial, depth, &mut facts);
-        }
-        facts.push(opposite);
-        infeasible(facts).then_some(())
+        value
     }
 
-    fn add_fact(&self, relation: Relation, value: &Value, depth: usize, facts: &mut Vec<Inequality>) {
-        let polynomial = match value.denominator().and_then(|denominator| denominator.as_rational()) {
-            Some(_) => value.numerator(),
-            None if depth > 0 => {
-                let others = Assumptions {
-                    facts: self.facts.iter().filter(|(_, other)| other != value).cloned().collect(),
-                    naturals: self.naturals.clone(),
-                };
-                others.numerator(value, depth - 1)
-            }
-            None => None,
-        };
-        let Some(polynomial) = polynomial else { return };
-        match relation {
-            Relation::Gtr if self.integral(&polynomial) => facts.push(Inequality::of(&polynomial, true).at_least_one()),
-            Relation::Gtr => facts.push(Inequality::of(&polynomial, true)),
-            Relation::Gte => facts.push(Inequality::of(&polynomial, false)),
-            Relation::Eq => {
-                facts.push(Inequality::of(&polynomial, false));
-                facts.push(Inequality::of(&polynomial, false).negative());
-            }
-            _ => {}
+    /// Derives what the decisions use from what was stated.
+    fn prepare(&mut self) {
+        self.solve_equations();
+        self.constraints.clear();
+        self.nonzero.clear();
+        self.signs.clear();
+        let stated = self.stated.clone();
+        for (relation, value) in &stated {
+            self.note_sign(*relation, &self.with_solved(value));
         }
+        for (relation, value) in &stated {
+            self.note_constraint(*relation, &self.with_solved(value));
+        }
+        self.constraints.sort();
+        self.constraints.dedup();
     }
 
-    /// What is known of a product whatever the assumptions: its sign, and the bounds of a single atom.
-    fn add_sign(&self, monomial: &[(Atom, Exponent)], depth: usize, facts: &mut Vec<Inequality>) {
-        if let [(atom, 1)] = monomial {
-            self.add_bounds(atom, facts);
-        }
-        let mut strict = true;
-        let mut negative = false;
-        for (atom, exponent) in monomial {
-            let Some((sign, nonzero)) = self.sign(atom, depth) else {
-                if exponent % 2 == 0 {
-                    strict = false;
-                    continue;
-                }
-                return;
-            };
-            strict &= nonzero;
-            negative ^= sign && exponent % 2 == 1;
-        }
-        let inequality = Inequality::monomial(monomial, strict);
-        facts.push(if negative { inequality.negated_terms() } else { inequality });
-    }
-
-    /// Whether an atom is at most 0 (else at least 0), and whether it is surely not 0.
-    fn sign(&self, atom: &Atom, depth: usize) -> Option<(bool, bool)> {
-        match atom {
-            Atom::Maximum(_) | Atom::Positive(_) | Atom::Root(_) => Some((false, false)),
-            Atom::Power(base, _) => match base.as_rational() {
-                Some(number) if number.is_positive() => Some((false, true)),
-                Some(_) => None,
-                None if depth > 0 => self.positive(base, depth - 1).map(|()| (false, true)),
-                None => None,
-            },
-            Atom::Variable(name) => self.variable_sign(name),
-            _ => None,
-        }
-    }
-
-    fn variable_sign(&self, name: &Name) -> Option<(bool, bool)> {
-        let mut found = self.naturals.contains(name).then_some((false, false));
-        for (relation, fact) in &self.facts {
-            let Some((factor, rest)) = fact.linear_in(name) else { continue };
-            let (Some(factor), Some(rest)) = (factor.as_rational(), rest.as_rational()) else { continue };
-            if factor.is_zero() {
+    /// Each equation that is linear in a variable, with a number as its factor, gives that variable.
+    fn solve_equations(&mut self) {
+        self.solved.clear();
+        for (relation, value) in self.stated.clone() {
+            if relation != Relation::Eq {
                 continue;
             }
-            // factor * x + rest REL 0
-            let bound = -rest / &factor;
-            let (above, strict) = match relation {
-                Relation::Gtr => (factor.is_positive(), true),
-                Relation::Gte => (factor.is_positive(), false),
-                _ => continue,
-            };
-            if above && !bound.is_negative() {
-                found = Some((false, strict || bound.is_positive() || found == Some((false, true))));
-            } else if !above && !bound.is_positive() {
-                found = Some((true, strict || bound.is_negative() || found == Some((true, true))));
-            }
+            let value = self.with_solved(&value);
+            let solution = value.variables().into_iter().find_map(|name| {
+                let (factor, rest) = value.linear_in(&name)?;
+                let factor = factor.as_rational().filter(|factor| !factor.is_zero())?;
+                let image = rest.scale(&-factor.recip()).ok()?;
+                // A natural is kept unless it is given: that it is natural says more than the equation.
+                let natural = |number: BigRational| number.is_integer() && !number.is_negative();
+                let replaceable = !self.naturals.contains(&name) || image.as_rational().is_some_and(natural);
+                replaceable.then_some((name, image))
+            });
+            self.solved.extend(solution);
         }
-        let apart = self.facts.iter().any(|(relation, fact)| {
-            *relation == Relation::Neq && fact.linear_in(name).is_some_and(|(factor, rest)| {
-                rest.is_zero() && factor.as_rational().is_some_and(|factor| !factor.is_zero())
-            })
-        });
-        found.map(|(negative, strict)| (negative, strict || apart))
     }
 
-    fn add_bounds(&self, atom: &Atom, facts: &mut Vec<Inequality>) {
-        let Ok(value) = atom.value() else { return };
-        let mut at_least = |difference: Result<Value, crate::value::ValueError>, strict: bool| {
-            if let Ok(difference) = difference
-                && difference.denominator().and_then(|d| d.as_rational()).is_some_and(|d| d.is_one())
-            {
-                facts.push(Inequality::of(&difference, strict));
+    /// Remembers the sign of an atom that a fact compares with a number.
+    fn note_sign(&mut self, relation: Relation, value: &Value) {
+        let Some((numerator, denominator)) = value.polynomials() else {
+            return;
+        };
+        let constant = numerator.constant_term();
+        let rest = numerator.minus(&Polynomial::constant(constant.clone()));
+        let [(monomial, number)] = rest.terms() else { return };
+        let ([(atom, 1)], true) = (monomial.factors(), denominator.is_one()) else {
+            return;
+        };
+        // number * atom + constant REL 0, so atom REL bound, mirrored for a negative number.
+        let bound = -constant / number;
+        let relation = if number.is_negative() { relation.mirrored() } else { relation };
+        let known = Signs::beyond(relation, &bound);
+        let entry = self.signs.entry(atom.clone()).or_insert(Signs::ANY);
+        *entry = entry.and(known);
+    }
+
+    fn note_constraint(&mut self, relation: Relation, value: &Value) {
+        let Some((numerator, denominator)) = value.polynomials() else {
+            return;
+        };
+        // Where the fact makes sense its denominator is not 0, and N/D compares with 0 as N*D does.
+        let Some(form) = numerator.times(denominator) else {
+            return;
+        };
+        let form = self.without_known_factors(&form);
+        let bound = match relation {
+            Relation::Eq => Bound::Zero,
+            Relation::Gtr => Bound::Positive,
+            Relation::Gte => Bound::Nonnegative,
+            _ => {
+                let quick = self.quick_signs(&form);
+                if !quick.within(Signs::NONNEGATIVE) {
+                    self.nonzero.push(form.primitive());
+                    return;
+                }
+                Bound::Positive
             }
         };
-        match atom {
-            Atom::Maximum(parts) => parts.iter().for_each(|part| at_least(value.sub(part), false)),
-            Atom::Positive(_) => at_least(Value::one().sub(&value), false),
-            Atom::Floor(of) => {
-                at_least(of.sub(&value), false);
-                at_least(value.add(&Value::one()).and_then(|next| next.sub(of)), true);
-            }
-            _ => {}
+        if bound == Bound::Positive {
+            self.nonzero.push(form.primitive());
         }
+        self.constraints.push(self.tightened(Constraint { form, bound }));
     }
 
-    /// The value with each `min`, `max`, `abs` and `if` resolved that the assumptions decide.
-    pub fn simplify(&self, value: &Value) -> Value {
-        self.simplified(value, DEPTH).unwrap_or_else(|| value.clone())
-    }
-
-    fn simplified(&self, value: &Value, depth: usize) -> Option<Value> {
-        match value.view() {
-            View::Vector(parts) => {
-                Value::vector(parts.iter().map(|part| self.simplify(part)).collect()).ok()
-            }
-            View::Distribution(kind, parts) => {
-                Value::distribution(&kind, parts.iter().map(|part| self.simplify(part)).collect()).ok()
-            }
-            View::Real(above, below) => {
-                let known: Vec<(Atom, Value)> = value
-                    .atoms()
-                    .into_iter()
-                    .filter_map(|atom| self.resolve(&atom, depth).map(|value| (atom, value)))
-                    .collect();
-                if known.is_empty() {
-                    return None;
-                }
-                let (above, below) = (rebuild(&above, &known)?, rebuild(&below, &known)?);
-                let result = above.div(&below).ok()?;
-                if depth == 0 || result == *value { Some(result) } else {
-                    Some(self.simplified(&result, depth - 1).unwrap_or(result))
-                }
-            }
+    /// A sum without the factors of its terms that are certainly positive.
+    fn without_known_factors(&self, form: &Polynomial<Atom>) -> Polynomial<Atom> {
+        if form.terms().len() == 1 {
+            return form.clone();
         }
-    }
-
-    fn resolve(&self, atom: &Atom, depth: usize) -> Option<Value> {
-        let zero = Value::zero();
-        match atom {
-            Atom::Positive(of) => {
-                let yes = self.decided(Relation::Gtr, of, &zero, depth)?;
-                Some(if yes { Value::one() } else { zero })
+        let shared = form.monomial_content();
+        let positive = shared.factors().iter().filter_map(|(atom, exponent)| {
+            let signs = self.atom_signs(atom);
+            if signs.within(Signs::POSITIVE) {
+                Some((atom.clone(), *exponent))
+            } else if signs.within(Signs::NONZERO) {
+                Some((atom.clone(), exponent - exponent % 2))
+            } else {
+                None
             }
-            Atom::Maximum(parts) => {
-                let mut all: Vec<Value> = parts.to_vec();
-                all.push(zero);
-                let before = all.len();
-                let mut index = 0;
-                while index < all.len() {
-                    let beaten = (0..all.len()).any(|other| {
-                        other != index && self.decided(Relation::Gte, &all[other], &all[index], depth) == Some(true)
-                    });
-                    if beaten {
-                        all.remove(index);
-                    } else {
-                        index += 1;
-                    }
-                }
-                if all.len() == before { None } else { Value::maximum(&all).ok() }
-            }
-            _ => None,
-        }
+        });
+        crate::polynomial::Monomial::of(positive).map_or_else(|| form.clone(), |known| form.without(&known))
     }
-}
-
-fn rebuild(sum: &[(BigRational, Vec<(Atom, Exponent)>)], known: &[(Atom, Value)]) -> Option<Value> {
-    let mut total = Value::zero();
-    for (number, factors) in sum {
-        let mut product = Value::rational(number.clone());
-        for (atom, exponent) in factors {
-            let factor = match known.iter().find(|(other, _)| other == atom) {
-                Some((_, value)) => value.clone(),
-                None => atom.value().ok()?,
-            };
-            product = product.mul(&factor.power(&Value::integer(i64::from(*exponent))).ok()?).ok()?;
-        }
-        total = total.add(&product).ok()?;
-    }
-    Some(total)
 }

@@ -1,10 +1,6 @@
-//! PARS: a symbolic engine and prover for the Process Algebra for Robot Schemas.
+//! PARS: a language, an algebra and a prover for robot programs and the world around them.
 //!
-//! The modules stand in the order in which a mission flows through them, and each imports only what stands above it.
-//! Above the line stands what a theorem rests on.
-
-#![forbid(unsafe_code)]
-#![deny(missing_docs)]
+//! The modules stand in the order in which each builds on the others: a module imports only what stands above it.
 
 pub mod name;
 pub mod polynomial;
@@ -27,9 +23,24 @@ pub mod parser;
 pub mod lower;
 pub mod printer;
 pub mod library;
+pub mod proof_file;
 // ── engine: every answer comes with its proof ──
+pub mod model;
+pub mod bisimulation;
+pub mod refute;
+pub mod stepper;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;
 pub mod refine;
 pub mod prove;
+// ── surface: what people see ──
+pub mod explain;
+pub mod report;
+pub mod admission;
+pub mod session;
+pub mod codes;
+pub mod progress;
+pub mod script;
+pub mod repl;
+pub mod cli;

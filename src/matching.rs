@@ -28,6 +28,9 @@ const MOST: usize = 64;
 #[derive(Clone, Default)]
 struct State {
     found: Substitution,
+    /// Whether each of two metavariables in sequence may stand for Stop. Not for laws that simplification uses:
+    /// they would apply to their own results for ever.
+    empty: bool,
     /// Values that must turn out equal once their metavariables are known.
     later: Vec<(Value, Value)>,
 }
@@ -35,7 +38,7 @@ struct State {
 /// All ways in which `pattern`, a side of `law`, applies at the root of `term` with the conditions met, at most 64.
 pub fn matches(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Vec<Match> {
     let mut out = Vec::new();
-    at_root(pattern, term, &mut |state, surrounding| {
+    at_root(pattern, term, &start(law), &mut |state, surrounding| {
         if let Some(substitution) = settle(law, state, context) {
             out.push(Match { substitution, surrounding });
         }
@@ -47,7 +50,7 @@ pub fn matches(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) ->
 /// The first of [`matches`].
 pub fn first_match(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Option<Match> {
     let mut out = None;
-    at_root(pattern, term, &mut |state, surrounding| {
+    at_root(pattern, term, &start(law), &mut |state, surrounding| {
         out = settle(law, state, context).map(|substitution| Match { substitution, surrounding });
         out.is_some()
     });
@@ -82,26 +85,58 @@ fn settle(law: &Law, mut state: State, context: &Context<'_>) -> Option<Substitu
     Some(state.found)
 }
 
+fn start(law: &Law) -> State {
+    State { empty: !law.oriented, ..State::default() }
+}
+
 /// Calls `found` with each match and what is left over, until it returns true.
-fn at_root(pattern: &Term, term: &Term, found: &mut dyn FnMut(State, Term) -> bool) -> bool {
+fn at_root(pattern: &Term, term: &Term, start: &State, found: &mut dyn FnMut(State, Term) -> bool) -> bool {
     let one = Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
-        (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|start| {
-            window(wanted, &parts[start..], start == 0, State::default(), &mut |state, used| {
-                let before = parts[..start].iter().cloned();
-                let after = parts[start + used..].iter().cloned();
-                found(state, Term::seq(before.chain([one.clone()]).chain(after)))
+        (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|place| {
+            window(
+                wanted,
+                &parts[place..],
+                if place == 0 { Place::Start } else { Place::Later },
+                start.clone(),
+                &mut |state, used| {
+                    let before = parts[..place].iter().cloned();
+                    let after = parts[place + used..].iter().cloned();
+                    found(state, Term::seq(before.chain([one.clone()]).chain(after)))
+                },
+            )
+        }),
+        (Node::Par(wanted), Node::Par(parts)) => {
+            choose(wanted, parts, (false, Term::par), start.clone(), &mut |state, rest| {
+                found(state, Term::par(rest.into_iter().chain([one.clone()])))
             })
-        }),
-        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (false, Term::par), State::default(), &mut |state, rest| {
-            found(state, Term::par(rest.into_iter().chain([one.clone()])))
-        }),
+        }
         (Node::Disable(wanted), Node::Disable(parts)) => {
-            choose(wanted, parts, (false, Term::disable), State::default(), &mut |state, rest| {
+            choose(wanted, parts, (false, Term::disable), start.clone(), &mut |state, rest| {
                 found(state, Term::disable(rest.into_iter().chain([one.clone()])))
             })
         }
-        _ => whole(pattern, term, State::default(), &mut |state| found(state, one.clone())),
+        _ => whole(pattern, term, start.clone(), &mut |state| found(state, one.clone())),
+    }
+}
+
+/// Where a run of parts begins: what may be taken there differs, to keep the number of ways small.
+#[derive(Clone, Copy)]
+enum Place {
+    /// At the first part of the sequence at which a law is applied.
+    Start,
+    /// At a later part of it.
+    Later,
+    /// In a sequence inside, which must be used up; a metavariable may stand for no part at all, that is for Stop.
+    Inside,
+}
+
+impl Place {
+    fn next(self) -> Place {
+        match self {
+            Place::Inside => Place::Inside,
+            _ => Place::Later,
+        }
     }
 }
 
@@ -109,7 +144,7 @@ fn at_root(pattern: &Term, term: &Term, found: &mut dyn FnMut(State, Term) -> bo
 fn window(
     wanted: &[Term],
     parts: &[Term],
-    at_start: bool,
+    at: Place,
     state: State,
     found: &mut dyn FnMut(State, usize) -> bool,
 ) -> bool {
@@ -119,28 +154,30 @@ fn window(
     let Some(name) = plain_meta(first) else {
         let Some((part, others)) = parts.split_first() else { return false };
         return whole(first, part, state, &mut |state| {
-            window(rest, others, false, state, &mut |state, used| found(state, used + 1))
+            window(rest, others, at.next(), state, &mut |state, used| found(state, used + 1))
         });
     };
     if let Some(known) = state.found.processes.get(&name) {
         let known = sequence_of(known);
         let fits = parts.len() >= known.len() && parts[..known.len()] == known[..];
         let taken = known.len();
-        return fits
-            && window(rest, &parts[taken..], false, state, &mut |state, used| found(state, used + taken));
+        return fits && window(rest, &parts[taken..], at.next(), state, &mut |state, used| found(state, used + taken));
     }
-    let lengths: Vec<usize> = match (rest.is_empty(), parts.len()) {
-        (true, 0) => vec![0],
-        (true, 1) => vec![1],
-        (true, all) => vec![all, 1],
-        (false, 0) => return false,
-        (false, all) if at_start => (1..=all).collect(),
-        (false, _) => vec![1],
+    let lengths: Vec<usize> = match (at, rest.is_empty(), parts.len()) {
+        (Place::Inside, true, all) => vec![all],
+        (Place::Inside, false, all) => (0..=all).collect(),
+        (_, true, 0) if state.empty => vec![0],
+        (_, true, 0) => return false,
+        (_, true, 1) => vec![1],
+        (_, true, all) => vec![all, 1],
+        (_, false, 0) => return false,
+        (Place::Start, false, all) => (1..=all).collect(),
+        (Place::Later, false, _) => vec![1],
     };
     lengths.into_iter().any(|length| {
         let mut state = state.clone();
         state.found.processes.insert(name.clone(), Term::seq(parts[..length].iter().cloned()));
-        window(rest, &parts[length..], false, state, &mut |state, used| found(state, used + length))
+        window(rest, &parts[length..], at.next(), state, &mut |state, used| found(state, used + length))
     })
 }
 
@@ -258,7 +295,13 @@ fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State)
         (Node::Seq(wanted), _) => {
             let parts = sequence_of(term);
             let total = parts.len();
-            window(wanted, &parts, true, state, &mut |state, used| used == total && found(state))
+            let solid = state.empty || wanted.len() > 2 || wanted.iter().any(|pattern| plain_meta(pattern).is_none());
+            let mut full = |state: State, used: usize| {
+                let empty = |name: Name| state.found.processes.get(&name) == Some(&Term::stop());
+                let proper = solid || !wanted.iter().filter_map(plain_meta).any(empty);
+                used == total && proper && found(state)
+            };
+            window(wanted, &parts, Place::Inside, state, &mut full)
         }
         (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state)),
         (Node::Disable(wanted), Node::Disable(parts)) => {

@@ -302,7 +302,7 @@ impl<A: Clone + Ord> Polynomial<A> {
         }
         let pairs = short.0.len().saturating_mul(long.0.len()) as u64;
         let words = (1 + short.widest() / 64).saturating_mul(1 + long.widest() / 64);
-        if pairs > 1_000_000 || pairs.saturating_mul(words) > 100_000_000 {
+        if pairs > 300_000 || pairs.saturating_mul(words) > 100_000_000 {
             return None;
         }
         let mut terms = Vec::new();
@@ -355,7 +355,9 @@ impl<A: Clone + Ord> Polynomial<A> {
     /// The greatest monomial that divides every term.
     pub fn monomial_content(&self) -> Monomial<A> {
         let mut terms = self.0.iter();
-        let Some((first, _)) = terms.next() else { return Monomial::one() };
+        let Some((first, _)) = terms.next() else {
+            return Monomial::one();
+        };
         terms.fold(first.clone(), |common, (monomial, _)| common.common(monomial))
     }
 

@@ -23,6 +23,9 @@ pub fn refine(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, contex
     if let Some(step) = forget(left, right, &mut simplifier.script, context) {
         return Some(step);
     }
+    if *right == Term::idle() && Facts::of(left, context).observer {
+        return forget_all(left, simplifier);
+    }
     match (left.node(), right.node()) {
         (Node::Loop(one), Node::Loop(two)) => {
             let inner = refine(one, two, simplifier, context)?;
@@ -66,6 +69,17 @@ fn forget(left: &Term, right: &Term, script: &mut Script, context: &Context<'_>)
     Some(script.push(Step::Law(Name::new("forget"), substitution)))
 }
 
+/// `O <= Idle`, by way of `O = Idle # O`.
+fn forget_all(left: &Term, simplifier: &mut Simplifier<'_>) -> Option<StepId> {
+    let both = Term::disable([Term::idle(), left.clone()]);
+    let same = equal(left, &both, simplifier)?;
+    let mut substitution = Substitution::default();
+    substitution.processes.insert(Name::new("?P"), Term::idle());
+    substitution.processes.insert(Name::new("?O"), left.clone());
+    let step = simplifier.script.push(Step::Law(Name::new("forget"), substitution));
+    Some(simplifier.script.chain(vec![same, step]))
+}
+
 fn disabled(term: &Term) -> Vec<Term> {
     match term.node() {
         Node::Disable(parts) => parts.clone(),
@@ -88,6 +102,9 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
     let mut targets: Vec<Term> = Vec::new();
     let mut ends: Vec<(Term, Term)> = Vec::new();
     let wanted = sequence(right);
+    if wanted.len() == 1 && pieces.len() == 1 && Facts::of(right, context).duration.is_none() {
+        return None;
+    }
     let mut position = 0;
     while position < wanted.len() {
         let target = &wanted[position];

@@ -32,9 +32,12 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { rounds: 6, nodes: 4_000, growth: 14 }
+        Limits { rounds: 6, nodes: 4_000, growth: 8 }
     }
 }
+
+/// The most readings that one round looks at, the smallest first.
+const READINGS: usize = 250;
 
 /// Why a search ended without a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +131,7 @@ pub struct Saturation<'a> {
     egraph: EGraph<Operator, Smallest>,
     reasons: Vec<Why>,
     seen: HashSet<(Term, Term)>,
+    done: HashSet<Term>,
     limits: Limits,
     largest: usize,
     laws: Vec<std::sync::Arc<Law>>,
@@ -155,6 +159,7 @@ impl<'a> Saturation<'a> {
             egraph,
             reasons: Vec::new(),
             seen: HashSet::new(),
+            done: HashSet::new(),
             limits,
             largest: 0,
             laws,
@@ -178,7 +183,7 @@ impl<'a> Saturation<'a> {
             if self.egraph.find(goal.0) == self.egraph.find(goal.1) {
                 return self.explain(left, right, script).ok_or(Ended::Limit);
             }
-            if self.round()? == 0 {
+            if self.round(goal)? == 0 {
                 return Err(Ended::Saturated);
             }
         }
@@ -221,9 +226,17 @@ impl<'a> Saturation<'a> {
     }
 
     /// One round: every law, both ways, on every reading of every e-node. Gives the number of unions.
-    fn round(&mut self) -> Result<usize, Ended> {
+    fn round(&mut self, goal: (Id, Id)) -> Result<usize, Ended> {
         let mut changes = 0;
+        let mut looked = 0;
         for term in self.readings() {
+            if looked == READINGS || self.egraph.find(goal.0) == self.egraph.find(goal.1) {
+                break;
+            }
+            if !self.done.insert(term.clone()) {
+                continue;
+            }
+            looked += 1;
             if (self.interrupted)() {
                 return Err(Ended::Interrupted);
             }
@@ -231,8 +244,8 @@ impl<'a> Saturation<'a> {
                 break;
             }
             changes += self.rewrite(&term);
+            self.egraph.rebuild();
         }
-        self.egraph.rebuild();
         if self.egraph.total_number_of_nodes() > self.limits.nodes && changes == 0 {
             return Err(Ended::Limit);
         }

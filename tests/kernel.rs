@@ -45,7 +45,8 @@ fn theory() -> Theory {
     let safe = Condition::Is(Fact::NeverAborts, p());
     theory.laws.push(law("stop-beside", Term::par([Term::stop(), p()]), p(), vec![safe]));
     let observer = Term::meta(&name("?O"));
-    let mut forget = law("forget", Term::disable([p(), observer.clone()]), p(), vec![Condition::Is(Fact::Observer, observer)]);
+    let mut forget =
+        law("forget", Term::disable([p(), observer.clone()]), p(), vec![Condition::Is(Fact::Observer, observer)]);
     forget.connective = Connective::Refines;
     theory.laws.push(forget);
     theory
@@ -142,10 +143,16 @@ fn a_refinement_is_no_equality() {
 fn wrong_sort() {
     let vector = Value::vector(vec![Value::integer(1), Value::integer(2)]).unwrap();
     let term = Term::delay(vector);
-    assert!(matches!(reason(&theory(), claim(term.clone(), term.clone()), vec![Step::Reflexive(term)]), Reason::Sort(_)));
+    assert!(matches!(
+        reason(&theory(), claim(term.clone(), term.clone()), vec![Step::Reflexive(term)]),
+        Reason::Sort(_)
+    ));
     let half = Value::integer(1).div(&Value::integer(2)).unwrap();
     let power = Term::new(Node::Power(delay(1), half, None));
-    assert!(matches!(reason(&theory(), claim(power.clone(), power.clone()), vec![Step::Reflexive(power)]), Reason::Sort(_)));
+    assert!(matches!(
+        reason(&theory(), claim(power.clone(), power.clone()), vec![Step::Reflexive(power)]),
+        Reason::Sort(_)
+    ));
 }
 
 #[test]
@@ -168,7 +175,8 @@ fn arithmetic_changes_values_only() {
 #[test]
 fn a_guard_that_is_no_guard() {
     // X = (Stop ; X) else Stop holds of X = Stop; it must not prove Stop = loop(Stop), let alone of any other X.
-    let equation = Step::Trust(delay(1), Connective::Equal, Term::attempt(Term::seq([Term::stop(), delay(1)])), "forged".into());
+    let equation =
+        Step::Trust(delay(1), Connective::Equal, Term::attempt(Term::seq([Term::stop(), delay(1)])), "forged".into());
     let steps = vec![equation, Step::UniqueLoop { body: Term::stop(), equation: 0 }];
     let statement = claim(delay(1), Term::new(Node::Loop(Term::stop())));
     assert!(matches!(reason(&theory(), statement, steps), Reason::Unguarded(_)));
@@ -259,7 +267,8 @@ fn an_instance_keeps_the_hypotheses() {
     let safe = Condition::Is(Fact::NeverAborts, p());
     let law = Step::Law(name("stop-beside"), with("?P", p()));
     let steps = vec![law, Step::Instance(0, with("?P", Term::abort()))];
-    let statement = Statement { hypotheses: vec![safe], ..claim(Term::par([Term::stop(), Term::abort()]), Term::abort()) };
+    let statement =
+        Statement { hypotheses: vec![safe], ..claim(Term::par([Term::stop(), Term::abort()]), Term::abort()) };
     assert_eq!(reason(&theory(), statement, steps), Reason::Name(name("?P")));
 }
 
@@ -278,7 +287,8 @@ fn deep_proofs_and_huge_terms() {
             steps.push(Step::Congruence(twice.clone(), vec![step]));
         }
         assert_eq!(reason(&theory(), claim(delay(1), delay(1)), steps), Reason::TooLarge);
-        let long = (0..200_000).map(|step| if step == 0 { Step::Reflexive(delay(1)) } else { Step::Symmetric(step - 1) });
+        let long =
+            (0..200_000).map(|step| if step == 0 { Step::Reflexive(delay(1)) } else { Step::Symmetric(step - 1) });
         assert!(run(&theory(), claim(delay(1), delay(1)), long.collect()).is_ok());
     });
     on_a_large_stack.unwrap().join().unwrap();

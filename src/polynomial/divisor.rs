@@ -80,7 +80,9 @@ fn over_common_atoms<A: Clone + Ord>(
         }
     }
     // Free of every unknown: a constant.
-    let Some((_, main)) = candidates.into_iter().min() else { return Some(Polynomial::one()) };
+    let Some((_, main)) = candidates.into_iter().min() else {
+        return Some(Polynomial::one());
+    };
     for (large, small) in [(left, right), (right, left)] {
         if large.divide(small, budget).is_some() {
             return Some(small.clone());
@@ -149,7 +151,9 @@ fn pseudo_remainder<A: Clone + Ord>(
 
 /// Whether the images modulo the prime prove that no common divisor depends on this unknown.
 fn coprime_in<A: Clone + Ord>(left: &Polynomial<A>, right: &Polynomial<A>, main: &A, atoms: &[A]) -> bool {
-    let (Some(left), Some(right)) = (image(left, main, atoms), image(right, main, atoms)) else { return false };
+    let (Some(left), Some(right)) = (image(left, main, atoms), image(right, main, atoms)) else {
+        return false;
+    };
     let (mut first, mut second) = (left, right);
     loop {
         while second.last() == Some(&0) {

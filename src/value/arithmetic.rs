@@ -306,7 +306,10 @@ impl Value {
         self.plainly_nonnegative()
             && self.parts().is_some_and(|(numerator, _)| {
                 numerator.terms().iter().any(|(monomial, _)| {
-                    monomial.factors().iter().all(|(atom, _)| matches!(atom, Atom::Power(base, _) if base.plainly_positive()))
+                    monomial
+                        .factors()
+                        .iter()
+                        .all(|(atom, _)| matches!(atom, Atom::Power(base, _) if base.plainly_positive()))
                 })
             })
     }

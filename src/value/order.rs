@@ -15,6 +15,8 @@ use crate::polynomial::{Monomial, Polynomial};
 
 /// The most elements that a maximum may get by being taken apart.
 const MOST_ELEMENTS: usize = 48;
+/// The most elements among which those between two others are looked for.
+const MOST_BETWEEN: usize = 16;
 
 impl Value {
     /// The greatest of some numbers.
@@ -56,8 +58,8 @@ impl Value {
     ///
     /// # Errors
     /// As [`Value::maximum`].
-    pub fn clamp(&self, low: &Value, high: &Value) -> Result<Value, ValueError> {
-        Value::minimum(&[Value::maximum(&[self.clone(), low.clone()])?, high.clone()])
+    pub fn clamp(value: &Value, low: &Value, high: &Value) -> Result<Value, ValueError> {
+        Value::minimum(&[Value::maximum(&[value.clone(), low.clone()])?, high.clone()])
     }
 
     /// `if left REL right then … else …`. Vectors are compared as wholes, and only for (in)equality.
@@ -139,7 +141,9 @@ impl Value {
 
 /// The rational multiples of single maxima that are summands of a value.
 fn summands(value: &Value) -> Vec<(BigRational, Arc<[Value]>)> {
-    let Some((numerator, denominator)) = value.parts() else { return Vec::new() };
+    let Some((numerator, denominator)) = value.parts() else {
+        return Vec::new();
+    };
     if !denominator.is_one() {
         return Vec::new();
     }
@@ -239,8 +243,36 @@ fn undominated(elements: Vec<Value>) -> Result<Vec<Value>, ValueError> {
         }
         kept.push(element);
     }
+    drop_between(&mut kept)?;
     kept.sort();
     Ok(kept)
+}
+
+/// Drops each element that lies between two others: it is never greater than both.
+fn drop_between(kept: &mut Vec<Value>) -> Result<(), ValueError> {
+    let mut place = 0;
+    while place < kept.len() && kept.len() <= MOST_BETWEEN {
+        let mut differences = Vec::new();
+        for other in kept.iter().filter(|other| **other != kept[place]) {
+            differences.push(other.sub(&kept[place])?);
+        }
+        let between = differences.iter().enumerate().any(|(count, first)| {
+            differences[count + 1..].iter().any(|second| is_opposite(first, second).unwrap_or(false))
+        });
+        if between {
+            kept.swap_remove(place);
+        } else {
+            place += 1;
+        }
+    }
+    Ok(())
+}
+
+/// Whether one is a negative rational multiple of the other.
+fn is_opposite(first: &Value, second: &Value) -> Result<bool, ValueError> {
+    let ((top, _), (other, _)) = (first.real()?, second.real()?);
+    let ratio = top.leading() / other.leading();
+    Ok(ratio.is_negative() && *first == second.scale(&ratio)?)
 }
 
 /// The positive rational that leaves all numerators together with coprime integer coefficients.
@@ -269,7 +301,7 @@ mod tests {
         let (x, one) = (variable("x"), Value::one());
         let minus = Value::integer(-1);
         let inside = Value::maximum(&[Value::minimum(&[x.clone(), one.clone()]).unwrap(), minus.clone()]).unwrap();
-        assert_eq!(x.clamp(&minus, &one).unwrap(), inside);
+        assert_eq!(Value::clamp(&x, &minus, &one).unwrap(), inside);
         assert_eq!(x.abs().unwrap(), x.neg().unwrap().abs().unwrap());
         assert_eq!(x.abs().unwrap().abs().unwrap(), x.abs().unwrap());
         let all = Value::maximum(&[Value::maximum(&[x.clone(), variable("y")]).unwrap(), variable("z")]).unwrap();

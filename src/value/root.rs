@@ -72,7 +72,9 @@ impl Value {
     /// # Errors
     /// Of a distribution.
     pub fn norm(&self) -> Result<Value, ValueError> {
-        let Content::Vector(parts) = &self.0.content else { return self.abs() };
+        let Content::Vector(parts) = &self.0.content else {
+            return self.abs();
+        };
         let parts: Vec<&Value> = parts.iter().filter(|part| !part.is_zero()).collect();
         if let [only] = parts.as_slice() {
             return only.abs();

@@ -26,6 +26,13 @@ impl Value {
         self.replace(&mut |other| (other == name).then(|| image.clone()))
     }
 
+    /// It with a value for one atom, where that atom stands in no other.
+    pub(crate) fn with_atom(&self, atom: &Atom, image: &Value) -> Outcome {
+        let (numerator, denominator) = self.real()?;
+        let images = BTreeMap::from([(atom, Some(image.clone()))]);
+        evaluate(numerator, &images)?.div(&evaluate(denominator, &images)?)
+    }
+
     fn replace(&self, images: &mut dyn FnMut(&Name) -> Option<Value>) -> Outcome {
         match &self.0.content {
             Content::Vector(parts) => Value::vector(replace_all(parts, images)?),
@@ -129,18 +136,12 @@ impl Value {
     }
 }
 
-fn replace_all(
-    parts: &[Value],
-    images: &mut dyn FnMut(&Name) -> Option<Value>,
-) -> Result<Vec<Value>, ValueError> {
+fn replace_all(parts: &[Value], images: &mut dyn FnMut(&Name) -> Option<Value>) -> Result<Vec<Value>, ValueError> {
     parts.iter().map(|part| part.replace(images)).collect()
 }
 
 /// The image of an atom; `None` when it stays what it is.
-fn replace_atom(
-    atom: &Atom,
-    images: &mut dyn FnMut(&Name) -> Option<Value>,
-) -> Result<Option<Value>, ValueError> {
+fn replace_atom(atom: &Atom, images: &mut dyn FnMut(&Name) -> Option<Value>) -> Result<Option<Value>, ValueError> {
     if let Atom::Variable(name) = atom {
         return Ok(images(name));
     }

@@ -1,141 +1,308 @@
-//! Values as text that parses back to them.
+//! Values as text in the surface syntax: what is printed parses back to the same normal form.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
-use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
-use super::{Atom, Exponent, Sum, Value, View};
+use super::{Atom, Content, Real, Value};
+use crate::polynomial::{Monomial, Polynomial};
+
+mod order;
 
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.view() {
-            View::Vector(parts) => list(f, &parts),
-            View::Distribution(kind, parts) => distribution(f, &kind, &parts),
-            View::Real(above, below) => fraction(f, &above, &below),
+        f.write_str(&Printer { expansions: 48 }.value(self).0)
+    }
+}
+
+/// How tightly the outermost operator of a text binds.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Level {
+    Choice,
+    Sum,
+    Product,
+    Power,
+    Atom,
+}
+
+type Text = (String, Level);
+
+/// Knows how many more times a condition or maximum may be written out in a longer, more readable form.
+struct Printer {
+    expansions: usize,
+}
+
+fn wrap((text, level): Text, least: Level) -> String {
+    if level < least { format!("({text})") } else { text }
+}
+
+fn number(value: &BigRational) -> Text {
+    let level = match (value.is_negative(), value.is_integer()) {
+        (true, _) => Level::Sum,
+        (false, true) => Level::Atom,
+        (false, false) => Level::Product,
+    };
+    (value.to_string(), level)
+}
+
+impl Printer {
+    fn value(&mut self, value: &Value) -> Text {
+        match &value.0.content {
+            Content::Vector(parts) => (format!("({})", self.list(parts)), Level::Atom),
+            Content::Distribution(kind, parts) => (self.distribution(kind, parts), Level::Atom),
+            Content::Real(numerator, denominator) => self.fraction(numerator, denominator),
         }
     }
-}
 
-fn list(f: &mut fmt::Formatter<'_>, parts: &[Value]) -> fmt::Result {
-    f.write_str("(")?;
-    for (place, part) in parts.iter().enumerate() {
-        write!(f, "{}{part}", if place == 0 { "" } else { ", " })?;
+    fn list(&mut self, parts: &[Value]) -> String {
+        parts.iter().map(|part| self.value(part).0).collect::<Vec<_>>().join(",")
     }
-    f.write_str(")")
-}
 
-fn distribution(f: &mut fmt::Formatter<'_>, kind: &str, parts: &[Value]) -> fmt::Result {
-    match (kind, parts) {
-        ("Normal", [mean, variance]) => write!(f, "Normal({mean}, var: {variance})"),
-        ("Exp", [rate]) => write!(f, "Exp(rate: {rate})"),
-        ("Mix", parts) => {
-            f.write_str("Mix(")?;
-            for (place, pair) in parts.chunks(2).enumerate() {
-                if let [weight, part] = pair {
-                    write!(f, "{}{weight}: {part}", if place == 0 { "" } else { ", " })?;
-                }
+    fn distribution(&mut self, kind: &str, parts: &[Value]) -> String {
+        let texts: Vec<String> = parts.iter().map(|part| self.value(part).0).collect();
+        match (kind, parts) {
+            ("Normal", [_, _]) => format!("Normal({}, var: {})", texts[0], texts[1]),
+            ("Exp", [_]) => format!("Exp(rate: {})", texts[0]),
+            ("Mix", _) => {
+                let pairs = parts.chunks(2).zip(texts.chunks(2));
+                let weighted = pairs.map(|(_, pair)| pair.join(": "));
+                format!("Mix({})", weighted.collect::<Vec<_>>().join(", "))
             }
-            f.write_str(")")
-        }
-        (kind, parts) => {
-            f.write_str(kind)?;
-            list(f, parts)
+            _ => format!("{kind}({})", texts.join(",")),
         }
     }
-}
 
-fn fraction(f: &mut fmt::Formatter<'_>, above: &Sum, below: &Sum) -> fmt::Result {
-    let one = matches!(below.as_slice(), [(number, factors)] if number.is_one() && factors.is_empty());
-    if one {
-        return sum(f, above);
-    }
-    if above.len() == 1 { sum(f, above)? } else { bracketed(f, above)? }
-    f.write_str("/")?;
-    match below.as_slice() {
-        [(number, factors)] if number.is_one() && factors.len() == 1 => product(f, factors),
-        _ => bracketed(f, below),
-    }
-}
-
-fn bracketed(f: &mut fmt::Formatter<'_>, terms: &Sum) -> fmt::Result {
-    f.write_str("(")?;
-    sum(f, terms)?;
-    f.write_str(")")
-}
-
-/// Constants last, so that `p0 + 1` reads as people write it.
-fn sum(f: &mut fmt::Formatter<'_>, terms: &Sum) -> fmt::Result {
-    if terms.is_empty() {
-        return f.write_str("0");
-    }
-    let (constant, mut ordered): (Vec<_>, Vec<_>) = terms.iter().partition(|(_, factors)| factors.is_empty());
-    ordered.sort_by_key(|(number, _)| number.is_negative());
-    ordered.extend(constant);
-    for (place, (number, factors)) in ordered.into_iter().enumerate() {
-        match (place, number.is_negative()) {
-            (0, true) => f.write_str("-")?,
-            (0, false) => {}
-            (_, true) => f.write_str(" - ")?,
-            (_, false) => f.write_str(" + ")?,
+    fn fraction(&mut self, numerator: &Real, denominator: &Real) -> Text {
+        if let Some(text) = self.choice(numerator, denominator) {
+            return text;
         }
-        term(f, &number.abs(), factors)?;
-    }
-    Ok(())
-}
-
-fn term(f: &mut fmt::Formatter<'_>, number: &BigRational, factors: &[(Atom, Exponent)]) -> fmt::Result {
-    if factors.is_empty() {
-        return write!(f, "{number}");
-    }
-    if number.is_one() {
-        return product(f, factors);
-    }
-    if *number.numer() != BigInt::one() {
-        write!(f, "{}*", number.numer())?;
-    }
-    product(f, factors)?;
-    if number.denom().is_one() { Ok(()) } else { write!(f, "/{}", number.denom()) }
-}
-
-fn product(f: &mut fmt::Formatter<'_>, factors: &[(Atom, Exponent)]) -> fmt::Result {
-    for (place, (atom, exponent)) in factors.iter().enumerate() {
-        if place > 0 {
-            f.write_str("*")?;
+        if let [(monomial, _)] = denominator.terms() {
+            return self.sum(numerator, monomial);
         }
-        power(f, atom, *exponent)?;
+        let scale = denominator.content().recip();
+        let (numerator, denominator) = (numerator.scale(&scale), denominator.scale(&scale));
+        if let Some(text) = self.over_root(&numerator, &denominator) {
+            return text;
+        }
+        let top = self.sum(&numerator, &Monomial::one());
+        let bottom = self.sum(&denominator, &Monomial::one());
+        (format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product)
     }
-    Ok(())
+
+    /// `x*sqrt(s)/s` as `x/sqrt(s)`.
+    fn over_root(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
+        let shared = numerator.monomial_content();
+        let (root, _) = shared.factors().iter().find(|(atom, exponent)| {
+            *exponent == 1
+                && matches!(atom, Atom::Root(inner) if inner.parts().is_some_and(|(top, _)| top == denominator))
+        })?;
+        let top = numerator.without(&Monomial::of([(root.clone(), 1)])?);
+        let (top, bottom) = (self.sum(&top, &Monomial::one()), self.atom(root));
+        Some((format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product))
+    }
+
+    /// A sum of terms over one monomial.
+    fn sum(&mut self, numerator: &Real, divisor: &Monomial<Atom>) -> Text {
+        let (mut pieces, rest) = if divisor.factors().is_empty() {
+            match self.maxima(numerator) {
+                Ok(text) => return text,
+                Err(found) => found,
+            }
+        } else {
+            (Vec::new(), numerator.clone())
+        };
+        let mut groups: BTreeMap<Vec<(Atom, i64)>, Vec<(BigRational, Vec<(Atom, i64)>)>> = BTreeMap::new();
+        for (monomial, coefficient) in rest.terms() {
+            let (powers, others) = signed_factors(monomial, divisor).into_iter().partition(is_shared);
+            groups.entry(powers).or_default().push((coefficient.clone(), others));
+        }
+        for (powers, terms) in groups {
+            self.group(&powers, terms, &mut pieces);
+        }
+        pieces.sort_by_key(|piece| piece.degree);
+        join(pieces)
+    }
+
+    /// The terms that share their symbolic powers and divisors: more than one are put in brackets.
+    fn group(&mut self, powers: &[(Atom, i64)], terms: Vec<(BigRational, Vec<(Atom, i64)>)>, pieces: &mut Vec<Piece>) {
+        let mut inner = Vec::new();
+        let together = !powers.is_empty() && terms.len() > 1;
+        let content = if together { content(&terms) } else { BigRational::one() };
+        for (coefficient, factors) in terms {
+            let mut all = factors.clone();
+            if !together {
+                all.extend(powers.iter().cloned());
+            }
+            let degree = if all.is_empty() && powers.is_empty() {
+                u64::MAX
+            } else {
+                all.iter().map(|(_, exponent)| exponent.unsigned_abs()).sum()
+            };
+            let text = self.term(&(coefficient.abs() / &content), &all);
+            inner.push(Piece { negative: coefficient.is_negative(), text, degree });
+        }
+        if !together {
+            pieces.append(&mut inner);
+            return;
+        }
+        inner.sort_by_key(|piece| if piece.degree == 0 { u64::MAX } else { piece.degree });
+        let bracket = wrap(join(inner), Level::Power);
+        let (tops, bottoms) = self.factors(powers);
+        let text = quotient(content, tops.into_iter().chain([bracket]).collect(), bottoms);
+        pieces.push(Piece { negative: false, text, degree: 1000 });
+    }
+
+    fn term(&mut self, coefficient: &BigRational, factors: &[(Atom, i64)]) -> Text {
+        let (tops, bottoms) = self.factors(factors);
+        quotient(coefficient.clone(), tops, bottoms)
+    }
+
+    /// The texts of factors above and below the line.
+    fn factors(&mut self, factors: &[(Atom, i64)]) -> (Vec<String>, Vec<String>) {
+        let (mut tops, mut bottoms) = (Vec::new(), Vec::new());
+        let mut bases: BTreeMap<&Value, BigRational> = BTreeMap::new();
+        let mut root = BigRational::one();
+        for (atom, exponent) in factors {
+            if let Some((power, exponent)) = rational_power(atom, *exponent) {
+                *bases.entry(exponent).or_insert_with(BigRational::one) *= power;
+                continue;
+            }
+            if let (Atom::Root(inner), 1) = (atom, exponent)
+                && let Some(inner) = inner.as_rational()
+            {
+                root *= inner;
+                continue;
+            }
+            let text = self.power(atom, exponent.unsigned_abs());
+            if *exponent > 0 { tops.push(text) } else { bottoms.push(text) }
+        }
+        for (exponent, base) in bases {
+            let base = wrap(number(&base), Level::Atom);
+            tops.insert(0, format!("{base}^{}", wrap(self.value(exponent), Level::Atom)));
+        }
+        if !root.is_one() {
+            tops.push(format!("sqrt({root})"));
+        }
+        (tops, bottoms)
+    }
+
+    /// An atom to a power of at least 1, fit to stand in a product.
+    fn power(&mut self, atom: &Atom, exponent: u64) -> String {
+        if let Atom::Power(base, inner) = atom {
+            let base = wrap(self.value(base), Level::Atom);
+            let count = BigRational::from_integer(exponent.into());
+            let inner = inner.scale(&count).map(|inner| wrap(self.value(&inner), Level::Atom));
+            return inner.map(|inner| format!("{base}^{inner}")).unwrap_or_default();
+        }
+        let text = self.atom(atom);
+        if exponent == 1 { wrap(text, Level::Power) } else { format!("{}^{exponent}", wrap(text, Level::Atom)) }
+    }
+
+    fn atom(&mut self, atom: &Atom) -> Text {
+        let text = match atom {
+            Atom::Variable(name) => name.to_string(),
+            Atom::Power(..) => return (self.power(atom, 1), Level::Power),
+            Atom::Maximum(parts) => format!("max(0,{})", self.list(parts)),
+            Atom::Positive(part) => {
+                let condition = self.condition(part, ">");
+                return (format!("if {condition} then 1 else 0"), Level::Choice);
+            }
+            Atom::Floor(part) => format!("floor({})", self.value(part).0),
+            Atom::Root(part) => format!("sqrt({})", self.value(part).0),
+            Atom::Apply(function, parts) => format!("{function}({})", self.list(parts)),
+        };
+        (text, Level::Atom)
+    }
 }
 
-fn power(f: &mut fmt::Formatter<'_>, atom: &Atom, exponent: Exponent) -> fmt::Result {
-    if let Atom::Power(base, symbolic) = atom {
-        primary(f, base)?;
-        f.write_str("^")?;
-        return if exponent == 1 { primary(f, symbolic) } else { write!(f, "({exponent}*({symbolic}))") };
-    }
-    match atom {
-        Atom::Variable(name) => write!(f, "{name}")?,
-        Atom::Maximum(parts) => {
-            f.write_str("max(0")?;
-            parts.iter().try_for_each(|part| write!(f, ", {part}"))?;
-            f.write_str(")")?;
-        }
-        Atom::Positive(of) => write!(f, "(if {of} > 0 then 1 else 0)")?,
-        Atom::Floor(of) => write!(f, "floor({of})")?,
-        Atom::Root(of) => write!(f, "sqrt({of})")?,
-        Atom::Apply(function, arguments) => {
-            write!(f, "{function}")?;
-            list(f, arguments)?;
-        }
-        Atom::Power(..) => {}
-    }
-    if exponent == 1 { Ok(()) } else { write!(f, "^{exponent}") }
+/// A summand, with what it is sorted by.
+struct Piece {
+    negative: bool,
+    text: Text,
+    degree: u64,
 }
 
-/// With brackets unless it is a name or a natural number.
-fn primary(f: &mut fmt::Formatter<'_>, value: &Value) -> fmt::Result {
-    let natural = value.as_rational().is_some_and(|number| number.is_integer() && number >= BigRational::zero());
-    if natural || value.as_variable().is_some() { write!(f, "{value}") } else { write!(f, "({value})") }
+/// The sum of the pieces; one that is not subtracted comes first, where there is one.
+fn join(mut pieces: Vec<Piece>) -> Text {
+    if let Some(first) = pieces.iter().position(|piece| !piece.negative) {
+        let piece = pieces.remove(first);
+        pieces.insert(0, piece);
+    }
+    let alone = pieces.len() == 1 && !pieces[0].negative;
+    let mut whole = String::new();
+    for (place, piece) in pieces.into_iter().enumerate() {
+        if alone {
+            return piece.text;
+        }
+        match (piece.negative, place) {
+            (true, _) => whole.push('-'),
+            (false, 0) => {}
+            (false, _) => whole.push('+'),
+        }
+        whole.push_str(&wrap(piece.text, Level::Product));
+    }
+    if whole.is_empty() { ("0".to_string(), Level::Atom) } else { (whole, Level::Sum) }
+}
+
+/// `p*a*b/(q*c)`; without divisors `p/q*a*b`.
+fn quotient(coefficient: BigRational, mut tops: Vec<String>, mut bottoms: Vec<String>) -> Text {
+    let apart = bottoms.is_empty();
+    let head = if apart { coefficient.clone() } else { BigRational::from_integer(coefficient.numer().clone()) };
+    if !head.is_one() || tops.is_empty() {
+        tops.insert(0, head.to_string());
+    }
+    let level = match tops.len() {
+        1 if apart && head.is_one() && tops[0].contains('^') => Level::Power,
+        1 if apart && (coefficient.is_integer() || !head.is_one()) => Level::Atom,
+        _ => Level::Product,
+    };
+    let level = if tops.len() == 1 && apart && !coefficient.is_integer() { Level::Product } else { level };
+    let top = tops.join("*");
+    if apart {
+        return (top, level);
+    }
+    if !coefficient.is_integer() {
+        bottoms.insert(0, coefficient.denom().to_string());
+    }
+    let bottom = if bottoms.len() == 1 { bottoms.swap_remove(0) } else { format!("({})", bottoms.join("*")) };
+    (format!("{top}/{bottom}"), Level::Product)
+}
+
+/// The greatest rational that leaves integer coefficients.
+fn content(terms: &[(BigRational, Vec<(Atom, i64)>)]) -> BigRational {
+    let atom = |place: usize| Atom::Variable(crate::name::Name::new(&place.to_string()));
+    let apart = terms
+        .iter()
+        .enumerate()
+        .filter_map(|(place, (number, _))| Some((Monomial::of([(atom(place), 1)])?, number.clone())));
+    Polynomial::of(apart).content()
+}
+
+/// What is put outside the brackets: symbolic powers and divisors.
+fn is_shared((atom, exponent): &(Atom, i64)) -> bool {
+    *exponent < 0 || matches!(atom, Atom::Power(..))
+}
+
+/// `b^n` with a rational base, to a small power: the base and the symbolic exponent.
+fn rational_power(atom: &Atom, exponent: i64) -> Option<(BigRational, &Value)> {
+    let Atom::Power(base, symbol) = atom else { return None };
+    let base = base.as_rational()?;
+    if exponent.unsigned_abs().saturating_mul(base.numer().bits()) > 256 || base.is_zero() && exponent < 0 {
+        return None;
+    }
+    Some((base.pow(exponent.to_i32()?), symbol))
+}
+
+/// The factors of a monomial over another.
+fn signed_factors(monomial: &Monomial<Atom>, divisor: &Monomial<Atom>) -> Vec<(Atom, i64)> {
+    let mut exponents: BTreeMap<Atom, i64> = BTreeMap::new();
+    for (atom, exponent) in monomial.factors() {
+        *exponents.entry(atom.clone()).or_insert(0) += i64::from(*exponent);
+    }
+    for (atom, exponent) in divisor.factors() {
+        *exponents.entry(atom.clone()).or_insert(0) -= i64::from(*exponent);
+    }
+    exponents.into_iter().filter(|(_, exponent)| *exponent != 0).collect()
 }

@@ -1,0 +1,383 @@
+//! Refutation: that a value has a certain sign is assumed, and a contradiction looked for.
+
+use std::collections::BTreeSet;
+
+use num_rational::BigRational;
+use num_traits::One;
+
+use super::linear::{Bound, Constraint, contradictory};
+use super::sign::Signs;
+use super::{Assumptions, Relation};
+use crate::polynomial::{Budget, Monomial, Polynomial};
+use crate::value::{Atom, Value};
+
+/// How deep cases are split.
+const MOST_SPLITS: usize = 4;
+/// How many systems of constraints one question may look at.
+const MOST_SYSTEMS: usize = 60;
+/// How many constraints one system may have before products are added.
+const MOST_CONSTRAINTS: usize = 60;
+/// How many constraints are multiplied with each other.
+const MOST_FACTORS: usize = 9;
+/// The work that may go into one division of polynomials.
+const DIVISION_BUDGET: u64 = 5_000;
+
+type Form = Polynomial<Atom>;
+
+impl Assumptions {
+    /// Whether the value certainly does not have this sign.
+    pub(super) fn refutes(&self, value: &Value, sign: Signs) -> bool {
+        self.possible_signs(value, sign).and(sign).is_empty()
+    }
+
+    /// The signs that the value may have; the search stops when they are all `wanted` or none is.
+    pub(super) fn possible_signs(&self, value: &Value, wanted: Signs) -> Signs {
+        let mut systems = MOST_SYSTEMS;
+        self.signs_of_value(value, wanted, 3, &mut systems)
+    }
+
+    fn signs_of_value(&self, value: &Value, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {
+        let value = self.with_solved(value);
+        let Some((numerator, denominator)) = value.polynomials() else {
+            return Signs::ANY;
+        };
+        let mut below = Signs::POSITIVE;
+        if !denominator.is_one() {
+            below = self.signs_of_form(denominator, Signs::ZERO, depth, systems);
+            if !below.within(Signs::NONZERO) {
+                return Signs::ANY;
+            }
+        }
+        let wanted = if below.within(Signs::NEGATIVE) { wanted.flipped() } else { wanted };
+        self.signs_of_form(numerator, wanted, depth, systems).times(below)
+    }
+
+    /// The signs of a polynomial: of its factors where some are known, else by refuting the others.
+    fn signs_of_form(&self, form: &Form, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {
+        let decided = |signs: Signs| signs.within(wanted) || signs.and(wanted).is_empty();
+        let mut signs = self.quick_signs(form);
+        if form.as_constant().is_some() || decided(signs) {
+            return signs;
+        }
+        let shared = form.monomial_content();
+        if depth > 0 && !shared.factors().is_empty() {
+            let mut known = Signs::POSITIVE;
+            for (atom, exponent) in shared.factors() {
+                let own = self.signs_of_form(&Polynomial::atom(atom.clone()), Signs::ZERO, 0, systems);
+                known = known.times(own.power(*exponent));
+            }
+            let rest = self.signs_of_form(&form.without(&shared), Signs::ZERO, depth - 1, systems);
+            signs = signs.and(known.times(rest));
+            if decided(signs) || signs.within(Signs::NONZERO) && wanted == Signs::ZERO {
+                return signs;
+            }
+        }
+        if depth > 0
+            && let Some((known, quotient)) = self.known_factor(form)
+        {
+            signs = signs.and(known.times(self.signs_of_form(&quotient, Signs::ZERO, depth - 1, systems)));
+        }
+        for sign in Signs::each() {
+            if !decided(signs) && sign.within(signs) && self.refutes_form(form, sign, MOST_SPLITS, systems) {
+                signs = signs.without(sign);
+            }
+        }
+        signs
+    }
+
+    /// An assumed polynomial that divides this one, with its signs, and the quotient.
+    fn known_factor(&self, form: &Form) -> Option<(Signs, Form)> {
+        let assumed = self.constraints.iter().map(|constraint| {
+            let signs = match constraint.bound {
+                Bound::Zero => Signs::ZERO,
+                Bound::Nonnegative => Signs::NONNEGATIVE,
+                Bound::Positive => Signs::POSITIVE,
+            };
+            (&constraint.form, signs)
+        });
+        let nonzero = self.nonzero.iter().map(|form| (form, Signs::NONZERO));
+        assumed.chain(nonzero).filter(|(factor, _)| factor.as_constant().is_none()).find_map(|(factor, signs)| {
+            let quotient = form.divide(factor, &mut Budget::new(DIVISION_BUDGET))?;
+            Some((signs, quotient))
+        })
+    }
+
+    /// Whether it contradicts the assumptions that the polynomial has this sign.
+    fn refutes_form(&self, form: &Form, sign: Signs, splits: usize, systems: &mut usize) -> bool {
+        let divides = |other: &Form| other.divide(form, &mut Budget::new(DIVISION_BUDGET)).is_some();
+        if sign == Signs::ZERO && self.nonzero.iter().any(divides) {
+            return true;
+        }
+        let goal = match sign {
+            Signs::ZERO => Constraint { form: form.clone(), bound: Bound::Zero },
+            Signs::POSITIVE => Constraint { form: form.clone(), bound: Bound::Positive },
+            _ => Constraint { form: Polynomial::zero().minus(form), bound: Bound::Positive },
+        };
+        let mut system = self.system(self.tightened(goal));
+        if !spend(systems) {
+            return false;
+        }
+        if contradictory(&system) {
+            return true;
+        }
+        let nonlinear = system.iter().any(|one| one.form.terms().iter().any(|(monomial, _)| monomial.degree() > 1));
+        if nonlinear && spend(systems) {
+            self.add_products(&mut system);
+            if contradictory(&system) {
+                return true;
+            }
+        }
+        splits > 0 && self.refutes_cases(form, sign, &system, splits - 1, systems)
+    }
+
+    /// The goal with all that may bear on it.
+    fn system(&self, goal: Constraint) -> Vec<Constraint> {
+        let mut known: BTreeSet<Atom> = BTreeSet::new();
+        let mut fresh: Vec<Atom> = goal.form.atoms().into_iter().cloned().collect();
+        let mut system = vec![goal];
+        let mut used = vec![false; self.constraints.len()];
+        while let Some(atom) = fresh.pop() {
+            if system.len() > MOST_CONSTRAINTS {
+                break;
+            }
+            if !known.insert(atom.clone()) {
+                continue;
+            }
+            let mut more = self.facts_of_atom(&atom);
+            for (place, constraint) in self.constraints.iter().enumerate() {
+                if !used[place] && constraint.form.degree_in(&atom) > 0 {
+                    used[place] = true;
+                    more.push(constraint.clone());
+                }
+            }
+            for constraint in more {
+                fresh.extend(constraint.form.atoms().into_iter().filter(|atom| !known.contains(atom)).cloned());
+                system.push(constraint);
+            }
+        }
+        self.add_monomial_signs(&mut system);
+        system
+    }
+
+    /// What holds of an atom by its meaning.
+    fn facts_of_atom(&self, atom: &Atom) -> Vec<Constraint> {
+        let own = Polynomial::atom(atom.clone());
+        let one = Polynomial::one();
+        let whole = |value: &Value| {
+            value.polynomials().filter(|(_, below)| below.is_one()).map(|(numerator, _)| numerator.clone())
+        };
+        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
+        match atom {
+            Atom::Variable(_) | Atom::Apply(..) => Vec::new(),
+            Atom::Maximum(elements) => {
+                let above = elements.iter().filter_map(whole).map(|element| least(own.minus(&element)));
+                above.chain([least(own.clone())]).collect()
+            }
+            Atom::Positive(_) => vec![least(own.clone()), least(one.minus(&own))],
+            Atom::Floor(inner) => whole(inner).map_or_else(Vec::new, |inner| {
+                let below = own.plus(&one).minus(&inner);
+                vec![least(inner.minus(&own)), Constraint { form: below, bound: Bound::Positive }]
+            }),
+            Atom::Root(inner) => {
+                let mut found = vec![least(own.clone())];
+                if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
+                    // A root is defined only where its square is what stands under it.
+                    found.push(Constraint { form: square.minus(&inner), bound: Bound::Zero });
+                }
+                found
+            }
+            Atom::Power(base, exponent) => self.facts_of_power(&own, base, exponent),
+        }
+    }
+
+    /// `b^n >= 1` for `b >= 1`, `b^n >= b` then for `n >= 1`, and `b^n <= 1` for `0 <= b <= 1`.
+    fn facts_of_power(&self, own: &Form, base: &Value, exponent: &Value) -> Vec<Constraint> {
+        let one = Polynomial::one();
+        let Some((base_form, true)) = base.polynomials().map(|(top, below)| (top, below.is_one())) else {
+            return Vec::new();
+        };
+        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
+        let mut found = Vec::new();
+        if self.assumed(&base_form.minus(&one)).within(Signs::NONNEGATIVE) {
+            found.push(least(own.minus(&one)));
+            let whole = exponent.polynomials().is_some_and(|(top, below)| {
+                below.is_one() && top.terms().iter().all(|(monomial, _)| self.all_integral(monomial))
+            });
+            if whole && self.quick(exponent).within(Signs::POSITIVE) {
+                found.push(least(own.minus(base_form)));
+            }
+        } else if self.assumed(&one.minus(base_form)).within(Signs::NONNEGATIVE)
+            && self.quick(base).within(Signs::NONNEGATIVE)
+        {
+            found.push(least(one.minus(own)));
+        }
+        found
+    }
+
+    /// The signs of a polynomial, as its terms or an assumption about itself show.
+    fn assumed(&self, form: &Form) -> Signs {
+        let (scaled, opposite) = (form.primitive(), Polynomial::zero().minus(&form.primitive()));
+        let positive = form.leading() > BigRational::from_integer(0.into());
+        let mut signs = self.quick_signs(form);
+        for constraint in &self.constraints {
+            let known = match constraint.bound {
+                Bound::Zero => Signs::ZERO,
+                Bound::Nonnegative => Signs::NONNEGATIVE,
+                Bound::Positive => Signs::POSITIVE,
+            };
+            if constraint.form == scaled {
+                signs = signs.and(if positive { known } else { known.flipped() });
+            } else if constraint.form == opposite {
+                signs = signs.and(if positive { known.flipped() } else { known });
+            }
+        }
+        signs
+    }
+
+    /// Adds, for each product of unknowns in the system, what its factors say of its sign.
+    fn add_monomial_signs(&self, system: &mut Vec<Constraint>) {
+        let mut monomials: BTreeSet<&Monomial<Atom>> = BTreeSet::new();
+        for constraint in system.iter() {
+            monomials.extend(constraint.form.terms().iter().map(|(monomial, _)| monomial));
+        }
+        let mut found = Vec::new();
+        for monomial in monomials.into_iter().filter(|monomial| !monomial.factors().is_empty()) {
+            let signs = self.monomial_signs(monomial);
+            let (sign, known) = if signs.within(Signs::NONNEGATIVE) {
+                (BigRational::one(), signs)
+            } else if signs.within(Signs::of(Relation::Lte)) {
+                (-BigRational::one(), signs.flipped())
+            } else {
+                continue;
+            };
+            let bound = if known.within(Signs::POSITIVE) { Bound::Positive } else { Bound::Nonnegative };
+            found.push(Constraint { form: Polynomial::term(monomial.clone(), sign), bound });
+        }
+        system.extend(found);
+    }
+
+    /// Adds the products of the inequalities of the system, and squares of what is not 0.
+    fn add_products(&self, system: &mut Vec<Constraint>) {
+        let usable = |one: &&Constraint| one.bound != Bound::Zero && one.form.terms().len() <= 12;
+        let mut factors: Vec<Constraint> = system.iter().filter(usable).cloned().collect();
+        factors.dedup();
+        factors.truncate(MOST_FACTORS);
+        let mut found = Vec::new();
+        for (place, first) in factors.iter().enumerate() {
+            for second in &factors[place..] {
+                let both = first.bound == Bound::Positive && second.bound == Bound::Positive;
+                let bound = if both { Bound::Positive } else { Bound::Nonnegative };
+                found.extend(first.form.times(&second.form).map(|form| Constraint { form, bound }));
+            }
+        }
+        let squares = self.nonzero.iter().filter(|form| form.terms().len() <= 4).take(4);
+        found.extend(squares.filter_map(|form| Some(Constraint { form: form.power(2)?, bound: Bound::Positive })));
+        system.extend(found);
+        self.add_monomial_signs(system);
+    }
+
+    /// Splits on a maximum, a condition or a `!=`, and refutes each case.
+    fn refutes_cases(
+        &self,
+        form: &Form,
+        sign: Signs,
+        system: &[Constraint],
+        splits: usize,
+        systems: &mut usize,
+    ) -> bool {
+        let relevant: BTreeSet<&Atom> = system.iter().flat_map(|one| one.form.atoms()).collect();
+        let own = form.atoms();
+        let candidates = own.iter().chain(relevant.iter().filter(|atom| !own.contains(*atom)));
+        for atom in candidates {
+            if let Some(cases) = self.cases(atom, form) {
+                return cases.iter().all(|(case, form)| case.refutes_form(form, sign, splits, systems));
+            }
+        }
+        let apart = self.nonzero.iter().position(|other| {
+            other.atoms().iter().any(|atom| relevant.contains(atom))
+                && !self.assumed(other).within(Signs::POSITIVE)
+                && !self.assumed(other).within(Signs::NEGATIVE)
+        });
+        let Some(place) = apart else { return false };
+        let mut above = self.clone();
+        let split = above.nonzero.remove(place);
+        let mut below = above.clone();
+        above.constraints.push(above.tightened(Constraint { form: split.clone(), bound: Bound::Positive }));
+        let opposite = Polynomial::zero().minus(&split);
+        below.constraints.push(below.tightened(Constraint { form: opposite, bound: Bound::Positive }));
+        [above, below].iter().all(|case| case.refutes_form(form, sign, splits, systems))
+    }
+
+    /// The cases of a maximum or condition, each with the polynomial as it is there.
+    fn cases(&self, atom: &Atom, form: &Form) -> Option<Vec<(Assumptions, Form)>> {
+        match atom {
+            Atom::Positive(condition) => {
+                let opposite = Atom::Positive(condition.neg().ok()?);
+                let holds = self.case(&[(Relation::Gtr, condition.clone())])?;
+                let holds = holds.fixed(atom, &Polynomial::one(), form)?;
+                let (case, inner) = holds.0.fixed(&opposite, &Polynomial::zero(), &holds.1)?;
+                let fails = self.case(&[(Relation::Gte, condition.neg().ok()?)])?;
+                Some(vec![(case, inner), fails.fixed(atom, &Polynomial::zero(), form)?])
+            }
+            Atom::Maximum(elements) => {
+                let mut all = vec![Value::zero()];
+                all.extend(elements.iter().cloned());
+                let mut cases = Vec::new();
+                for greatest in &all {
+                    let (image, below) = greatest.polynomials()?;
+                    let mut facts = Vec::new();
+                    for other in all.iter().filter(|other| *other != greatest) {
+                        facts.push((Relation::Gte, greatest.sub(other).ok()?));
+                    }
+                    if !below.is_one() {
+                        return None;
+                    }
+                    cases.push(self.case(&facts)?.fixed(atom, image, form)?);
+                }
+                Some(cases)
+            }
+            _ => None,
+        }
+    }
+
+    fn case(&self, facts: &[(Relation, Value)]) -> Option<Assumptions> {
+        let mut case = self.clone();
+        for (relation, value) in facts {
+            let value = self.with_solved(value);
+            case.note_sign(*relation, &value);
+            case.note_constraint(*relation, &value);
+        }
+        Some(case)
+    }
+
+    /// The assumptions and a polynomial with an atom replaced by what it is in this case.
+    fn fixed(mut self, atom: &Atom, image: &Form, form: &Form) -> Option<(Assumptions, Form)> {
+        for constraint in &mut self.constraints {
+            constraint.form = replaced(&constraint.form, atom, image)?;
+        }
+        for other in &mut self.nonzero {
+            *other = replaced(other, atom, image)?;
+        }
+        self.signs.remove(atom);
+        let form = replaced(form, atom, image)?;
+        Some((self, form))
+    }
+}
+
+/// A polynomial with a polynomial for one of its atoms.
+fn replaced(form: &Form, atom: &Atom, image: &Form) -> Option<Form> {
+    if form.degree_in(atom) == 0 {
+        return Some(form.clone());
+    }
+    let mut sum = Polynomial::zero();
+    for (exponent, part) in form.coefficients_in(atom) {
+        sum = sum.plus(&part.times(&image.power(exponent)?)?);
+    }
+    Some(sum)
+}
+
+fn spend(systems: &mut usize) -> bool {
+    let left = *systems > 0;
+    *systems = systems.saturating_sub(1);
+    left
+}

@@ -1,0 +1,158 @@
+//! Maxima, conditions and integer parts that the assumptions decide.
+
+use super::sign::Signs;
+use super::{Assumptions, Relation};
+use crate::polynomial::{Monomial, Polynomial};
+use crate::value::{Atom, Sort, Value, ValueError, View};
+
+impl Assumptions {
+    /// The value with `min`, `max`, `abs`, `if`, `floor` and roots resolved where the assumptions decide them.
+    pub fn simplify(&self, value: &Value) -> Value {
+        self.resolved(value).unwrap_or_else(|_| value.clone())
+    }
+
+    fn resolved(&self, value: &Value) -> Result<Value, ValueError> {
+        match value.view() {
+            View::Vector(parts) => Value::vector(self.all(&parts)?),
+            View::Distribution(kind, parts) => Value::distribution(&kind, self.all(&parts)?),
+            View::Real(..) => {
+                let atoms = value.atoms();
+                if atoms.iter().all(|atom| matches!(atom, Atom::Variable(_))) {
+                    return Ok(value.clone());
+                }
+                let mut value = value.clone();
+                for atom in atoms {
+                    if let Some(image) = self.image(&atom)? {
+                        value = value.with_atom(&atom, &image)?;
+                    }
+                }
+                self.squares(&value)
+            }
+        }
+    }
+
+    fn all(&self, parts: &[Value]) -> Result<Vec<Value>, ValueError> {
+        parts.iter().map(|part| self.resolved(part)).collect()
+    }
+
+    /// What an atom is under the assumptions; `None` when that is nothing new.
+    fn image(&self, atom: &Atom) -> Result<Option<Value>, ValueError> {
+        let image = match atom {
+            Atom::Variable(_) => return Ok(None),
+            Atom::Power(base, exponent) => self.resolved(base)?.power(&self.resolved(exponent)?)?,
+            Atom::Apply(function, parts) => Value::apply(function, &self.all(parts)?)?,
+            Atom::Root(inner) => self.resolved(inner)?.sqrt()?,
+            Atom::Floor(inner) => {
+                let inner = self.resolved(inner)?;
+                if self.fraction_part(&inner).is_some_and(|fraction| fraction == num_traits::Zero::zero()) {
+                    inner
+                } else {
+                    inner.floor()?
+                }
+            }
+            Atom::Positive(inner) => {
+                let inner = self.resolved(inner)?;
+                match self.decide(Relation::Gtr, &inner, &Value::zero()) {
+                    Some(holds) => Value::integer(i64::from(holds)),
+                    None => Value::truth(Relation::Gtr, &inner, &Value::zero())?,
+                }
+            }
+            Atom::Maximum(parts) => self.greatest(self.all(parts)?)?,
+        };
+        Ok(if image.as_atom() == Some(atom) { None } else { Some(image) })
+    }
+
+    /// The maximum of 0 and these, without those that are not greater than another.
+    fn greatest(&self, mut elements: Vec<Value>) -> Result<Value, ValueError> {
+        elements.push(Value::zero());
+        let mut place = 0;
+        while place < elements.len() && elements.len() > 1 {
+            let below = |other: &Value| self.decide(Relation::Lte, &elements[place], other) == Some(true);
+            let dominated = elements.iter().enumerate().any(|(at, other)| at != place && below(other));
+            if dominated {
+                elements.swap_remove(place);
+                place = 0;
+            } else {
+                place += 1;
+            }
+        }
+        let factor = self.common_factor(&elements);
+        let Some(factor) = factor else {
+            return Value::maximum(&elements);
+        };
+        let parts = elements.iter().map(|element| element.div(&factor)).collect::<Result<Vec<_>, _>>()?;
+        Value::maximum(&parts)?.mul(&factor)
+    }
+
+    /// A product of atoms that divides all elements and is certainly greater than 0.
+    fn common_factor(&self, elements: &[Value]) -> Option<Value> {
+        let mut shared: Option<Monomial<Atom>> = None;
+        let mut divisor: Option<&Polynomial<Atom>> = None;
+        for element in elements.iter().filter(|element| !element.is_zero()) {
+            let (numerator, below) = element.polynomials()?;
+            let content = numerator.monomial_content();
+            shared = Some(shared.map_or_else(|| content.clone(), |shared| shared.common(&content)));
+            if divisor.is_some_and(|divisor| divisor != below) {
+                return None;
+            }
+            divisor = Some(below);
+        }
+        let positive = |atom: &Atom| self.atom_signs(atom).within(Signs::POSITIVE);
+        let known = shared?.factors().iter().filter(|(atom, _)| positive(atom)).cloned().collect::<Vec<_>>();
+        let below = divisor?;
+        let below = if self.quick_signs(below).within(Signs::POSITIVE) { below.clone() } else { Polynomial::one() };
+        let top = Polynomial::term(Monomial::of(known)?, num_traits::One::one());
+        if top.is_one() && below.is_one() {
+            return None;
+        }
+        Value::from_polynomials(top, below).ok()
+    }
+
+    /// Squares of roots of what is certainly not negative.
+    fn squares(&self, value: &Value) -> Result<Value, ValueError> {
+        if value.sort() != Sort::Real {
+            return Ok(value.clone());
+        }
+        let mut value = value.clone();
+        for atom in value.atoms() {
+            let Atom::Root(inner) = &atom else { continue };
+            let Some((numerator, denominator)) = value.polynomials() else {
+                continue;
+            };
+            let high = numerator.degree_in(&atom) > 1 || denominator.degree_in(&atom) > 1;
+            if high && self.decide(Relation::Gte, inner, &Value::zero()) == Some(true) {
+                let reduce = |part: &Polynomial<Atom>| -> Result<Value, ValueError> {
+                    let mut sum = Value::zero();
+                    for (exponent, factor) in part.coefficients_in(&atom) {
+                        let factor = Value::from_polynomials(factor, Polynomial::one())?;
+                        let square = inner.power(&Value::integer(i64::from(exponent / 2)))?;
+                        let rest = if exponent % 2 == 1 { atom.value()? } else { Value::one() };
+                        sum = sum.add(&factor.mul(&square)?.mul(&rest)?)?;
+                    }
+                    Ok(sum)
+                };
+                value = reduce(numerator)?.div(&reduce(denominator)?)?;
+            }
+        }
+        Ok(value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::name::Name;
+
+    #[test]
+    fn resolves_what_is_known() {
+        let (x, t) = (Value::variable(&Name::new("x")), Value::variable(&Name::new("t")));
+        let mut known = Assumptions::default();
+        known.assume(Relation::Gtr, &t, &Value::zero());
+        assert_eq!(known.simplify(&t.abs().unwrap()), t);
+        let product = Value::maximum(&[Value::zero(), x.mul(&t).unwrap()]).unwrap();
+        let expected = t.mul(&Value::maximum(&[Value::zero(), x.clone()]).unwrap()).unwrap();
+        assert_eq!(known.simplify(&product), expected);
+        known.assume(Relation::Gte, &x, &Value::integer(2));
+        assert_eq!(known.simplify(&Value::clamp(&x, &Value::integer(-1), &Value::one()).unwrap()), Value::one());
+    }
+}

@@ -1,0 +1,477 @@
+//! The graph of pairs of states, and which of them differ after how many steps.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
+
+use num_rational::BigRational;
+use num_traits::One;
+
+use super::{Comparison, Difference, Reach, Run, Side, Step, grain::grain};
+use crate::definition::Definitions;
+use crate::law::Connective;
+use crate::model::explore::Label;
+use crate::model::{Action, Meaningless, Model, Observation, Patience, State};
+use crate::term::Term;
+use crate::value::Value;
+
+/// How many draws may follow one another in no time.
+const MOST_DRAWS: usize = 100;
+
+/// What a label is compared by: all internal steps are alike.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Key {
+    Tau,
+    Act(Label),
+}
+
+/// A settled state, looked into once.
+pub(super) struct Seen {
+    state: State,
+    shown: BTreeSet<Observation>,
+    moves: BTreeMap<Key, Vec<(Label, usize)>>,
+    patience: Patience,
+    offers: bool,
+    /// The branches of a draw that is due; none otherwise.
+    chances: Vec<(BigRational, usize)>,
+}
+
+/// One way to press the other side: it must reach one of the answers.
+struct Challenge {
+    side: Side,
+    label: Label,
+    answers: Vec<usize>,
+}
+
+enum Pair {
+    /// Not looked into.
+    Open,
+    /// Different at once.
+    Apart(Box<Difference>),
+    /// Different if some challenge has no answer but pairs that differ.
+    Choice(Vec<Challenge>),
+    /// Different if the chances of no matching of the branches agree; the pairs, row by row.
+    Lottery(Vec<usize>),
+}
+
+/// How a pair was found to differ: after how many steps, and by which challenge.
+#[derive(Clone, Copy)]
+struct Mark {
+    rank: usize,
+    challenge: usize,
+}
+
+/// A comparison at work.
+pub(super) struct Game<'a> {
+    model: Model<'a>,
+    refines: bool,
+    reach: &'a Reach,
+    grain: BigRational,
+    places: HashMap<State, usize>,
+    states: Vec<State>,
+    seen: Vec<Option<Rc<Seen>>>,
+    pair_places: HashMap<(usize, usize), usize>,
+    pairs: Vec<((usize, usize), Pair)>,
+    before: Vec<Vec<usize>>,
+    marks: Vec<Option<Mark>>,
+    drawing: usize,
+}
+
+impl<'a> Game<'a> {
+    pub(super) fn new(
+        definitions: &'a Definitions,
+        connective: Connective,
+        reach: &'a Reach,
+        left: &Term,
+        right: &Term,
+    ) -> Game<'a> {
+        Game {
+            model: Model::new(definitions),
+            refines: connective == Connective::Refines,
+            reach,
+            grain: grain([left, right], definitions),
+            places: HashMap::new(),
+            states: Vec::new(),
+            seen: Vec::new(),
+            pair_places: HashMap::new(),
+            pairs: Vec::new(),
+            before: Vec::new(),
+            marks: Vec::new(),
+            drawing: 0,
+        }
+    }
+
+    pub(super) fn decide(mut self, left: &Term, right: &Term) -> Result<Comparison, Meaningless> {
+        let left = self.model.state(left)?;
+        let right = self.model.state(right)?;
+        self.decide_states(left, right)
+    }
+
+    pub(super) fn decide_states(&mut self, left: State, right: State) -> Result<Comparison, Meaningless> {
+        let left = self.place(left)?;
+        let right = self.place(right)?;
+        if left == right {
+            // Equal states are the same, but a meaningless future must still be reported.
+            self.sweep(left)?;
+            return Ok(Comparison::Same);
+        }
+        self.pair(left, right);
+        let mut next = 0;
+        let mut complete = true;
+        while next < self.pairs.len() {
+            if next >= self.reach.pairs {
+                complete = false;
+                break;
+            }
+            let (left, right) = self.pairs[next].0;
+            let looked = self.look(left, right)?;
+            let apart = matches!(looked, Pair::Apart(_));
+            for after in looked.pairs() {
+                self.before[after].push(next);
+            }
+            self.pairs[next].1 = looked;
+            if apart && next == 0 {
+                break;
+            }
+            next += 1;
+        }
+        self.mark();
+        Ok(match self.marks[0] {
+            Some(_) => Comparison::Different(self.run()),
+            None if complete => Comparison::Same,
+            None => Comparison::Unknown(self.reach.pairs),
+        })
+    }
+
+    /// Looks into what a single state can reach, as far as the bound allows.
+    fn sweep(&mut self, start: usize) -> Result<(), Meaningless> {
+        let mut open = vec![start];
+        let mut done = BTreeSet::from([start]);
+        while let Some(place) = open.pop() {
+            if done.len() > self.reach.pairs {
+                return Ok(());
+            }
+            let seen = self.seen(place)?;
+            let mut after: Vec<usize> = seen.moves.values().flatten().map(|(_, to)| *to).collect();
+            after.extend(seen.chances.iter().map(|(_, to)| *to));
+            if let Patience::Until(time) = &seen.patience {
+                let state = self.model.pass(&seen.state, time)?;
+                after.push(self.place(state)?);
+            }
+            open.extend(after.into_iter().filter(|place| done.insert(*place)));
+        }
+        Ok(())
+    }
+
+    /// The place of a state; a draw with a single branch is the state after it.
+    fn place(&mut self, state: State) -> Result<usize, Meaningless> {
+        if let Some(place) = self.places.get(&state) {
+            return Ok(*place);
+        }
+        let mut settled = state.clone();
+        for draws in 0.. {
+            match settled.moves()?.as_slice() {
+                [only] if matches!(only.action, Action::Draw(_, Some(_))) => settled = self.model.state(&only.next)?,
+                _ => break,
+            }
+            if draws > MOST_DRAWS {
+                return Err(Meaningless { why: "it draws for ever in no time".into() });
+            }
+        }
+        let place = match self.places.get(&settled) {
+            Some(place) => *place,
+            None => {
+                self.states.push(settled.clone());
+                self.seen.push(None);
+                self.places.insert(settled, self.states.len() - 1);
+                self.states.len() - 1
+            }
+        };
+        self.places.insert(state, place);
+        Ok(place)
+    }
+
+    fn seen(&mut self, place: usize) -> Result<Rc<Seen>, Meaningless> {
+        if let Some(seen) = &self.seen[place] {
+            return Ok(seen.clone());
+        }
+        let state = self.states[place].clone();
+        let steps = state.moves()?;
+        let patience = state.patience(&steps);
+        let offers = steps.iter().any(|step| matches!(step.action, Action::In(_) | Action::Out(..)));
+        let mut moves: BTreeMap<Key, Vec<(Label, usize)>> = BTreeMap::new();
+        let mut chances = Vec::new();
+        for step in steps {
+            let mut add = |game: &mut Self, value: Option<&Value>| -> Result<(), Meaningless> {
+                let next = value.map_or_else(|| step.next.clone(), |value| step.with(value));
+                let after = game.model.state(&next)?;
+                let to = game.place(after)?;
+                if let Action::Draw(_, Some((_, chance))) = &step.action {
+                    chances.push((chance.clone(), to));
+                    return Ok(());
+                }
+                let label = Label::Act(step.action.clone(), value.cloned());
+                let key = if matches!(step.action, Action::Tau(..)) { Key::Tau } else { Key::Act(label.clone()) };
+                let targets = moves.entry(key).or_default();
+                if !targets.iter().any(|(_, other)| *other == to) {
+                    targets.push((label, to));
+                }
+                Ok(())
+            };
+            if step.needs_value() {
+                for value in &self.reach.inputs {
+                    add(self, Some(value))?;
+                }
+            } else {
+                add(self, None)?;
+            }
+        }
+        let chances = if chances.is_empty() { chances } else { self.spread(chances)? };
+        let shown = state.observations();
+        let seen = Rc::new(Seen { state, shown, moves, patience, offers, chances });
+        self.seen[place] = Some(seen.clone());
+        Ok(seen)
+    }
+
+    /// The chances of the states after all draws that are due, equal states together.
+    fn spread(&mut self, branches: Vec<(BigRational, usize)>) -> Result<Vec<(BigRational, usize)>, Meaningless> {
+        let mut all: BTreeMap<usize, BigRational> = BTreeMap::new();
+        for (chance, place) in branches {
+            // A draw may follow a draw, but a round of a loop must also wait or communicate.
+            self.drawing += 1;
+            if self.drawing > MOST_DRAWS {
+                return Err(Meaningless { why: "it draws for ever in no time".into() });
+            }
+            let further = self.seen(place)?.chances.clone();
+            self.drawing -= 1;
+            if further.is_empty() {
+                *all.entry(place).or_default() += chance;
+            } else {
+                for (more, place) in further {
+                    *all.entry(place).or_default() += &chance * more;
+                }
+            }
+        }
+        Ok(all.into_iter().map(|(place, chance)| (chance, place)).collect())
+    }
+
+    fn pair(&mut self, left: usize, right: usize) -> usize {
+        if let Some(place) = self.pair_places.get(&(left, right)) {
+            return *place;
+        }
+        let place = self.pairs.len();
+        self.pairs.push(((left, right), Pair::Open));
+        self.before.push(Vec::new());
+        self.marks.push(None);
+        self.pair_places.insert((left, right), place);
+        place
+    }
+
+    fn look(&mut self, left: usize, right: usize) -> Result<Pair, Meaningless> {
+        let (one, two) = (self.seen(left)?, self.seen(right)?);
+        if !one.chances.is_empty() || !two.chances.is_empty() {
+            let whole = |seen: &Seen, place| match seen.chances.is_empty() {
+                true => vec![(BigRational::one(), place)],
+                false => seen.chances.clone(),
+            };
+            let (rows, columns) = (whole(&one, left), whole(&two, right));
+            let mut pairs = Vec::new();
+            for (_, row) in &rows {
+                for (_, column) in &columns {
+                    pairs.push(self.pair(*row, *column));
+                }
+            }
+            return Ok(Pair::Lottery(pairs));
+        }
+        if left == right {
+            self.sweep(left)?;
+            return Ok(Pair::Choice(Vec::new()));
+        }
+        if let Some(difference) = difference(&one, &two, self.refines) {
+            return Ok(Pair::Apart(Box::new(difference)));
+        }
+        let mut challenges = Vec::new();
+        for (key, targets) in &one.moves {
+            let answers = &two.moves[key];
+            self.challenge(Side::Left, targets, answers, &mut challenges);
+            if targets.len() > 1 || answers.len() > 1 {
+                self.challenge(Side::Right, answers, targets, &mut challenges);
+            }
+        }
+        if let Some(time) = self.slice(&one, &two) {
+            let (after_one, after_two) = (self.model.pass(&one.state, &time)?, self.model.pass(&two.state, &time)?);
+            let (after_one, after_two) = (self.place(after_one)?, self.place(after_two)?);
+            let answers = vec![self.pair(after_one, after_two)];
+            challenges.push(Challenge { side: Side::Both, label: Label::Wait(time), answers });
+        }
+        Ok(Pair::Choice(challenges))
+    }
+
+    fn challenge(
+        &mut self,
+        side: Side,
+        targets: &[(Label, usize)],
+        answers: &[(Label, usize)],
+        all: &mut Vec<Challenge>,
+    ) {
+        for (label, target) in targets {
+            let answers = answers
+                .iter()
+                .map(|(_, answer)| match side {
+                    Side::Right => self.pair(*answer, *target),
+                    _ => self.pair(*target, *answer),
+                })
+                .collect();
+            all.push(Challenge { side, label: label.clone(), answers });
+        }
+    }
+
+    /// How long to wait next, if time changes anything.
+    fn slice(&self, one: &Seen, two: &Seen) -> Option<BigRational> {
+        let event = match (&one.patience, &two.patience) {
+            (Patience::None, _) | (_, Patience::None) => return None,
+            (Patience::Until(one), Patience::Until(two)) => one.min(two).clone(),
+            (Patience::Until(time), _) | (_, Patience::Until(time)) => time.clone(),
+            (Patience::Unbounded, Patience::Unbounded) => return None,
+        };
+        Some(if one.offers || two.offers { event.min(self.grain.clone()) } else { event })
+    }
+
+    /// Marks the pairs that differ, those after the fewest steps first.
+    fn mark(&mut self) {
+        let mut level: Vec<usize> = Vec::new();
+        for place in 0..self.pairs.len() {
+            if matches!(self.pairs[place].1, Pair::Apart(_)) {
+                self.marks[place] = Some(Mark { rank: 0, challenge: 0 });
+                level.push(place);
+            }
+        }
+        let mut rank = 0;
+        while !level.is_empty() && self.marks[0].is_none() {
+            rank += 1;
+            let candidates: BTreeSet<usize> = level.iter().flat_map(|place| self.before[*place].clone()).collect();
+            let found: Vec<(usize, usize)> = candidates
+                .into_iter()
+                .filter(|place| self.marks[*place].is_none())
+                .filter_map(|place| Some((place, self.lost(place)?)))
+                .collect();
+            level = found.iter().map(|(place, _)| *place).collect();
+            for (place, challenge) in found {
+                self.marks[place] = Some(Mark { rank, challenge });
+            }
+        }
+    }
+
+    /// The challenge that this pair has no answer to, if there is one.
+    fn lost(&self, place: usize) -> Option<usize> {
+        match &self.pairs[place].1 {
+            Pair::Choice(challenges) => challenges
+                .iter()
+                .position(|challenge| challenge.answers.iter().all(|answer| self.marks[*answer].is_some())),
+            Pair::Lottery(pairs) => self.unbalanced(place, pairs).then_some(0),
+            _ => None,
+        }
+    }
+
+    /// Whether the branches that are still alike, taken together, have different chances on the two sides.
+    fn unbalanced(&self, place: usize, pairs: &[usize]) -> bool {
+        let chance = |place: usize, other: &[usize]| other.iter().position(|known| *known == place);
+        let rows = distinct(pairs.iter().map(|pair| self.pairs[*pair].0.0));
+        let columns = distinct(pairs.iter().map(|pair| self.pairs[*pair].0.1));
+        // Groups by flooding: a row's group is the least row it is linked to.
+        let mut group: Vec<usize> = (0..rows.len() + columns.len()).collect();
+        for pair in pairs.iter().filter(|pair| self.marks[**pair].is_none()) {
+            let (row, column) = self.pairs[*pair].0;
+            if let (Some(row), Some(column)) = (chance(row, &rows), chance(column, &columns)) {
+                let (from, to) = (group[rows.len() + column], group[row]);
+                group.iter_mut().filter(|member| **member == from).for_each(|member| *member = to);
+            }
+        }
+        let (left, right) = self.pairs[place].0;
+        let mut balance: BTreeMap<usize, BigRational> = BTreeMap::new();
+        for (chance_of, place) in self.chances(left) {
+            if let Some(row) = chance(place, &rows) {
+                *balance.entry(group[row]).or_default() += chance_of;
+            }
+        }
+        for (chance_of, place) in self.chances(right) {
+            if let Some(column) = chance(place, &columns) {
+                *balance.entry(group[rows.len() + column]).or_default() -= chance_of;
+            }
+        }
+        balance.values().any(|left| *left != BigRational::default())
+    }
+
+    fn chances(&self, place: usize) -> Vec<(BigRational, usize)> {
+        match &self.seen[place] {
+            Some(seen) if !seen.chances.is_empty() => seen.chances.clone(),
+            _ => vec![(BigRational::one(), place)],
+        }
+    }
+
+    /// The shortest separation of the first pair, against the other side's best answers.
+    fn run(&self) -> Run {
+        let mut steps = Vec::new();
+        let mut place = 0;
+        loop {
+            match (&self.pairs[place].1, self.marks[place]) {
+                (Pair::Apart(difference), _) => return Run { steps, difference: (**difference).clone() },
+                (Pair::Choice(challenges), Some(mark)) => {
+                    let challenge = &challenges[mark.challenge];
+                    let rank = |place: usize| self.marks[place].map_or(0, |mark| mark.rank);
+                    let best = challenge.answers.iter().copied().max_by_key(|answer| rank(*answer));
+                    place = best.unwrap_or(place);
+                    let (left, right) = self.pairs[place].0;
+                    steps.push(Step {
+                        side: challenge.side,
+                        label: challenge.label.clone(),
+                        left: self.states[left].clone(),
+                        right: self.states[right].clone(),
+                    });
+                }
+                _ => {
+                    let (left, right) = self.pairs[place].0;
+                    let named = |place| {
+                        let chances = self.chances(place).into_iter();
+                        chances.map(|(chance, place)| (chance, self.states[place].clone())).collect()
+                    };
+                    return Run { steps, difference: Difference::Chances(named(left), named(right)) };
+                }
+            }
+        }
+    }
+}
+
+impl Pair {
+    fn pairs(&self) -> Vec<usize> {
+        match self {
+            Pair::Choice(challenges) => distinct(challenges.iter().flat_map(|challenge| challenge.answers.clone())),
+            Pair::Lottery(pairs) => distinct(pairs.iter().copied()),
+            _ => Vec::new(),
+        }
+    }
+}
+
+fn distinct(places: impl Iterator<Item = usize>) -> Vec<usize> {
+    places.collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+/// How two states without a draw differ at once, if they do.
+fn difference(one: &Seen, two: &Seen, refines: bool) -> Option<Difference> {
+    let (left, right) = (one.state.outcome(), two.state.outcome());
+    if left != right {
+        return Some(Difference::Outcome(left, right));
+    }
+    let shown = if refines { two.shown.is_subset(&one.shown) } else { one.shown == two.shown };
+    if !shown {
+        return Some(Difference::Observations(Box::new(one.state.clone()), Box::new(two.state.clone())));
+    }
+    for (side, mine, other) in [(Side::Left, one, two), (Side::Right, two, one)] {
+        if let Some((_, targets)) = mine.moves.iter().find(|(key, _)| !other.moves.contains_key(key)) {
+            return targets.first().map(|(label, _)| Difference::Move(side, label.clone()));
+        }
+        if mine.patience != Patience::None && other.patience == Patience::None {
+            return Some(Difference::Time(side));
+        }
+    }
+    None
+}

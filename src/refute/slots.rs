@@ -1,0 +1,212 @@
+//! What varies in a claim: its metavariables and symbolic parameters, by what they stand for.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::definition::Definitions;
+use crate::law::Condition;
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// One thing to choose.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Slot {
+    /// A process, over this many parameters.
+    Process(Name, usize),
+    /// A value.
+    Value(Name),
+    /// A symbol of the claim or of its definitions, which is no metavariable.
+    Parameter(Name),
+    /// A distribution.
+    Distribution(Name),
+    /// A port.
+    Port(Name),
+    /// The name of a result.
+    Result(Name),
+}
+
+impl Slot {
+    pub(super) fn name(&self) -> &Name {
+        match self {
+            Slot::Process(name, _)
+            | Slot::Value(name)
+            | Slot::Parameter(name)
+            | Slot::Distribution(name)
+            | Slot::Port(name)
+            | Slot::Result(name) => name,
+        }
+    }
+}
+
+/// The concrete names and numbers of a claim, which instances use too.
+pub(super) struct Vocabulary {
+    pub(super) ports: Vec<Name>,
+    pub(super) results: Vec<Name>,
+    pub(super) inputs: Vec<Value>,
+}
+
+/// Everything named in some terms, by kind.
+#[derive(Default)]
+struct Found {
+    processes: BTreeMap<Name, usize>,
+    values: BTreeSet<Name>,
+    distributions: BTreeSet<Name>,
+    ports: BTreeSet<Name>,
+    results: BTreeSet<Name>,
+    indices: BTreeSet<Name>,
+    compared: BTreeSet<Value>,
+    called: BTreeSet<Name>,
+}
+
+impl Found {
+    fn add(&mut self, term: &Term) {
+        let mut open = vec![term];
+        while let Some(term) = open.pop() {
+            for value in term.values() {
+                self.values.extend(value.variables());
+            }
+            match term.node() {
+                Node::In(port, name) => {
+                    self.ports.insert(port.clone());
+                    self.results.insert(name.clone());
+                }
+                Node::Out(port, _) | Node::New(port, _) => {
+                    self.ports.insert(port.clone());
+                }
+                Node::Set(_, name) | Node::Replace(_, name, _) => {
+                    self.results.insert(name.clone());
+                }
+                Node::Ran(distribution, name) => {
+                    self.results.insert(name.clone());
+                    let whole = distribution.variables();
+                    self.distributions.extend(whole.into_iter().filter(|name| Value::variable(name) == *distribution));
+                }
+                Node::Guard(_, left, right) => self.compared.extend([left.clone(), right.clone()]),
+                Node::Meta(name, arguments) => {
+                    self.processes.insert(name.clone(), arguments.len());
+                }
+                Node::Power(_, _, Some(index)) => {
+                    self.indices.insert(index.clone());
+                }
+                Node::Call(name, _) => {
+                    self.called.insert(name.clone());
+                }
+                _ => {}
+            }
+            open.extend(term.children());
+        }
+    }
+
+    /// The symbols of the definitions that are called which are neither parameters nor bound there.
+    fn add_definitions(&mut self, definitions: &Definitions) -> BTreeSet<Name> {
+        let mut symbols = BTreeSet::new();
+        let mut done = BTreeSet::new();
+        let mut open: Vec<Name> = self.called.iter().cloned().collect();
+        while let Some(name) = open.pop() {
+            let Some(definition) = definitions.get(&name).filter(|_| done.insert(name.clone())) else { continue };
+            let mut inner = Found::default();
+            inner.add(&definition.body);
+            let own: BTreeSet<Name> =
+                inner.results.iter().chain(&definition.parameters).chain(&inner.indices).cloned().collect();
+            symbols.extend(inner.values.difference(&own).cloned());
+            self.compared.extend(inner.compared);
+            open.extend(inner.called);
+        }
+        symbols
+    }
+}
+
+/// What a condition speaks of: terms, values and names.
+fn add_condition(found: &mut Found, condition: &Condition) {
+    match condition {
+        Condition::Compare(_, left, right) => {
+            found.values.extend(left.variables().into_iter().chain(right.variables()))
+        }
+        Condition::Natural(value) => found.values.extend(value.variables()),
+        Condition::Is(_, term) | Condition::ShowsOnly(term, _) | Condition::ShowsNone(term, _) => found.add(term),
+        Condition::Lasts(term, time) => {
+            found.add(term);
+            found.values.extend(time.variables());
+        }
+        Condition::Complementary(one, two) | Condition::Apart(one, two) => {
+            found.add(one);
+            found.add(two);
+        }
+        Condition::NoPort(term, port) => {
+            found.add(term);
+            found.ports.insert(port.clone());
+        }
+        Condition::Unread(term, name) => {
+            found.add(term);
+            found.results.insert(name.clone());
+        }
+    }
+}
+
+/// Every name in a condition.
+pub(super) fn names_in(condition: &Condition) -> BTreeSet<Name> {
+    let mut found = Found::default();
+    add_condition(&mut found, condition);
+    let mut names: BTreeSet<Name> = found.processes.into_keys().collect();
+    names.extend(found.values);
+    names.extend(found.ports);
+    names.extend(found.results);
+    names
+}
+
+/// All slots of a claim: names first, then values, then processes, so that conditions bite early.
+pub(super) fn slots_of(left: &Term, right: &Term, conditions: &[Condition], definitions: &Definitions) -> Vec<Slot> {
+    let mut found = Found::default();
+    found.add(left);
+    found.add(right);
+    let symbols = found.add_definitions(definitions);
+    let mut in_conditions = Found::default();
+    conditions.iter().for_each(|condition| add_condition(&mut in_conditions, condition));
+    found.values.extend(in_conditions.values);
+    found.ports.extend(in_conditions.ports);
+    found.results.extend(in_conditions.results);
+    found.processes.extend(in_conditions.processes);
+    let meta = |names: &BTreeSet<Name>| names.iter().filter(|name| name.is_meta()).cloned().collect::<Vec<_>>();
+    let mut slots: Vec<Slot> = meta(&found.ports).into_iter().map(Slot::Port).collect();
+    slots.extend(meta(&found.results).into_iter().map(Slot::Result));
+    slots.extend(found.distributions.iter().cloned().map(Slot::Distribution));
+    for name in &found.values {
+        if found.results.contains(name) || found.distributions.contains(name) || found.indices.contains(name) {
+            continue;
+        }
+        slots.push(if name.is_meta() { Slot::Value(name.clone()) } else { Slot::Parameter(name.clone()) });
+    }
+    for name in symbols {
+        let slot = Slot::Parameter(name);
+        if !slots.contains(&slot) {
+            slots.push(slot);
+        }
+    }
+    slots.extend(found.processes.into_iter().map(|(name, arity)| Slot::Process(name, arity)));
+    slots
+}
+
+impl Vocabulary {
+    /// The claim's own ports and results first, then `c`, `d` and `y`, `z`, two of each; and the inputs to try.
+    pub(super) fn of(left: &Term, right: &Term) -> Vocabulary {
+        let mut found = Found::default();
+        found.add(left);
+        found.add(right);
+        let two = |own: &BTreeSet<Name>, spare: [&str; 2]| {
+            let mut names: Vec<Name> = own.iter().filter(|name| !name.is_meta()).take(2).cloned().collect();
+            for name in spare.map(Name::new) {
+                if names.len() < 2 && !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+            names
+        };
+        let mut inputs = vec![Value::integer(0), Value::integer(1)];
+        for value in found.compared {
+            if inputs.len() < 4 && value.as_rational().is_some() && !inputs.contains(&value) {
+                inputs.push(value);
+            }
+        }
+        Vocabulary { ports: two(&found.ports, ["c", "d"]), results: two(&found.results, ["y", "z"]), inputs }
+    }
+}

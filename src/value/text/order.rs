@@ -1,0 +1,231 @@
+//! Maxima and conditions in the form in which people write them: `abs(x)`, `min(a,b)`, `if x > y then … else …`.
+
+use std::sync::Arc;
+
+use num_rational::BigRational;
+use num_traits::Signed;
+
+use super::{Atom, Level, Monomial, Piece, Polynomial, Printer, Real, Text, Value, wrap};
+
+/// A term `coefficient * cofactor * max(0, elements)`.
+struct Hinge {
+    coefficient: BigRational,
+    cofactor: Monomial<Atom>,
+    elements: Arc<[Value]>,
+}
+
+impl Printer {
+    /// `if p > 0 then … else …` for a fraction with conditions in its numerator.
+    pub(super) fn choice(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
+        let conditions = || {
+            numerator.atoms().into_iter().filter_map(|atom| match atom {
+                Atom::Positive(condition) => Some((atom.clone(), condition.clone())),
+                _ => None,
+            })
+        };
+        let leads = |value: &Value| value.parts().is_some_and(|(top, _)| top.leading().is_positive());
+        let (atom, condition) = conditions().find(|(_, condition)| leads(condition)).or_else(|| conditions().next())?;
+        if self.expansions < 3 || denominator.degree_in(&atom) > 0 {
+            return None;
+        }
+        self.expansions -= 3;
+        let opposite = Atom::Positive(condition.neg().ok()?);
+        let both = [atom.clone(), opposite.clone()];
+        let part = |holds: Option<&Atom>| Value::quotient(fixed(numerator, &both, holds), denominator.clone()).ok();
+        let (more, less, equal) = (part(Some(&atom))?, part(Some(&opposite))?, part(None)?);
+        let (symbol, then, other) = if more == less {
+            ("=", equal, more)
+        } else if equal == more {
+            ("<", less, more)
+        } else if equal == less {
+            (">", more, less)
+        } else {
+            let condition_text = self.condition(&condition, ">");
+            let second = self.condition(&condition, "<");
+            let texts = [more, less, equal].map(|part| wrap(self.value(&part), Level::Sum));
+            let text =
+                format!("if {condition_text} then {} else if {second} then {} else {}", texts[0], texts[1], texts[2]);
+            return Some((text, Level::Choice));
+        };
+        let condition = self.condition(&condition, symbol);
+        let then = wrap(self.value(&then), Level::Sum);
+        let other = self.value(&other).0;
+        Some((format!("if {condition} then {then} else {other}"), Level::Choice))
+    }
+
+    /// A comparison of a value with 0, its negative terms on the other side.
+    pub(super) fn condition(&mut self, value: &Value, symbol: &str) -> String {
+        let sides = value.parts().filter(|(_, denominator)| denominator.is_one()).map(|(numerator, _)| {
+            let (more, less): (Vec<_>, Vec<_>) =
+                numerator.terms().iter().cloned().partition(|(_, number)| number.is_positive());
+            (Polynomial::of(more), Polynomial::zero().minus(&Polynomial::of(less)))
+        });
+        let (left, right, symbol) = match sides {
+            Some((left, right)) if left.is_zero() => (right, left, mirrored(symbol)),
+            Some((left, right)) => (left, right, symbol),
+            None => return format!("{} {symbol} 0", wrap(self.value(value), Level::Sum)),
+        };
+        let one = Monomial::one();
+        let (left, right) = (self.sum(&left, &one), self.sum(&right, &one));
+        format!("{} {symbol} {}", wrap(left, Level::Sum), wrap(right, Level::Sum))
+    }
+
+    /// The maxima among the terms of a sum: the whole as one text, or pieces and what is left of the sum.
+    pub(super) fn maxima(&mut self, sum: &Real) -> Result<Text, (Vec<Piece>, Real)> {
+        let mut hinges = hinges(sum);
+        if hinges.is_empty() || self.expansions == 0 {
+            return Err((Vec::new(), sum.clone()));
+        }
+        self.expansions -= 1;
+        let mut rest = hinges.iter().fold(sum.clone(), |rest, hinge| rest.minus(&hinge.polynomial()));
+        let mut pieces = Vec::new();
+        let mut place = 0;
+        while place < hinges.len() {
+            let found = self.absolute(&hinges[place], &mut rest).map(|piece| (piece, None));
+            let found = found.or_else(|| self.clamped(&hinges, place, &mut rest));
+            match found {
+                Some((piece, partner)) => {
+                    pieces.push(piece);
+                    let partner = partner.unwrap_or(place);
+                    hinges.swap_remove(place.max(partner));
+                    if partner != place {
+                        hinges.swap_remove(place.min(partner));
+                    }
+                    place = 0;
+                }
+                None => place += 1,
+            }
+        }
+        if let ([hinge], true) = (hinges.as_slice(), pieces.is_empty())
+            && let Some(text) = self.extremum(hinge, &rest)
+        {
+            return Ok(text);
+        }
+        Err((pieces, hinges.iter().fold(rest, |rest, hinge| rest.plus(&hinge.polynomial()))))
+    }
+
+    /// `2*max(0,x) - x` is `abs(x)`.
+    fn absolute(&mut self, hinge: &Hinge, rest: &mut Real) -> Option<Piece> {
+        let [inner] = &hinge.elements[..] else { return None };
+        let (numerator, denominator) = inner.parts()?;
+        let half = &hinge.coefficient / BigRational::from_integer(2.into());
+        let wanted = numerator.times_term(&hinge.cofactor, &-half.clone())?;
+        let there = |(monomial, number): &(Monomial<Atom>, BigRational)| {
+            let same = |(other, factor): &(Monomial<Atom>, BigRational)| other == monomial && factor == number;
+            rest.terms().iter().any(same)
+        };
+        if !denominator.is_one() || !wanted.terms().iter().all(there) {
+            return None;
+        }
+        *rest = rest.minus(&wanted);
+        let inner = format!("abs({})", self.value(inner).0);
+        Some(self.piece(&half, &hinge.cofactor, inner))
+    }
+
+    /// `max(0,x) - max(0,x-w)` is `min(w,max(0,x))`.
+    fn clamped(&mut self, hinges: &[Hinge], place: usize, rest: &mut Real) -> Option<(Piece, Option<usize>)> {
+        let hinge = &hinges[place];
+        let [inner] = &hinge.elements[..] else { return None };
+        let scale = hinge.coefficient.abs();
+        let inner = inner.scale(&scale).ok()?;
+        for (other, partner) in hinges.iter().enumerate().filter(|(other, _)| *other != place) {
+            let [upper] = &partner.elements[..] else { continue };
+            let opposite = partner.coefficient.is_negative() != hinge.coefficient.is_negative();
+            if !opposite || partner.cofactor != hinge.cofactor {
+                continue;
+            }
+            let width = upper.scale(&partner.coefficient.abs()).and_then(|upper| inner.sub(&upper)).ok()?;
+            let Some(width) = width.as_rational().filter(BigRational::is_positive) else {
+                continue;
+            };
+            // Without its constant term the middle reads best; the bounds move with it.
+            let low = -inner.parts()?.0.constant_term();
+            let high = &low + &width;
+            let sign = if hinge.coefficient.is_negative() { -low.clone() } else { low.clone() };
+            *rest = rest.minus(&Polynomial::term(hinge.cofactor.clone(), sign));
+            let middle = inner.add(&Value::rational(low.clone())).ok()?;
+            let text = format!("min({high},max({low},{}))", self.value(&middle).0);
+            let one = BigRational::from_integer(if hinge.coefficient.is_negative() { -1 } else { 1 }.into());
+            return Some((self.piece(&one, &hinge.cofactor, text), Some(other)));
+        }
+        None
+    }
+
+    /// `y + max(0,x-y)` is `max(y,x)`, and `y - max(0,y-x)` is `min(y,x)`, where that is shorter.
+    fn extremum(&mut self, hinge: &Hinge, rest: &Real) -> Option<Text> {
+        if !hinge.cofactor.factors().is_empty() || rest.is_zero() {
+            return None;
+        }
+        let mut before = rest.terms().len();
+        let mut after = before;
+        let mut elements = vec![Value::whole(rest.clone()).ok()?];
+        for element in &hinge.elements[..] {
+            let scaled = element.scale(&hinge.coefficient).ok()?;
+            let moved = elements[0].add(&scaled).ok()?;
+            let (numerator, denominator) = moved.parts()?;
+            before += element.parts()?.0.terms().len();
+            after += numerator.terms().len();
+            if !denominator.is_one() {
+                return None;
+            }
+            elements.push(moved);
+        }
+        if after > before {
+            return None;
+        }
+        let name = if hinge.coefficient.is_negative() { "min" } else { "max" };
+        Some((format!("{name}({})", self.list(&elements)), Level::Atom))
+    }
+
+    fn piece(&mut self, coefficient: &BigRational, cofactor: &Monomial<Atom>, text: String) -> Piece {
+        let factors: Vec<(Atom, i64)> =
+            cofactor.factors().iter().map(|(atom, exponent)| (atom.clone(), i64::from(*exponent))).collect();
+        let (mut tops, bottoms) = self.factors(&factors);
+        tops.push(text);
+        let text = super::quotient(coefficient.abs(), tops, bottoms);
+        Piece { negative: coefficient.is_negative(), text, degree: cofactor.degree() + 1 }
+    }
+}
+
+impl Hinge {
+    fn polynomial(&self) -> Real {
+        let maximum = Polynomial::atom(Atom::Maximum(self.elements.clone()));
+        maximum.times_term(&self.cofactor, &self.coefficient).unwrap_or_else(Polynomial::zero)
+    }
+}
+
+/// The terms with exactly one maximum, to the first power, and no condition.
+fn hinges(sum: &Real) -> Vec<Hinge> {
+    let mut found = Vec::new();
+    for (monomial, number) in sum.terms() {
+        let mut maxima = monomial.factors().iter().filter(|(atom, _)| matches!(atom, Atom::Maximum(_)));
+        if let (Some((Atom::Maximum(elements), 1)), None) = (maxima.next(), maxima.next()) {
+            let cofactor = monomial.factors().iter().filter(|(atom, _)| !matches!(atom, Atom::Maximum(_))).cloned();
+            if let Some(cofactor) = Monomial::of(cofactor) {
+                found.push(Hinge { coefficient: number.clone(), cofactor, elements: elements.clone() });
+            }
+        }
+    }
+    found
+}
+
+/// A polynomial with 1 for one of two conditions and 0 for the others.
+fn fixed(polynomial: &Real, conditions: &[Atom], holds: Option<&Atom>) -> Real {
+    let terms = polynomial.terms().iter().filter_map(|(monomial, number)| {
+        let zero = monomial
+            .factors()
+            .iter()
+            .any(|(atom, _)| conditions.contains(atom) && holds.is_none_or(|holds| holds != atom));
+        let rest = monomial.factors().iter().filter(|(atom, _)| !conditions.contains(atom)).cloned();
+        if zero { None } else { Some((Monomial::of(rest)?, number.clone())) }
+    });
+    Polynomial::of(terms)
+}
+
+fn mirrored(symbol: &str) -> &str {
+    match symbol {
+        ">" => "<",
+        "<" => ">",
+        other => other,
+    }
+}

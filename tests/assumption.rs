@@ -1,0 +1,282 @@
+//! What follows from assumptions: examples, and random checks that no answer is contradicted by an instance.
+
+use std::collections::BTreeMap;
+
+use pars::assumption::Assumptions;
+use pars::name::Name;
+use pars::value::{Relation, Value};
+use proptest::prelude::*;
+
+fn var(name: &str) -> Value {
+    Value::variable(&Name::new(name))
+}
+
+fn int(number: i64) -> Value {
+    Value::integer(number)
+}
+
+fn assume(facts: &[(Value, Relation, Value)]) -> Assumptions {
+    let mut known = Assumptions::default();
+    facts.iter().for_each(|(left, relation, right)| known.assume(*relation, left, right));
+    known
+}
+
+use Relation::{Eq, Gte, Gtr, Lss, Lte, Neq};
+
+#[test]
+fn signs_of_products() {
+    let (t, v, a, b) = (var("t"), var("v"), var("a"), var("b"));
+    let known = assume(&[(t.clone(), Gtr, int(0)), (v.clone(), Gtr, int(0)), (a.clone(), Neq, b.clone())]);
+    let product = t.mul(&v).unwrap();
+    assert_eq!(known.decide(Gtr, &product, &int(0)), Some(true));
+    assert_eq!(known.decide(Eq, &b, &a), Some(false));
+    assert_eq!(known.decide(Neq, &t.mul(&a).unwrap(), &t.mul(&b).unwrap()), Some(true));
+    assert_eq!(known.decide(Gtr, &a.sub(&b).unwrap().abs().unwrap(), &int(0)), Some(true));
+    assert_eq!(known.decide(Gtr, &a.sub(&b).unwrap(), &int(0)), None);
+    assert_eq!(known.decide(Gtr, &int(1).div(&t).unwrap(), &int(0)), Some(true));
+    assert_eq!(known.decide(Gtr, &a.div(&t).unwrap(), &b.div(&t).unwrap()), None);
+    let square = a.mul(&a).unwrap();
+    assert_eq!(known.decide(Gte, &square, &int(0)), Some(true));
+    let whole = square.add(&b.mul(&b).unwrap()).unwrap().add(&int(1)).unwrap();
+    assert_eq!(known.decide(Gtr, &whole, &int(0)), Some(true));
+}
+
+#[test]
+fn linear_consequences() {
+    let (a, b, p) = (var("a"), var("b"), var("p"));
+    let known = assume(&[(a.clone(), Gtr, b.clone()), (b.clone(), Gte, p.clone())]);
+    assert_eq!(known.decide(Gtr, &a, &p), Some(true));
+    assert_eq!(known.decide(Lte, &a, &p), Some(false));
+    assert_eq!(known.decide(Gtr, &b, &p), None);
+    let equal = assume(&[(a.clone(), Eq, b.clone()), (b.clone(), Eq, int(3))]);
+    assert_eq!(equal.decide(Eq, &a.mul(&a).unwrap(), &int(9)), Some(true));
+    assert!(!known.contradictory() && !equal.contradictory());
+    assert!(assume(&[(a.clone(), Gtr, b.clone()), (b, Gtr, a)]).contradictory());
+}
+
+#[test]
+fn naturals() {
+    let n = var("n");
+    let mut known = Assumptions::default();
+    known.assume_natural(&Name::new("n"));
+    assert_eq!(known.is_natural(&n.add(&int(1)).unwrap()), Some(true));
+    assert_eq!(known.is_natural(&n.sub(&int(1)).unwrap()), None);
+    assert_eq!(known.is_natural(&n.add(&Value::fraction(1, 2).unwrap()).unwrap()), Some(false));
+    assert_eq!(known.is_natural(&var("x")), None);
+    known.assume(Neq, &n, &int(0));
+    assert_eq!(known.is_natural(&n.sub(&int(1)).unwrap()), Some(true));
+    assert_eq!(known.decide(Gte, &n, &int(1)), Some(true));
+    assert_eq!(known.decide(Gtr, &n.mul(&int(2)).unwrap(), &int(1)), Some(true));
+    let half = Value::fraction(1, 2).unwrap().power(&n).unwrap();
+    assert_eq!(known.decide(Gtr, &half, &int(0)), Some(true));
+    assert_eq!(known.decide(Lte, &half, &Value::fraction(1, 2).unwrap()), Some(true));
+    assert_eq!(known.decide(Neq, &half, &int(0)), Some(true));
+}
+
+#[test]
+fn maxima_and_conditions() {
+    let (x, y) = (var("x"), var("y"));
+    let none = Assumptions::default();
+    let abs = x.abs().unwrap();
+    assert_eq!(none.decide(Gte, &abs, &x), Some(true));
+    assert_eq!(none.decide(Gte, &abs, &int(0)), Some(true));
+    let sum = x.add(&y).unwrap().abs().unwrap();
+    assert_eq!(none.decide(Lte, &sum, &abs.add(&y.abs().unwrap()).unwrap()), Some(true));
+    let clamped = Value::clamp(&x, &int(-1), &int(1)).unwrap();
+    assert_eq!(none.decide(Lte, &clamped.abs().unwrap(), &int(1)), Some(true));
+    let choice = Value::choose(Gtr, &x, &int(0), &x, &int(0)).unwrap();
+    assert_eq!(none.decide(Eq, &choice, &Value::maximum(&[int(0), x.clone()]).unwrap()), Some(true));
+    let known = assume(&[(x.clone(), Gtr, y.clone())]);
+    let choice = Value::choose(Gtr, &x, &y, &int(7), &x).unwrap();
+    assert_eq!(known.simplify(&choice), int(7));
+    assert_eq!(known.decide(Eq, &choice, &int(7)), Some(true));
+    assert_eq!(known.simplify(&x.sub(&y).unwrap().abs().unwrap()), x.sub(&y).unwrap());
+}
+
+#[test]
+fn steps_of_a_contraction() {
+    // With 0 < k < 1 and p < g each step p + k*(g-p) stays below g and comes closer.
+    let (k, g, p) = (var("k"), var("g"), var("p"));
+    let known = assume(&[(k.clone(), Gtr, int(0)), (k.clone(), Lss, int(1)), (p.clone(), Lss, g.clone())]);
+    let next = p.add(&k.mul(&g.sub(&p).unwrap()).unwrap()).unwrap();
+    assert_eq!(known.decide(Lss, &next, &g), Some(true));
+    assert_eq!(known.decide(Gtr, &next, &p), Some(true));
+    assert_eq!(known.decide(Neq, &k, &int(1)), Some(true));
+}
+
+#[test]
+fn undefined_sides_are_not_decided() {
+    let x = var("x");
+    let known = assume(&[(x.clone(), Gte, int(0))]);
+    assert_eq!(known.decide(Gte, &int(1).div(&x).unwrap(), &int(0)), None);
+    let vector = Value::vector(vec![x.clone(), int(1)]).unwrap();
+    assert_eq!(known.decide(Eq, &vector, &vector), Some(true));
+    assert_eq!(known.decide(Eq, &vector, &Value::vector(vec![x.clone(), int(2)]).unwrap()), Some(false));
+    let normal = Value::distribution("Normal", vec![x, int(1)]).unwrap();
+    assert_eq!(known.decide(Eq, &normal, &normal), Some(true));
+    assert_eq!(known.decide(Eq, &normal, &int(1)), None);
+}
+
+/// An expression to be built over x, y and the natural n.
+#[derive(Clone, Debug)]
+enum Shape {
+    Name(usize),
+    Number(i64, i64),
+    Two(usize, Box<Shape>, Box<Shape>),
+    One(usize, Box<Shape>),
+    If(Box<Shape>, Box<Shape>, Box<Shape>),
+}
+
+const NAMES: [&str; 3] = ["x", "y", "n"];
+
+fn build(shape: &Shape) -> Option<Value> {
+    Some(match shape {
+        Shape::Name(place) => var(NAMES[*place]),
+        Shape::Number(top, bottom) => Value::fraction(*top, *bottom).ok()?,
+        Shape::Two(operator, left, right) => {
+            let (left, right) = (build(left)?, build(right)?);
+            match operator {
+                0 | 1 => left.add(&right),
+                2 | 3 => left.sub(&right),
+                4 | 5 => left.mul(&right),
+                6 => left.div(&right),
+                7 => Value::maximum(&[left, right]),
+                _ => Value::minimum(&[left, right]),
+            }
+            .ok()?
+        }
+        Shape::One(operator, inner) => {
+            let inner = build(inner)?;
+            match operator {
+                0 => inner.abs(),
+                1 => inner.floor(),
+                2 => inner.sqrt(),
+                3 => inner.power(&int(2)),
+                4 => inner.power(&var("n")),
+                _ => Value::fraction(1, 2).ok()?.power(&var("n")),
+            }
+            .ok()?
+        }
+        Shape::If(condition, then, other) => {
+            Value::choose(Gtr, &build(condition)?, &int(0), &build(then)?, &build(other)?).ok()?
+        }
+    })
+}
+
+fn shape() -> impl Strategy<Value = Shape> {
+    let leaf = prop_oneof![
+        4 => (0..3usize).prop_map(Shape::Name),
+        2 => (-3..4i64, 1..3i64).prop_map(|(top, bottom)| Shape::Number(top, bottom)),
+    ];
+    leaf.prop_recursive(3, 10, 3, |inner| {
+        prop_oneof![
+            6 => (0..9usize, inner.clone(), inner.clone())
+                .prop_map(|(operator, a, b)| Shape::Two(operator, Box::new(a), Box::new(b))),
+            2 => (0..6usize, inner.clone()).prop_map(|(operator, a)| Shape::One(operator, Box::new(a))),
+            1 => (inner.clone(), inner.clone(), inner)
+                .prop_map(|(a, b, c)| Shape::If(Box::new(a), Box::new(b), Box::new(c))),
+        ]
+    })
+}
+
+fn images(x: i64, y: i64, n: i64) -> BTreeMap<Name, Value> {
+    let half = |number: i64| Value::fraction(number, 2).unwrap();
+    [("x", half(x)), ("y", half(y)), ("n", int(n))].map(|(name, value)| (Name::new(name), value)).into()
+}
+
+/// What stands between two numbers that compare like this, one of several.
+fn true_relation(order: std::cmp::Ordering, choice: usize) -> Relation {
+    let fitting: Vec<Relation> = Relation::ALL.into_iter().filter(|relation| relation.holds(order)).collect();
+    fitting[choice % fitting.len()]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, max_shrink_iters: 200, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_answer_is_contradicted(
+        facts in prop::collection::vec((shape(), shape(), 0..3usize), 0..4),
+        (left, right) in (shape(), shape()),
+        others in prop::collection::vec((-6..7i64, -6..7i64, 0..4i64), 6),
+    ) {
+        let (Some(left), Some(right)) = (build(&left), build(&right)) else { return Ok(()) };
+        let point = images(others[0].0, others[0].1, others[0].2);
+        let mut known = Assumptions::default();
+        known.assume_natural(&Name::new("n"));
+        for (one, other, choice) in &facts {
+            let (Some(one), Some(other)) = (build(one), build(other)) else { continue };
+            let (Ok(a), Ok(b)) = (one.substitute(&point), other.substitute(&point)) else { continue };
+            let (Some(a), Some(b)) = (a.as_rational(), b.as_rational()) else { continue };
+            known.assume(true_relation(a.cmp(&b), *choice), &one, &other);
+        }
+        prop_assert!(!known.contradictory(), "{:?} is possible at {:?}", known, point);
+        let simple = known.simplify(&left);
+        for (x, y, n) in others {
+            let point = images(x, y, n);
+            let holds = |relation: Relation, left: &Value, right: &Value| {
+                let (a, b) = (left.substitute(&point).ok()?.as_rational()?, right.substitute(&point).ok()?.as_rational()?);
+                Some(relation.holds(a.cmp(&b)))
+            };
+            if !known.iter().all(|(relation, value)| holds(relation, &value, &int(0)) == Some(true)) {
+                continue;
+            }
+            if let Some(same) = holds(Eq, &left, &simple) {
+                prop_assert!(same, "{} is not {} at {:?} under {:?}", left, simple, point, known);
+            }
+            for relation in Relation::ALL {
+                if let (Some(answer), Some(truth)) = (known.decide(relation, &left, &right), holds(relation, &left, &right)) {
+                    prop_assert_eq!(answer, truth, "{} {} {} at {:?} under {:?}", left, relation.symbol(), right, point, known);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_normal_form_keeps_the_value(shape in shape(), x in -6..7i64, y in -6..7i64, n in 0..4i64) {
+        let point = images(x, y, n);
+        let names = |name: &Name| point.get(name).cloned();
+        if let (Some(whole), Some(direct)) = (build(&shape), evaluate(&shape, &names)) {
+            if let Ok(value) = whole.substitute(&point) {
+                prop_assert_eq!(value, direct, "{} at {:?}", whole, point);
+            }
+        }
+    }
+}
+
+/// The expression with numbers from the start.
+fn evaluate(shape: &Shape, names: &dyn Fn(&Name) -> Option<Value>) -> Option<Value> {
+    Some(match shape {
+        Shape::Name(place) => names(&Name::new(NAMES[*place]))?,
+        Shape::Number(top, bottom) => Value::fraction(*top, *bottom).ok()?,
+        Shape::Two(operator, left, right) => {
+            let (left, right) = (evaluate(left, names)?, evaluate(right, names)?);
+            match operator {
+                0 | 1 => left.add(&right),
+                2 | 3 => left.sub(&right),
+                4 | 5 => left.mul(&right),
+                6 => left.div(&right),
+                7 => Value::maximum(&[left, right]),
+                _ => Value::minimum(&[left, right]),
+            }
+            .ok()?
+        }
+        Shape::One(operator, inner) => {
+            let (inner, n) = (evaluate(inner, names)?, names(&Name::new("n"))?);
+            match operator {
+                0 => inner.abs(),
+                1 => inner.floor(),
+                2 => inner.sqrt(),
+                3 => inner.power(&int(2)),
+                4 => inner.power(&n),
+                _ => Value::fraction(1, 2).ok()?.power(&n),
+            }
+            .ok()?
+        }
+        Shape::If(condition, then, other) => {
+            // Both branches are built, as they are symbolically: a branch that is not defined is left out of the test.
+            let (condition, then, other) =
+                (evaluate(condition, names)?, evaluate(then, names)?, evaluate(other, names)?);
+            Value::choose(Gtr, &condition, &int(0), &then, &other).ok()?
+        }
+    })
+}

@@ -1,0 +1,104 @@
+//! Short ways to write terms in tests.
+#![allow(dead_code)]
+
+use pars::assumption::Assumptions;
+use pars::definition::{Definition, Definitions};
+use pars::law::{Condition, Connective};
+use pars::name::Name;
+use pars::refute::{Limits, Refutation, refute};
+use pars::term::{Node, Term};
+use pars::value::{Relation, Value};
+
+pub fn name(text: &str) -> Name {
+    Name::new(text)
+}
+
+pub fn number(number: i64) -> Value {
+    Value::integer(number)
+}
+
+pub fn var(text: &str) -> Value {
+    Value::variable(&name(text))
+}
+
+/// The process metavariable of this name.
+pub fn p(text: &str) -> Term {
+    Term::meta(&name(&format!("?{text}")))
+}
+
+pub fn seq<const N: usize>(parts: [Term; N]) -> Term {
+    Term::seq(parts)
+}
+
+pub fn par<const N: usize>(parts: [Term; N]) -> Term {
+    Term::par(parts)
+}
+
+pub fn dis<const N: usize>(parts: [Term; N]) -> Term {
+    Term::disable(parts)
+}
+
+pub fn attempt(body: Term) -> Term {
+    Term::attempt(body)
+}
+
+pub fn again(body: Term) -> Term {
+    Term::new(Node::Loop(body))
+}
+
+pub fn power(body: Term, count: &str) -> Term {
+    Term::new(Node::Power(body, var(count), None))
+}
+
+pub fn delay(time: &str) -> Term {
+    Term::delay(var(time))
+}
+
+pub fn wait(time: i64) -> Term {
+    Term::delay(number(time))
+}
+
+pub fn input(port: &str, result: &str) -> Term {
+    Term::new(Node::In(name(port), name(result)))
+}
+
+pub fn output(port: &str, value: Value) -> Term {
+    Term::new(Node::Out(name(port), value))
+}
+
+pub fn private(port: &str, body: Term) -> Term {
+    Term::new(Node::New(name(port), body))
+}
+
+pub fn guard(relation: Relation, left: Value, right: Value) -> Term {
+    Term::new(Node::Guard(relation, left, right))
+}
+
+pub fn observer(text: &str, values: Vec<Value>) -> Term {
+    Term::new(Node::Observe(name(text), values))
+}
+
+pub fn call(text: &str, values: Vec<Value>) -> Term {
+    Term::new(Node::Call(name(text), values))
+}
+
+/// One internal communication.
+pub fn tau() -> Term {
+    private("i", par([input("i", "i"), output("i", number(0))]))
+}
+
+pub fn define(definitions: &mut Definitions, text: &str, parameters: &[&str], body: Term) {
+    let recursive = calls(&body, &name(text));
+    let parameters = parameters.iter().map(|parameter| name(parameter)).collect();
+    definitions.insert(Definition { name: name(text), parameters, body, recursive });
+}
+
+fn calls(term: &Term, wanted: &Name) -> bool {
+    matches!(term.node(), Node::Call(name, _) if name == wanted)
+        || term.children().into_iter().any(|part| calls(part, wanted))
+}
+
+pub fn try_to_refute(left: &Term, right: &Term, connective: Connective, conditions: &[Condition]) -> Refutation {
+    let limits = Limits { instances: 4_000, ..Limits::default() };
+    refute(left, right, connective, conditions, &Definitions::default(), &Assumptions::default(), &limits)
+}
