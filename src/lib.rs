@@ -29,11 +29,16 @@ pub mod model;
 pub mod bisimulation;
 pub mod refute;
 pub mod stepper;
+pub mod replay;
 pub mod matching;
 pub mod simplify;
 pub mod rewrite;
 pub mod refine;
 pub mod prove;
+pub mod recurrence;
+pub mod period;
+pub mod flow;
+pub mod verify;
 // ── surface: what people see ──
 pub mod explain;
 pub mod report;

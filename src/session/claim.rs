@@ -50,6 +50,7 @@ pub(super) struct Found {
     pub(super) trace: Vec<String>,
     pub(super) feedback: Vec<String>,
     pub(super) remains: Vec<String>,
+    pub(super) trusted: Vec<String>,
     pub(super) diagnostics: Vec<(crate::diagnostic::Source, crate::diagnostic::Diagnostic)>,
     pub(super) it: Option<crate::term::Term>,
 }
@@ -96,6 +97,7 @@ impl Run<'_, '_> {
         if let Some(evidence) = &found.evidence {
             report.laws = evidence.theorem.laws().iter().cloned().collect();
             report.trusted = evidence.theorem.trusted().iter().cloned().collect();
+            report.trusted.extend(found.trusted.iter().cloned());
             for law in report.laws.iter().filter(|law| self.own.get(law).is_none()) {
                 report.trusted.push(format!("the law {law}, which is not one of PARS's own"));
             }

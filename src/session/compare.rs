@@ -157,8 +157,8 @@ fn label(label: &Label) -> String {
         Label::Act(Action::In(port), None) => format!("reads from {port}"),
         Label::Act(Action::Out(port, value), _) => format!("writes {value} to {port}"),
         Label::Act(Action::Tau(port, value), _) => format!("communicates {value} over {port}"),
-        Label::Act(Action::Draw(from, _), Some(value)) => format!("draws {value} from {from}"),
-        Label::Act(Action::Draw(from, _), None) => format!("draws from {from}"),
+        Label::Act(Action::Draw(from, _), Some(value)) => format!("draws {value} from {}", listed(from)),
+        Label::Act(Action::Draw(from, _), None) => format!("draws from {}", listed(from)),
     }
 }
 
@@ -195,4 +195,8 @@ fn shown(state: &State) -> String {
         .map(|(name, values)| Term::new(crate::term::Node::Observe(name, values)).to_string())
         .collect();
     if shown.is_empty() { "nothing".to_string() } else { shown.join(", ") }
+}
+
+fn listed(values: &[crate::value::Value]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
