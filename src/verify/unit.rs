@@ -65,9 +65,7 @@ impl Unit {
                         || segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index)))
                 });
                 match count {
-                    Some(count) => {
-                        Term::new(Node::Power(round, count.clone(), mentioned.then(|| index.clone())))
-                    }
+                    Some(count) => Term::new(Node::Power(round, count.clone(), mentioned.then(|| index.clone()))),
                     None => Term::new(Node::Loop(round)),
                 }
             }
@@ -143,9 +141,7 @@ pub fn repeat(count: Option<Value>, index: &Name, segments: Vec<Segment>) -> Res
     let unit = Unit::Repeat { count: count.clone(), index: index.clone(), segments };
     match count {
         Some(count) if count.is_zero() => Ok(Vec::new()),
-        Some(count) if count == Value::one() => {
-            Ok(unit.round(&Value::zero())?.into_iter().map(Unit::Single).collect())
-        }
+        Some(count) if count == Value::one() => Ok(unit.round(&Value::zero())?.into_iter().map(Unit::Single).collect()),
         _ => Ok(vec![unit]),
     }
 }
