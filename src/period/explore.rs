@@ -74,7 +74,8 @@ pub(crate) fn explore(
 ) -> Result<Graph, Failure> {
     let reserved = reserved(components, definitions, assumptions);
     let settler = Settler { definitions, reserved: &reserved };
-    let mut explorer = Explorer { clock: Clock { settler, names }, assumptions, spots: Vec::new(), index: HashMap::new() };
+    let mut explorer =
+        Explorer { clock: Clock { settler, names }, assumptions, spots: Vec::new(), index: HashMap::new() };
     let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
     let mut work = Vec::new();
     let initial = explorer.ways(start, Vec::new(), assumptions.clone(), &mut work)?;
@@ -152,8 +153,7 @@ impl Explorer<'_> {
         work: &mut Vec<usize>,
     ) -> Result<Vec<Way>, Failure> {
         let path = Path { assumptions, ..Path::default() };
-        let mut moments =
-            vec![Moment { state, path, communications: Vec::new(), history: Vec::new(), besides: None }];
+        let mut moments = vec![Moment { state, path, communications: Vec::new(), history: Vec::new(), besides: None }];
         let mut ways = Vec::new();
         let mut forks = 0usize;
         while let Some(moment) = moments.pop() {

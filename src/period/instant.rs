@@ -102,12 +102,7 @@ impl Clock<'_> {
     }
 
     /// A communication that was possible besides the one made must still be possible.
-    fn check_race(
-        &self,
-        besides: &Besides,
-        pairs: &[(Offer, Offer)],
-        offers: &[Offer],
-    ) -> Result<(), Halt> {
+    fn check_race(&self, besides: &Besides, pairs: &[(Offer, Offer)], offers: &[Offer]) -> Result<(), Halt> {
         let port = &besides.writer.port;
         let same = |a: &Offer, b: &Offer| a.place == b.place && a.port == b.port;
         let again = |offer: &Offer| offer.value.is_some() && same(offer, &besides.writer);
@@ -185,7 +180,11 @@ impl Clock<'_> {
         observed.dedup();
         let blocked: BTreeSet<Blocked> = offers
             .iter()
-            .map(|offer| Blocked { component: self.name_of(offer), port: offer.port.clone(), reads: offer.value.is_none() })
+            .map(|offer| Blocked {
+                component: self.name_of(offer),
+                port: offer.port.clone(),
+                reads: offer.value.is_none(),
+            })
             .collect();
         Ok(Some(End::Silent { blocked: blocked.into_iter().collect(), observed }))
     }

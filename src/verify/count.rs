@@ -74,7 +74,8 @@ impl Walker<'_> {
         // A test of the values after a round is a test of the sequence one later.
         let (said, later) = after.map_or((test, false), |after| (after, true));
         let said = said.substitute(constant)?;
-        let read: Vec<&Name> = maps.keys().filter(|name| said.left.mentions(name) || said.right.mentions(name)).collect();
+        let read: Vec<&Name> =
+            maps.keys().filter(|name| said.left.mentions(name) || said.right.mentions(name)).collect();
         let name = match read.as_slice() {
             [] => return self.settled(count, &said),
             [name] => *name,

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::property::{Length, Want, Wanted};
 use super::trajectory::Trajectory;
-use super::unit::{Hit, Unit, shows, stretch, total};
+use super::unit::{Hit, Unit, shows, total};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::{End, Segment};
+use crate::period::{End, Segment, stretch};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
@@ -158,7 +158,9 @@ impl Matcher<'_> {
                     }
                     Err(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
                 },
-                Unit::Repeat { segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => taken.push(unit),
+                Unit::Repeat { segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => {
+                    taken.push(unit)
+                }
                 Unit::Repeat { .. } => {
                     let first = unit.round(&Value::zero())?;
                     match first.first().map(fits) {
@@ -225,7 +227,8 @@ impl Matcher<'_> {
 
     /// Units of exactly this duration that show this, if the run starts so; else the run is left as it was.
     fn exactly(&self, rest: &mut Vec<Unit>, time: &Value, shown: &[Term]) -> Result<Option<Vec<Unit>>, Missed> {
-        let unknown = |left: &Value, other: &Value| Missed::Unsure(format!("it must be known whether {other} <= {left}"));
+        let unknown =
+            |left: &Value, other: &Value| Missed::Unsure(format!("it must be known whether {other} <= {left}"));
         let mut queue: VecDeque<Unit> = rest.clone().into();
         let mut left = time.clone();
         let mut taken = Vec::new();
@@ -273,7 +276,7 @@ impl Matcher<'_> {
                             left = Value::zero();
                         }
                         _ => {
-        let (_, round, after) = unit.split(&Value::zero())?;
+                            let (_, round, after) = unit.split(&Value::zero())?;
                             after.into_iter().rev().for_each(|unit| queue.push_front(unit));
                             round.into_iter().rev().for_each(|segment| queue.push_front(Unit::Single(segment)));
                         }
@@ -308,7 +311,9 @@ impl Matcher<'_> {
         if !at_end || !ever(cycle) {
             let shown: Vec<String> = want.shown.iter().map(Term::to_string).collect();
             let end = match &trajectory.end {
-                Some(End::Silent { blocked, .. }) if !blocked.is_empty() => "in the end nothing shows it any more: the run waits",
+                Some(End::Silent { blocked, .. }) if !blocked.is_empty() => {
+                    "in the end nothing shows it any more: the run waits"
+                }
                 Some(End::Silent { .. }) => "in the end it is not shown",
                 Some(_) => "the run ends",
                 None => "the run moves on",

@@ -90,8 +90,10 @@ fn want_of(part: &Term) -> Result<Want, String> {
             Node::Observe(..) => want.shown.push(part.clone()),
             Node::Idle => {}
             _ => {
-                return Err("a property consists of delays, each beside the observers it asks for, one after the other"
-                    .to_string());
+                return Err(
+                    "a property consists of delays, each beside the observers it asks for, one after the other"
+                        .to_string(),
+                );
             }
         }
     }
@@ -110,8 +112,7 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
         .collect();
     let mut outcome = match answer {
         Ok(found) => {
-            let verdict =
-                if conditions.is_empty() { Verdict::Proved } else { Verdict::Open { remaining: conditions } };
+            let verdict = if conditions.is_empty() { Verdict::Proved } else { Verdict::Open { remaining: conditions } };
             Outcome { verdict, ..found }
         }
         Err(Missed::Never(reason)) if conditions.is_empty() => {
@@ -219,7 +220,8 @@ impl Matcher<'_> {
             run.push(Term::abort());
         }
         let endless = self.wanted.wants.iter().any(|want| want.length == Length::Endless);
-        if !endless && cycle.is_empty() && trajectory.end.as_ref().is_some_and(|end| !matches!(end, End::Silent { .. })) {
+        if !endless && cycle.is_empty() && trajectory.end.as_ref().is_some_and(|end| !matches!(end, End::Silent { .. }))
+        {
             let left = self.durations(&laid.rest)?;
             if !left.is_zero() {
                 property.push(Term::delay(left));
@@ -234,7 +236,9 @@ impl Matcher<'_> {
         outcome.steady = BTreeMap::new();
         outcome.values = laid.values;
         // A run that is not known to its end has no term.
-        let known = trajectory.open.is_empty() && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
+        let known = trajectory.open.is_empty()
+            && !matches!(trajectory.end, Some(End::Livelock { .. }))
+            && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
         outcome.trajectory_term = known.then(|| Term::seq(run));
         outcome.property_term = known.then(|| Term::seq(property));
         Ok(outcome)
@@ -245,9 +249,11 @@ impl Matcher<'_> {
         let Some(cycle) = trajectory.cycle else {
             return Err(self.no_cycle(trajectory));
         };
-        let free = self.wanted.wants.last().is_some_and(|want| {
-            matches!(want.length, Length::Unknown(_)) && want.shown.is_empty()
-        });
+        let free = self
+            .wanted
+            .wants
+            .last()
+            .is_some_and(|want| matches!(want.length, Length::Unknown(_)) && want.shown.is_empty());
         let mut first = None;
         if free && let Some((opening, later)) = in_step(trajectory, cycle) {
             let rounds: Result<Vec<Laid>, Missed> =
@@ -311,9 +317,9 @@ impl Matcher<'_> {
 
     fn constant(&self, unit: &Unit) -> bool {
         let Unit::Repeat { index, segments, .. } = unit else { return false };
-        segments.iter().any(|segment| {
-            !segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index)))
-        })
+        segments
+            .iter()
+            .any(|segment| !segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index))))
     }
 
     /// Rounds one after the other, wherever they start, until one starts where an earlier one did.

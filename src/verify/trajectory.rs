@@ -174,7 +174,8 @@ impl Walker<'_> {
                     });
                 }
                 Err(unsure) => {
-                    let mut all = self.choose(&here.edges, values, &self.assumptions).err().unwrap_or(Unsure(Vec::new()));
+                    let mut all =
+                        self.choose(&here.edges, values, &self.assumptions).err().unwrap_or(Unsure(Vec::new()));
                     all.0.extend(unsure.0);
                     return Err(all);
                 }
@@ -305,12 +306,7 @@ impl Walker<'_> {
     }
 
     /// The one edge that is taken.
-    fn choose<'e>(
-        &self,
-        edges: &'e [Edge],
-        values: &Values,
-        assumptions: &Assumptions,
-    ) -> Result<&'e Edge, Unsure> {
+    fn choose<'e>(&self, edges: &'e [Edge], values: &Values, assumptions: &Assumptions) -> Result<&'e Edge, Unsure> {
         let mut possible: Vec<(&Edge, Vec<Test>)> = Vec::new();
         'edges: for edge in edges {
             let mut open = Vec::new();
@@ -333,7 +329,11 @@ impl Walker<'_> {
                 for (edge, open) in &possible {
                     if let Next::End(End::Livelock { cycle }) = &edge.next {
                         let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
-                        reasons.push(format!("the program goes round in no time ({}){}", cycle.join(", "), in_case(open)));
+                        reasons.push(format!(
+                            "the program goes round in no time ({}){}",
+                            cycle.join(", "),
+                            in_case(open)
+                        ));
                     }
                 }
                 let tests: BTreeSet<String> = possible
@@ -349,9 +349,8 @@ impl Walker<'_> {
     }
 
     fn image(&self, edge: &Edge, values: &Values) -> Result<Values, Unsure> {
-        let image = |(name, value): (&Name, &Value)| {
-            Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)))
-        };
+        let image =
+            |(name, value): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)));
         edge.map.iter().map(image).collect()
     }
 
@@ -454,4 +453,3 @@ fn is_long(value: &Value) -> bool {
 fn is_number(value: &Value) -> bool {
     value.as_rational().is_some()
 }
-

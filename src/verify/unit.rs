@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::Segment;
+use crate::period::{Segment, stretch};
 use crate::recurrence::{Closed, Goal, Piece, Reach, first};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
@@ -65,9 +65,7 @@ impl Unit {
                         || segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index)))
                 });
                 match count {
-                    Some(count) => {
-                        Term::new(Node::Power(round, count.clone(), mentioned.then(|| index.clone())))
-                    }
+                    Some(count) => Term::new(Node::Power(round, count.clone(), mentioned.then(|| index.clone()))),
                     None => Term::new(Node::Loop(round)),
                 }
             }
@@ -143,9 +141,7 @@ pub fn repeat(count: Option<Value>, index: &Name, segments: Vec<Segment>) -> Res
     let unit = Unit::Repeat { count: count.clone(), index: index.clone(), segments };
     match count {
         Some(count) if count.is_zero() => Ok(Vec::new()),
-        Some(count) if count == Value::one() => {
-            Ok(unit.round(&Value::zero())?.into_iter().map(Unit::Single).collect())
-        }
+        Some(count) if count == Value::one() => Ok(unit.round(&Value::zero())?.into_iter().map(Unit::Single).collect()),
         _ => Ok(vec![unit]),
     }
 }
@@ -156,11 +152,6 @@ pub fn repeat(count: Option<Value>, index: &Name, segments: Vec<Segment>) -> Res
 /// When the sum has no normal form.
 pub fn total(segments: &[Segment]) -> Result<Value, ValueError> {
     segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration))
-}
-
-/// `Delay_d # O1 # …`
-pub fn stretch(duration: &Value, observed: &[Term]) -> Term {
-    Term::disable(std::iter::once(Term::delay(duration.clone())).chain(observed.iter().cloned()))
 }
 
 fn at(segment: &Segment, map: &BTreeMap<Name, Value>) -> Result<Segment, ValueError> {
