@@ -36,6 +36,9 @@ pub enum Hit {
     Unknown(String),
 }
 
+/// The rounds before a round, that round, and the rounds after it.
+pub type Cut = (Vec<Unit>, Vec<Segment>, Vec<Unit>);
+
 impl Unit {
     /// Its duration; nothing if it is endless.
     ///
@@ -90,7 +93,7 @@ impl Unit {
     ///
     /// # Errors
     /// When a value has no normal form.
-    pub fn split(&self, number: &Value) -> Result<(Vec<Unit>, Vec<Segment>, Vec<Unit>), ValueError> {
+    pub fn split(&self, number: &Value) -> Result<Cut, ValueError> {
         let Unit::Repeat { count, index, segments } = self else {
             return Ok((Vec::new(), self.round(number)?, Vec::new()));
         };
