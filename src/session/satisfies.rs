@@ -73,7 +73,9 @@ impl Run<'_, '_> {
                         found.verdict = Some(Verdict::Proved);
                         found.evidence = Some(Evidence { theory, environment, theorem, proof });
                     }
-                    Err(rejected) => found.remains = vec![format!("the kernel turned the proof down: {}", rejected.reason)],
+                    Err(rejected) => {
+                        found.remains = vec![format!("the kernel turned the proof down: {}", rejected.reason)]
+                    }
                 }
             }
             Answer::Open(gap) => {
