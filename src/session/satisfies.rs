@@ -135,7 +135,8 @@ impl Run<'_, '_> {
 }
 
 /// What is taken on trust where a system is proved to satisfy a property.
-const RUN: &str = "the run of the system as printed: its communications, its period and the closed forms";
+const RUN: &str = "that the system runs as printed, its internal communications, which take no time, left out: \
+    its period and the closed forms";
 
 /// From a proof that the run matches the property, one that the system does; that it runs so is taken on trust.
 fn with_run(system: Term, run: &Term, matched: Proof) -> Proof {
