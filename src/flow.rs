@@ -104,27 +104,31 @@ pub struct PhaseFlow {
 
 /// The table of every phase.
 pub fn flows(period: &Period) -> Vec<PhaseFlow> {
-    period.phases.iter().enumerate().map(|(number, phase)| {
-        let rounds: Vec<&Edge> = phase.rounds(number).collect();
-        let shown = rounds.first().copied().or(phase.edges.first());
-        PhaseFlow {
-            phase: number,
-            control: phase.control.clone(),
-            variables: phase.variables.clone(),
-            guard: phase.guard(number),
-            segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
-            duration: shown.and_then(|edge| edge.duration().ok()),
-            maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
-            communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
-            exits: phase
-                .edges
-                .iter()
-                .filter(|edge| edge.next != Next::Phase(number))
-                .map(|edge| (edge.tests.clone(), edge.next.clone()))
-                .collect(),
-        }
-    })
-    .collect()
+    period
+        .phases
+        .iter()
+        .enumerate()
+        .map(|(number, phase)| {
+            let rounds: Vec<&Edge> = phase.rounds(number).collect();
+            let shown = rounds.first().copied().or(phase.edges.first());
+            PhaseFlow {
+                phase: number,
+                control: phase.control.clone(),
+                variables: phase.variables.clone(),
+                guard: phase.guard(number),
+                segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
+                duration: shown.and_then(|edge| edge.duration().ok()),
+                maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
+                communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
+                exits: phase
+                    .edges
+                    .iter()
+                    .filter(|edge| edge.next != Next::Phase(number))
+                    .map(|edge| (edge.tests.clone(), edge.next.clone()))
+                    .collect(),
+            }
+        })
+        .collect()
 }
 
 impl PhaseFlow {
@@ -188,8 +192,6 @@ fn end_text(end: &crate::period::End) -> String {
             format!("goes round in no time ({})", cycle.join(", "))
         }
         End::Silent { blocked, .. } if blocked.is_empty() => "idles".to_string(),
-        End::Silent { blocked, .. } => {
-            blocked.iter().map(|one| one.to_string()).collect::<Vec<_>>().join("; ")
-        }
+        End::Silent { blocked, .. } => blocked.iter().map(|one| one.to_string()).collect::<Vec<_>>().join("; "),
     }
 }

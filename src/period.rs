@@ -8,6 +8,7 @@
 
 pub mod ports;
 pub(crate) mod explore;
+pub(crate) mod instant;
 pub(crate) mod merge;
 pub(crate) mod run;
 pub(crate) mod step;
@@ -48,11 +49,7 @@ impl Test {
     /// # Errors
     /// When a value has no normal form.
     pub fn substitute(&self, map: &BTreeMap<Name, Value>) -> Result<Test, ValueError> {
-        Ok(Test {
-            relation: self.relation,
-            left: self.left.substitute(map)?,
-            right: self.right.substitute(map)?,
-        })
+        Ok(Test { relation: self.relation, left: self.left.substitute(map)?, right: self.right.substitute(map)? })
     }
 }
 
@@ -292,7 +289,8 @@ pub fn analyse(
         return Err(failures);
     }
     let repetitions = closed.balance(definitions).map_err(|failure| vec![failure])?;
-    let graph = explore::explore(&components, &closed.names, definitions, assumptions).map_err(|failure| vec![failure])?;
+    let graph =
+        explore::explore(&components, &closed.names, definitions, assumptions).map_err(|failure| vec![failure])?;
     let (initial, phases) = merge::merge(graph).map_err(|error| vec![Failure::NoPeriod { reason: error.0 }])?;
     let mut warnings = Vec::new();
     for edge in initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)) {

@@ -234,7 +234,11 @@ fn plain(name: &Name) -> &str {
 }
 
 fn values(values: &[(Name, Value)]) -> String {
-    values.iter().map(|(name, value)| format!("{} = {}", plain(name), abbreviated(&value.to_string()))).collect::<Vec<_>>().join(", ")
+    values
+        .iter()
+        .map(|(name, value)| format!("{} = {}", plain(name), abbreviated(&value.to_string())))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 impl Report {

@@ -1,5 +1,7 @@
 //! From a period to a verdict: the run of the system leg by leg, and the property matched with it.
 
+mod count;
+mod lay;
 pub mod property;
 pub mod trajectory;
 pub mod unit;

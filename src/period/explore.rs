@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::instant::{Clock, Moment};
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
-use super::step::{Offer, Slot, all_offers, finish, inspect, map_values, readable};
-use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Test};
+use super::step::{Slot, inspect, map_values, readable};
+use super::{Edge, End, Failure, Next, Phase, Segment, Test};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -16,8 +17,6 @@ use crate::value::{Relation, Value};
 const MOST_PHASES: usize = 300;
 /// Ways through one round.
 const MOST_WAYS: usize = 128;
-/// Communications in one instant.
-const MOST_COMMUNICATIONS: usize = 2_000;
 /// Explorations in all; values are generalised at most a few times a phase, so this is never met in practice.
 const MOST_EXPLORATIONS: usize = 3_000;
 
@@ -59,28 +58,8 @@ enum Target {
     End(End),
 }
 
-/// A state on its way through an instant.
-#[derive(Clone)]
-struct Moment {
-    state: Vec<Run>,
-    path: Path,
-    communications: Vec<(Name, Value)>,
-    history: Vec<Vec<Run>>,
-    /// What the communication just made must not have prevented.
-    besides: Option<Besides>,
-}
-
-/// A communication just made, with what was possible besides it.
-#[derive(Clone)]
-struct Besides {
-    writer: Offer,
-    rivals: Vec<Offer>,
-    pairs: Vec<(Offer, Offer)>,
-}
-
 struct Explorer<'a> {
-    settler: Settler<'a>,
-    names: &'a [String],
+    clock: Clock<'a>,
     assumptions: &'a Assumptions,
     spots: Vec<Spot>,
     index: HashMap<String, usize>,
@@ -95,7 +74,8 @@ pub(crate) fn explore(
 ) -> Result<Graph, Failure> {
     let reserved = reserved(components, definitions, assumptions);
     let settler = Settler { definitions, reserved: &reserved };
-    let mut explorer = Explorer { settler, names, assumptions, spots: Vec::new(), index: HashMap::new() };
+    let mut explorer =
+        Explorer { clock: Clock { settler, names }, assumptions, spots: Vec::new(), index: HashMap::new() };
     let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
     let mut work = Vec::new();
     let initial = explorer.ways(start, Vec::new(), assumptions.clone(), &mut work)?;
@@ -173,12 +153,11 @@ impl Explorer<'_> {
         work: &mut Vec<usize>,
     ) -> Result<Vec<Way>, Failure> {
         let path = Path { assumptions, ..Path::default() };
-        let mut moments =
-            vec![Moment { state, path, communications: Vec::new(), history: Vec::new(), besides: None }];
+        let mut moments = vec![Moment { state, path, communications: Vec::new(), history: Vec::new(), besides: None }];
         let mut ways = Vec::new();
         let mut forks = 0usize;
         while let Some(moment) = moments.pop() {
-            match self.instant(moment.clone()) {
+            match self.clock.instant(moment.clone()) {
                 Ok((moment, next)) => {
                     let next = match next {
                         Some(end) => Target::End(end),
@@ -218,7 +197,7 @@ impl Explorer<'_> {
             return None;
         }
         if test.relation == Relation::Eq {
-            let (from, to) = match (self.settler.varies(&test.left), self.settler.varies(&test.right)) {
+            let (from, to) = match (self.clock.settler.varies(&test.left), self.clock.settler.varies(&test.right)) {
                 (true, false) => (Some(&test.left), &test.right),
                 (false, true) => (Some(&test.right), &test.left),
                 _ => (None, &test.left),
@@ -236,138 +215,12 @@ impl Explorer<'_> {
         Some(moment)
     }
 
-    /// Settles and communicates until time has to pass. On a question, the moment at which it came up is returned.
-    fn instant(&self, mut moment: Moment) -> Result<(Moment, Option<End>), (Moment, Halt)> {
-        loop {
-            match self.beat(&mut moment) {
-                Ok(Some(end)) => return Ok((moment, end)),
-                Ok(None) => {}
-                Err(halt) => return Err((moment, halt)),
-            }
-        }
-    }
-
-    /// One settling and one communication: `Some` when the instant is over.
-    fn beat(&self, moment: &mut Moment) -> Result<Option<Option<End>>, Halt> {
-        let mut path = moment.path.clone();
-        path.unfolded.clear();
-        let wanted = BTreeSet::new();
-        let settled: Result<Vec<Run>, Halt> =
-            moment.state.iter().map(|run| self.settler.settle(run.clone(), &wanted, &mut path, 0)).collect();
-        moment.state = match settled {
-            Err(Halt::Failed(failure)) => {
-                if let Failure::Livelock { cycle, .. } = *failure {
-                    return Ok(Some(Some(End::Livelock { cycle })));
-                }
-                return Err(Halt::Failed(failure));
-            }
-            settled => settled?,
-        };
-        if moment.history.contains(&moment.state) {
-            return Ok(Some(Some(End::Livelock { cycle: loops_of(&path, &moment.path) })));
-        }
-        let unfolded: Vec<Name> = moment.path.unfolded.iter().chain(&path.unfolded).cloned().collect();
-        moment.path = path;
-        moment.path.unfolded = unfolded;
-        let offers = all_offers(&moment.state)?;
-        let pairs = pairs(&offers);
-        if let Some(besides) = moment.besides.take() {
-            self.check_race(&besides, &pairs, &offers)?;
-        }
-        let Some((writer, reader)) = pairs.first().cloned() else {
-            return Ok(Some(self.ending(&moment.state, &offers)?));
-        };
-        self.check_contention(&writer, &offers)?;
-        if moment.communications.len() >= MOST_COMMUNICATIONS {
-            return Halt::because(format!("more than {MOST_COMMUNICATIONS} communications in one instant"));
-        }
-        moment.history.push(moment.state.clone());
-        let value = writer.value.clone().unwrap_or_else(|| Value::integer(0));
-        let results = reader.binds.iter().map(|name| (name.clone(), value.clone())).collect();
-        put(&mut moment.state, &writer.place, &Env::new());
-        put(&mut moment.state, &reader.place, &results);
-        moment.communications.push((writer.port.clone(), value));
-        let apart = |pair: &&(Offer, Offer)| {
-            let places = [&pair.0.place, &pair.1.place];
-            !places.contains(&&writer.place) && !places.contains(&&reader.place)
-        };
-        let readers = offers.iter().filter(|offer| offer.value.is_none() && offer.port == writer.port);
-        let rivals: Vec<Offer> = readers.cloned().collect();
-        moment.besides = Some(Besides {
-            rivals: if rivals.len() > 1 { rivals } else { Vec::new() },
-            pairs: pairs.iter().filter(apart).cloned().collect(),
-            writer,
-        });
-        Ok(None)
-    }
-
-    /// A communication that was possible besides the one made must still be possible.
-    fn check_race(
-        &self,
-        besides: &Besides,
-        pairs: &[(Offer, Offer)],
-        offers: &[Offer],
-    ) -> Result<(), Halt> {
-        let port = &besides.writer.port;
-        let same = |a: &Offer, b: &Offer| a.place == b.place && a.port == b.port;
-        let again = |offer: &Offer| offer.value.is_some() && same(offer, &besides.writer);
-        if !besides.rivals.is_empty() && !offers.iter().any(again) {
-            let components = besides.rivals.iter().map(|offer| self.name_of(offer)).collect();
-            return Err(Failure::Contention { port: port.clone(), components }.into());
-        }
-        for (writer, reader) in &besides.pairs {
-            if pairs.iter().any(|(w, r)| same(w, writer) && same(r, reader)) {
-                continue;
-            }
-            let gone = if offers.iter().any(|offer| same(offer, writer)) { reader } else { writer };
-            let component = self.name_of(gone);
-            return Err(Failure::KillRace { component, ports: (port.clone(), writer.port.clone()) }.into());
-        }
-        Ok(())
-    }
-
-    /// One writer only, unless all write the same.
-    fn check_contention(&self, writer: &Offer, offers: &[Offer]) -> Result<(), Halt> {
-        let rivals: Vec<&Offer> = offers.iter().filter(|o| o.port == writer.port && o.value.is_some()).collect();
-        if rivals.len() > 1 {
-            let components = rivals.iter().map(|offer| self.name_of(offer)).collect();
-            return Err(Failure::Contention { port: writer.port.clone(), components }.into());
-        }
-        Ok(())
-    }
-
-    fn name_of(&self, offer: &Offer) -> String {
-        offer.place.first().and_then(|index| self.names.get(*index)).cloned().unwrap_or_default()
-    }
-
-    /// How the run ends here, if no delay is left.
-    fn ending(&self, state: &[Run], offers: &[Offer]) -> Result<Option<End>, Halt> {
-        if state.iter().all(|run| matches!(run, Run::Done(_) | Run::Aborted)) {
-            let stopped = state.iter().any(|run| matches!(run, Run::Done(_)));
-            return Ok(Some(if stopped { End::Stopped } else { End::Aborted }));
-        }
-        let (mut delays, mut observed) = (Vec::new(), Vec::new());
-        for run in state {
-            inspect(run, &mut delays, &mut observed)?;
-        }
-        if !delays.is_empty() {
-            return Ok(None);
-        }
-        observed.sort();
-        observed.dedup();
-        let blocked: BTreeSet<Blocked> = offers
-            .iter()
-            .map(|offer| Blocked { component: self.name_of(offer), port: offer.port.clone(), reads: offer.value.is_none() })
-            .collect();
-        Ok(Some(End::Silent { blocked: blocked.into_iter().collect(), observed }))
-    }
-
     /// The phase of a state, new or known; a known one may have to be generalised and explored again.
     fn arrive(&mut self, state: &[Run], work: &mut Vec<usize>) -> Result<Target, Failure> {
         let mut entries = Vec::new();
         let mut hints = Vec::new();
         let mut take = |slot: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
-            if matches!(slot, Slot::Delay) && !self.settler.varies(value) {
+            if matches!(slot, Slot::Delay) && !self.clock.settler.varies(value) {
                 return Ok(value.clone());
             }
             entries.push(value.clone());
@@ -386,9 +239,9 @@ impl Explorer<'_> {
         if number >= MOST_PHASES {
             return Err(Failure::NoPeriod { reason: self.growth() });
         }
-        let held = first_held(&entries, |value| self.settler.varies(value));
+        let held = first_held(&entries, |value| self.clock.settler.varies(value));
         let mut spot = Spot { shape, held, variables: Vec::new(), hints, ways: Vec::new() };
-        name_variables(&mut spot, self.settler.reserved);
+        name_variables(&mut spot, self.clock.settler.reserved);
         self.spots.push(spot);
         self.index.insert(key, number);
         work.push(number);
@@ -412,7 +265,7 @@ impl Explorer<'_> {
 
     /// Makes a phase general enough for another visit; true if it had to change.
     fn absorb(&mut self, number: usize, entries: &[Value]) -> bool {
-        let varying: Vec<bool> = entries.iter().map(|entry| self.settler.varies(entry)).collect();
+        let varying: Vec<bool> = entries.iter().map(|entry| self.clock.settler.varies(entry)).collect();
         let spot = &mut self.spots[number];
         let mut classes: BTreeMap<(Held, Value), usize> = BTreeMap::new();
         let mut held = Vec::new();
@@ -427,7 +280,7 @@ impl Explorer<'_> {
         }
         let changed = held != spot.held;
         spot.held = held;
-        name_variables(spot, self.settler.reserved);
+        name_variables(spot, self.clock.settler.reserved);
         changed
     }
 
@@ -494,7 +347,7 @@ impl Explorer<'_> {
         for (name, value) in &test.env {
             let value = match map.iter().find(|(_, image)| *image == value) {
                 Some((variable, _)) => Value::variable(variable),
-                None if !self.settler.varies(value) => value.clone(),
+                None if !self.clock.settler.varies(value) => value.clone(),
                 None => return None,
             };
             renamed.insert(name.clone(), value);
@@ -534,34 +387,6 @@ fn name_variables(spot: &mut Spot, reserved: &BTreeSet<Name>) {
         names.push(name);
     }
     spot.variables = names;
-}
-
-fn put(state: &mut [Run], place: &[usize], results: &Env) {
-    if let Some((component, below)) = place.split_first()
-        && let Some(run) = state.get_mut(*component)
-    {
-        *run = finish(run.clone(), below, results);
-    }
-}
-
-fn pairs(offers: &[Offer]) -> Vec<(Offer, Offer)> {
-    let mut found = Vec::new();
-    for writer in offers.iter().filter(|offer| offer.value.is_some()) {
-        for reader in offers.iter().filter(|offer| offer.value.is_none() && offer.port == writer.port) {
-            found.push((writer.clone(), reader.clone()));
-        }
-    }
-    found
-}
-
-fn loops_of(path: &Path, before: &Path) -> Vec<Name> {
-    let mut cycle: Vec<Name> = Vec::new();
-    for name in before.unfolded.iter().chain(&path.unfolded) {
-        if !cycle.contains(name) {
-            cycle.push(name.clone());
-        }
-    }
-    cycle
 }
 
 fn pass(run: &Run, time: &Value) -> Result<Run, Failure> {

@@ -193,7 +193,11 @@ fn equations(counts: &[Counts]) -> Vec<Equation> {
         for (port, written) in &from.writes {
             for (reader, to) in counts.iter().enumerate() {
                 if let Some(read) = to.reads.get(port) {
-                    equations.push(Equation { port: port.clone(), writer: (writer, *written), reader: (reader, *read) });
+                    equations.push(Equation {
+                        port: port.clone(),
+                        writer: (writer, *written),
+                        reader: (reader, *read),
+                    });
                 }
             }
         }

@@ -143,13 +143,7 @@ fn joint_end(parts: &[Run]) -> Run {
 
 impl Settler<'_> {
     /// Ends all that ends at once. `wanted` are the names that are read later.
-    pub(crate) fn settle(
-        &self,
-        run: Run,
-        wanted: &BTreeSet<Name>,
-        path: &mut Path,
-        depth: usize,
-    ) -> Result<Run, Halt> {
+    pub(crate) fn settle(&self, run: Run, wanted: &BTreeSet<Name>, path: &mut Path, depth: usize) -> Result<Run, Halt> {
         if depth > DEEPEST {
             return match path.unfolded.last() {
                 Some(last) => {
@@ -167,7 +161,9 @@ impl Settler<'_> {
             }
             Run::Delay(_) => Ok(run),
             Run::Fresh(term, env) => self.start(&term, &env, wanted, path, depth),
-            Run::Seq(first, rest, env, carried) => self.settle_sequence(*first, rest, (env, carried), wanted, path, depth),
+            Run::Seq(first, rest, env, carried) => {
+                self.settle_sequence(*first, rest, (env, carried), wanted, path, depth)
+            }
             Run::Else(first, second, env, looped) => {
                 match self.settle(*first, wanted, path, depth + 1)? {
                     Run::Done(carried) => Ok(Run::Done(carried)),

@@ -125,10 +125,7 @@ fn map_boxed<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Va
     Ok(Box::new(map_values(run, image)?))
 }
 
-fn map_parts<E>(
-    parts: &[Run],
-    image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>,
-) -> Result<Vec<Run>, E> {
+fn map_parts<E>(parts: &[Run], image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>) -> Result<Vec<Run>, E> {
     let mut mapped = Vec::with_capacity(parts.len());
     for part in parts {
         mapped.push(map_values(part, image)?);

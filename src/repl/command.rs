@@ -38,7 +38,10 @@ fn resolve(word: &str) -> Result<&'static str, String> {
             Some(name) => format!("there is no command `:{word}`; did you mean `:{name}`?\n"),
             None => format!("there is no command `:{word}`; `:help` lists them\n"),
         }),
-        _ => Err(format!("`:{word}` may be {}\n", fits.iter().map(|name| format!(":{name}")).collect::<Vec<_>>().join(", "))),
+        _ => Err(format!(
+            "`:{word}` may be {}\n",
+            fits.iter().map(|name| format!(":{name}")).collect::<Vec<_>>().join(", ")
+        )),
     }
 }
 
@@ -77,7 +80,11 @@ pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
 fn why(prompt: &Prompt, which: &str) -> String {
     let session = prompt.session();
     let Some(record) = session.record(which) else {
-        return if which.is_empty() { "nothing was claimed yet\n".into() } else { format!("there is no claim `{which}`\n") };
+        return if which.is_empty() {
+            "nothing was claimed yet\n".into()
+        } else {
+            format!("there is no claim `{which}`\n")
+        };
     };
     let mut text = String::new();
     if let Some(name) = &record.stale {

@@ -69,7 +69,9 @@ pub(super) fn topics() -> impl Iterator<Item = &'static str> {
 /// What to say about a topic; about everything in short when none is given.
 pub(super) fn help(topic: &str) -> String {
     if topic.is_empty() {
-        let mut text = "Type a process to simplify it, or an item of the language: `prove Delay_1 ; Delay_2 = Delay_3`.\n".to_string();
+        let mut text =
+            "Type a process to simplify it, or an item of the language: `prove Delay_1 ; Delay_2 = Delay_3`.\n"
+                .to_string();
         for (name, arguments, says) in COMMANDS {
             text.push_str(&format!("  {:<22} {says}\n", format!(":{name} {arguments}")));
         }

@@ -17,23 +17,81 @@ use crate::session::Session;
 
 /// Words of the language that may be completed.
 const WORDS: [&str; 34] = [
-    "param", "fn", "proc", "observer", "system", "property", "prove", "simplify", "period", "flow", "project", "expect",
-    "import", "law", "when", "by", "satisfies", "proved", "refuted", "open", "else", "try", "loop", "new", "to", "natural",
-    "if", "then", "clamp", "floor", "Normal", "Uniform", "Mix", "Point",
+    "param",
+    "fn",
+    "proc",
+    "observer",
+    "system",
+    "property",
+    "prove",
+    "simplify",
+    "period",
+    "flow",
+    "project",
+    "expect",
+    "import",
+    "law",
+    "when",
+    "by",
+    "satisfies",
+    "proved",
+    "refuted",
+    "open",
+    "else",
+    "try",
+    "loop",
+    "new",
+    "to",
+    "natural",
+    "if",
+    "then",
+    "clamp",
+    "floor",
+    "Normal",
+    "Uniform",
+    "Mix",
+    "Point",
 ];
 
 /// Letters that have names.
 const LETTERS: [(&str, &str); 22] = [
-    ("\\alpha", "α"), ("\\beta", "β"), ("\\gamma", "γ"), ("\\delta", "δ"), ("\\epsilon", "ε"), ("\\eta", "η"),
-    ("\\theta", "θ"), ("\\kappa", "κ"), ("\\lambda", "λ"), ("\\mu", "μ"), ("\\nu", "ν"), ("\\rho", "ρ"),
-    ("\\sigma", "σ"), ("\\tau", "τ"), ("\\phi", "φ"), ("\\psi", "ψ"), ("\\omega", "ω"), ("\\le", "≤"), ("\\ge", "≥"),
-    ("\\ne", "≠"), ("\\par", "∥"), ("\\langle", "⟨"),
+    ("\\alpha", "α"),
+    ("\\beta", "β"),
+    ("\\gamma", "γ"),
+    ("\\delta", "δ"),
+    ("\\epsilon", "ε"),
+    ("\\eta", "η"),
+    ("\\theta", "θ"),
+    ("\\kappa", "κ"),
+    ("\\lambda", "λ"),
+    ("\\mu", "μ"),
+    ("\\nu", "ν"),
+    ("\\rho", "ρ"),
+    ("\\sigma", "σ"),
+    ("\\tau", "τ"),
+    ("\\phi", "φ"),
+    ("\\psi", "ψ"),
+    ("\\omega", "ω"),
+    ("\\le", "≤"),
+    ("\\ge", "≥"),
+    ("\\ne", "≠"),
+    ("\\par", "∥"),
+    ("\\langle", "⟨"),
 ];
 
 /// What stands behind the name of a basic process.
 const SHAPES: [(&str, &str); 11] = [
-    ("Delay", "_t"), ("In", "_c<y>"), ("Out", "_{c,x}"), ("Eq", "_{x,y}"), ("Neq", "_{x,y}"), ("Gtr", "_{x,y}"),
-    ("Gte", "_{x,y}"), ("Lss", "_{x,y}"), ("Lte", "_{x,y}"), ("Set", "_x<y>"), ("Ran", "_D<y>"),
+    ("Delay", "_t"),
+    ("In", "_c<y>"),
+    ("Out", "_{c,x}"),
+    ("Eq", "_{x,y}"),
+    ("Neq", "_{x,y}"),
+    ("Gtr", "_{x,y}"),
+    ("Gte", "_{x,y}"),
+    ("Lss", "_{x,y}"),
+    ("Lte", "_{x,y}"),
+    ("Set", "_x<y>"),
+    ("Ran", "_D<y>"),
 ];
 
 /// Helps at the prompt.
@@ -81,7 +139,12 @@ impl Assistant {
             }))
             .collect();
         self.laws = environment.laws.iter().map(|law| law.name.to_string()).collect();
-        self.claims = session.records().iter().filter_map(|record| record.report.name.as_ref()).map(ToString::to_string).collect();
+        self.claims = session
+            .records()
+            .iter()
+            .filter_map(|record| record.report.name.as_ref())
+            .map(ToString::to_string)
+            .collect();
     }
 
     /// Everything that may stand where the word at the end of `before` stands.

@@ -34,8 +34,10 @@ impl Prompt {
     /// What is wrong with the texts that are part of the program.
     pub fn new(surroundings: Rc<dyn Surroundings>, colour: bool) -> Result<Prompt, String> {
         let session = Session::new(surroundings).map_err(|failures| {
-            let texts: Vec<String> =
-                failures.iter().map(|one| Output::Trouble(one.source.clone(), one.diagnostics.clone()).text(colour)).collect();
+            let texts: Vec<String> = failures
+                .iter()
+                .map(|one| Output::Trouble(one.source.clone(), one.diagnostics.clone()).text(colour))
+                .collect();
             texts.concat()
         })?;
         Ok(Prompt { session, colour, printer: Printer::default(), inputs: Vec::new(), shown: String::new() })

@@ -73,7 +73,9 @@ impl Run<'_, '_> {
                         found.verdict = Some(Verdict::Proved);
                         found.evidence = Some(Evidence { theory, environment, theorem, proof });
                     }
-                    Err(rejected) => found.remains = vec![format!("the kernel turned the proof down: {}", rejected.reason)],
+                    Err(rejected) => {
+                        found.remains = vec![format!("the kernel turned the proof down: {}", rejected.reason)]
+                    }
                 }
             }
             Answer::Open(gap) => {
@@ -146,13 +148,7 @@ fn with_run(system: Term, run: &Term, matched: Proof) -> Proof {
 }
 
 /// A refutation stands only with a run that replays in the executable meaning.
-fn refuted(
-    system: &System,
-    reason: &str,
-    run: &[(Value, Vec<Term>)],
-    environment: &Environment,
-    found: &mut Found,
-) {
+fn refuted(system: &System, reason: &str, run: &[(Value, Vec<Term>)], environment: &Environment, found: &mut Found) {
     if replays(&system.term(&environment.definitions), &environment.definitions, run) {
         found.verdict = Some(Verdict::Refuted);
         found.trace.push(format!("it does not: {reason}"));

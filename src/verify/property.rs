@@ -3,14 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use super::lay::{Laid, Matcher, Missed};
 use super::trajectory::{Leg, Rounds, Trajectory};
-use super::unit::{Hit, Unit, shows, stretch, total};
+use super::unit::Unit;
 use super::{Outcome, Verdict};
-use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::{End, Segment};
+use crate::period::End;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value, ValueError};
+use crate::value::{Relation, Value};
 
 /// How long a segment of a property lasts.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -90,35 +90,14 @@ fn want_of(part: &Term) -> Result<Want, String> {
             Node::Observe(..) => want.shown.push(part.clone()),
             Node::Idle => {}
             _ => {
-                return Err("a property consists of delays, each beside the observers it asks for, one after the other"
-                    .to_string());
+                return Err(
+                    "a property consists of delays, each beside the observers it asks for, one after the other"
+                        .to_string(),
+                );
             }
         }
     }
     Ok(want)
-}
-
-/// A round of the property laid along the run.
-#[derive(Clone, Debug)]
-struct Laid {
-    values: BTreeMap<Name, Value>,
-    /// The run, cut where the property cuts it.
-    run: Vec<Unit>,
-    /// The property's segments with their durations; a segment that takes no time is left out.
-    property: Vec<Term>,
-    /// What is left of the run.
-    rest: Vec<Unit>,
-}
-
-enum Missed {
-    Never(String),
-    Unsure(String),
-}
-
-impl From<ValueError> for Missed {
-    fn from(error: ValueError) -> Missed {
-        Missed::Unsure(error.0)
-    }
 }
 
 /// The verdict on a run.
@@ -133,16 +112,16 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
         .collect();
     let mut outcome = match answer {
         Ok(found) => {
-            let verdict =
-                if conditions.is_empty() { Verdict::Proved } else { Verdict::Open { remaining: conditions } };
+            let verdict = if conditions.is_empty() { Verdict::Proved } else { Verdict::Open { remaining: conditions } };
             Outcome { verdict, ..found }
         }
         Err(Missed::Never(reason)) if conditions.is_empty() => {
             Outcome::new(Verdict::Refuted { reason, run: shown_run(&trajectory) })
         }
         Err(Missed::Never(reason) | Missed::Unsure(reason)) => {
-            let mut remaining = if trajectory.open.contains(&reason) { trajectory.open.clone() } else { vec![reason] };
-            remaining.extend(trajectory.open.iter().filter(|open| !remaining.contains(open)).cloned().collect::<Vec<_>>());
+            let said = |open: &&String| !reason.starts_with(open.as_str());
+            let mut remaining: Vec<String> = trajectory.open.iter().filter(said).cloned().collect();
+            remaining.insert(0, reason);
             remaining.extend(conditions);
             Outcome::new(Verdict::Open { remaining })
         }
@@ -155,13 +134,15 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
 
 fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
     let mut feedback = Vec::new();
-    let never = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_)) && !leg.closed.is_empty();
+    let endless = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
+    let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
     if !matches!(verdict, Verdict::Proved)
-        && let Some(leg) = trajectory.legs.iter().find(never)
+        && let Some(leg) = leg
     {
-        let name = leg.closed.first().map(|(name, _)| name.to_string()).unwrap_or_default();
+        let name = leg.closed.first().map(|(name, _)| name).or(leg.start.keys().next());
+        let name = name.map(Name::to_string).unwrap_or_default();
         feedback.push(format!(
-            "phase {} never ends: its test for the goal is exact; a tolerance, such as Gtr_{{abs({name}-g),1/10}} in place of Neq_{{{name},g}}, would let it end",
+            "phase {} never ends, since its goal is met by no round exactly: allow a tolerance there, such as Gtr_{{abs({name}-g),1/10}} in place of Neq_{{{name},g}}",
             leg.phase + 1
         ));
     }
@@ -169,6 +150,13 @@ fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
         feedback.extend(blocked.iter().map(|one| format!("{} waits for ever on port {}", one.component, one.port)));
     }
     feedback
+}
+
+/// A leg of a phase in which the run goes round for ever.
+fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
+    let legs = trajectory.legs.get(trajectory.cycle?..)?;
+    let first = legs.first()?;
+    (first.continues && legs.iter().all(|leg| leg.phase == first.phase)).then_some(first)
 }
 
 fn units_of(legs: &[Leg]) -> Vec<Unit> {
@@ -207,11 +195,6 @@ fn shown_run(trajectory: &Trajectory) -> Vec<(Value, Vec<Term>)> {
     run
 }
 
-struct Matcher<'a> {
-    wanted: &'a Wanted,
-    assumptions: &'a Assumptions,
-}
-
 impl Matcher<'_> {
     /// A property that is asked once: what comes after it is free.
     fn once(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
@@ -237,7 +220,8 @@ impl Matcher<'_> {
             run.push(Term::abort());
         }
         let endless = self.wanted.wants.iter().any(|want| want.length == Length::Endless);
-        if !endless && cycle.is_empty() && trajectory.end.as_ref().is_some_and(|end| !matches!(end, End::Silent { .. })) {
+        if !endless && cycle.is_empty() && trajectory.end.as_ref().is_some_and(|end| !matches!(end, End::Silent { .. }))
+        {
             let left = self.durations(&laid.rest)?;
             if !left.is_zero() {
                 property.push(Term::delay(left));
@@ -252,7 +236,8 @@ impl Matcher<'_> {
         outcome.steady = BTreeMap::new();
         outcome.values = laid.values;
         // A run that is not known to its end has no term.
-        let known = trajectory.open.is_empty() && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
+        let known =
+            trajectory.open.is_empty() && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
         outcome.trajectory_term = known.then(|| Term::seq(run));
         outcome.property_term = known.then(|| Term::seq(property));
         Ok(outcome)
@@ -263,9 +248,11 @@ impl Matcher<'_> {
         let Some(cycle) = trajectory.cycle else {
             return Err(self.no_cycle(trajectory));
         };
-        let free = self.wanted.wants.last().is_some_and(|want| {
-            matches!(want.length, Length::Unknown(_)) && want.shown.is_empty()
-        });
+        let free = self
+            .wanted
+            .wants
+            .last()
+            .is_some_and(|want| matches!(want.length, Length::Unknown(_)) && want.shown.is_empty());
         let mut first = None;
         if free && let Some((opening, later)) = in_step(trajectory, cycle) {
             let rounds: Result<Vec<Laid>, Missed> =
@@ -280,7 +267,13 @@ impl Matcher<'_> {
         if let Some(Missed::Unsure(reason)) = first {
             return Err(Missed::Unsure(reason));
         }
-        self.round_by_round(trajectory, cycle)
+        match (self.round_by_round(trajectory, cycle), stuck(trajectory)) {
+            (Err(Missed::Never(reason)), Some(leg)) => {
+                let text = format!("{reason}: phase {} never ends, its values repeat for ever", leg.phase + 1);
+                Err(Missed::Never(text))
+            }
+            (answer, _) => answer,
+        }
     }
 
     /// Why a run that does not repeat cannot show a property that starts again for ever.
@@ -308,7 +301,14 @@ impl Matcher<'_> {
                     }
                     text
                 }
-                _ => return Missed::Unsure(trajectory.open.first().cloned().unwrap_or_default()),
+                _ => {
+                    let so_far = match self.lay(units, false, (&[], trajectory)) {
+                        Err(Missed::Never(reason)) => format!("; so far {reason}"),
+                        _ => String::new(),
+                    };
+                    let open = trajectory.open.first().cloned().unwrap_or_default();
+                    return Missed::Unsure(format!("{open}{so_far}"));
+                }
             },
         };
         Missed::Never(reason)
@@ -316,9 +316,9 @@ impl Matcher<'_> {
 
     fn constant(&self, unit: &Unit) -> bool {
         let Unit::Repeat { index, segments, .. } = unit else { return false };
-        segments.iter().any(|segment| {
-            !segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index)))
-        })
+        segments
+            .iter()
+            .any(|segment| !segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index))))
     }
 
     /// Rounds one after the other, wherever they start, until one starts where an earlier one did.
@@ -345,290 +345,6 @@ impl Matcher<'_> {
             laid.push(one);
         }
         Err(Missed::Unsure("the rounds of the property and of the run do not come into step".to_string()))
-    }
-
-    fn durations(&self, units: &[Unit]) -> Result<Value, Missed> {
-        let mut sum = Value::zero();
-        for unit in units {
-            match unit.duration()? {
-                Some(duration) => sum = sum.add(&duration)?,
-                None => return Err(Missed::Unsure("a leg never ends".to_string())),
-            }
-        }
-        Ok(self.assumptions.simplify(&sum))
-    }
-
-    /// One round of the property along these units. `whole`: the last free segment takes all that is left.
-    fn lay(
-        &self,
-        units: Vec<Unit>,
-        whole: bool,
-        (cycle, trajectory): (&[Unit], &Trajectory),
-    ) -> Result<Laid, Missed> {
-        let mut laid = Laid { values: BTreeMap::new(), run: Vec::new(), property: Vec::new(), rest: units };
-        let wants = &self.wanted.wants;
-        let mut free: Option<&Name> = None;
-        for (place, want) in wants.iter().enumerate() {
-            let last = place + 1 == wants.len();
-            match &want.length {
-                Length::Unknown(name) if want.shown.is_empty() => {
-                    if last && whole {
-                        let rest = std::mem::take(&mut laid.rest);
-                        self.take(&mut laid, Some(name), rest, &[])?;
-                    } else if last || free.is_some() {
-                        self.take(&mut laid, Some(name), Vec::new(), &[])?;
-                    } else {
-                        free = Some(name);
-                        continue;
-                    }
-                }
-                Length::Unknown(name) => {
-                    self.skip_to(&mut laid, free.take(), &want.shown, trajectory)?;
-                    let taken = self.longest(&mut laid, &want.shown)?;
-                    self.take(&mut laid, Some(name), taken, &want.shown)?;
-                }
-                Length::Known(time) => self.known(&mut laid, free.take(), time, want, trajectory)?,
-                Length::Endless => self.endless(&mut laid, free.take(), want, (cycle, trajectory))?,
-            }
-        }
-        Ok(laid)
-    }
-
-    /// Passes these units under one segment of the property.
-    fn take(&self, laid: &mut Laid, name: Option<&Name>, units: Vec<Unit>, shown: &[Term]) -> Result<(), Missed> {
-        let duration = self.durations(&units)?;
-        if let Some(name) = name {
-            laid.values.insert(name.clone(), duration.clone());
-        }
-        if !duration.is_zero() {
-            laid.property.push(stretch(&duration, shown));
-        }
-        laid.run.extend(units);
-        Ok(())
-    }
-
-    /// Goes on to the first moment that shows this; a free segment takes what is passed over.
-    fn skip_to(
-        &self,
-        laid: &mut Laid,
-        free: Option<&Name>,
-        shown: &[Term],
-        trajectory: &Trajectory,
-    ) -> Result<(), Missed> {
-        let Some(free) = free else { return Ok(()) };
-        let mut passed = Vec::new();
-        let mut why = None;
-        let rest = std::mem::take(&mut laid.rest);
-        let mut rest = rest.into_iter();
-        for unit in rest.by_ref() {
-            match unit.find(shown, self.assumptions) {
-                Hit::Unknown(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
-                Hit::Miss(reason) => {
-                    why = reason.or(why);
-                    passed.push(unit);
-                }
-                Hit::Found(before, segment, after) => {
-                    passed.extend(before);
-                    laid.rest = std::iter::once(Unit::Single(segment)).chain(after).collect();
-                    laid.rest.extend(rest);
-                    return self.take(laid, Some(free), passed, &[]);
-                }
-            }
-        }
-        if let Some(End::Silent { observed, .. }) = &trajectory.end
-            && shows(observed, shown, self.assumptions) == Ok(true)
-        {
-            return self.take(laid, Some(free), passed, &[]);
-        }
-        let shown: Vec<String> = shown.iter().map(Term::to_string).collect();
-        let why = why.map(|why| format!(": {why}")).unwrap_or_default();
-        Err(Missed::Never(format!("{} is not shown{why}", shown.join(" with "))))
-    }
-
-    /// The longest stretch from here that shows this.
-    fn longest(&self, laid: &mut Laid, shown: &[Term]) -> Result<Vec<Unit>, Missed> {
-        let mut taken = Vec::new();
-        let mut rest: std::collections::VecDeque<Unit> = std::mem::take(&mut laid.rest).into();
-        while let Some(unit) = rest.pop_front() {
-            let fits = |segment: &Segment| shows(&segment.observed, shown, self.assumptions);
-            match &unit {
-                Unit::Single(segment) => match fits(segment) {
-                    Ok(true) => taken.push(unit),
-                    Ok(false) => {
-                        rest.push_front(unit);
-                        break;
-                    }
-                    Err(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
-                },
-                Unit::Repeat { segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => taken.push(unit),
-                Unit::Repeat { .. } => {
-                    let first = unit.round(&Value::zero())?;
-                    match first.first().map(fits) {
-                        Some(Ok(true)) if taken.len() < 10_000 => {
-                            let (_, round, after) = unit.split(&Value::zero())?;
-                            after.into_iter().rev().for_each(|unit| rest.push_front(unit));
-                            round.into_iter().rev().for_each(|segment| rest.push_front(Unit::Single(segment)));
-                        }
-                        Some(Err(reason)) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
-                        _ => {
-                            rest.push_front(unit);
-                            break;
-                        }
-                    }
-                }
-            }
-        }
-        laid.rest = rest.into();
-        if taken.is_empty() {
-            let shown: Vec<String> = shown.iter().map(Term::to_string).collect();
-            return Err(Missed::Never(format!("{} is not shown when it should be", shown.join(" with "))));
-        }
-        Ok(taken)
-    }
-
-    /// A segment of known length, at the first moment from which it is shown so long.
-    fn known(
-        &self,
-        laid: &mut Laid,
-        free: Option<&Name>,
-        time: &Value,
-        want: &Want,
-        trajectory: &Trajectory,
-    ) -> Result<(), Missed> {
-        let mut passed: Vec<Unit> = Vec::new();
-        loop {
-            let mut probe = Laid { run: Vec::new(), property: Vec::new(), ..laid.clone() };
-            if free.is_some() && !want.shown.is_empty() {
-                self.skip_to(&mut probe, free, &want.shown, trajectory)?;
-                passed.append(&mut probe.run);
-            }
-            match self.exactly(&mut probe.rest, time, &want.shown)? {
-                Some(taken) => {
-                    if let Some(free) = free {
-                        self.take(laid, Some(free), passed, &[])?;
-                    }
-                    laid.rest = probe.rest;
-                    return self.take(laid, None, taken, &want.shown);
-                }
-                None if free.is_none() || probe.rest.is_empty() => {
-                    return Err(Missed::Never(format!("what is asked is not shown for {time}")));
-                }
-                None => {
-                    laid.rest = probe.rest;
-                    passed.extend(if want.shown.is_empty() {
-                        vec![laid.rest.remove(0)]
-                    } else {
-                        self.longest(laid, &want.shown)?
-                    });
-                }
-            }
-        }
-    }
-
-    /// Units of exactly this duration that show this, if the run starts so; else the run is left as it was.
-    fn exactly(&self, rest: &mut Vec<Unit>, time: &Value, shown: &[Term]) -> Result<Option<Vec<Unit>>, Missed> {
-        let unknown = |left: &Value, other: &Value| Missed::Unsure(format!("it must be known whether {other} <= {left}"));
-        let mut queue: std::collections::VecDeque<Unit> = rest.clone().into();
-        let mut left = time.clone();
-        let mut taken = Vec::new();
-        for _ in 0..100_000 {
-            if self.assumptions.decide(Relation::Eq, &left, &Value::zero()) == Some(true) {
-                *rest = queue.into();
-                return Ok(Some(taken));
-            }
-            let Some(unit) = queue.pop_front() else { return Ok(None) };
-            match unit {
-                Unit::Single(segment) => {
-                    if !shows(&segment.observed, shown, self.assumptions).map_err(Missed::Unsure)? {
-                        return Ok(None);
-                    }
-                    match self.assumptions.decide(Relation::Lte, &segment.duration, &left) {
-                        Some(true) => {
-                            left = left.sub(&segment.duration)?;
-                            taken.push(Unit::Single(segment));
-                        }
-                        Some(false) => {
-                            let over = Segment { duration: segment.duration.sub(&left)?, ..segment.clone() };
-                            queue.push_front(Unit::Single(over));
-                            taken.push(Unit::Single(Segment { duration: left, ..segment }));
-                            left = Value::zero();
-                        }
-                        None => return Err(unknown(&left, &segment.duration)),
-                    }
-                }
-                Unit::Repeat { ref segments, .. } => {
-                    let whole = unit.duration()?;
-                    let plain = shown.is_empty()
-                        || segments.iter().all(|s| shows(&s.observed, shown, self.assumptions) == Ok(true));
-                    let fits = whole.as_ref().and_then(|whole| self.assumptions.decide(Relation::Lte, whole, &left));
-                    match (plain, fits, &whole) {
-                        (true, Some(true), Some(whole)) => {
-                            left = left.sub(whole)?;
-                            taken.push(unit);
-                        }
-                        (true, _, _) if left.div(&total(segments)?)?.as_rational().is_some_and(|n| n.is_integer()) => {
-                            let number = left.div(&total(segments)?)?;
-                            let (before, round, after) = unit.split(&number)?;
-                            taken.extend(before);
-                            after.into_iter().rev().for_each(|unit| queue.push_front(unit));
-                            round.into_iter().rev().for_each(|segment| queue.push_front(Unit::Single(segment)));
-                            left = Value::zero();
-                        }
-                        _ => {
-        let (_, round, after) = unit.split(&Value::zero())?;
-                            after.into_iter().rev().for_each(|unit| queue.push_front(unit));
-                            round.into_iter().rev().for_each(|segment| queue.push_front(Unit::Single(segment)));
-                        }
-                    }
-                }
-            }
-        }
-        Err(Missed::Unsure("a segment of the property spans too many rounds".to_string()))
-    }
-
-    /// A segment that must be shown for ever.
-    fn endless(
-        &self,
-        laid: &mut Laid,
-        free: Option<&Name>,
-        want: &Want,
-        (cycle, trajectory): (&[Unit], &Trajectory),
-    ) -> Result<(), Missed> {
-        let ever = |units: &[Unit]| {
-            units.iter().all(|unit| match unit {
-                Unit::Single(segment) => shows(&segment.observed, &want.shown, self.assumptions) == Ok(true),
-                Unit::Repeat { segments, .. } => {
-                    segments.iter().all(|segment| shows(&segment.observed, &want.shown, self.assumptions) == Ok(true))
-                }
-            })
-        };
-        let at_end = match &trajectory.end {
-            Some(End::Silent { observed, .. }) => shows(observed, &want.shown, self.assumptions) == Ok(true),
-            Some(_) => false,
-            None => trajectory.open.is_empty(),
-        };
-        if !at_end || !ever(cycle) {
-            let shown: Vec<String> = want.shown.iter().map(Term::to_string).collect();
-            let end = match &trajectory.end {
-                Some(End::Silent { blocked, .. }) if !blocked.is_empty() => "in the end nothing shows it any more: the run waits",
-                Some(End::Silent { .. }) => "in the end it is not shown",
-                Some(_) => "the run ends",
-                None => "the run moves on",
-            };
-            return Err(Missed::Never(format!("{} is not shown for ever: {end}", shown.join(" with "))));
-        }
-        let mut start = laid.rest.len();
-        while start > 0 && ever(&laid.rest[start - 1..]) {
-            start -= 1;
-        }
-        let passed: Vec<Unit> = laid.rest.drain(..start).collect();
-        match free {
-            Some(free) => self.take(laid, Some(free), passed, &[])?,
-            None if passed.is_empty() => {}
-            None => return Err(Missed::Never("what is asked for ever is not shown at once".to_string())),
-        }
-        laid.property.push(Term::disable(want.shown.iter().cloned()));
-        Ok(())
     }
 }
 

@@ -3,11 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::count::Count;
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Segment, Test, in_case};
-use crate::recurrence::{Closed, Goal, NoClosedForm, Reach, first, solve};
+use crate::recurrence::{Closed, NoClosedForm};
 use crate::scope::{bound_names, read_names};
 use crate::substitution::substitute_values;
 use crate::term::Term;
@@ -70,7 +71,7 @@ pub struct Trajectory {
 }
 
 /// Why the run goes no further.
-struct Unsure(Vec<String>);
+pub(super) struct Unsure(pub(super) Vec<String>);
 
 impl From<ValueError> for Unsure {
     fn from(error: ValueError) -> Unsure {
@@ -84,24 +85,15 @@ impl From<NoClosedForm> for Unsure {
     }
 }
 
-/// A count of rounds with the closed forms.
-struct Count {
-    /// Rounds that come back to the phase; none when all do.
-    stays: Option<Value>,
-    reason: String,
-    closed: Vec<(Name, Closed)>,
-    conditions: Vec<Test>,
-    /// What holds at the end because the last test failed.
-    learned: Option<Test>,
-}
-
-struct Walker<'a> {
+/// Follows a run.
+pub(super) struct Walker<'a> {
     period: &'a Period,
-    assumptions: Assumptions,
-    index: Name,
+    pub(super) assumptions: Assumptions,
+    pub(super) index: Name,
 }
 
-type Values = BTreeMap<Name, Value>;
+/// Variables with their values.
+pub(super) type Values = BTreeMap<Name, Value>;
 
 /// Follows the run until it repeats, ends, or is not known any further. The property tells which names are taken.
 pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term) -> Trajectory {
@@ -182,7 +174,8 @@ impl Walker<'_> {
                     });
                 }
                 Err(unsure) => {
-                    let mut all = self.choose(&here.edges, values, &self.assumptions).err().unwrap_or(Unsure(Vec::new()));
+                    let mut all =
+                        self.choose(&here.edges, values, &self.assumptions).err().unwrap_or(Unsure(Vec::new()));
                     all.0.extend(unsure.0);
                     return Err(all);
                 }
@@ -312,115 +305,8 @@ impl Walker<'_> {
         Ok((leg, (next, onward)))
     }
 
-    /// How often a round comes back to its phase from these values, exactly.
-    fn count(&self, round: &Edge, values: &Values) -> Result<Count, Unsure> {
-        let unsure = |reason: String| Unsure(vec![reason]);
-        if !round.draws.is_empty() {
-            return Err(unsure("the rounds draw at random".to_string()));
-        }
-        let mut constant = Values::new();
-        let mut changing = Vec::new();
-        for (name, image) in &round.map {
-            match values.get(name) {
-                Some(value) if *image == Value::variable(name) => {
-                    constant.insert(name.clone(), value.clone());
-                }
-                _ => changing.push(name.clone()),
-            }
-        }
-        let mut maps = BTreeMap::new();
-        let mut closed = Vec::new();
-        for name in &changing {
-            let (Some(image), Some(start)) = (round.map.get(name), values.get(name)) else { continue };
-            let map = self.assumptions.simplify(&image.substitute(&constant)?);
-            if let Some(other) = changing.iter().find(|other| *other != name && map.mentions(other)) {
-                return Err(unsure(format!("{name} and {other} change together: {name} := {map}")));
-            }
-            closed.push((name.clone(), solve(&map, name, start, &self.index, &self.assumptions)?));
-            maps.insert(name.clone(), map);
-        }
-        let mut count = Count {
-            stays: None,
-            reason: "every round is followed by another".to_string(),
-            conditions: conditions_of(&closed),
-            closed,
-            learned: None,
-        };
-        for (test, after) in round.tests.iter().zip(&round.after) {
-            self.limit(&mut count, test, after.as_ref(), (&constant, values, &maps))?;
-        }
-        Ok(count)
-    }
-
-    /// Lowers the count to the first round after which a test fails.
-    fn limit(
-        &self,
-        count: &mut Count,
-        test: &Test,
-        after: Option<&Test>,
-        (constant, values, maps): (&Values, &Values, &Values),
-    ) -> Result<(), Unsure> {
-        // A test of the values after a round is a test of the sequence one later.
-        let (said, later) = after.map_or((test, false), |after| (after, true));
-        let said = said.substitute(constant)?;
-        let read: Vec<&Name> = maps.keys().filter(|name| said.left.mentions(name) || said.right.mentions(name)).collect();
-        let name = match read.as_slice() {
-            [] => {
-                return match said.decide(&self.assumptions) {
-                    Some(true) => Ok(()),
-                    Some(false) => {
-                        count.stays = Some(Value::zero());
-                        count.learned = None;
-                        Ok(())
-                    }
-                    None => Err(Unsure(vec![format!("whether {said}")])),
-                };
-            }
-            [name] => *name,
-            _ => return Err(Unsure(vec![format!("{said} compares two things that change")])),
-        };
-        let (Some(map), Some(start)) = (maps.get(name), values.get(name)) else {
-            return Ok(());
-        };
-        let start = if later { self.assumptions.simplify(&map.substitute(values)?) } else { start.clone() };
-        let closed = solve(map, name, &start, &self.index, &self.assumptions)?;
-        let Some(goal) = goal_of(&said.negated(), name) else {
-            return Err(Unsure(vec![format!("when {said} fails first")]));
-        };
-        match first(&closed, &self.index, &goal, &self.assumptions) {
-            Reach::Never(reason) => {
-                if count.stays.is_none() {
-                    count.reason = reason;
-                }
-                Ok(())
-            }
-            Reach::Unknown(reason) => Err(Unsure(vec![reason])),
-            Reach::At(number, conditions) => {
-                let sooner = match &count.stays {
-                    None => Some(true),
-                    Some(other) => self.assumptions.decide(Relation::Lss, &number, other),
-                };
-                match sooner {
-                    Some(true) => {
-                        count.stays = Some(number);
-                        count.learned = later.then(|| said.negated());
-                        count.conditions.extend(tests_of(&conditions));
-                        Ok(())
-                    }
-                    Some(false) => Ok(()),
-                    None => Err(Unsure(vec![format!("which test fails first, {said} or another")])),
-                }
-            }
-        }
-    }
-
     /// The one edge that is taken.
-    fn choose<'e>(
-        &self,
-        edges: &'e [Edge],
-        values: &Values,
-        assumptions: &Assumptions,
-    ) -> Result<&'e Edge, Unsure> {
+    fn choose<'e>(&self, edges: &'e [Edge], values: &Values, assumptions: &Assumptions) -> Result<&'e Edge, Unsure> {
         let mut possible: Vec<(&Edge, Vec<Test>)> = Vec::new();
         'edges: for edge in edges {
             let mut open = Vec::new();
@@ -443,7 +329,11 @@ impl Walker<'_> {
                 for (edge, open) in &possible {
                     if let Next::End(End::Livelock { cycle }) = &edge.next {
                         let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
-                        reasons.push(format!("the program goes round in no time ({}){}", cycle.join(", "), in_case(open)));
+                        reasons.push(format!(
+                            "the program goes round in no time ({}){}",
+                            cycle.join(", "),
+                            in_case(open)
+                        ));
                     }
                 }
                 let tests: BTreeSet<String> = possible
@@ -459,9 +349,8 @@ impl Walker<'_> {
     }
 
     fn image(&self, edge: &Edge, values: &Values) -> Result<Values, Unsure> {
-        let image = |(name, value): (&Name, &Value)| {
-            Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)))
-        };
+        let image =
+            |(name, value): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)));
         edge.map.iter().map(image).collect()
     }
 
@@ -563,67 +452,4 @@ fn is_long(value: &Value) -> bool {
 
 fn is_number(value: &Value) -> bool {
     value.as_rational().is_some()
-}
-
-fn tests_of(conditions: &[(Relation, Value, Value)]) -> Vec<Test> {
-    let test = |(relation, left, right): &(Relation, Value, Value)| Test {
-        relation: *relation,
-        left: left.clone(),
-        right: right.clone(),
-    };
-    conditions.iter().map(test).collect()
-}
-
-fn conditions_of(closed: &[(Name, Closed)]) -> Vec<Test> {
-    closed.iter().flat_map(|(_, closed)| tests_of(&closed.conditions)).collect()
-}
-
-/// A test of one variable as a question to its sequence.
-fn goal_of(test: &Test, name: &Name) -> Option<Goal> {
-    let (relation, left, right) = if test.left.mentions(name) {
-        (test.relation, &test.left, &test.right)
-    } else {
-        (test.relation.mirrored(), &test.right, &test.left)
-    };
-    if right.mentions(name) {
-        return None;
-    }
-    let variable = Value::variable(name);
-    if *left == variable {
-        return Some(match relation {
-            Relation::Eq => Goal::Equals(right.clone()),
-            _ => Goal::Holds(relation, left.clone(), right.clone()),
-        });
-    }
-    // abs(x - c) <= e, however the distance is written.
-    if relation == Relation::Lte {
-        for centre in centres(left, name) {
-            if variable.sub(&centre).and_then(|gap| gap.abs()).as_ref() == Ok(left) {
-                return Some(Goal::Within(centre, right.clone()));
-            }
-        }
-    }
-    if relation == Relation::Eq
-        && let Some((factor, rest)) = left.linear_in(name)
-        && factor.as_rational().is_some()
-    {
-        return right.sub(&rest).and_then(|gap| gap.div(&factor)).ok().map(Goal::Equals);
-    }
-    Some(Goal::Holds(relation, left.clone(), right.clone()))
-}
-
-/// Where `abs(x - c)` vanishes: the square of the distance tells, since it is `(x - c)^2`.
-fn centres(distance: &Value, name: &Name) -> Vec<Value> {
-    let zero = distance.with(name, &Value::zero()).ok();
-    let mut found = Vec::new();
-    if let Some(size) = zero {
-        found.extend(size.neg().ok());
-        found.push(size.clone());
-        for atom in size.variables() {
-            let variable = Value::variable(&atom);
-            found.extend(variable.neg().ok());
-            found.push(variable);
-        }
-    }
-    found
 }

@@ -65,9 +65,7 @@ impl Unit {
                         || segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index)))
                 });
                 match count {
-                    Some(count) => {
-                        Term::new(Node::Power(round, count.clone(), mentioned.then(|| index.clone())))
-                    }
+                    Some(count) => Term::new(Node::Power(round, count.clone(), mentioned.then(|| index.clone()))),
                     None => Term::new(Node::Loop(round)),
                 }
             }
@@ -143,9 +141,7 @@ pub fn repeat(count: Option<Value>, index: &Name, segments: Vec<Segment>) -> Res
     let unit = Unit::Repeat { count: count.clone(), index: index.clone(), segments };
     match count {
         Some(count) if count.is_zero() => Ok(Vec::new()),
-        Some(count) if count == Value::one() => {
-            Ok(unit.round(&Value::zero())?.into_iter().map(Unit::Single).collect())
-        }
+        Some(count) if count == Value::one() => Ok(unit.round(&Value::zero())?.into_iter().map(Unit::Single).collect()),
         _ => Ok(vec![unit]),
     }
 }
@@ -257,6 +253,13 @@ fn first_equal(index: &Name, shown: &Term, wanted: &Term, assumptions: &Assumpti
                 None => return Round::Unknown(format!("whether {form} = {value}")),
             }
         }
+        if let Some(round) = first_linear(index, form, value) {
+            match round {
+                Some(at) if number.as_ref().is_none_or(|other| *other == at) => number = Some(at),
+                _ => return Round::Never(None),
+            }
+            continue;
+        }
         let piece = Piece { from: Value::zero(), until: None, form: form.clone() };
         let closed = Closed { pieces: vec![piece], conditions: Vec::new() };
         match first(&closed, index, &Goal::Equals(value.clone()), assumptions) {
@@ -275,6 +278,15 @@ fn first_equal(index: &Name, shown: &Term, wanted: &Term, assumptions: &Assumpti
         }
     }
     Round::At(number.unwrap_or_else(Value::zero), 0)
+}
+
+/// Where a value that grows by a fixed number is equal to another: nowhere, or at a number; nothing if that is not clear.
+fn first_linear(index: &Name, form: &Value, value: &Value) -> Option<Option<Value>> {
+    let (step, start) = form.linear_in(index)?;
+    let at = value.sub(&start).and_then(|gap| gap.div(&step)).ok()?;
+    let number = at.as_rational()?;
+    let natural = number.is_integer() && number >= num_rational::BigRational::from_integer(0.into());
+    Some(natural.then_some(at))
 }
 
 /// Whether all that is wanted is shown.
