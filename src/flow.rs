@@ -5,12 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::assumption::Assumptions;
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
-use crate::period::{Edge, Next, Period, Segment, Test};
+use crate::period::{Edge, Next, Period, Segment, Test, stretch};
 use crate::recurrence::{Closed, NoClosedForm, solve};
 use crate::scope::calls;
 use crate::term::{Node, Term};
 use crate::value::Value;
-use crate::verify::unit::stretch;
 
 /// The period of a looping definition: what stands between the equals sign and the recursion.
 #[derive(Clone, PartialEq, Eq, Debug)]

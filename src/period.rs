@@ -172,6 +172,11 @@ pub struct Segment {
     pub observed: Vec<Term>,
 }
 
+/// `Delay_d # O1 # …`
+pub fn stretch(duration: &Value, observed: &[Term]) -> Term {
+    Term::disable(std::iter::once(Term::delay(duration.clone())).chain(observed.iter().cloned()))
+}
+
 /// How a run ends.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum End {

@@ -156,9 +156,9 @@ impl Explorer<'_> {
         let mut moments = vec![Moment { state, path, communications: Vec::new(), history: Vec::new(), besides: None }];
         let mut ways = Vec::new();
         let mut forks = 0usize;
-        while let Some(moment) = moments.pop() {
-            match self.clock.instant(moment.clone()) {
-                Ok((moment, next)) => {
+        while let Some(mut moment) = moments.pop() {
+            match self.clock.instant(&mut moment) {
+                Ok(next) => {
                     let next = match next {
                         Some(end) => Target::End(end),
                         None => self.arrive(&moment.state, work)?,
@@ -172,8 +172,8 @@ impl Explorer<'_> {
                         next,
                     });
                 }
-                Err((_, Halt::Failed(failure))) => return Err(*failure),
-                Err((moment, Halt::Split(question))) => {
+                Err(Halt::Failed(failure)) => return Err(*failure),
+                Err(Halt::Split(question)) => {
                     forks += 1;
                     if forks > MOST_WAYS {
                         return Err(Failure::NoPeriod { reason: "too many ways through one round".to_string() });

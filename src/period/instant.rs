@@ -38,13 +38,11 @@ pub(super) struct Clock<'a> {
 }
 
 impl Clock<'_> {
-    /// Settles and communicates until time has to pass. On a question, the moment at which it came up is returned.
-    pub(super) fn instant(&self, mut moment: Moment) -> Result<(Moment, Option<End>), (Moment, Halt)> {
+    /// Settles and communicates until time has to pass. On a question, the moment is left as it was when that came up.
+    pub(super) fn instant(&self, moment: &mut Moment) -> Result<Option<End>, Halt> {
         loop {
-            match self.beat(&mut moment) {
-                Ok(Some(end)) => return Ok((moment, end)),
-                Ok(None) => {}
-                Err(halt) => return Err((moment, halt)),
+            if let Some(end) = self.beat(moment)? {
+                return Ok(end);
             }
         }
     }

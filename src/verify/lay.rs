@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::property::{Length, Want, Wanted};
 use super::trajectory::Trajectory;
-use super::unit::{Hit, Unit, shows, stretch, total};
+use super::unit::{Hit, Unit, shows, total};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::{End, Segment};
+use crate::period::{End, Segment, stretch};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 

@@ -374,9 +374,12 @@ fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>) -> Outcome {
     outcome
 }
 
+/// One round of a system.
+type Stretches = Vec<Unit>;
+
 /// The run in rounds of the system: as many phases a round as it takes for their order to repeat. The first
 /// rounds, then those that repeat; nothing if the run repeats in the middle of a leg.
-fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Vec<Unit>>, Vec<Vec<Unit>>)> {
+fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Stretches>, Vec<Stretches>)> {
     let mut groups: Vec<(usize, Vec<Unit>)> = Vec::new();
     let mut start = None;
     for (number, leg) in trajectory.legs.iter().enumerate() {
@@ -411,7 +414,7 @@ fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Vec<Unit>>, Vec
     }
     let mut steady = Vec::new();
     let mut covered = 0usize;
-    while covered == 0 || covered % length != 0 {
+    while covered == 0 || !covered.is_multiple_of(length) {
         steady.push(round(from + covered, from + covered + span));
         covered += span;
     }

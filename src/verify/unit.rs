@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::Segment;
+use crate::period::{Segment, stretch};
 use crate::recurrence::{Closed, Goal, Piece, Reach, first};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
@@ -35,6 +35,9 @@ pub enum Hit {
     /// It cannot be told.
     Unknown(String),
 }
+
+/// The rounds before a round, that round, and the rounds after it.
+pub type Cut = (Vec<Unit>, Vec<Segment>, Vec<Unit>);
 
 impl Unit {
     /// Its duration; nothing if it is endless.
@@ -90,7 +93,7 @@ impl Unit {
     ///
     /// # Errors
     /// When a value has no normal form.
-    pub fn split(&self, number: &Value) -> Result<(Vec<Unit>, Vec<Segment>, Vec<Unit>), ValueError> {
+    pub fn split(&self, number: &Value) -> Result<Cut, ValueError> {
         let Unit::Repeat { count, index, segments } = self else {
             return Ok((Vec::new(), self.round(number)?, Vec::new()));
         };
@@ -152,11 +155,6 @@ pub fn repeat(count: Option<Value>, index: &Name, segments: Vec<Segment>) -> Res
 /// When the sum has no normal form.
 pub fn total(segments: &[Segment]) -> Result<Value, ValueError> {
     segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration))
-}
-
-/// `Delay_d # O1 # …`
-pub fn stretch(duration: &Value, observed: &[Term]) -> Term {
-    Term::disable(std::iter::once(Term::delay(duration.clone())).chain(observed.iter().cloned()))
 }
 
 fn at(segment: &Segment, map: &BTreeMap<Name, Value>) -> Result<Segment, ValueError> {
