@@ -73,12 +73,9 @@ fn family(theory: &Theory, title: &str, sizes: &[i64], claim: impl Fn(i64) -> (T
 fn families(theory: &Theory) {
     let part = |number: i64| Term::seq([Term::delay(Value::integer(1)), observer(number)]);
     let sizes = [16, 64, 256, 1024];
-    family(theory, "permuted |", &sizes, |n| {
-        (Term::par((0..n).map(part)), Term::par((0..n).rev().map(part)))
-    });
-    let guarded = |n: i64| {
-        Term::seq((0..n).map(|k| Term::new(Node::Guard(Relation::Eq, Value::integer(k), Value::integer(k)))))
-    };
+    family(theory, "permuted |", &sizes, |n| (Term::par((0..n).map(part)), Term::par((0..n).rev().map(part))));
+    let guarded =
+        |n: i64| Term::seq((0..n).map(|k| Term::new(Node::Guard(Relation::Eq, Value::integer(k), Value::integer(k)))));
     family(theory, "guards in a row", &sizes, |n| (guarded(n), Term::stop()));
     family(theory, "delays in a row", &sizes, |n| {
         (Term::seq((0..n).map(|_| Term::delay(Value::integer(1)))), Term::delay(Value::integer(n)))

@@ -236,7 +236,7 @@ fn plain(name: &Name) -> &str {
 fn values(values: &[(Name, Value)]) -> String {
     values
         .iter()
-        .map(|(name, value)| format!("{} = {}", plain(name), abbreviated(&value.to_string())))
+        .map(|(name, value)| format!("{name} = {}", abbreviated(&value.to_string())))
         .collect::<Vec<_>>()
         .join(", ")
 }
