@@ -121,10 +121,12 @@ impl fmt::Display for Rejection {
 /// # Errors
 /// Why it was turned away.
 pub fn check_file(bytes: &[u8]) -> Result<Checked, Rejection> {
+    // What is no proof file at all is turned away before anything is made ready.
+    let file = read::open(bytes)?;
     let base =
         library::standard().map_err(|_| Rejection::new("the laws that are part of this program cannot be read"))?;
     let known = base.laws.clone();
-    let (theory, proof) = read::read(base, bytes)?;
+    let (theory, proof) = read::read(base, &file)?;
     let theorem = check(&theory, &proof).map_err(|rejected| {
         let step = (rejected.step < proof.steps.len()).then_some(rejected.step);
         Rejection { step, reason: rejected.reason.to_string() }

@@ -126,6 +126,11 @@ impl Default for Printer {
 }
 
 impl Printer {
+    /// One that prints nothing.
+    pub fn closed() -> Printer {
+        Printer { open: false }
+    }
+
     /// Writes a text.
     pub fn print(&mut self, text: &str) {
         if self.open {

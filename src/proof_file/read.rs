@@ -16,8 +16,7 @@ use crate::term::Term;
 use crate::value::Value;
 
 /// The theory and the proof of a file, over an environment with the program's own laws.
-pub(super) fn read(environment: Environment, bytes: &[u8]) -> Result<(Theory, Proof), Rejection> {
-    let file = open(bytes)?;
+pub(super) fn read(environment: Environment, file: &text::File) -> Result<(Theory, Proof), Rejection> {
     let mut reader = Reader { environment, terms: HashMap::new() };
     reader.declare("the declarations", &file.theory.declarations)?;
     reader.declare("the rules", &file.theory.rules)?;
@@ -46,7 +45,7 @@ pub(super) fn read(environment: Environment, bytes: &[u8]) -> Result<(Theory, Pr
 }
 
 /// The file as JSON, its size and its seal in order.
-fn open(bytes: &[u8]) -> Result<text::File, Rejection> {
+pub(super) fn open(bytes: &[u8]) -> Result<text::File, Rejection> {
     if bytes.len() > MOST_BYTES {
         return Err(Rejection::new(format!("the file has more than {} MiB", MOST_BYTES >> 20)));
     }

@@ -43,6 +43,11 @@ impl Prompt {
         Ok(Prompt { session, colour, printer: Printer::default(), inputs: Vec::new(), shown: String::new() })
     }
 
+    /// The same prompt, but what it answers is in the replies alone.
+    pub fn quiet(self) -> Prompt {
+        Prompt { printer: Printer::closed(), ..self }
+    }
+
     /// The session.
     pub fn session(&self) -> &Session {
         &self.session
