@@ -10,8 +10,8 @@ use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::{Condition, Law, Laws};
 use crate::name::Name;
-use crate::prove::{Answer, By, prove};
 use crate::proof::Statement;
+use crate::prove::{Answer, By, prove};
 use crate::refute::{self, Limits};
 use crate::rewrite;
 use crate::scope::{condition_metavariables, metavariables};
@@ -59,12 +59,8 @@ pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool)
 /// Whether the law alone, after the units, proves the example.
 fn follows(laws: &Laws, law: &Law, left: &Term, right: &Term, interrupted: &dyn Fn() -> bool) -> bool {
     let theory = Theory { laws: with(laws, law), ..Theory::default() };
-    let statement = Statement {
-        hypotheses: Vec::new(),
-        left: left.clone(),
-        connective: law.connective,
-        right: right.clone(),
-    };
+    let statement =
+        Statement { hypotheses: Vec::new(), left: left.clone(), connective: law.connective, right: right.clone() };
     let names = [law.name.clone()];
     let limits = rewrite::Limits::default();
     let alone = prove(&theory, &statement, &By::Laws(&names), limits, interrupted);

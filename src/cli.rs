@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use clap::{Parser, Subcommand, ValueEnum};
 
@@ -104,12 +104,15 @@ pub fn run() -> u8 {
     }
 }
 
-/// The wish to stop: Ctrl-C, once; a second time ends the program.
+/// The wish to stop: Ctrl-C; a third time in vain ends the program.
 fn listen() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let heard = stop.clone();
+    let vain = AtomicU8::new(0);
     let set = ctrlc::set_handler(move || {
-        if heard.swap(true, Ordering::Relaxed) {
+        if !heard.swap(true, Ordering::Relaxed) {
+            vain.store(0, Ordering::Relaxed);
+        } else if vain.fetch_add(1, Ordering::Relaxed) > 0 {
             std::process::exit(130);
         }
     });

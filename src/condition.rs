@@ -65,7 +65,8 @@ impl Context<'_> {
         let (Node::Guard(relation, a, b), Node::Guard(other, c, d)) = (first.node(), second.node()) else {
             return false;
         };
-        (relation.negated() == *other && (a, b) == (c, d)) || (relation.negated().mirrored() == *other && (a, b) == (d, c))
+        (relation.negated() == *other && (a, b) == (c, d))
+            || (relation.negated().mirrored() == *other && (a, b) == (d, c))
     }
 
     /// Whether a set surely lacks a name. Two names of which one is a metavariable may turn out the same.
@@ -86,9 +87,10 @@ impl Context<'_> {
         binds.names.iter().all(|name| {
             self.lacks(&others, name, &|process| Condition::Unread(Term::meta(process), name.clone()))
                 && others.processes.is_empty()
-        }) && binds.processes.iter().all(|process| {
-            others.names.is_empty() && others.processes.iter().all(|other| pair(process, other))
-        })
+        }) && binds
+            .processes
+            .iter()
+            .all(|process| others.names.is_empty() && others.processes.iter().all(|other| pair(process, other)))
     }
 }
 
@@ -108,8 +110,7 @@ pub fn exposes(term: &Term, name: &Name, context: &Context<'_>) -> bool {
             false
         }
         Node::Else(first, second) => {
-            exposes(first, name, context)
-                || (Facts::of(first, context).instant_abort && exposes(second, name, context))
+            exposes(first, name, context) || (Facts::of(first, context).instant_abort && exposes(second, name, context))
         }
         _ => term.children().into_iter().any(|part| exposes(part, name, context)),
     }

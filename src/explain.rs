@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::Connective;
 use crate::name::Name;
 use crate::proof::{Proof, Step, StepId, hole};
-use crate::fact::Context;
 use crate::scope::fill;
 use crate::substitution::{Substitution, instantiate};
 use crate::term::Term;
@@ -191,8 +191,7 @@ fn unfolded(call: &Term, theory: &Theory, context: &Context<'_>) -> Term {
 }
 
 fn filled<'t>(shape: &Term, parts: impl Iterator<Item = &'t Term>) -> Term {
-    let parts: BTreeMap<Name, Term> =
-        parts.enumerate().map(|(index, part)| (hole(index + 1), part.clone())).collect();
+    let parts: BTreeMap<Name, Term> = parts.enumerate().map(|(index, part)| (hole(index + 1), part.clone())).collect();
     fill(shape, &parts)
 }
 

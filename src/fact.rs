@@ -149,7 +149,8 @@ impl<'a> Context<'a> {
     /// A definition's parameter may stand for any value, whatever is assumed of a name spelled the same.
     fn fixed_point(&self) -> BTreeMap<Name, Facts> {
         let parameters: BTreeSet<Name> = self.definitions.iter().flat_map(|d| d.parameters.iter().cloned()).collect();
-        let clash = self.hypotheses.iter().any(|h| parameters.iter().any(|name| crate::scope::condition_mentions(h, name)));
+        let clash =
+            self.hypotheses.iter().any(|h| parameters.iter().any(|name| crate::scope::condition_mentions(h, name)));
         let hypotheses: &[Condition] = if clash { &[] } else { self.hypotheses };
         let plain = Context {
             assumptions: self.assumptions.without(&parameters),
@@ -345,8 +346,7 @@ impl Facts {
             return Facts::anything(name);
         };
         let mut facts = known.clone();
-        let map: BTreeMap<Name, Value> =
-            definition.parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
+        let map: BTreeMap<Name, Value> = definition.parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
         facts.duration = facts.duration.and_then(|duration| duration.substitute(&map).ok());
         facts
     }
@@ -378,7 +378,8 @@ impl Facts {
             Fact::BindsNothing => self.binds = NameSet::default(),
             Fact::Observer => {
                 let reads = std::mem::take(&mut self.reads);
-                *self = Facts { starts_running: true, observer: true, reads, shows: self.shows.take(), ..Facts::default() };
+                *self =
+                    Facts { starts_running: true, observer: true, reads, shows: self.shows.take(), ..Facts::default() };
             }
             Fact::Guard => {
                 let reads = std::mem::take(&mut self.reads);
@@ -388,7 +389,8 @@ impl Facts {
             Fact::Running => (self.starts_stopped, self.starts_aborted) = (false, false),
             Fact::Guarded => (self.instant_stop, self.starts_stopped) = (false, false),
             Fact::Immediate => {
-                (self.starts_running, self.starts_aborted, self.may_abort, self.instant_abort) = (false, false, false, false);
+                (self.starts_running, self.starts_aborted, self.may_abort, self.instant_abort) =
+                    (false, false, false, false);
             }
             Fact::Still => self.early = false,
         }

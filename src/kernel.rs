@@ -11,13 +11,15 @@ use std::fmt;
 use gate::{instance_is_proper, well_sorted};
 
 use crate::assumption::Assumptions;
+use crate::condition::exposes;
 use crate::definition::Definitions;
 use crate::fact::{Context, Facts};
 use crate::law::{Condition, Connective, Laws};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
-use crate::condition::exposes;
-use crate::scope::{bound_names, calls, condition_mentions, condition_metavariables, fill, metavariables, read_names, reaches};
+use crate::scope::{
+    bound_names, calls, condition_mentions, condition_metavariables, fill, metavariables, reaches, read_names,
+};
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -312,7 +314,8 @@ impl Checker<'_> {
                 let plain = term.children().iter().map(|_| Term::stop()).collect();
                 blank(&term.with_children(plain))
             };
-            if std::mem::discriminant(left.node()) != std::mem::discriminant(right.node()) || bare(left) != bare(right) {
+            if std::mem::discriminant(left.node()) != std::mem::discriminant(right.node()) || bare(left) != bare(right)
+            {
                 return Err(differ());
             }
         }
@@ -407,7 +410,8 @@ impl Checker<'_> {
             return Err(Reason::NotNatural(variable.clone()));
         }
         let at = |term: &Term, value: Value| {
-            substitute_values(term, &BTreeMap::from([(variable.clone(), value)])).map_err(|stuck| Reason::Stuck(stuck.0))
+            substitute_values(term, &BTreeMap::from([(variable.clone(), value)]))
+                .map_err(|stuck| Reason::Stuck(stuck.0))
         };
         let zero = self.equation(base)?;
         no_supposition(zero)?;

@@ -64,10 +64,7 @@ impl Fact {
 
     /// Its spelling in laws.
     pub fn spelling(self) -> &'static str {
-        Fact::ALL
-            .iter()
-            .find(|(fact, _)| *fact == self)
-            .map_or("", |(_, spelling)| spelling)
+        Fact::ALL.iter().find(|(fact, _)| *fact == self).map_or("", |(_, spelling)| spelling)
     }
 }
 

@@ -303,7 +303,9 @@ fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State)
             };
             window(wanted, &parts, Place::Inside, state, &mut full)
         }
-        (Node::Par(wanted), Node::Par(parts)) => choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state)),
+        (Node::Par(wanted), Node::Par(parts)) => {
+            choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state))
+        }
         (Node::Disable(wanted), Node::Disable(parts)) => {
             choose(wanted, parts, (true, Term::disable), state, &mut |state, _| found(state))
         }
@@ -341,9 +343,7 @@ fn leaf(pattern: &Term, term: &Term, mut state: State, found: &mut dyn FnMut(Sta
     match (pattern.children().as_slice(), term.children().as_slice()) {
         ([], []) => found(state),
         ([one], [given]) => whole(one, given, state, found),
-        ([one, two], [first, second]) => {
-            whole(one, first, state, &mut |state| whole(two, second, state, found))
-        }
+        ([one, two], [first, second]) => whole(one, first, state, &mut |state| whole(two, second, state, found)),
         _ => false,
     }
 }

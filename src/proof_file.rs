@@ -121,7 +121,8 @@ impl fmt::Display for Rejection {
 /// # Errors
 /// Why it was turned away.
 pub fn check_file(bytes: &[u8]) -> Result<Checked, Rejection> {
-    let base = library::standard().map_err(|_| Rejection::new("the laws that are part of this program cannot be read"))?;
+    let base =
+        library::standard().map_err(|_| Rejection::new("the laws that are part of this program cannot be read"))?;
     let known = base.laws.clone();
     let (theory, proof) = read::read(base, bytes)?;
     let theorem = check(&theory, &proof).map_err(|rejected| {

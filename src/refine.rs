@@ -132,7 +132,9 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
     let mut steps = Vec::new();
     for (piece, target) in split.iter().zip(&targets) {
         let ended = ends.iter().any(|(end, _)| end == piece);
-        let step = if ended { refine(piece, target, simplifier, context)? } else {
+        let step = if ended {
+            refine(piece, target, simplifier, context)?
+        } else {
             forget(piece, target, &mut simplifier.script, context)?
         };
         steps.push(step);

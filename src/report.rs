@@ -222,7 +222,11 @@ pub fn abbreviated(text: &str) -> String {
 }
 
 fn values(values: &[(Name, Value)]) -> String {
-    values.iter().map(|(name, value)| format!("{name} = {}", abbreviated(&value.to_string()))).collect::<Vec<_>>().join(", ")
+    values
+        .iter()
+        .map(|(name, value)| format!("{name} = {}", abbreviated(&value.to_string())))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 impl Report {

@@ -147,9 +147,8 @@ impl<'a> Saturation<'a> {
         limits: Limits,
         interrupted: &'a dyn Fn() -> bool,
     ) -> Saturation<'a> {
-        let wanted = |law: &Law| {
-            law.connective == Connective::Equal && only.is_none_or(|names| names.contains(&law.name))
-        };
+        let wanted =
+            |law: &Law| law.connective == Connective::Equal && only.is_none_or(|names| names.contains(&law.name));
         let laws = theory.laws.iter().filter(|law| wanted(law)).cloned().collect();
         let egraph = EGraph::new(Smallest).with_explanations_enabled();
         Saturation {
@@ -325,12 +324,7 @@ impl<'a> Saturation<'a> {
 
     fn unfolding(&self, name: &Name, arguments: &[crate::value::Value]) -> Option<Term> {
         let definition = self.theory.definitions.get(name)?;
-        let body = crate::substitution::instantiate(
-            &definition.body,
-            &definition.parameters,
-            arguments,
-            self.context,
-        );
+        let body = crate::substitution::instantiate(&definition.body, &definition.parameters, arguments, self.context);
         let body = body.ok()?;
         Some(if definition.recursive { Term::attempt(body) } else { body })
     }

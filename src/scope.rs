@@ -64,8 +64,12 @@ pub fn condition_parts(condition: &Condition) -> (Vec<&Term>, Vec<&Value>, Vec<&
         Condition::Natural(value) => (vec![], vec![value], vec![]),
         Condition::Is(_, term) => (vec![term], vec![], vec![]),
         Condition::Lasts(term, time) => (vec![term], vec![time], vec![]),
-        Condition::Complementary(first, second) | Condition::Apart(first, second) => (vec![first, second], vec![], vec![]),
-        Condition::ShowsOnly(term, names) | Condition::ShowsNone(term, names) => (vec![term], vec![], names.iter().collect()),
+        Condition::Complementary(first, second) | Condition::Apart(first, second) => {
+            (vec![first, second], vec![], vec![])
+        }
+        Condition::ShowsOnly(term, names) | Condition::ShowsNone(term, names) => {
+            (vec![term], vec![], names.iter().collect())
+        }
         Condition::NoPort(term, name) | Condition::Unread(term, name) => (vec![term], vec![], vec![name]),
     }
 }

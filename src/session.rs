@@ -244,9 +244,7 @@ impl Session {
         } else if let Ok(number) = which.parse::<usize>() {
             number.checked_sub(1).and_then(|index| records.get(index))
         } else {
-            let named = |record: &&Arc<Record>| {
-                record.report.name.as_ref().is_some_and(|name| name.as_str() == which)
-            };
+            let named = |record: &&Arc<Record>| record.report.name.as_ref().is_some_and(|name| name.as_str() == which);
             records.iter().rev().find(named)
         };
         found.map(Arc::as_ref)

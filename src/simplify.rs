@@ -38,12 +38,8 @@ pub const FUEL: usize = 200_000;
 impl<'a> Simplifier<'a> {
     /// A simplifier over a theory. `interrupted` is asked at every step; once true, nothing more is rewritten.
     pub fn new(theory: &'a Theory, context: &'a Context<'a>, interrupted: &'a dyn Fn() -> bool) -> Simplifier<'a> {
-        let oriented = theory
-            .laws
-            .iter()
-            .filter(|law| law.oriented && law.connective == Connective::Equal)
-            .cloned()
-            .collect();
+        let oriented =
+            theory.laws.iter().filter(|law| law.oriented && law.connective == Connective::Equal).cloned().collect();
         Simplifier {
             theory,
             context,

@@ -77,7 +77,10 @@ impl Substitution {
     }
 
     fn set(&self, names: &BTreeSet<Name>) -> BTreeSet<Name> {
-        names.iter().flat_map(|name| self.sets.get(name).cloned().unwrap_or_else(|| BTreeSet::from([name.clone()]))).collect()
+        names
+            .iter()
+            .flat_map(|name| self.sets.get(name).cloned().unwrap_or_else(|| BTreeSet::from([name.clone()])))
+            .collect()
     }
 
     /// The instance of a condition.
@@ -148,12 +151,7 @@ pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -
     }
 }
 
-fn replace_in_sequence(
-    parts: &[Term],
-    name: &Name,
-    value: &Value,
-    context: &Context<'_>,
-) -> Result<Term, Stuck> {
+fn replace_in_sequence(parts: &[Term], name: &Name, value: &Value, context: &Context<'_>) -> Result<Term, Stuck> {
     let mut out = Vec::with_capacity(parts.len());
     let mut active = true;
     for (position, part) in parts.iter().enumerate() {

@@ -94,12 +94,7 @@ impl Term {
         let mut hasher = std::collections::hash_map::DefaultHasher::new();
         node.hash(&mut hasher);
         let hash = hasher.finish();
-        Term(Arc::new(Shared {
-            node,
-            hash,
-            size,
-            depth: depth + 1,
-        }))
+        Term(Arc::new(Shared { node, hash, size, depth: depth + 1 }))
     }
 
     /// `Stop`
@@ -302,11 +297,7 @@ impl PartialOrd for Term {
 
 impl Ord for Term {
     fn cmp(&self, other: &Term) -> Ordering {
-        if Arc::ptr_eq(&self.0, &other.0) {
-            Ordering::Equal
-        } else {
-            self.0.node.cmp(&other.0.node)
-        }
+        if Arc::ptr_eq(&self.0, &other.0) { Ordering::Equal } else { self.0.node.cmp(&other.0.node) }
     }
 }
 

@@ -37,7 +37,9 @@ pub(super) fn well_sorted(term: &Term) -> Result<(), Reason> {
     for part in subterms(term) {
         let (values, sort): (Vec<&Value>, Sort) = match part.node() {
             Node::Delay(_) | Node::Power(..) => (part.values(), Sort::Real),
-            Node::Guard(relation, ..) if !matches!(relation, Relation::Eq | Relation::Neq) => (part.values(), Sort::Real),
+            Node::Guard(relation, ..) if !matches!(relation, Relation::Eq | Relation::Neq) => {
+                (part.values(), Sort::Real)
+            }
             Node::Ran(value, _) if value.as_variable().is_none() => (vec![value], Sort::Distribution),
             _ => continue,
         };

@@ -30,13 +30,21 @@ impl Parser<'_> {
         })
     }
 
+    fn at_operator(&self) -> bool {
+        matches!(self.kind(), Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else))
+    }
+
     /// Processes joined by operators.
     pub(super) fn chain(&mut self) -> Parse<Term> {
-        let mut operands = vec![self.postfix()?];
+        let first = self.postfix()?;
+        if !self.at_operator() {
+            return Ok(first);
+        }
+        let mut operands = vec![first];
         let mut operators: Vec<(Kind, Span)> = Vec::new();
         loop {
             let kind = self.kind();
-            if !matches!(kind, Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else)) {
+            if !self.at_operator() {
                 break;
             }
             let span = self.advance().span;

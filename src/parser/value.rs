@@ -17,35 +17,30 @@ impl Parser<'_> {
 
     fn sum(&mut self) -> Parse<Value> {
         let first = self.product()?;
+        if !matches!(self.kind(), Kind::Plus | Kind::Minus) {
+            return Ok(first);
+        }
         let start = first.span.start;
         let mut parts = vec![(false, first)];
         while matches!(self.kind(), Kind::Plus | Kind::Minus) {
             let minus = self.advance().kind == Kind::Minus;
             parts.push((minus, self.product()?));
         }
-        Ok(self.joined(start, parts, ValueKind::Sum))
+        Ok(Value { span: self.since(start), kind: ValueKind::Sum(parts) })
     }
 
     fn product(&mut self) -> Parse<Value> {
         let first = self.signed()?;
+        if !matches!(self.kind(), Kind::Star | Kind::Slash) {
+            return Ok(first);
+        }
         let start = first.span.start;
         let mut parts = vec![(false, first)];
         while matches!(self.kind(), Kind::Star | Kind::Slash) {
             let divides = self.advance().kind == Kind::Slash;
             parts.push((divides, self.signed()?));
         }
-        Ok(self.joined(start, parts, ValueKind::Product))
-    }
-
-    fn joined(&self, start: usize, mut parts: Vec<(bool, Value)>, kind: fn(Vec<(bool, Value)>) -> ValueKind) -> Value {
-        match parts.pop() {
-            Some((false, only)) if parts.is_empty() => only,
-            Some(last) => {
-                parts.push(last);
-                Value { span: self.since(start), kind: kind(parts) }
-            }
-            None => Value { span: self.since(start), kind: kind(parts) },
-        }
+        Ok(Value { span: self.since(start), kind: ValueKind::Product(parts) })
     }
 
     /// A power with any number of signs before it.

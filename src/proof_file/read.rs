@@ -24,8 +24,7 @@ pub(super) fn read(environment: Environment, bytes: &[u8]) -> Result<(Theory, Pr
     if reader.environment.assumptions.contradictory() {
         return Err(Rejection::new("the assumptions contradict each other"));
     }
-    let when: Result<Vec<Condition>, Rejection> =
-        file.claim.when.iter().map(|text| reader.condition(text)).collect();
+    let when: Result<Vec<Condition>, Rejection> = file.claim.when.iter().map(|text| reader.condition(text)).collect();
     let statement = Statement {
         hypotheses: when?,
         left: reader.term(&file.claim.left)?,
@@ -158,9 +157,7 @@ impl Reader {
             StepText::Unique { name, candidate, equation } => {
                 Step::Unique { name: identifier(name)?, candidate: self.term(candidate)?, equation: *equation }
             }
-            StepText::UniqueLoop { body, equation } => {
-                Step::UniqueLoop { body: self.term(body)?, equation: *equation }
-            }
+            StepText::UniqueLoop { body, equation } => Step::UniqueLoop { body: self.term(body)?, equation: *equation },
             StepText::Suppose { left, right } => Step::Suppose(self.term(left)?, self.term(right)?),
             StepText::Induction { variable, left, right, base, successor } => Step::Induction {
                 variable: identifier(variable)?,

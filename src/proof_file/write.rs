@@ -19,7 +19,12 @@ use crate::value::Value;
 ///
 /// # Errors
 /// When a text cannot be written as JSON.
-pub fn write(environment: &Environment, theory: &Theory, own: &Laws, proof: &Proof) -> Result<String, serde_json::Error> {
+pub fn write(
+    environment: &Environment,
+    theory: &Theory,
+    own: &Laws,
+    proof: &Proof,
+) -> Result<String, serde_json::Error> {
     let mut out = String::new();
     let declarations = declarations(environment, theory, proof);
     let text = TheoryText { declarations, rules: rules(theory, own, proof) };
@@ -127,7 +132,9 @@ fn terms(step: &Step) -> Vec<&Term> {
     match step {
         Step::Reflexive(term) | Step::Congruence(term, _) | Step::Unfold(term) => vec![term],
         Step::Law(_, with) | Step::Instance(_, with) => with.processes.values().collect(),
-        Step::Arithmetic(left, right) | Step::Suppose(left, right) | Step::Trust(left, _, right, _) => vec![left, right],
+        Step::Arithmetic(left, right) | Step::Suppose(left, right) | Step::Trust(left, _, right, _) => {
+            vec![left, right]
+        }
         Step::Unique { candidate, .. } => vec![candidate],
         Step::UniqueLoop { body, .. } => vec![body],
         Step::Induction { left, right, .. } => vec![left, right],
@@ -181,7 +188,6 @@ fn holes(shape: &Term, count: usize) -> (Term, Vec<String>) {
         names.iter().enumerate().map(|(index, name)| (hole(index + 1), Term::meta(&Name::new(name)))).collect();
     (fill(shape, &parts), names)
 }
-
 
 fn substitution(with: &Substitution) -> SubstitutionText {
     fn texts<T: ToString>(map: &BTreeMap<Name, T>) -> BTreeMap<String, String> {

@@ -6,9 +6,9 @@ use super::{Evidence, at};
 use crate::admission::instance;
 use crate::bisimulation::{Difference, Side};
 use crate::diagnostic::{Severity, Span};
+use crate::kernel::Theory;
 use crate::law::Connective;
 use crate::lower::{By, CalcStep, Environment};
-use crate::kernel::Theory;
 use crate::model::explore::Label;
 use crate::model::{Action, Outcome, State};
 use crate::name::Name;
@@ -166,11 +166,15 @@ fn difference(difference: &Difference) -> String {
     let side = |side: &Side| if *side == Side::Right { "right" } else { "left" };
     let other = |side: &Side| if *side == Side::Right { "left" } else { "right" };
     match difference {
-        Difference::Outcome(left, right) => format!("the left side {}, the right side {}", outcome(left), outcome(right)),
+        Difference::Outcome(left, right) => {
+            format!("the left side {}, the right side {}", outcome(left), outcome(right))
+        }
         Difference::Observations(left, right) => {
             format!("the left side shows {}, the right side shows {}", shown(left), shown(right))
         }
-        Difference::Move(who, what) => format!("the {} side {}, the {} side cannot", side(who), label(what), other(who)),
+        Difference::Move(who, what) => {
+            format!("the {} side {}, the {} side cannot", side(who), label(what), other(who))
+        }
         Difference::Time(who) => format!("the {} side lets time pass, the {} side does not", side(who), other(who)),
         Difference::Chances(..) => "the two sides draw with different chances".to_string(),
     }

@@ -155,15 +155,14 @@ impl<'r, 'e> Run<'r, 'e> {
                 .map(|(user, _)| user.as_str())
                 .collect();
             if !keepers.is_empty() {
-                let text = format!("{} still has the earlier {name}: define it again to change that", keepers.join(", "));
+                let text =
+                    format!("{} still has the earlier {name}: define it again to change that", keepers.join(", "));
                 self.emit(&Output::Note(text), None);
             }
             if !stale.is_empty() {
                 let (which, are) = if stale.len() == 1 { ("claim", "is") } else { ("claims", "are") };
-                let text = format!(
-                    "{which} {} {are} stale: settled with an earlier definition of {name}",
-                    stale.join(", ")
-                );
+                let text =
+                    format!("{which} {} {are} stale: settled with an earlier definition of {name}", stale.join(", "));
                 self.emit(&Output::Note(text), None);
             }
         }

@@ -129,13 +129,7 @@ impl Run<'_, '_> {
 }
 
 /// A refutation stands only with a run that replays in the executable meaning.
-fn refuted(
-    system: &System,
-    reason: &str,
-    run: &[(Value, Vec<Term>)],
-    environment: &Environment,
-    found: &mut Found,
-) {
+fn refuted(system: &System, reason: &str, run: &[(Value, Vec<Term>)], environment: &Environment, found: &mut Found) {
     if replays(&system.term(&environment.definitions), &environment.definitions, run) {
         found.verdict = Some(Verdict::Refuted);
         found.trace.push(format!("it does not: {reason}"));
