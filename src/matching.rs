@@ -207,7 +207,7 @@ fn choose(
     let position = wanted.iter().position(|pattern| plain_meta(pattern).is_none());
     let next = match position {
         Some(position) => position,
-        None if wanted.is_empty() => return !(all && !parts.is_empty()) && found(state, parts.to_vec()),
+        None if wanted.is_empty() => return (!all || parts.is_empty()) && found(state, parts.to_vec()),
         None => wanted
             .iter()
             .position(|pattern| plain_meta(pattern).is_some_and(|name| state.found.processes.contains_key(&name)))

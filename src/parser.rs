@@ -228,7 +228,7 @@ impl<'t> Parser<'t> {
     }
 
     /// Takes a token of this kind, or reports that `what` was expected.
-    fn expect(&mut self, kind: Kind, what: &str) -> Parse<Token> {
+    fn require(&mut self, kind: Kind, what: &str) -> Parse<Token> {
         if self.at(kind) { Ok(self.advance()) } else { self.unexpected(what) }
     }
 
@@ -311,7 +311,7 @@ impl<'t> Parser<'t> {
             if self.accept(close) {
                 return Ok(all);
             }
-            self.expect(Kind::Comma, what)?;
+            self.require(Kind::Comma, what)?;
         }
     }
 }

@@ -8,6 +8,9 @@ use crate::diagnostic::{Diagnostic, Severity, Source, render_all};
 use crate::name::Name;
 use crate::value::Value;
 
+/// The name of what is typed at the prompt; its place needs no mention.
+pub const PROMPT: &str = "<prompt>";
+
 /// What came of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -203,6 +206,10 @@ impl Paint {
         self.with("2", text)
     }
 
+    fn place(self, file: &str, line: usize) -> String {
+        if file == PROMPT { String::new() } else { self.dim(&format!("{file}:{line}:")) + " " }
+    }
+
     fn good(self, good: bool, text: &str) -> String {
         self.with(if good { "1;32" } else { "1;31" }, text)
     }
@@ -219,6 +226,11 @@ pub fn abbreviated(text: &str) -> String {
     }
     let head: String = text.chars().take(WIDEST).collect();
     format!("{head}… ({} letters more)", letters - WIDEST)
+}
+
+/// `t1` for `?t1`
+fn plain(name: &Name) -> &str {
+    name.as_str().trim_start_matches('?')
 }
 
 fn values(values: &[(Name, Value)]) -> String {
@@ -241,8 +253,8 @@ impl Report {
         };
         let claim = self.claim.split_whitespace().collect::<Vec<_>>().join(" ");
         let claim = claim.strip_prefix("prove ").unwrap_or(&claim);
-        let place = paint.dim(&format!("{}:{}:", self.file, self.line));
-        let _ = writeln!(out, "{place} {} {}", paint.good(fine, &format!("{word}:")), abbreviated(claim));
+        let place = paint.place(&self.file, self.line);
+        let _ = writeln!(out, "{place}{} {}", paint.good(fine, &format!("{word}:")), abbreviated(claim));
         if !self.values.is_empty() {
             let _ = writeln!(out, "    with {}", values(&self.values));
         }
@@ -306,15 +318,15 @@ fn expected(expected: &[Expected]) -> String {
 }
 
 fn pairs(values: &[(Name, Value)]) -> Json {
-    values.iter().map(|(name, value)| (name.to_string(), json!(value.to_string()))).collect::<Map<_, _>>().into()
+    values.iter().map(|(name, value)| (plain(name).to_string(), json!(value.to_string()))).collect::<Map<_, _>>().into()
 }
 
 impl Answer {
     fn text(&self, paint: Paint) -> String {
         let mut out = String::new();
         let question = self.question.split_whitespace().collect::<Vec<_>>().join(" ");
-        let place = paint.dim(&format!("{}:{}:", self.file, self.line));
-        let _ = writeln!(out, "{place} {}", abbreviated(&question));
+        let place = paint.place(&self.file, self.line);
+        let _ = writeln!(out, "{place}{}", abbreviated(&question));
         for line in &self.lines {
             let _ = writeln!(out, "    {}", abbreviated(line));
         }

@@ -1,5 +1,6 @@
 //! Scripts: files and standard input run from top to end, with an exit code that says how the claims came out.
 
+use std::collections::BTreeSet;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -83,7 +84,10 @@ fn name_of(path: &Path) -> String {
 pub fn read_file(path: &Path) -> Result<Source, Trouble> {
     let name = name_of(path);
     let refuse = |why: String| Box::new((Source::new(name.as_str(), ""), Diagnostic::error("P0804", why)));
-    let file = std::fs::File::open(path).map_err(|error| refuse(format!("`{name}` cannot be read: {error}")))?;
+    let file = std::fs::File::open(path).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => refuse(format!("there is no file `{name}`")),
+        _ => refuse(format!("`{name}` cannot be read: {error}")),
+    })?;
     let directory = file.metadata().is_ok_and(|data| data.is_dir());
     if directory {
         return Err(refuse(format!("`{name}` is a folder, not a file")));
@@ -143,13 +147,13 @@ pub struct Script<'o> {
     watch: Rc<Watch>,
     printer: Printer,
     code: u8,
-    proofs: usize,
+    proofs: BTreeSet<PathBuf>,
 }
 
 impl<'o> Script<'o> {
     /// A script with these options.
     pub fn new(options: &'o Options, watch: Rc<Watch>) -> Script<'o> {
-        Script { options, watch, printer: Printer::default(), code: 0, proofs: 0 }
+        Script { options, watch, printer: Printer::default(), code: 0, proofs: BTreeSet::new() }
     }
 
     /// Runs each file in a session of its own; gives the exit code.
@@ -222,21 +226,23 @@ impl<'o> Script<'o> {
         }
     }
 
-    /// Writes the proof file of a claim: `<file>-<name or number>.json`.
+    /// Writes the proof file of a claim: `<file>-<name or number>.json`, with one more number where that is taken.
     fn save(&mut self, session: &Session, file: &str, record: &Record) {
         let (Some(folder), Some(evidence)) = (&self.options.proofs, &record.evidence) else { return };
         let stem = Path::new(file).file_stem().map_or("input".into(), |stem| stem.to_string_lossy().into_owned());
         let which = record.report.name.as_ref().map_or(record.report.number.to_string(), Name::to_string);
-        let path = folder.join(format!("{stem}-{which}.json"));
+        let mut path = folder.join(format!("{stem}-{which}.json"));
+        let mut again = 1;
+        while !self.proofs.insert(path.clone()) {
+            again += 1;
+            path = folder.join(format!("{stem}-{which}-{again}.json"));
+        }
         let written = session.proof_file(evidence).and_then(|text| {
             std::fs::write(&path, text).map_err(|error| format!("`{}` cannot be written: {error}", path.display()))
         });
-        match written {
-            Ok(()) => self.proofs += 1,
-            Err(why) => {
-                complain(&format!("{why}\n"));
-                self.code = worse(self.code, 2);
-            }
+        if let Err(why) = written {
+            complain(&format!("{why}\n"));
+            self.code = worse(self.code, 2);
         }
     }
 }

@@ -39,7 +39,7 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
 
 #[test]
 fn paper_equations_parse() {
-    let text = include_str!("cases/syntax/paper.pars");
+    let text = include_str!("syntax/paper.pars");
     let parsed = parse(text);
     let source = Source::new("paper.pars", text);
     let shown = render_all(&parsed.diagnostics, &source, false);

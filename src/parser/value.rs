@@ -150,7 +150,7 @@ impl Parser<'_> {
         while self.accept(Kind::Comma) {
             parts.push(self.value()?);
         }
-        self.expect(Kind::CloseRound, if parts.len() == 1 { "an operator or `)`" } else { "`,` or `)`" })?;
+        self.require(Kind::CloseRound, if parts.len() == 1 { "an operator or `)`" } else { "`,` or `)`" })?;
         let span = self.since(start);
         match parts.pop() {
             Some(only) if parts.is_empty() => Ok(Value { span, ..only }),
@@ -169,9 +169,9 @@ impl Parser<'_> {
             return self.unexpected("a comparison such as `<` or `=`");
         };
         let right = self.value()?;
-        self.expect(Kind::Word(Keyword::Then), "`then`")?;
+        self.require(Kind::Word(Keyword::Then), "`then`")?;
         let then = self.value()?;
-        self.expect(Kind::Word(Keyword::Else), "`else`")?;
+        self.require(Kind::Word(Keyword::Else), "`else`")?;
         let other = self.value()?;
         Ok(ValueKind::If(relation, Box::new([left, right, then, other])))
     }

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::command;
 use crate::diagnostic::Severity;
-use crate::report::Output;
+use crate::report::{Output, PROMPT};
 use crate::script::Printer;
 use crate::session::{Session, Surroundings};
 
@@ -66,7 +66,7 @@ impl Prompt {
         if let Some(command) = text.strip_prefix(':') {
             quit = command::run(self, command);
         } else if !text.is_empty() {
-            self.run(line, |session, emit| session.input("<input>", line, emit));
+            self.run(line, |session, emit| session.input(PROMPT, line, emit));
         }
         Reply { text: std::mem::take(&mut self.shown), quit }
     }

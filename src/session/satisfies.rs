@@ -5,11 +5,12 @@ use super::claim::Found;
 use super::compare::theory;
 use super::reading::{Run, Waiting};
 use crate::flow::{component_periods, flows};
+use crate::kernel::check;
 use crate::law::Connective;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Period};
-use crate::proof::Statement;
+use crate::proof::{Proof, Script, Statement, Step};
 use crate::prove::{Answer, By, prove};
 use crate::recurrence::Closed;
 use crate::replay::replays;
@@ -40,7 +41,7 @@ impl Run<'_, '_> {
         found.steady = outcome.steady.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         found.feedback = outcome.feedback.clone();
         match &outcome.verdict {
-            verify::Verdict::Proved => self.matched(&outcome, waiting, &mut found),
+            verify::Verdict::Proved => self.matched(system, &outcome, waiting, &mut found),
             verify::Verdict::Refuted { reason, run } => refuted(system, reason, run, environment, &mut found),
             verify::Verdict::Open { remaining } => found.remains = remaining.clone(),
         }
@@ -48,7 +49,7 @@ impl Run<'_, '_> {
     }
 
     /// The match of the run with the property, as a theorem.
-    fn matched(&mut self, outcome: &Outcome, waiting: &Waiting, found: &mut Found) {
+    fn matched(&mut self, system: &System, outcome: &Outcome, waiting: &Waiting, found: &mut Found) {
         let (Some(run), Some(wanted)) = (&outcome.trajectory_term, &outcome.property_term) else {
             found.remains = vec!["the run or the property could not be written as a process".to_string()];
             return;
@@ -62,15 +63,20 @@ impl Run<'_, '_> {
         let theory = theory(&waiting.environment);
         let interrupted = || self.surroundings.interrupted();
         match prove(&theory, &statement, &By::Search, Limits::default(), &interrupted) {
-            Answer::Proved(theorem, proof) => {
+            Answer::Proved(_, proof) => {
                 found.trace.push(format!("match: {wanted}"));
-                found.verdict = Some(Verdict::Proved);
                 found.it = Some(run.clone());
-                let environment = waiting.environment.clone();
-                found.evidence = Some(Evidence { theory, environment, theorem: *theorem, proof: *proof });
-                found.trusted = vec![
-                    "the run of the system as printed: its communications, its period and the closed forms".to_string(),
-                ];
+                let proof = with_run(system.term(&theory.definitions), run, *proof);
+                match check(&theory, &proof) {
+                    Ok(theorem) => {
+                        let environment = waiting.environment.clone();
+                        found.verdict = Some(Verdict::Proved);
+                        found.evidence = Some(Evidence { theory, environment, theorem, proof });
+                    }
+                    Err(rejected) => {
+                        found.remains = vec![format!("the kernel turned the proof down: {}", rejected.reason)]
+                    }
+                }
             }
             Answer::Open(gap) => {
                 found.remains = vec![
@@ -126,6 +132,19 @@ impl Run<'_, '_> {
             Err(failures) => failures.iter().map(ToString::to_string).collect(),
         }
     }
+}
+
+/// What is taken on trust where a system is proved to satisfy a property.
+const RUN: &str = "the run of the system as printed: its communications, its period and the closed forms";
+
+/// From a proof that the run matches the property, one that the system does; that it runs so is taken on trust.
+fn with_run(system: Term, run: &Term, matched: Proof) -> Proof {
+    let statement = Statement { left: system.clone(), ..matched.statement };
+    let mut script = Script { steps: matched.steps };
+    let last = script.steps.len().saturating_sub(1);
+    let trusted = script.push(Step::Trust(system, Connective::Refines, run.clone(), RUN.to_string()));
+    script.push(Step::Transitive(vec![trusted, last]));
+    script.finish(statement)
 }
 
 /// A refutation stands only with a run that replays in the executable meaning.
