@@ -236,8 +236,9 @@ impl Matcher<'_> {
         outcome.steady = BTreeMap::new();
         outcome.values = laid.values;
         // A run that is not known to its end has no term.
-        let known =
-            trajectory.open.is_empty() && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
+        let known = trajectory.open.is_empty()
+            && !matches!(trajectory.end, Some(End::Livelock { .. }))
+            && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
         outcome.trajectory_term = known.then(|| Term::seq(run));
         outcome.property_term = known.then(|| Term::seq(property));
         Ok(outcome)
