@@ -68,7 +68,7 @@ fn laws_print_and_parse_back() {
 
 #[test]
 fn layout_is_stable() {
-    let folders = [("rules", "rules"), ("examples", "pars"), ("tests/cases/syntax", "pars"), (".", "pars")];
+    let folders = [("rules", "rules"), ("examples", "pars"), ("tests/syntax", "pars"), (".", "pars")];
     for path in folders.into_iter().flat_map(|(folder, extension)| files(folder, extension)) {
         let text = std::fs::read_to_string(&path).unwrap();
         let once = format(&text).unwrap();
