@@ -25,9 +25,18 @@ const DIVISION_BUDGET: u64 = 5_000;
 type Form = Polynomial<Atom>;
 
 impl Assumptions {
-    /// Whether the value certainly does not have this sign.
-    pub(super) fn refutes(&self, value: &Value, sign: Signs) -> bool {
-        self.possible_signs(value, sign).and(sign).is_empty()
+    /// Whether some assumption is refuted by the others.
+    pub(super) fn inconsistent(&self) -> bool {
+        let mut systems = MOST_SYSTEMS;
+        let mut refuted =
+            |form: &Form, signs: &[Signs]| signs.iter().all(|sign| self.refutes_form(form, *sign, 1, &mut systems));
+        self.signs.values().any(|signs| signs.is_empty())
+            || self.constraints.iter().any(|constraint| match constraint.bound {
+                Bound::Zero => refuted(&constraint.form, &[Signs::ZERO]),
+                Bound::Positive => refuted(&constraint.form, &[Signs::POSITIVE]),
+                Bound::Nonnegative => refuted(&constraint.form, &[Signs::POSITIVE, Signs::ZERO]),
+            })
+            || self.nonzero.iter().any(|form| refuted(form, &[Signs::POSITIVE, Signs::NEGATIVE]))
     }
 
     /// The signs that the value may have; the search stops when they are all `wanted` or none is.
