@@ -33,3 +33,4 @@ pub mod simplify;
 pub mod rewrite;
 pub mod refine;
 pub mod prove;
+pub mod recurrence;

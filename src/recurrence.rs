@@ -1,0 +1,347 @@
+//! Exact closed forms of recurrences `x(n+1) = f(x(n))` in one variable, and the first n at which a goal is met.
+//!
+//! An affine map has one form, `x + n*d` or `limit + c^n*(x - limit)`. A map with `max`, `min` and `if` is affine in
+//! regions: the region of the start gives a form, which holds until its guards fail; the index at which they fail is
+//! found exactly, and there the next piece begins. Each form is checked, base and step, before it is returned.
+
+mod affine;
+mod region;
+mod search;
+
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::value::{Relation, Sort, Value, ValueError};
+use affine::affine_pieces;
+use region::{Guard, resolve};
+use search::{Entry, Interval, enter};
+
+/// What must hold for a result to be right.
+pub type Comparison = (Relation, Value, Value);
+
+/// A closed form by pieces.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Closed {
+    /// The variable of the recurrence, which a [`Goal::Holds`] is about.
+    pub variable: Name,
+    /// In order, without gaps, from 0.
+    pub pieces: Vec<Piece>,
+    /// What must hold for it to be right.
+    pub conditions: Vec<Comparison>,
+}
+
+/// One piece of a closed form.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// The first index.
+    pub from: Value,
+    /// The index after the last; none for the last piece.
+    pub until: Option<Value>,
+    /// The value at an index, counted from the start of the recurrence.
+    pub form: Value,
+}
+
+/// There is no closed form, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoClosedForm(pub String);
+
+/// What is asked of a sequence.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Goal {
+    /// It is equal to this.
+    Equals(Value),
+    /// Its distance from the first is at most the second.
+    Within(Value, Value),
+    /// A comparison of two expressions in the variable of the recurrence.
+    Holds(Relation, Value, Value),
+}
+
+/// When a goal is met first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// At this index and no earlier one, under conditions.
+    At(Value, Vec<Comparison>),
+    /// Never, and why.
+    Never(String),
+    /// Not known, and why.
+    Unknown(String),
+}
+
+/// The most pieces that a form may have.
+const MOST_PIECES: usize = 200;
+
+impl From<ValueError> for NoClosedForm {
+    fn from(error: ValueError) -> NoClosedForm {
+        NoClosedForm(error.0)
+    }
+}
+
+impl Closed {
+    /// The value at an index; `None` when it is not known in which piece the index lies.
+    pub fn at(&self, index: &Name, at: &Value, assumptions: &Assumptions) -> Option<Value> {
+        for piece in &self.pieces {
+            let here = match &piece.until {
+                None => true,
+                Some(until) => assumptions.decide(Relation::Lss, at, until)?,
+            };
+            if here {
+                return piece.form.with(index, at).ok();
+            }
+        }
+        None
+    }
+}
+
+/// A closed form of `x(n+1) = map(x(n))`, `x(0) = start`, in the index n.
+///
+/// # Errors
+/// When none is found, with what would have to be known.
+pub fn solve(
+    map: &Value,
+    variable: &Name,
+    start: &Value,
+    index: &Name,
+    assumptions: &Assumptions,
+) -> Result<Closed, NoClosedForm> {
+    if map.sort() != Sort::Real || start.sort() != Sort::Real {
+        return Err(NoClosedForm("closed forms are known of sequences of numbers only".to_string()));
+    }
+    let mut known = assumptions.clone();
+    known.assume_natural(index);
+    let map = known.simplify(map);
+    let mut closed = Closed { variable: variable.clone(), pieces: Vec::new(), conditions: Vec::new() };
+    if map.linear_in(variable).is_some() {
+        let pieces = affine_pieces(&map, variable, start, index, &known)?;
+        closed.pieces = pieces.0;
+        closed.conditions = pieces.1;
+        return Ok(closed);
+    }
+    Pieces { map, variable, index, known, closed, history: Vec::new() }.collect(start)
+}
+
+/// A piecewise form in the making.
+struct Pieces<'a> {
+    map: Value,
+    variable: &'a Name,
+    index: &'a Name,
+    known: Assumptions,
+    closed: Closed,
+    /// Where the pieces began, and with which values.
+    history: Vec<(Value, Value)>,
+}
+
+impl Pieces<'_> {
+    fn collect(mut self, start: &Value) -> Result<Closed, NoClosedForm> {
+        let mut from = Value::zero();
+        let mut value = self.known.simplify(start);
+        for _ in 0..MOST_PIECES {
+            if let Some(place) = self.history.iter().position(|(_, earlier)| *earlier == value) {
+                return self.periodic(place, &from);
+            }
+            self.history.push((from.clone(), value.clone()));
+            let Some((next, image)) = self.piece(&from, &value)? else { return Ok(self.closed) };
+            from = next;
+            value = image;
+        }
+        Err(NoClosedForm(format!("the guards of {} change more than {MOST_PIECES} times", self.map)))
+    }
+
+    /// The piece that begins here; where the next begins and with which value.
+    fn piece(&mut self, from: &Value, value: &Value) -> Result<Option<(Value, Value)>, NoClosedForm> {
+        let (local, guards) = resolve(&self.map, self.variable, value, &self.known)?;
+        if local.linear_in(self.variable).is_none() {
+            return Err(NoClosedForm(format!("{local} is not affine in {}", self.variable)));
+        }
+        let (pieces, conditions) = affine_pieces(&local, self.variable, value, self.index, &self.known)?;
+        for (relation, left, right) in &conditions {
+            self.known.assume(*relation, left, right);
+        }
+        self.closed.conditions.extend(conditions);
+        let Some((length, failed)) = self.length(&pieces, &guards)? else {
+            self.append(&pieces, from, None)?;
+            return Ok(None);
+        };
+        self.append(&pieces, from, Some(&length))?;
+        let local_form = Closed { variable: self.variable.clone(), pieces, conditions: Vec::new() };
+        let Some(image) = local_form.at(self.index, &length, &self.known) else {
+            return Err(NoClosedForm(format!("it must be known which piece holds at {length}")));
+        };
+        let failing = failed.value.with(self.variable, &image)?;
+        self.known.assume(failed.relation.negated(), &failing, &Value::zero());
+        Ok(Some((from.add(&length)?, self.known.simplify(&image))))
+    }
+
+    /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
+    fn length(&mut self, pieces: &[Piece], guards: &[Guard]) -> Result<Option<(Value, Guard)>, NoClosedForm> {
+        let local = Closed { variable: self.variable.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
+        let mut least: Option<(Value, Guard)> = None;
+        for guard in guards {
+            let goal = Goal::Holds(guard.relation.negated(), guard.value.clone(), Value::zero());
+            match first(&local, self.index, &goal, &self.known) {
+                Reach::Never(_) => {}
+                Reach::Unknown(reason) => return Err(NoClosedForm(reason)),
+                Reach::At(at, conditions) => {
+                    for (relation, left, right) in &conditions {
+                        self.known.assume(*relation, left, right);
+                    }
+                    self.closed.conditions.extend(conditions);
+                    let sooner = match &least {
+                        None => true,
+                        Some((other, _)) => self
+                            .known
+                            .decide(Relation::Lss, &at, other)
+                            .ok_or_else(|| NoClosedForm(format!("it must be known whether {at} < {other}")))?,
+                    };
+                    if sooner {
+                        least = Some((at, guard.clone()));
+                    }
+                }
+            }
+        }
+        Ok(least)
+    }
+
+    /// Adds forms that count from `from`, up to `length` steps after it.
+    fn append(&mut self, pieces: &[Piece], from: &Value, length: Option<&Value>) -> Result<(), NoClosedForm> {
+        let shifted = Value::variable(self.index).sub(from)?;
+        for piece in pieces {
+            if let Some(length) = length
+                && self.known.decide(Relation::Gte, &piece.from, length) == Some(true)
+            {
+                break;
+            }
+            let until = match (&piece.until, length) {
+                (Some(until), Some(length)) => {
+                    if self.known.decide(Relation::Lte, until, length) == Some(true) {
+                        Some(until)
+                    } else {
+                        Some(length)
+                    }
+                }
+                (until, length) => until.as_ref().or(length),
+            };
+            self.closed.pieces.push(Piece {
+                from: from.add(&piece.from)?,
+                until: until.map(|until| from.add(until)).transpose()?,
+                form: piece.form.with(self.index, &shifted)?,
+            });
+        }
+        Ok(())
+    }
+
+    /// The value at `from` was there before: of two values in turn there is a form, with `(-1)^n`.
+    fn periodic(mut self, place: usize, from: &Value) -> Result<Closed, NoClosedForm> {
+        let since = self.history[place].0.clone();
+        let period = from.sub(&since)?;
+        let mut values = Vec::new();
+        for step in 0..2 {
+            let at = since.add(&Value::integer(step))?;
+            values.extend(self.closed.at(self.index, &at, &self.known));
+        }
+        let ([first, second], true) = (values.as_slice(), period == Value::integer(2)) else {
+            return Err(NoClosedForm(format!("from n = {since} on it goes round in {period} steps")));
+        };
+        let half = Value::fraction(1, 2)?;
+        let (middle, swing) = (first.add(second)?.mul(&half)?, first.sub(second)?.mul(&half)?);
+        let turn = Value::integer(-1).power(&Value::variable(self.index).sub(&since)?)?;
+        self.closed.pieces.retain(|piece| self.known.decide(Relation::Lss, &piece.from, &since) == Some(true));
+        self.closed.pieces.push(Piece { from: since, until: None, form: middle.add(&swing.mul(&turn)?)? });
+        Ok(self.closed)
+    }
+}
+
+/// The least index at which a goal is met.
+pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptions) -> Reach {
+    let mut known = assumptions.clone();
+    known.assume_natural(index);
+    let mut reason = "there is no piece".to_string();
+    for piece in &closed.pieces {
+        match in_piece(piece, closed, index, goal, &known) {
+            Ok(Reach::Never(why)) => reason = why,
+            Ok(other) => return other,
+            Err(error) => return Reach::Unknown(error.0),
+        }
+    }
+    Reach::Never(reason)
+}
+
+/// The least index of a piece at which a goal is met.
+fn in_piece(
+    piece: &Piece,
+    closed: &Closed,
+    index: &Name,
+    goal: &Goal,
+    known: &Assumptions,
+) -> Result<Reach, NoClosedForm> {
+    let entry = |value: Value, interval: Interval, from: &Value, until: Option<&Value>| {
+        enter(&Entry { value, interval, from, until, form: &piece.form, index, known })
+    };
+    let until = piece.until.as_ref();
+    let (relation, difference) = match goal {
+        Goal::Equals(wanted) => {
+            return entry(piece.form.sub(wanted)?, Interval::of(Relation::Eq), &piece.from, until);
+        }
+        Goal::Within(center, tolerance) => {
+            let interval = Interval::between(tolerance.neg()?, tolerance.clone());
+            return entry(piece.form.sub(center)?, interval, &piece.from, until);
+        }
+        Goal::Holds(relation, left, right) => (*relation, left.sub(right)?),
+    };
+    if relation == Relation::Neq {
+        return differs(&difference.with(&closed.variable, &piece.form)?, piece, index, known);
+    }
+    // The comparison is affine in regions of the variable: one after the other, as the sequence passes through them.
+    let mut from = piece.from.clone();
+    for _ in 0..MOST_PIECES {
+        let here = known.simplify(&piece.form.with(index, &from)?);
+        let (affine, guards) = resolve(&difference, &closed.variable, &here, known)?;
+        let mut end = piece.until.clone();
+        let mut beyond = None;
+        for guard in guards {
+            let value = guard.value.with(&closed.variable, &piece.form)?;
+            match entry(value, Interval::of(guard.relation.negated()), &from, end.as_ref())? {
+                Reach::At(at, conditions) if conditions.is_empty() => {
+                    beyond = Some(at.clone());
+                    end = Some(at);
+                }
+                Reach::Never(_) => {}
+                Reach::At(at, _) => return Ok(Reach::Unknown(format!("it must be known whether {at} is an integer"))),
+                unknown => return Ok(unknown),
+            }
+        }
+        let value = affine.with(&closed.variable, &piece.form)?;
+        match (entry(value, Interval::of(relation), &from, end.as_ref())?, beyond) {
+            (Reach::Never(_), Some(next)) => from = next,
+            (found, _) => return Ok(found),
+        }
+    }
+    Ok(Reach::Unknown("the comparison changes its form too often".to_string()))
+}
+
+/// The least index of a piece at which a value is not 0.
+fn differs(value: &Value, piece: &Piece, index: &Name, known: &Assumptions) -> Result<Reach, NoClosedForm> {
+    if !value.mentions(index) {
+        return Ok(match known.decide(Relation::Neq, value, &Value::zero()) {
+            Some(true) => Reach::At(piece.from.clone(), Vec::new()),
+            Some(false) => Reach::Never(format!("it stays {}", piece.form)),
+            None => Reach::Unknown(format!("it must be known whether {value} = 0")),
+        });
+    }
+    let mut at = piece.from.clone();
+    // Two equal values in a row would be values of a constant sequence, or of one that came to rest.
+    for _ in 0..2 {
+        if let Some(until) = &piece.until {
+            match known.decide(Relation::Lss, &at, until) {
+                Some(true) => {}
+                Some(false) => return Ok(Reach::Never("it stays the same in this piece".to_string())),
+                None => return Ok(Reach::Unknown(format!("it must be known whether {at} < {until}"))),
+            }
+        }
+        let here = value.with(index, &at)?;
+        match known.decide(Relation::Neq, &here, &Value::zero()) {
+            Some(true) => return Ok(Reach::At(at, Vec::new())),
+            Some(false) => at = at.add(&Value::one())?,
+            None => return Ok(Reach::Unknown(format!("it must be known whether {here} = 0"))),
+        }
+    }
+    Ok(Reach::Unknown(format!("when {value} differs from 0 first")))
+}
