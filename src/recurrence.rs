@@ -12,7 +12,7 @@ use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Sort, Value, ValueError};
 use affine::affine_pieces;
-use region::{Guard, resolve};
+use region::{Guard, resolve, solutions};
 use search::{Entry, Interval, enter};
 
 /// What must hold for a result to be right.
@@ -272,49 +272,56 @@ fn in_piece(
     goal: &Goal,
     known: &Assumptions,
 ) -> Result<Reach, NoClosedForm> {
-    let entry = |value: Value, interval: Interval, from: &Value, until: Option<&Value>| {
+    let entry = |value: Value, interval: Interval| {
+        let (from, until) = (&piece.from, piece.until.as_ref());
         enter(&Entry { value, interval, from, until, form: &piece.form, index, known })
     };
-    let until = piece.until.as_ref();
     let (relation, difference) = match goal {
         Goal::Equals(wanted) => {
-            return entry(piece.form.sub(wanted)?, Interval::of(Relation::Eq), &piece.from, until);
+            return entry(piece.form.sub(wanted)?, Interval::of(Relation::Eq));
         }
         Goal::Within(center, tolerance) => {
             let interval = Interval::between(tolerance.neg()?, tolerance.clone());
-            return entry(piece.form.sub(center)?, interval, &piece.from, until);
+            return entry(piece.form.sub(center)?, interval);
         }
         Goal::Holds(relation, left, right) => (*relation, left.sub(right)?),
     };
     if relation == Relation::Neq {
         return differs(&difference.with(&closed.variable, &piece.form)?, piece, index, known);
     }
-    // The comparison is affine in regions of the variable: one after the other, as the sequence passes through them.
-    let mut from = piece.from.clone();
-    for _ in 0..MOST_PIECES {
-        let here = known.simplify(&piece.form.with(index, &from)?);
-        let (affine, guards) = resolve(&difference, &closed.variable, &here, known)?;
-        let mut end = piece.until.clone();
-        let mut beyond = None;
-        for guard in guards {
-            let value = guard.value.with(&closed.variable, &piece.form)?;
-            match entry(value, Interval::of(guard.relation.negated()), &from, end.as_ref())? {
-                Reach::At(at, conditions) if conditions.is_empty() => {
-                    beyond = Some(at.clone());
-                    end = Some(at);
-                }
-                Reach::Never(_) => {}
-                Reach::At(at, _) => return Ok(Reach::Unknown(format!("it must be known whether {at} is an integer"))),
-                unknown => return Ok(unknown),
-            }
-        }
-        let value = affine.with(&closed.variable, &piece.form)?;
-        match (entry(value, Interval::of(relation), &from, end.as_ref())?, beyond) {
-            (Reach::Never(_), Some(next)) => from = next,
-            (found, _) => return Ok(found),
-        }
+    if difference.linear_in(&closed.variable).is_some() {
+        return entry(difference.with(&closed.variable, &piece.form)?, Interval::of(relation));
     }
-    Ok(Reach::Unknown("the comparison changes its form too often".to_string()))
+    earliest(&solutions(&difference, &closed.variable, relation, known)?, piece, index, known)
+}
+
+/// The least index of a piece at which the sequence lies in one of the intervals.
+fn earliest(intervals: &[Interval], piece: &Piece, index: &Name, known: &Assumptions) -> Result<Reach, NoClosedForm> {
+    let (from, until) = (&piece.from, piece.until.as_ref());
+    let mut best = Reach::Never(format!("it is never met from n = {from} on"));
+    for interval in intervals {
+        let (value, interval) = (piece.form.clone(), interval.clone());
+        let found = enter(&Entry { value, interval, from, until, form: &piece.form, index, known })?;
+        best = match (best, found) {
+            (_, Reach::At(at, conditions)) if at == *from && conditions.is_empty() => {
+                return Ok(Reach::At(at, conditions));
+            }
+            (Reach::Unknown(why), _) | (_, Reach::Unknown(why)) => Reach::Unknown(why),
+            (Reach::Never(_), found) => found,
+            (best, Reach::Never(_)) => best,
+            (Reach::At(one, first), Reach::At(other, second)) => {
+                match (first.is_empty() && second.is_empty())
+                    .then(|| known.decide(Relation::Lte, &one, &other))
+                    .flatten()
+                {
+                    Some(true) => Reach::At(one, first),
+                    Some(false) => Reach::At(other, second),
+                    None => Reach::Unknown(format!("it must be known whether {one} <= {other}")),
+                }
+            }
+        };
+    }
+    Ok(best)
 }
 
 /// The least index of a piece at which a value is not 0.

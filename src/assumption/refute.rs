@@ -183,10 +183,7 @@ impl Assumptions {
                 above.chain([least(own.clone())]).collect()
             }
             Atom::Positive(_) => vec![least(own.clone()), least(one.minus(&own))],
-            Atom::Floor(inner) => whole(inner).map_or_else(Vec::new, |inner| {
-                let below = own.plus(&one).minus(&inner);
-                vec![least(inner.minus(&own)), Constraint { form: below, bound: Bound::Positive }]
-            }),
+            Atom::Floor(inner) => self.facts_of_floor(&own, inner),
             Atom::Root(inner) => {
                 let mut found = vec![least(own.clone())];
                 if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
@@ -197,6 +194,23 @@ impl Assumptions {
             }
             Atom::Power(base, exponent) => self.facts_of_power(&own, base, exponent),
         }
+    }
+
+    /// `floor(x/d)*d <= x < floor(x/d)*d + d` for `d > 0`.
+    fn facts_of_floor(&self, own: &Form, inner: &Value) -> Vec<Constraint> {
+        let Some((top, below)) = inner.polynomials() else { return Vec::new() };
+        let signs = self.quick_signs(below);
+        let (top, below) = if signs.within(Signs::POSITIVE) {
+            (top.clone(), below.clone())
+        } else if signs.within(Signs::NEGATIVE) {
+            (Polynomial::zero().minus(top), Polynomial::zero().minus(below))
+        } else {
+            return Vec::new();
+        };
+        let Some(floor) = own.times(&below) else { return Vec::new() };
+        let rest = top.minus(&floor);
+        let least = Constraint { form: rest.clone(), bound: Bound::Nonnegative };
+        vec![least, Constraint { form: below.minus(&rest), bound: Bound::Positive }]
     }
 
     /// `b^n >= 1` for `b >= 1`, `b^n >= b` then for `n >= 1`, and `b^n <= 1` for `0 <= b <= 1`.

@@ -11,6 +11,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::affine::{Shape, shape};
+use super::region::unknown;
 use super::{Comparison, NoClosedForm, Reach};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -46,6 +47,64 @@ impl Interval {
         Interval { low: Some((low, false)), high: Some((high, false)) }
     }
 
+    /// What is between two values, neither of them included.
+    pub(super) fn inside(low: Option<Value>, high: Option<Value>) -> Interval {
+        Interval { low: low.map(|low| (low, true)), high: high.map(|high| (high, true)) }
+    }
+
+    /// The part of an open interval where an affine expression stands in the relation to 0.
+    pub(super) fn where_affine(
+        self,
+        affine: &Value,
+        variable: &Name,
+        relation: Relation,
+        known: &Assumptions,
+    ) -> Result<Option<Interval>, NoClosedForm> {
+        let Some((factor, rest)) = affine.linear_in(variable) else {
+            return Err(NoClosedForm(format!("{affine} is not affine in {variable}")));
+        };
+        let zero = Value::zero();
+        if known.decide(Relation::Eq, &factor, &zero) == Some(true) {
+            let holds = known.decide(relation, &rest, &zero).ok_or_else(|| unknown(relation, &rest, &zero))?;
+            return Ok(holds.then_some(self));
+        }
+        let positive = known.decide(Relation::Gtr, &factor, &zero) == Some(true);
+        if !positive && known.decide(Relation::Lss, &factor, &zero) != Some(true) {
+            return Err(unknown(Relation::Gtr, &factor, &zero));
+        }
+        let wanted = Interval::of(relation).pulled_back(&rest, &factor, positive)?;
+        // The tighter of two bounds; where they are equal the open one, which is that of the interval itself.
+        let tighter = |own: &Option<(Value, bool)>, other: &Option<(Value, bool)>, tight: Relation| match (own, other) {
+            (Some((a, _)), Some((b, _))) => match known.decide(tight, a, b) {
+                Some(true) => Ok(own.clone()),
+                Some(false) => Ok(other.clone()),
+                None => Err(unknown(tight, a, b)),
+            },
+            (own, other) => Ok(own.clone().or(other.clone())),
+        };
+        let low = tighter(&self.low, &wanted.low, Relation::Gte)?;
+        let high = tighter(&self.high, &wanted.high, Relation::Lte)?;
+        if let (Some((low, first)), Some((high, second))) = (&low, &high) {
+            let relation = if *first || *second { Relation::Lss } else { Relation::Lte };
+            match known.decide(relation, low, high) {
+                Some(true) => {}
+                Some(false) => return Ok(None),
+                None => return Err(unknown(relation, low, high)),
+            }
+        }
+        Ok(Some(Interval { low, high }))
+    }
+
+    /// The union with an interval that begins where this one ends; else this one.
+    pub(super) fn joined(self, next: &Interval) -> Result<Interval, Interval> {
+        match (&self.high, &next.low) {
+            (Some((end, first)), Some((begin, second))) if end == begin && !(*first && *second) => {
+                Ok(Interval { low: self.low, high: next.high.clone() })
+            }
+            _ => Err(self),
+        }
+    }
+
     /// The interval of y where `base + factor*y` lies in this one; the factor is positive or negative.
     fn pulled_back(&self, base: &Value, factor: &Value, positive: bool) -> Result<Interval, NoClosedForm> {
         let back = |bound: &Option<(Value, bool)>| -> Result<Option<(Value, bool)>, NoClosedForm> {
@@ -68,6 +127,9 @@ impl Interval {
 
     /// Whether a value lies in it.
     fn holds(&self, value: &Value, known: &Assumptions) -> Option<bool> {
+        if let (Some((wanted, _)), true) = (&self.low, self.is_point()) {
+            return known.decide(Relation::Eq, value, wanted);
+        }
         let above = self
             .low
             .as_ref()
@@ -81,11 +143,6 @@ impl Interval {
             (Some(true), Some(true)) => Some(true),
             _ => None,
         }
-    }
-
-    fn closed(&self) -> Interval {
-        let open = |bound: &Option<(Value, bool)>| bound.as_ref().map(|(value, _)| (value.clone(), false));
-        Interval { low: open(&self.low), high: open(&self.high) }
     }
 
     fn is_point(&self) -> bool {
