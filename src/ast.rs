@@ -27,6 +27,7 @@ pub struct Item {
 
 /// The items of the language.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly every one is of the large kind")]
 pub enum ItemKind {
     /// `param t > 0, p0, n : natural`
     Param(Vec<Parameter>),
@@ -91,6 +92,7 @@ pub struct Claim {
 
 /// What is claimed.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly every one is of the large kind")]
 pub enum ClaimKind {
     /// `P = Q when … by …`, `P <= Q …`
     Compare {

@@ -322,7 +322,7 @@ impl Lexer<'_> {
     fn number(&mut self) {
         let start = self.position;
         let mut count = self.digits();
-        if self.rest().starts_with('.') && self.rest().bytes().nth(1).is_some_and(|byte| byte.is_ascii_digit()) {
+        if self.rest().starts_with('.') && self.rest().as_bytes().get(1).is_some_and(u8::is_ascii_digit) {
             self.position += 1;
             count += self.digits();
         }

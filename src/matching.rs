@@ -166,7 +166,8 @@ fn window(
     let lengths: Vec<usize> = match (at, rest.is_empty(), parts.len()) {
         (Place::Inside, true, all) => vec![all],
         (Place::Inside, false, all) => (0..=all).collect(),
-        (_, true, 0) => vec![0],
+        (_, true, 0) if state.empty => vec![0],
+        (_, true, 0) => return false,
         (_, true, 1) => vec![1],
         (_, true, all) => vec![all, 1],
         (_, false, 0) => return false,
@@ -206,7 +207,7 @@ fn choose(
     let position = wanted.iter().position(|pattern| plain_meta(pattern).is_none());
     let next = match position {
         Some(position) => position,
-        None if wanted.is_empty() => return !(all && !parts.is_empty()) && found(state, parts.to_vec()),
+        None if wanted.is_empty() => return (!all || parts.is_empty()) && found(state, parts.to_vec()),
         None => wanted
             .iter()
             .position(|pattern| plain_meta(pattern).is_some_and(|name| state.found.processes.contains_key(&name)))

@@ -170,10 +170,9 @@ impl<'t> Parser<'t> {
         let before = self.position.checked_sub(1).and_then(|index| self.tokens.get(index));
         let dashed = before.is_some_and(|token| token.kind == Kind::Minus && token.span.end == self.token().span.start);
         let after = self.ahead(1);
-        keyword.begins_item()
-            && !dashed
-            && !close(self.token(), after, Kind::Minus)
-            && !(keyword == Keyword::Observer && after.kind == Kind::OpenRound)
+        let in_name = dashed || close(self.token(), after, Kind::Minus);
+        let condition = keyword == Keyword::Observer && after.kind == Kind::OpenRound;
+        keyword.begins_item() && !in_name && !condition
     }
 
     fn ahead(&self, count: usize) -> Token {
@@ -229,7 +228,7 @@ impl<'t> Parser<'t> {
     }
 
     /// Takes a token of this kind, or reports that `what` was expected.
-    fn expect(&mut self, kind: Kind, what: &str) -> Parse<Token> {
+    fn require(&mut self, kind: Kind, what: &str) -> Parse<Token> {
         if self.at(kind) { Ok(self.advance()) } else { self.unexpected(what) }
     }
 
@@ -312,7 +311,7 @@ impl<'t> Parser<'t> {
             if self.accept(close) {
                 return Ok(all);
             }
-            self.expect(Kind::Comma, what)?;
+            self.require(Kind::Comma, what)?;
         }
     }
 }

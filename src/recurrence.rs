@@ -68,6 +68,8 @@ pub enum Reach {
 
 /// The most pieces that a form may have.
 const MOST_PIECES: usize = 200;
+/// The indices that are tried one by one where there is no better way.
+const MOST_TRIED: i64 = 500;
 
 impl From<ValueError> for NoClosedForm {
     fn from(error: ValueError) -> NoClosedForm {
@@ -257,11 +259,35 @@ pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptio
     for piece in &closed.pieces {
         match in_piece(piece, closed, index, goal, &known) {
             Ok(Reach::Never(why)) => reason = why,
-            Ok(other) => return other,
-            Err(error) => return Reach::Unknown(error.0),
+            Ok(Reach::Unknown(why)) | Err(NoClosedForm(why)) => {
+                return tried(closed, index, goal, &known).unwrap_or(Reach::Unknown(why));
+            }
+            Ok(found) => return found,
         }
     }
     Reach::Never(reason)
+}
+
+/// The first index at which the goal is decided to hold, where it is decided not to at all earlier ones.
+fn tried(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Option<Reach> {
+    for number in 0..MOST_TRIED {
+        let at = Value::integer(number);
+        let value = closed.at(index, &at, known)?;
+        let met = match goal {
+            Goal::Equals(wanted) => known.decide(Relation::Eq, &value, wanted)?,
+            Goal::Within(center, tolerance) => {
+                known.decide(Relation::Lte, &value.sub(center).ok()?.abs().ok()?, tolerance)?
+            }
+            Goal::Holds(relation, left, right) => {
+                let [left, right] = [left, right].map(|side| side.with(&closed.variable, &value).ok());
+                known.decide(*relation, &left?, &right?)?
+            }
+        };
+        if met {
+            return Some(Reach::At(at, Vec::new()));
+        }
+    }
+    None
 }
 
 /// The least index of a piece at which a goal is met.

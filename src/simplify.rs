@@ -104,6 +104,9 @@ impl<'a> Simplifier<'a> {
 
     /// Values under the assumptions, then each part; nothing if nothing changed.
     fn parts(&mut self, term: &Term) -> Option<Simplified> {
+        if let Some(halves) = halves(term) {
+            return self.two(term, &halves);
+        }
         let valued = self.values(term);
         let term = valued.as_ref().map_or(term, |valued| &valued.term).clone();
         let mut shape = Vec::new();
@@ -132,6 +135,23 @@ impl<'a> Simplifier<'a> {
             None => step,
         };
         Some(Simplified { term: result, step })
+    }
+
+    /// A long sequence half by half: what collapses does so without the whole being built again for each law.
+    fn two(&mut self, term: &Term, halves: &[Term; 2]) -> Option<Simplified> {
+        let simple = [self.simplify(&halves[0]), self.simplify(&halves[1])];
+        if simple[0].term == halves[0] && simple[1].term == halves[1] {
+            return None;
+        }
+        let join = |one: Term, two: Term| match term.node() {
+            Node::Par(_) => Term::par([one, two]),
+            Node::Disable(_) => Term::disable([one, two]),
+            _ => Term::seq([one, two]),
+        };
+        let shape = join(Term::meta(&hole(1)), Term::meta(&hole(2)));
+        let step = self.script.push(Step::Congruence(shape, vec![simple[0].step, simple[1].step]));
+        let [one, two] = simple;
+        Some(Simplified { term: join(one.term, two.term), step })
     }
 
     fn values(&mut self, term: &Term) -> Option<Simplified> {
@@ -223,6 +243,24 @@ impl<'a> Simplifier<'a> {
         found
     }
 }
+
+/// The two halves of a long list of parts; nothing for a short one.
+fn halves(term: &Term) -> Option<[Term; 2]> {
+    type Join = fn(Vec<Term>) -> Term;
+    let (parts, join): (&[Term], Join) = match term.node() {
+        Node::Seq(parts) => (parts, Term::seq),
+        Node::Par(parts) => (parts, Term::par),
+        Node::Disable(parts) => (parts, Term::disable),
+        _ => return None,
+    };
+    (parts.len() > LONG).then(|| {
+        let (one, two) = parts.split_at(parts.len() / 2);
+        [join(one.to_vec()), join(two.to_vec())]
+    })
+}
+
+/// From this many parts on a list is simplified half by half.
+const LONG: usize = 16;
 
 /// A law `P op unit = P`: `P ; Stop`, `Stop ; P`, `P # Idle`, `P | Abort`.
 pub fn is_unit(law: &Law) -> bool {

@@ -237,10 +237,10 @@ proptest! {
     fn the_normal_form_keeps_the_value(shape in shape(), x in -6..7i64, y in -6..7i64, n in 0..4i64) {
         let point = images(x, y, n);
         let names = |name: &Name| point.get(name).cloned();
-        if let (Some(whole), Some(direct)) = (build(&shape), evaluate(&shape, &names)) {
-            if let Ok(value) = whole.substitute(&point) {
-                prop_assert_eq!(value, direct, "{} at {:?}", whole, point);
-            }
+        if let (Some(whole), Some(direct)) = (build(&shape), evaluate(&shape, &names))
+            && let Ok(value) = whole.substitute(&point)
+        {
+            prop_assert_eq!(value, direct, "{} at {:?}", whole, point);
         }
     }
 }

@@ -401,3 +401,25 @@ fn the_embedded_files_are_those_of_the_repository() {
         rules.filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|end| end == "rules")).count();
     assert_eq!(count + 1, pars::library::FILES.len());
 }
+
+#[test]
+fn every_error_code_is_explained() {
+    let mut used = std::collections::BTreeSet::new();
+    let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            let codes = text.split('"').filter(|part| part.len() == 5 && part.starts_with('P'));
+            used.extend(
+                codes.filter(|code| code.bytes().skip(1).all(|byte| byte.is_ascii_digit())).map(str::to_string),
+            );
+        }
+    }
+    let explained: std::collections::BTreeSet<String> = pars::codes::all().map(|(code, _)| code.to_string()).collect();
+    assert_eq!(used, explained);
+}

@@ -7,11 +7,15 @@ use super::flow::names;
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
 use super::{BASIC, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System};
+use crate::assumption::Assumptions;
 use crate::ast::{self, Header, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::Term;
 use crate::value::{Relation, Value};
+
+/// More comparisons than this are not assumed: what follows from them is decided anew for every claim.
+const MOST_ASSUMPTIONS: usize = 1000;
 
 /// A text whose declarations have been taken in; see [`Environment::open`].
 #[derive(Debug, Default)]
@@ -342,6 +346,7 @@ impl Environment {
 
     fn assume_all(&mut self, parameters: &[Parameter]) -> Result<(), Vec<Diagnostic>> {
         let mut assumptions = self.assumptions.clone();
+        let mut count = assumptions.iter().count();
         let mut lowerer = Lowerer::new(self, Metas::Forbidden);
         for parameter in parameters {
             match parameter {
@@ -354,8 +359,17 @@ impl Environment {
                     let (Some(one), Some(other), false) = (one, other, given) else {
                         continue;
                     };
+                    count += 1;
+                    if count > MOST_ASSUMPTIONS {
+                        let text = format!("more than {MOST_ASSUMPTIONS} assumptions");
+                        lowerer
+                            .report(Diagnostic::error("P0323", text).label(left.span.to(right.span), "one too many"));
+                        break;
+                    }
+                    let near = related(&assumptions, &(&one.variables() | &other.variables()));
+                    let refuted = near.decide(*relation, &one, &other) == Some(false);
                     assumptions.assume(*relation, &one, &other);
-                    if assumptions.contradictory() {
+                    if refuted {
                         lowerer.report(
                             Diagnostic::error("P0321", "this contradicts what is assumed already")
                                 .label(left.span.to(right.span), "cannot hold as well")
@@ -370,6 +384,23 @@ impl Environment {
         lowerer.finish(Some(()))?;
         self.assumptions = assumptions;
         Ok(())
+    }
+}
+
+/// What is assumed of these variables and of all that are compared with them, directly or by way of others.
+fn related(assumptions: &Assumptions, variables: &BTreeSet<Name>) -> Assumptions {
+    let facts: Vec<BTreeSet<Name>> = assumptions.iter().map(|(_, value)| value.variables()).collect();
+    let mut near = variables.clone();
+    loop {
+        let before = near.len();
+        for fact in &facts {
+            if !fact.is_disjoint(&near) {
+                near.extend(fact.iter().cloned());
+            }
+        }
+        if near.len() == before {
+            return assumptions.without(&(&assumptions.variables() - &near));
+        }
     }
 }
 

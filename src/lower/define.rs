@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::declare::Opening;
-use super::graph::{callees, cycles};
+use super::graph::{callees, callees_first, cycles};
 use super::scope::{Lowerer, Metas};
 use super::{Class, Entity, Environment, Flow, Signature};
 use crate::ast::{Header, Item, ItemKind, Term as Written, TermKind};
@@ -11,6 +11,9 @@ use crate::definition::Definition;
 use crate::diagnostic::Diagnostic;
 use crate::name::Name;
 use crate::term::Term;
+
+/// A process that binds more names than this, itself and by what it calls, is refused.
+const MOST_RESULTS: usize = 200;
 
 /// A definition on its way.
 struct Draft<'i, 'e> {
@@ -66,26 +69,28 @@ impl Environment {
     fn announce_bindings(&mut self, found: &[(usize, &Header, &Written)]) {
         let mut binds: BTreeMap<Name, BTreeSet<Name>> = BTreeMap::new();
         let mut callers: BTreeMap<Name, Vec<Name>> = BTreeMap::new();
+        let mut edges: BTreeMap<Name, BTreeSet<Name>> = BTreeMap::new();
         for (_, header, written) in found {
-            let (own, called) = direct(written);
-            let mut own: BTreeSet<Name> = own;
-            for callee in called {
-                if let Some(Entity::Process(signature)) = self.entity(&callee) {
+            let name = &header.name.name;
+            let (mut own, called) = direct(written);
+            for callee in &called {
+                if let Some(Entity::Process(signature)) = self.entity(callee) {
                     own.extend(signature.flow.binds.iter().cloned());
                 }
-                callers.entry(callee).or_default().push(header.name.name.clone());
+                callers.entry(callee.clone()).or_default().push(name.clone());
             }
-            binds.insert(header.name.name.clone(), own);
+            binds.insert(name.clone(), own);
+            edges.insert(name.clone(), called);
         }
-        let mut waiting: VecDeque<Name> = binds.keys().cloned().collect();
+        let mut waiting: VecDeque<Name> = callees_first(&edges).into();
         while let Some(name) = waiting.pop_front() {
-            let Some(names) = binds.get(&name).cloned() else {
-                continue;
-            };
+            let Some(names) = binds.get(&name).cloned() else { continue };
             for caller in callers.get(&name).into_iter().flatten() {
                 let Some(into) = binds.get_mut(caller) else { continue };
                 let before = into.len();
-                into.extend(names.iter().cloned());
+                if before <= MOST_RESULTS {
+                    into.extend(names.iter().cloned());
+                }
                 if into.len() > before {
                     waiting.push_back(caller.clone());
                 }
@@ -142,6 +147,15 @@ fn draft<'i, 'e>(
     let mut lowerer = Lowerer::new(environment, Metas::Forbidden);
     lowerer.settled = false;
     lowerer.parameters(&header.parameters);
+    let bound = match environment.entity(&header.name.name) {
+        Some(Entity::Process(signature)) => signature.flow.binds.len(),
+        _ => 0,
+    };
+    if bound > MOST_RESULTS {
+        let text = format!("`{}` binds more than {MOST_RESULTS} names, itself and by what it calls", header.name.name);
+        lowerer.report(Diagnostic::error("P0508", text).label(header.name.span, "this process"));
+        return Draft { index, header, written, lowerer, body: None, flow: Flow::default() };
+    }
     lowerer.bind(&[written]);
     let body = lowerer.process(written);
     Draft { index, header, written, lowerer, body, flow: Flow::default() }
@@ -151,13 +165,19 @@ fn draft<'i, 'e>(
 fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
     let mut flows: BTreeMap<Name, Flow> = BTreeMap::new();
     let mut callers: BTreeMap<Name, Vec<usize>> = BTreeMap::new();
-    for (position, draft) in drafts.iter().enumerate() {
-        flows.insert(draft.header.name.name.clone(), Flow::default());
-        for callee in direct(draft.written).1 {
-            callers.entry(callee).or_default().push(position);
+    let mut edges: BTreeMap<Name, BTreeSet<Name>> = BTreeMap::new();
+    let mut places: BTreeMap<Name, usize> = BTreeMap::new();
+    for (position, draft) in drafts.iter().enumerate().filter(|(_, draft)| draft.body.is_some()) {
+        let called = direct(draft.written).1;
+        for callee in &called {
+            callers.entry(callee.clone()).or_default().push(position);
         }
+        flows.insert(draft.header.name.name.clone(), Flow::default());
+        places.insert(draft.header.name.name.clone(), position);
+        edges.insert(draft.header.name.name.clone(), called);
     }
-    let mut waiting: VecDeque<usize> = (0..drafts.len()).collect();
+    let mut waiting: VecDeque<usize> =
+        callees_first(&edges).iter().filter_map(|name| places.get(name).copied()).collect();
     let mut queued: BTreeSet<usize> = waiting.iter().copied().collect();
     while let Some(position) = waiting.pop_front() {
         queued.remove(&position);

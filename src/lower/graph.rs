@@ -48,12 +48,21 @@ pub(super) fn ports(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
 
 /// The names that stand on a cycle of the graph, each with a number that those of the same cycle share.
 pub(super) fn cycles(edges: &BTreeMap<Name, BTreeSet<Name>>) -> BTreeMap<Name, usize> {
-    let mut search =
-        Search { edges, order: BTreeMap::new(), low: BTreeMap::new(), open: Vec::new(), on: BTreeMap::new() };
+    search(edges).on
+}
+
+/// The names of the graph, each after those it leads to, as far as cycles allow.
+pub(super) fn callees_first(edges: &BTreeMap<Name, BTreeSet<Name>>) -> Vec<Name> {
+    search(edges).closed
+}
+
+fn search(edges: &BTreeMap<Name, BTreeSet<Name>>) -> Search<'_> {
+    let (order, low) = (BTreeMap::new(), BTreeMap::new());
+    let mut search = Search { edges, order, low, open: Vec::new(), on: BTreeMap::new(), closed: Vec::new() };
     for name in edges.keys() {
         search.visit(name);
     }
-    search.on
+    search
 }
 
 /// Tarjan's search for strongly connected components, without recursion.
@@ -63,6 +72,7 @@ struct Search<'g> {
     low: BTreeMap<&'g Name, usize>,
     open: Vec<&'g Name>,
     on: BTreeMap<Name, usize>,
+    closed: Vec<Name>,
 }
 
 impl<'g> Search<'g> {
@@ -120,6 +130,7 @@ impl<'g> Search<'g> {
                 break;
             }
         }
+        self.closed.extend(component.iter().map(|name| (*name).clone()));
         let itself = self.edges.get(root).is_some_and(|next| next.contains(root));
         if component.len() > 1 || itself {
             self.on.extend(component.into_iter().map(|name| (name.clone(), number)));

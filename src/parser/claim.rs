@@ -115,7 +115,7 @@ impl Parser<'_> {
         while !self.at(Kind::CloseCurly) {
             let start = self.token().span.start;
             let connective = self.connective("`= {law} P`, or `}` to end the calculation")?;
-            self.expect(Kind::OpenCurly, "`{` and the laws of this step")?;
+            self.require(Kind::OpenCurly, "`{` and the laws of this step")?;
             let laws = self.list(Kind::CloseCurly, "`,` or `}`", Parser::law_name)?;
             let term = self.term()?;
             steps.push(CalcStep { span: self.since(start), connective, laws, term });
@@ -127,8 +127,12 @@ impl Parser<'_> {
     /// `law name "title"`, then its source, conditions, equation and examples.
     pub(super) fn law(&mut self) -> Parse<LawItem> {
         let name = self.law_name()?;
-        let title =
-            self.expect(Kind::Text, "the title of the law in quotes")?.span.of(self.text).trim_matches('"').to_string();
+        let title = self
+            .require(Kind::Text, "the title of the law in quotes")?
+            .span
+            .of(self.text)
+            .trim_matches('"')
+            .to_string();
         let source = if self.at(Kind::Origin) {
             self.take(Role::Line).span.of(self.text).trim().to_string()
         } else {
@@ -186,7 +190,7 @@ impl Parser<'_> {
                 self.advance();
                 self.take(Role::Joining);
                 let kind = self.predicate(predicate)?;
-                self.expect(Kind::CloseRound, "an operator or `)`")?;
+                self.require(Kind::CloseRound, "an operator or `)`")?;
                 kind
             }
             _ => self.comparison(word, called)?,
@@ -246,7 +250,7 @@ impl Parser<'_> {
         if let Predicate::Is(fact) = predicate {
             return Ok(ConditionKind::Is(fact, process));
         }
-        self.expect(Kind::Comma, "an operator or `,`")?;
+        self.require(Kind::Comma, "an operator or `,`")?;
         Ok(match predicate {
             Predicate::Lasts => ConditionKind::Lasts(process, self.value()?),
             Predicate::Complementary => ConditionKind::Complementary(process, self.term()?),

@@ -29,7 +29,7 @@ impl Parser<'_> {
             Keyword::Fn => self.function()?,
             Keyword::Proc => {
                 let header = self.header("the name of a process")?;
-                self.expect(Kind::Equal, "`=` and a process")?;
+                self.require(Kind::Equal, "`=` and a process")?;
                 ItemKind::Process(header, self.term()?)
             }
             Keyword::Observer => ItemKind::Observer(self.observers()?),
@@ -47,12 +47,12 @@ impl Parser<'_> {
             Keyword::Flow => ItemKind::Flow(self.capital("the name of a system")?),
             Keyword::Project => {
                 let term = self.chain()?;
-                self.expect(Kind::Word(Keyword::To), "`to` and the observers to keep, as in `project Sys to {At}`")?;
+                self.require(Kind::Word(Keyword::To), "`to` and the observers to keep, as in `project Sys to {At}`")?;
                 ItemKind::Project(term, self.shown()?)
             }
             Keyword::Expect => ItemKind::Expect(self.expectation()?),
             Keyword::Import => {
-                let text = self.expect(Kind::Text, "the name of a file in quotes")?.span.of(self.text);
+                let text = self.require(Kind::Text, "the name of a file in quotes")?.span.of(self.text);
                 ItemKind::Import(text.trim_matches('"').to_string())
             }
             Keyword::Law => ItemKind::Law(Box::new(self.law()?)),
@@ -191,7 +191,7 @@ impl Parser<'_> {
 
     fn named_term(&mut self, what: &str) -> Parse<(Ident, Term)> {
         let name = self.capital(what)?;
-        self.expect(Kind::Equal, "`=` and a process")?;
+        self.require(Kind::Equal, "`=` and a process")?;
         Ok((name, self.term()?))
     }
 
@@ -249,7 +249,7 @@ impl Parser<'_> {
         let mut values = Vec::new();
         loop {
             let name = self.small("`proved`, `refuted`, `open`, `= P`, or a value such as `t1 = 10`")?;
-            self.expect(Kind::Equal, "`=` and a value")?;
+            self.require(Kind::Equal, "`=` and a value")?;
             values.push((name, self.value()?));
             if !self.accept(Kind::Comma) {
                 return Ok(Expect::Values(values));

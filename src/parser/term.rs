@@ -23,20 +23,28 @@ impl Parser<'_> {
 
     /// `{Delay, At}`: the observers that stay.
     pub(super) fn shown(&mut self) -> Parse<Vec<Ident>> {
-        self.expect(Kind::OpenCurly, "`{`, and the names of the observers to keep")?;
+        self.require(Kind::OpenCurly, "`{`, and the names of the observers to keep")?;
         self.list(Kind::CloseCurly, "`,` or `}`", |parser| {
             let named = matches!(parser.kind(), Kind::Upper | Kind::Meta);
             if named { Ok(parser.ident()) } else { parser.unexpected("the name of an observer") }
         })
     }
 
+    fn at_operator(&self) -> bool {
+        matches!(self.kind(), Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else))
+    }
+
     /// Processes joined by operators.
     pub(super) fn chain(&mut self) -> Parse<Term> {
-        let mut operands = vec![self.postfix()?];
+        let first = self.postfix()?;
+        if !self.at_operator() {
+            return Ok(first);
+        }
+        let mut operands = vec![first];
         let mut operators: Vec<(Kind, Span)> = Vec::new();
         loop {
             let kind = self.kind();
-            if !matches!(kind, Kind::Semicolon | Kind::Bar | Kind::Hash | Kind::Word(Keyword::Else)) {
+            if !self.at_operator() {
                 break;
             }
             let span = self.advance().span;
@@ -128,9 +136,9 @@ impl Parser<'_> {
                 self.deeper(1)?;
                 self.take(Role::Joining);
                 let name = self.small("the name to be replaced")?;
-                self.expect(Kind::Assign, "`:=`")?;
+                self.require(Kind::Assign, "`:=`")?;
                 let value = self.value()?;
-                self.expect(Kind::CloseSquare, "`]`")?;
+                self.require(Kind::CloseSquare, "`]`")?;
                 term = Term { span: self.since(start), kind: TermKind::Replace(Box::new(term), name, value) };
             } else {
                 break;
@@ -151,7 +159,7 @@ impl Parser<'_> {
                     self.advance();
                 }
                 let value = self.value()?;
-                self.expect(Kind::CloseCurly, "an operator or `}`")?;
+                self.require(Kind::CloseCurly, "an operator or `}`")?;
                 Ok((value, index))
             }
             Kind::OpenRound => Ok((self.primary()?, None)),
@@ -191,7 +199,7 @@ impl Parser<'_> {
             Kind::OpenRound => {
                 self.advance();
                 let inner = self.nested(Parser::term)?;
-                self.expect(Kind::CloseRound, "an operator or `)`")?;
+                self.require(Kind::CloseRound, "an operator or `)`")?;
                 Ok(Term { span: self.since(start), ..inner })
             }
             Kind::Word(Keyword::Try) => self.wrapped(TermKind::Try),
@@ -227,7 +235,7 @@ impl Parser<'_> {
         }
         self.take(Role::Joining);
         let inner = self.nested(Parser::term)?;
-        self.expect(Kind::CloseRound, "an operator or `)`")?;
+        self.require(Kind::CloseRound, "an operator or `)`")?;
         Ok(Term { span: self.since(start), kind: kind(Box::new(inner)) })
     }
 

@@ -17,35 +17,30 @@ impl Parser<'_> {
 
     fn sum(&mut self) -> Parse<Value> {
         let first = self.product()?;
+        if !matches!(self.kind(), Kind::Plus | Kind::Minus) {
+            return Ok(first);
+        }
         let start = first.span.start;
         let mut parts = vec![(false, first)];
         while matches!(self.kind(), Kind::Plus | Kind::Minus) {
             let minus = self.advance().kind == Kind::Minus;
             parts.push((minus, self.product()?));
         }
-        Ok(self.joined(start, parts, ValueKind::Sum))
+        Ok(Value { span: self.since(start), kind: ValueKind::Sum(parts) })
     }
 
     fn product(&mut self) -> Parse<Value> {
         let first = self.signed()?;
+        if !matches!(self.kind(), Kind::Star | Kind::Slash) {
+            return Ok(first);
+        }
         let start = first.span.start;
         let mut parts = vec![(false, first)];
         while matches!(self.kind(), Kind::Star | Kind::Slash) {
             let divides = self.advance().kind == Kind::Slash;
             parts.push((divides, self.signed()?));
         }
-        Ok(self.joined(start, parts, ValueKind::Product))
-    }
-
-    fn joined(&self, start: usize, mut parts: Vec<(bool, Value)>, kind: fn(Vec<(bool, Value)>) -> ValueKind) -> Value {
-        match parts.pop() {
-            Some((false, only)) if parts.is_empty() => only,
-            Some(last) => {
-                parts.push(last);
-                Value { span: self.since(start), kind: kind(parts) }
-            }
-            None => Value { span: self.since(start), kind: kind(parts) },
-        }
+        Ok(Value { span: self.since(start), kind: ValueKind::Product(parts) })
     }
 
     /// A power with any number of signs before it.
@@ -155,7 +150,7 @@ impl Parser<'_> {
         while self.accept(Kind::Comma) {
             parts.push(self.value()?);
         }
-        self.expect(Kind::CloseRound, if parts.len() == 1 { "an operator or `)`" } else { "`,` or `)`" })?;
+        self.require(Kind::CloseRound, if parts.len() == 1 { "an operator or `)`" } else { "`,` or `)`" })?;
         let span = self.since(start);
         match parts.pop() {
             Some(only) if parts.is_empty() => Ok(Value { span, ..only }),
@@ -174,9 +169,9 @@ impl Parser<'_> {
             return self.unexpected("a comparison such as `<` or `=`");
         };
         let right = self.value()?;
-        self.expect(Kind::Word(Keyword::Then), "`then`")?;
+        self.require(Kind::Word(Keyword::Then), "`then`")?;
         let then = self.value()?;
-        self.expect(Kind::Word(Keyword::Else), "`else`")?;
+        self.require(Kind::Word(Keyword::Else), "`else`")?;
         let other = self.value()?;
         Ok(ValueKind::If(relation, Box::new([left, right, then, other])))
     }

@@ -377,9 +377,6 @@ impl Entry<'_> {
             return Ok(None);
         }
         let start = self.value.with(self.index, self.from)?;
-        let rest = self.form.sub(&self.value).and_then(|offset| offset.add(limit));
-        let rest = rest.map_or_else(|_| limit.to_string(), |rest| known.simplify(&rest).to_string());
-        let reason = format!("it comes ever closer to {rest} and never arrives");
         // Between two values of which one is outside and the other not inside, nothing is inside.
         let outside = |bound: &Option<(Value, bool)>, beyond: Relation, strictly: Relation| {
             bound.as_ref().is_some_and(|(bound, strict)| {
@@ -389,7 +386,7 @@ impl Entry<'_> {
         };
         let never = outside(&self.interval.low, Relation::Lte, Relation::Lss)
             || outside(&self.interval.high, Relation::Gte, Relation::Gtr);
-        Ok(never.then_some(Reach::Never(reason)))
+        if never { Ok(Some(Reach::Never(self.closes_in(limit, ratio)?))) } else { Ok(None) }
     }
 
     /// Equality with a value when it is not known from which side the sequence comes.
@@ -427,8 +424,18 @@ impl Entry<'_> {
             let [one, other] = [values[0].clone()?, values[1].clone()?];
             return Ok(format!("it is {one} and {other} in turn for ever"));
         }
+        self.closes_in(limit, &Value::rational(ratio.clone()))
+    }
+
+    /// Why a sequence that closes in on its limit does not meet the goal.
+    fn closes_in(&self, limit: &Value, ratio: &Value) -> Result<String, NoClosedForm> {
         let rest = self.known.simplify(&self.form.sub(&self.value)?.add(limit)?);
-        Ok(format!("it comes ever closer to {rest} and never arrives"))
+        if self.interval.holds(limit, self.known) == Some(false) {
+            return Ok(format!("it closes in on {rest} and never meets the goal on its way"));
+        }
+        Ok(format!(
+            "what is left to {rest} shrinks by the factor {ratio} each round, ({ratio})^n, and is never 0: no n"
+        ))
     }
 }
 

@@ -9,6 +9,9 @@ use num_traits::{One, Signed, ToPrimitive, Zero};
 use super::{Atom, Content, Real, Value};
 use crate::polynomial::{Monomial, Polynomial};
 
+/// Atoms with their exponents, negative below the bar.
+type Product = Vec<(Atom, i64)>;
+
 mod order;
 
 impl fmt::Display for Value {
@@ -113,7 +116,7 @@ impl Printer {
         } else {
             (Vec::new(), numerator.clone())
         };
-        let mut groups: BTreeMap<Vec<(Atom, i64)>, Vec<(BigRational, Vec<(Atom, i64)>)>> = BTreeMap::new();
+        let mut groups: BTreeMap<Product, Vec<(BigRational, Product)>> = BTreeMap::new();
         for (monomial, coefficient) in rest.terms() {
             let (powers, others) = signed_factors(monomial, divisor).into_iter().partition(is_shared);
             groups.entry(powers).or_default().push((coefficient.clone(), others));

@@ -1,0 +1,149 @@
+//! What is asked of a user's law before it is in force: that it is new, ends, holds in its examples, and that no small
+//! instance contradicts it.
+
+use std::collections::BTreeMap;
+
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::fact::Context;
+use crate::kernel::Theory;
+use crate::law::{Condition, Law, Laws};
+use crate::name::Name;
+use crate::proof::Statement;
+use crate::prove::{Answer, By, prove};
+use crate::refute::{self, Limits};
+use crate::rewrite;
+use crate::scope::{condition_metavariables, metavariables};
+use crate::simplify::Simplifier;
+use crate::substitution::Substitution;
+use crate::term::Term;
+use crate::value::Value;
+
+/// Instances tried on the model for each law.
+const INSTANCES: usize = 2_000;
+
+/// Looks at a law that is to come in force after `laws`, which stands at `span`.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool) -> Result<(), Box<Diagnostic>> {
+    let refuse = |code, message: String| Diagnostic::error(code, message).label(span, "this law");
+    if let Some(other) = laws.iter().find(|other| other.name != law.name && renames(law, other)) {
+        let message = format!("the law `{}` says the same as `{}`", law.name, other.name);
+        return Err(Box::new(refuse("P0904", message).help("leave it out; the other is in force already")));
+    }
+    if law.oriented && goes_on(laws, law, interrupted) {
+        let message = format!("with the law `{}` simplification does not end", law.name);
+        let advice = "write `=` in place of `=>`: then it is used in proofs, but not to simplify";
+        return Err(Box::new(refuse("P0903", message).help(advice)));
+    }
+    let limits = Limits { instances: INSTANCES, choices: 50 * INSTANCES, ..Limits::default() };
+    if let Some(found) = refute::judge(law, &limits).counterexample() {
+        let message = format!("the law `{}` does not hold", law.name);
+        let diagnostic = refuse("P0906", message)
+            .note(format!("{} and {} behave differently", found.left, found.right))
+            .help("add the condition under which it holds, with `when`");
+        return Err(Box::new(diagnostic));
+    }
+    for (left, right) in &law.examples {
+        if !follows(laws, law, left, right, interrupted) {
+            let message = format!("an example of the law `{}` does not follow from it", law.name);
+            let example = format!("cannot prove {left} {} {right} by it", law.connective);
+            return Err(Box::new(refuse("P0905", message).note(example)));
+        }
+    }
+    Ok(())
+}
+
+/// Whether the law alone, after the units, proves the example.
+fn follows(laws: &Laws, law: &Law, left: &Term, right: &Term, interrupted: &dyn Fn() -> bool) -> bool {
+    let theory = Theory { laws: with(laws, law), ..Theory::default() };
+    let statement =
+        Statement { hypotheses: Vec::new(), left: left.clone(), connective: law.connective, right: right.clone() };
+    let names = [law.name.clone()];
+    let limits = rewrite::Limits::default();
+    let alone = prove(&theory, &statement, &By::Laws(&names), limits, interrupted);
+    matches!(alone, Answer::Proved(..))
+        || matches!(prove(&theory, &statement, &By::Search, limits, interrupted), Answer::Proved(..))
+}
+
+fn with(laws: &Laws, law: &Law) -> Laws {
+    let mut laws = laws.clone();
+    if laws.get(&law.name).is_none() {
+        laws.push(law.clone());
+    }
+    laws
+}
+
+/// Whether simplification goes on with the law where it ends without it.
+fn goes_on(laws: &Laws, law: &Law, interrupted: &dyn Fn() -> bool) -> bool {
+    let mut terms = vec![&law.left, &law.right];
+    terms.extend(law.examples.iter().flat_map(|(left, right)| [left, right]));
+    let theory = Theory { laws: with(laws, law), ..Theory::default() };
+    terms.into_iter().any(|term| endless(&theory, law, term, interrupted))
+}
+
+/// In stages, so that a law that doubles its term is caught while the term is small.
+fn endless(theory: &Theory, law: &Law, term: &Term, interrupted: &dyn Fn() -> bool) -> bool {
+    let context = Context::new(&theory.assumptions, &theory.definitions, &law.conditions);
+    for fuel in [12, 200, 4_000] {
+        let mut simplifier = Simplifier::new(theory, &context, interrupted).with_fuel(fuel);
+        let found = simplifier.simplify(term);
+        if !simplifier.exhausted() {
+            return false;
+        }
+        if found.term.size() > 1_000 + 50 * term.size() {
+            return true;
+        }
+    }
+    true
+}
+
+/// Whether one law is the other with its metavariables renamed.
+fn renames(law: &Law, other: &Law) -> bool {
+    law.connective == other.connective
+        && law.oriented == other.oriented
+        && law.conditions.len() == other.conditions.len()
+        && canonical(law) == canonical(other)
+}
+
+/// The law with its metavariables numbered in the order in which they are first written.
+fn canonical(law: &Law) -> Option<(Term, Term, Vec<Condition>)> {
+    let mut order: Vec<Name> = Vec::new();
+    let written = format!("{} {}", law.left, law.right);
+    for piece in written.split('?').skip(1) {
+        let end = piece.find(|letter: char| !letter.is_alphanumeric() && letter != '_').unwrap_or(piece.len());
+        let name = Name::new(&format!("?{}", piece.get(..end).unwrap_or("")));
+        if !order.contains(&name) {
+            order.push(name);
+        }
+    }
+    let mut all = metavariables(&law.left);
+    all.extend(law.conditions.iter().flat_map(condition_metavariables));
+    order.extend(all.into_iter().filter(|name| !order.contains(name)).collect::<Vec<_>>());
+    let mut renaming = Substitution::default();
+    for (number, name) in order.into_iter().enumerate() {
+        let upper = name.as_str().chars().nth(1).is_some_and(char::is_uppercase);
+        let fresh = Name::new(&format!("?{}{number}", if upper { 'P' } else { 'x' }));
+        renaming.processes.insert(name.clone(), Term::meta(&fresh));
+        renaming.values.insert(name.clone(), Value::variable(&fresh));
+        renaming.names.insert(name.clone(), fresh.clone());
+        renaming.sets.insert(name, [fresh].into());
+    }
+    let (assumptions, definitions) = (Assumptions::default(), Definitions::default());
+    let context = Context::new(&assumptions, &definitions, &[]);
+    let left = renaming.apply(&law.left, &context).ok()?;
+    let right = renaming.apply(&law.right, &context).ok()?;
+    let conditions: Result<Vec<Condition>, _> =
+        law.conditions.iter().map(|condition| renaming.condition(condition, &context)).collect();
+    let mut conditions = conditions.ok()?;
+    conditions.sort();
+    Some((left, right, conditions))
+}
+
+/// The metavariables of a law with what they stand for, for a person.
+pub fn instance(processes: &BTreeMap<Name, Term>, values: &BTreeMap<Name, Value>) -> Vec<String> {
+    let processes = processes.iter().map(|(name, term)| format!("{name} = {term}"));
+    processes.chain(values.iter().map(|(name, value)| format!("{name} = {value}"))).collect()
+}

@@ -1,0 +1,197 @@
+//! The command line.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::codes;
+use crate::printer::format;
+use crate::progress::Watch;
+use crate::proof_file::check_file;
+use crate::repl;
+use crate::script::{Options, Printer, Script, complain, read_file};
+
+/// A prover for robot programs and the world around them.
+///
+/// Without a command: the prompt, or, when standard input is not a terminal, a script from there.
+#[derive(Parser)]
+#[command(version, name = "pars")]
+struct Line {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// When to use colours.
+    #[arg(long, value_enum, default_value_t = Colour::Auto, global = true)]
+    color: Colour,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run scripts. Exit code: 0 all claims as expected, 1 one refuted, 2 usage, 3 bad input, 4 one left open.
+    Run {
+        /// The scripts; `-` is standard input.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// One JSON object a claim, a line each.
+        #[arg(long)]
+        json: bool,
+        /// Write a proof file for each proved claim into this folder.
+        #[arg(long, value_name = "DIR")]
+        proofs: Option<PathBuf>,
+    },
+    /// Check proof files with the kernel alone. Exit code 3 when one is rejected.
+    Check {
+        /// The proof files.
+        #[arg(required = true)]
+        proofs: Vec<PathBuf>,
+    },
+    /// Lay files out in the canonical way.
+    Fmt {
+        /// Change nothing; exit code 1 when a file is laid out otherwise.
+        #[arg(long)]
+        check: bool,
+        /// The files.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+    },
+    /// Explain the code of an error, such as P0204.
+    Explain {
+        /// The code; all codes when it is left out.
+        code: Option<String>,
+    },
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Colour {
+    Auto,
+    Always,
+    Never,
+}
+
+impl Colour {
+    fn on(self, terminal: bool) -> bool {
+        match self {
+            Colour::Always => true,
+            Colour::Never => false,
+            Colour::Auto => terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
+        }
+    }
+}
+
+/// Does what the command line says; gives the exit code.
+pub fn run() -> u8 {
+    let line = match Line::try_parse() {
+        Ok(line) => line,
+        Err(error) => {
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(2);
+        }
+    };
+    let watch = Rc::new(Watch::new(listen()));
+    let colour = line.color.on(std::io::stdout().is_terminal());
+    match line.command {
+        None if std::io::stdin().is_terminal() => repl::run(watch, colour),
+        None => Script::new(&Options { colour, ..Options::default() }, watch).input(),
+        Some(Command::Run { files, json, proofs }) => {
+            Script::new(&Options { json, colour, proofs }, watch).files(&files)
+        }
+        Some(Command::Check { proofs }) => check(&proofs),
+        Some(Command::Fmt { check, files }) => lay_out(&files, check, colour),
+        Some(Command::Explain { code }) => explain(code.as_deref()),
+    }
+}
+
+/// The wish to stop: Ctrl-C; a third time in vain ends the program.
+fn listen() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let heard = stop.clone();
+    let vain = AtomicU8::new(0);
+    let set = ctrlc::set_handler(move || {
+        if !heard.swap(true, Ordering::Relaxed) {
+            vain.store(0, Ordering::Relaxed);
+        } else if vain.fetch_add(1, Ordering::Relaxed) > 0 {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = set {
+        complain(&format!("Ctrl-C will end the program at once: {error}\n"));
+    }
+    stop
+}
+
+fn check(proofs: &[PathBuf]) -> u8 {
+    let mut printer = Printer::default();
+    let mut code = 0;
+    for path in proofs {
+        let name = path.display();
+        let read = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"));
+        match read.and_then(|bytes| check_file(&bytes).map_err(|rejection| rejection.to_string())) {
+            Ok(checked) => {
+                let text = checked.to_string().replace('\n', "\n  ");
+                printer.print(&format!("{name}: checked, {} steps\n  {text}\n", checked.steps));
+            }
+            Err(why) => {
+                complain(&format!("{name}: rejected: {why}\n"));
+                code = 3;
+            }
+        }
+    }
+    code
+}
+
+fn lay_out(files: &[PathBuf], check: bool, colour: bool) -> u8 {
+    let mut code = 0;
+    for path in files {
+        let source = match read_file(path) {
+            Ok(source) => source,
+            Err(trouble) => {
+                complain(&format!("{}\n", trouble.1.render(&trouble.0, colour)));
+                code = 3;
+                continue;
+            }
+        };
+        match format(&source.text) {
+            Err(diagnostics) => {
+                complain(&crate::diagnostic::render_all(&diagnostics, &source, colour));
+                code = 3;
+            }
+            Ok(text) if text == source.text => {}
+            Ok(_) if check => {
+                complain(&format!("{} is laid out otherwise\n", path.display()));
+                code = code.max(1);
+            }
+            Ok(text) => {
+                if let Err(error) = std::fs::write(path, text) {
+                    complain(&format!("`{}` cannot be written: {error}\n", path.display()));
+                    code = 3;
+                }
+            }
+        }
+    }
+    code
+}
+
+fn explain(code: Option<&str>) -> u8 {
+    let mut printer = Printer::default();
+    match code {
+        None => {
+            for (code, title) in codes::all() {
+                printer.print(&format!("{code}  {title}\n"));
+            }
+            0
+        }
+        Some(code) => match codes::explain(code) {
+            Some(text) => {
+                printer.print(text);
+                0
+            }
+            None => {
+                complain(&format!("there is no error code `{code}`; `pars explain` lists them\n"));
+                2
+            }
+        },
+    }
+}

@@ -1,0 +1,273 @@
+//! A proof as a chain that people read: the whole term on each line, and why it equals the one before.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::fact::Context;
+use crate::kernel::Theory;
+use crate::law::Connective;
+use crate::name::Name;
+use crate::proof::{Proof, Step, StepId, hole};
+use crate::scope::fill;
+use crate::substitution::{Substitution, instantiate};
+use crate::term::Term;
+
+/// A chain longer than this is cut.
+pub const MOST_LINES: usize = 2_000;
+/// Steps nested deeper than this are not opened.
+const DEEPEST: usize = 200;
+
+/// Why a line follows from the one before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// By this law.
+    Law(Name),
+    /// By computing with values.
+    Arithmetic,
+    /// By the definition of this process.
+    Definition(Name),
+    /// Because a guarded recursive equation has one solution only.
+    Unique(Name),
+    /// Because the loop of this process is the only solution.
+    UniqueLoop,
+    /// By the hypothesis of the induction around.
+    Hypothesis,
+    /// By induction on this number.
+    Induction(Name),
+    /// On trust, for this reason.
+    Trust(String),
+    /// By steps that are not shown.
+    Steps(usize),
+}
+
+/// One line of a chain.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Equality or refinement with the line before.
+    pub connective: Connective,
+    /// Why.
+    pub why: Why,
+    /// Whether the reason is used from right to left.
+    pub backwards: bool,
+    /// The whole term.
+    pub term: Term,
+}
+
+/// A chain: where it starts, and its lines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chain {
+    /// The left side of the claim.
+    pub start: Term,
+    /// The lines; the last has the right side of the claim.
+    pub lines: Vec<Line>,
+    /// Whether lines were left out because there are too many.
+    pub cut: bool,
+}
+
+impl fmt::Display for Why {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Why::Law(name) => write!(f, "{name}"),
+            Why::Arithmetic => write!(f, "arithmetic"),
+            Why::Definition(name) => write!(f, "definition of {name}"),
+            Why::Unique(name) => write!(f, "the only solution: {name}"),
+            Why::UniqueLoop => write!(f, "the only solution: a loop"),
+            Why::Hypothesis => write!(f, "induction hypothesis"),
+            Why::Induction(name) => write!(f, "induction on {name}"),
+            Why::Trust(reason) => write!(f, "on trust: {reason}"),
+            Why::Steps(count) => write!(f, "{count} steps"),
+        }
+    }
+}
+
+/// The chain of a proof that the kernel has accepted in this theory.
+pub fn chain(theory: &Theory, proof: &Proof) -> Chain {
+    let context = Context::new(&theory.assumptions, &theory.definitions, &proof.statement.hypotheses);
+    let mut ends: Vec<Ends> = Vec::with_capacity(proof.steps.len());
+    for step in &proof.steps {
+        let next = step_ends(step, &ends, theory, &context);
+        ends.push(next);
+    }
+    let mut opener = Opener { proof, ends: &ends, lines: Vec::new(), cut: false };
+    if let Some(last) = proof.steps.len().checked_sub(1) {
+        opener.open(last, &[], false, 0);
+    }
+    let (mut lines, cut) = (opener.lines, opener.cut);
+    shorten(&proof.statement.left, &mut lines);
+    Chain { start: proof.statement.left.clone(), lines, cut }
+}
+
+/// Leaves out what changes nothing, and what is undone at once.
+fn shorten(start: &Term, lines: &mut Vec<Line>) {
+    let mut kept: Vec<Line> = Vec::with_capacity(lines.len());
+    for line in lines.drain(..) {
+        let before = kept.last().map_or(start, |line| &line.term);
+        if *before == line.term && line.connective == Connective::Equal {
+            continue;
+        }
+        let earlier = if kept.len() >= 2 { kept.get(kept.len() - 2).map(|line| &line.term) } else { Some(start) };
+        let equal = kept.last().is_some_and(|last| last.connective == Connective::Equal);
+        if equal && line.connective == Connective::Equal && earlier == Some(&line.term) {
+            kept.pop();
+            continue;
+        }
+        kept.push(line);
+    }
+    *lines = kept;
+}
+
+/// The two sides that a step proves equal.
+#[derive(Clone)]
+struct Ends {
+    left: Term,
+    connective: Connective,
+    right: Term,
+}
+
+fn step_ends(step: &Step, ends: &[Ends], theory: &Theory, context: &Context<'_>) -> Ends {
+    let equal = |left: Term, right: Term| Ends { left, connective: Connective::Equal, right };
+    let at = |step: &StepId| ends.get(*step).cloned().unwrap_or_else(|| equal(Term::stop(), Term::stop()));
+    match step {
+        Step::Reflexive(term) => equal(term.clone(), term.clone()),
+        Step::Symmetric(of) => {
+            let of = at(of);
+            Ends { left: of.right, right: of.left, ..of }
+        }
+        Step::Transitive(steps) => {
+            let (first, last) = (steps.first().map(at), steps.last().map(at));
+            let refines = steps.iter().any(|step| at(step).connective == Connective::Refines);
+            let connective = if refines { Connective::Refines } else { Connective::Equal };
+            let stop = || equal(Term::stop(), Term::stop());
+            Ends { left: first.unwrap_or_else(stop).left, connective, right: last.unwrap_or_else(stop).right }
+        }
+        Step::Congruence(shape, steps) => {
+            let parts: Vec<Ends> = steps.iter().map(at).collect();
+            let refines = parts.iter().any(|part| part.connective == Connective::Refines);
+            let connective = if refines { Connective::Refines } else { Connective::Equal };
+            let side = |side: fn(&Ends) -> &Term| filled(shape, parts.iter().map(side));
+            Ends { left: side(|ends| &ends.left), connective, right: side(|ends| &ends.right) }
+        }
+        Step::Law(name, with) => law_ends(name, with, theory, context),
+        Step::Instance(of, with) => {
+            let of = at(of);
+            let image = |term: &Term| with.apply(term, context).unwrap_or_else(|_| term.clone());
+            Ends { left: image(&of.left), connective: of.connective, right: image(&of.right) }
+        }
+        Step::Arithmetic(left, right) | Step::Suppose(left, right) => equal(left.clone(), right.clone()),
+        Step::Induction { left, right, .. } => equal(left.clone(), right.clone()),
+        Step::Trust(left, connective, right, _) => {
+            Ends { left: left.clone(), connective: *connective, right: right.clone() }
+        }
+        Step::Unfold(call) => equal(call.clone(), unfolded(call, theory, context)),
+        Step::Unique { name, candidate, .. } => {
+            let call = theory.definitions.get(name).map_or_else(Term::stop, |definition| {
+                let own = definition.parameters.iter().map(crate::value::Value::variable).collect();
+                Term::new(crate::term::Node::Call(name.clone(), own))
+            });
+            equal(candidate.clone(), call)
+        }
+        Step::UniqueLoop { body, equation } => {
+            equal(at(equation).left, Term::new(crate::term::Node::Loop(body.clone())))
+        }
+    }
+}
+
+fn law_ends(name: &Name, with: &Substitution, theory: &Theory, context: &Context<'_>) -> Ends {
+    let Some(law) = theory.laws.get(name) else {
+        return Ends { left: Term::stop(), connective: Connective::Equal, right: Term::stop() };
+    };
+    let image = |term: &Term| with.apply(term, context).unwrap_or_else(|_| term.clone());
+    Ends { left: image(&law.left), connective: law.connective, right: image(&law.right) }
+}
+
+fn unfolded(call: &Term, theory: &Theory, context: &Context<'_>) -> Term {
+    let crate::term::Node::Call(name, arguments) = call.node() else { return call.clone() };
+    let Some(definition) = theory.definitions.get(name) else { return call.clone() };
+    match instantiate(&definition.body, &definition.parameters, arguments, context) {
+        Ok(body) if definition.recursive => Term::attempt(body),
+        Ok(body) => body,
+        Err(_) => call.clone(),
+    }
+}
+
+fn filled<'t>(shape: &Term, parts: impl Iterator<Item = &'t Term>) -> Term {
+    let parts: BTreeMap<Name, Term> = parts.enumerate().map(|(index, part)| (hole(index + 1), part.clone())).collect();
+    fill(shape, &parts)
+}
+
+struct Opener<'a> {
+    proof: &'a Proof,
+    ends: &'a [Ends],
+    lines: Vec<Line>,
+    cut: bool,
+}
+
+impl Opener<'_> {
+    /// Appends the lines of a step inside the contexts around it, the innermost last.
+    fn open(&mut self, number: StepId, around: &[Term], backwards: bool, depth: usize) {
+        let (Some(step), Some(ends)) = (self.proof.steps.get(number), self.ends.get(number)) else { return };
+        if self.lines.len() >= MOST_LINES {
+            self.cut = true;
+            return;
+        }
+        match step {
+            Step::Reflexive(_) => {}
+            Step::Symmetric(of) if depth < DEEPEST => self.open(*of, around, !backwards, depth + 1),
+            Step::Transitive(steps) if depth < DEEPEST => {
+                let each: Vec<StepId> = if backwards { steps.iter().rev().copied().collect() } else { steps.clone() };
+                each.into_iter().for_each(|step| self.open(step, around, backwards, depth + 1));
+            }
+            Step::Congruence(shape, steps) if depth < DEEPEST => self.inside(shape, steps, around, backwards, depth),
+            _ => {
+                let term = if backwards { &ends.left } else { &ends.right };
+                let term = around.iter().rev().fold(term.clone(), |term, shape| filled(shape, std::iter::once(&term)));
+                self.lines.push(Line { connective: ends.connective, why: why(step), backwards, term });
+            }
+        }
+    }
+
+    /// One hole after the other: those before have their new parts, those behind their old ones.
+    fn inside(&mut self, shape: &Term, steps: &[StepId], around: &[Term], backwards: bool, depth: usize) {
+        let mut parts: Vec<Term> = steps
+            .iter()
+            .filter_map(|step| self.ends.get(*step))
+            .map(|ends| if backwards { ends.right.clone() } else { ends.left.clone() })
+            .collect();
+        if parts.len() != steps.len() {
+            return;
+        }
+        for (index, step) in steps.iter().enumerate() {
+            let mut holes = parts.clone();
+            if let Some(part) = holes.get_mut(index) {
+                *part = Term::meta(&hole(1));
+            }
+            let context = filled(shape, holes.iter());
+            let mut around = around.to_vec();
+            around.push(context);
+            self.open(*step, &around, backwards, depth + 1);
+            if let (Some(part), Some(ends)) = (parts.get_mut(index), self.ends.get(*step)) {
+                *part = if backwards { ends.left.clone() } else { ends.right.clone() };
+            }
+        }
+    }
+}
+
+fn why(step: &Step) -> Why {
+    match step {
+        Step::Law(name, _) => Why::Law(name.clone()),
+        Step::Arithmetic(..) => Why::Arithmetic,
+        Step::Unfold(call) => match call.node() {
+            crate::term::Node::Call(name, _) => Why::Definition(name.clone()),
+            _ => Why::Arithmetic,
+        },
+        Step::Unique { name, .. } => Why::Unique(name.clone()),
+        Step::UniqueLoop { .. } => Why::UniqueLoop,
+        Step::Suppose(..) => Why::Hypothesis,
+        Step::Induction { variable, .. } => Why::Induction(variable.clone()),
+        Step::Trust(_, _, _, reason) => Why::Trust(reason.clone()),
+        Step::Instance(..) => Why::Steps(1),
+        Step::Reflexive(_) => Why::Steps(0),
+        Step::Symmetric(_) => Why::Steps(1),
+        Step::Transitive(steps) | Step::Congruence(_, steps) => Why::Steps(steps.len()),
+    }
+}

@@ -1,0 +1,196 @@
+//! Periods and flow functions as the paper prints them (§V.A): the components' periods, and one table a phase.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::assumption::Assumptions;
+use crate::definition::{Definition, Definitions};
+use crate::name::Name;
+use crate::period::{Edge, Next, Period, Segment, Test, stretch};
+use crate::recurrence::{Closed, NoClosedForm, solve};
+use crate::scope::calls;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// The period of a looping definition: what stands between the equals sign and the recursion.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ComponentPeriod {
+    /// Its name.
+    pub name: Name,
+    /// Its parameters.
+    pub parameters: Vec<Name>,
+    /// `P'`
+    pub body: Term,
+    /// The process that comes next, with the parameters' images; a cycle of definitions goes to another one.
+    pub next: (Name, Vec<Value>),
+}
+
+impl ComponentPeriod {
+    /// Its parameter-flow function: parameters with their images, where it calls itself.
+    pub fn flow(&self) -> Option<Vec<(Name, Value)>> {
+        (self.next.0 == self.name).then(|| self.parameters.iter().cloned().zip(self.next.1.iter().cloned()).collect())
+    }
+
+    /// `DEnv'_r = (Delay_t # At_r # Odo_r) ; In_v<u>` and `f_DEnv(r) = r+t*u`.
+    pub fn lines(&self) -> Vec<String> {
+        let parameters: Vec<Value> = self.parameters.iter().map(Value::variable).collect();
+        let list = self.parameters.iter().map(Name::as_str).collect::<Vec<_>>().join(",");
+        let head = match parameters.len() {
+            0 => String::new(),
+            1 => format!("_{list}"),
+            _ => format!("_{{{list}}}"),
+        };
+        let mut lines = vec![format!("{}'{head} = {}", self.name, self.body)];
+        if let Some(flow) = self.flow().filter(|flow| !flow.is_empty()) {
+            let images: Vec<String> = flow.iter().map(|(_, image)| image.to_string()).collect();
+            let images = if images.len() == 1 { images.concat() } else { format!("({})", images.join(", ")) };
+            lines.push(format!("f_{}({list}) = {images}", self.name));
+        }
+        lines
+    }
+}
+
+/// The periods of all looping definitions that the components reach, components first.
+pub fn component_periods(components: &[Term], definitions: &Definitions) -> Vec<ComponentPeriod> {
+    let mut seen = BTreeSet::new();
+    let mut periods = Vec::new();
+    let mut queue: std::collections::VecDeque<Name> = components.iter().flat_map(calls).collect();
+    while let Some(name) = queue.pop_front() {
+        let Some(definition) = definitions.get(&name).filter(|_| seen.insert(name.clone())) else { continue };
+        periods.extend(component_period(definition));
+        queue.extend(calls(&definition.body));
+    }
+    periods
+}
+
+fn component_period(definition: &Definition) -> Option<ComponentPeriod> {
+    let Node::Seq(parts) = definition.body.node() else {
+        return None;
+    };
+    let (last, body) = parts.split_last()?;
+    let Node::Call(name, values) = last.node() else {
+        return None;
+    };
+    definition.recursive.then(|| ComponentPeriod {
+        name: definition.name.clone(),
+        parameters: definition.parameters.clone(),
+        body: Term::seq(body.iter().cloned()),
+        next: (name.clone(), values.clone()),
+    })
+}
+
+/// One phase as a table.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PhaseFlow {
+    /// The phase's number.
+    pub phase: usize,
+    /// What each component is about to do.
+    pub control: Vec<String>,
+    /// The state variables.
+    pub variables: Vec<Name>,
+    /// When a round is followed by another.
+    pub guard: Vec<Test>,
+    /// The round: what passes, with what is shown.
+    pub segments: Vec<Segment>,
+    /// How long the round takes.
+    pub duration: Option<Value>,
+    /// The flow function of a round that comes back; several where guards branch, each with its tests.
+    pub maps: Vec<(Vec<Test>, BTreeMap<Name, Value>)>,
+    /// Ports with the values that pass in a round.
+    pub communications: Vec<(Name, Value)>,
+    /// Where it goes on otherwise: the tests, and the phase.
+    pub exits: Vec<(Vec<Test>, Next)>,
+}
+
+/// The table of every phase.
+pub fn flows(period: &Period) -> Vec<PhaseFlow> {
+    period
+        .phases
+        .iter()
+        .enumerate()
+        .map(|(number, phase)| {
+            let rounds: Vec<&Edge> = phase.rounds(number).collect();
+            let shown = rounds.first().copied().or(phase.edges.first());
+            PhaseFlow {
+                phase: number,
+                control: phase.control.clone(),
+                variables: phase.variables.clone(),
+                guard: phase.guard(number),
+                segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
+                duration: shown.and_then(|edge| edge.duration().ok()),
+                maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
+                communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
+                exits: phase
+                    .edges
+                    .iter()
+                    .filter(|edge| edge.next != Next::Phase(number))
+                    .map(|edge| (edge.tests.clone(), edge.next.clone()))
+                    .collect(),
+            }
+        })
+        .collect()
+}
+
+impl PhaseFlow {
+    /// The round, projected on the observers and time.
+    pub fn period_term(&self) -> Term {
+        Term::seq(self.segments.iter().map(|segment| stretch(&segment.duration, &segment.observed)))
+    }
+
+    /// The closed form of each variable from a symbolic start, called by the variable's name and `0`.
+    pub fn recurrences(&self, index: &Name, assumptions: &Assumptions) -> Vec<(Name, Result<Closed, NoClosedForm>)> {
+        let [(_, map)] = self.maps.as_slice() else {
+            return Vec::new();
+        };
+        map.iter()
+            .filter(|(name, image)| **image != Value::variable(name))
+            .map(|(name, image)| {
+                let start = Value::variable(&Name::new(&format!("{name}0")));
+                (name.clone(), solve(image, name, &start, index, assumptions))
+            })
+            .collect()
+    }
+
+    /// The table, line by line.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = vec![format!("phase {}: {}", self.phase + 1, self.control.join(" | "))];
+        if let Some(duration) = &self.duration {
+            lines.push(format!("  period    {}, lasting {duration}", self.period_term()));
+        }
+        for (tests, map) in &self.maps {
+            let list = map.keys().map(Name::as_str).collect::<Vec<_>>().join(",");
+            let images = map.values().map(Value::to_string).collect::<Vec<_>>().join(", ");
+            let images = if map.len() == 1 { images } else { format!("({images})") };
+            let when = if self.maps.len() > 1 { crate::period::in_case(tests) } else { String::new() };
+            lines.push(format!("  flow      f({list}) = {images}{when}"));
+        }
+        if !self.guard.is_empty() {
+            let guard: Vec<String> = self.guard.iter().map(Test::to_string).collect();
+            lines.push(format!("  again     while {} after the round", guard.join(" and ")));
+        }
+        for (tests, next) in &self.exits {
+            let to = match next {
+                Next::Phase(number) => format!("to phase {}", number + 1),
+                Next::End(end) => end_text(end),
+            };
+            lines.push(format!("  then      {to}{}", crate::period::in_case(tests)));
+        }
+        for (port, value) in &self.communications {
+            lines.push(format!("  port {port}    {value}"));
+        }
+        lines
+    }
+}
+
+fn end_text(end: &crate::period::End) -> String {
+    use crate::period::End;
+    match end {
+        End::Stopped => "stops".to_string(),
+        End::Aborted => "aborts".to_string(),
+        End::Livelock { cycle } => {
+            let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
+            format!("goes round in no time ({})", cycle.join(", "))
+        }
+        End::Silent { blocked, .. } if blocked.is_empty() => "idles".to_string(),
+        End::Silent { blocked, .. } => blocked.iter().map(|one| one.to_string()).collect::<Vec<_>>().join("; "),
+    }
+}

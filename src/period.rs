@@ -1,0 +1,318 @@
+//! The period of a closed system: who talks to whom, and one symbolic run that ends where the control points and
+//! residual delays repeat (§IV.E, §IV.F; DESIGN section 6).
+//!
+//! The run is a graph. A *phase* is a moment at which nothing more can happen without time passing; its edges are
+//! the rounds that lead from it to the next phase, each under the tests that make it happen. Values are abstracted
+//! to variables only where they differ between two visits of the same control point, so the graph is finite
+//! whenever the control points are.
+
+pub mod ports;
+pub(crate) mod explore;
+pub(crate) mod instant;
+pub(crate) mod merge;
+pub(crate) mod run;
+pub(crate) mod step;
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::name::Name;
+use crate::term::Term;
+use crate::value::{Relation, Value, ValueError};
+
+/// A comparison of two values.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Test {
+    /// How they are compared.
+    pub relation: Relation,
+    /// The left value.
+    pub left: Value,
+    /// The right value.
+    pub right: Value,
+}
+
+impl Test {
+    /// Whether it holds, if the assumptions say so.
+    pub fn decide(&self, assumptions: &Assumptions) -> Option<bool> {
+        assumptions.decide(self.relation, &self.left, &self.right)
+    }
+
+    /// The opposite.
+    pub fn negated(&self) -> Test {
+        Test { relation: self.relation.negated(), left: self.left.clone(), right: self.right.clone() }
+    }
+
+    /// With values for names.
+    ///
+    /// # Errors
+    /// When a value has no normal form.
+    pub fn substitute(&self, map: &BTreeMap<Name, Value>) -> Result<Test, ValueError> {
+        Ok(Test { relation: self.relation, left: self.left.substitute(map)?, right: self.right.substitute(map)? })
+    }
+}
+
+impl fmt::Display for Test {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} {}", self.left, self.relation.symbol(), self.right)
+    }
+}
+
+/// A read or a write that waits for ever.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub struct Blocked {
+    /// Who waits.
+    pub component: String,
+    /// On which port.
+    pub port: Name,
+    /// True of a read.
+    pub reads: bool,
+}
+
+impl fmt::Display for Blocked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (does, other) = if self.reads { ("reads", "writes") } else { ("writes", "reads") };
+        write!(f, "{} {does} port {} and waits for ever: nobody {other} it", self.component, self.port)
+    }
+}
+
+/// Why a system has no period, as data.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Failure {
+    /// The first failure of §IV.F: groups of components between which there is no port.
+    NoCommunication {
+        /// Components that share ports, group by group.
+        groups: Vec<Vec<String>>,
+    },
+    /// The second failure: a communication that is never matched.
+    Unmatched(Blocked),
+    /// The balance equations have no solution.
+    RateMismatch {
+        /// The port at which they contradict the others.
+        port: Name,
+        /// Who writes, and how often a round.
+        writer: (String, usize),
+        /// Who reads, and how often a round.
+        reader: (String, usize),
+    },
+    /// The third failure.
+    NoPeriod {
+        /// What would have to be known, or what grows.
+        reason: String,
+    },
+    /// The system goes round in no time.
+    Livelock {
+        /// The loops that go round.
+        cycle: Vec<Name>,
+        /// When it does.
+        when: Vec<Test>,
+    },
+    /// Two communications in one instant, of which either prevents the other.
+    KillRace {
+        /// Where.
+        component: String,
+        /// The two ports.
+        ports: (Name, Name),
+    },
+    /// Several writers or several readers compete for one communication.
+    Contention {
+        /// Where they compete.
+        port: Name,
+        /// Who.
+        components: Vec<String>,
+    },
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::NoCommunication { groups } => {
+                let groups: Vec<String> = groups.iter().map(|group| group.join(" and ")).collect();
+                write!(f, "no communication: {} share no port", groups.join(", and "))
+            }
+            Failure::Unmatched(blocked) => write!(f, "unmatched communication: {blocked}"),
+            Failure::RateMismatch { port, writer, reader } => write!(
+                f,
+                "rates do not match on port {port}: {} writes {} a round, {} reads {} a round",
+                writer.0, writer.1, reader.0, reader.1
+            ),
+            Failure::NoPeriod { reason } => write!(f, "no period: {reason}"),
+            Failure::Livelock { cycle, when } => {
+                let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
+                write!(f, "{} goes round in no time{}", cycle.join(", "), in_case(when))
+            }
+            Failure::KillRace { component, ports } => write!(
+                f,
+                "in {component} a communication on {} and one on {} are possible in the same instant, and one ends the other",
+                ports.0, ports.1
+            ),
+            Failure::Contention { port, components } => {
+                write!(f, "{} compete for one communication on port {port}", components.join(" and "))
+            }
+        }
+    }
+}
+
+/// ` if a = b and …`, or nothing.
+pub(crate) fn in_case(tests: &[Test]) -> String {
+    if tests.is_empty() {
+        return String::new();
+    }
+    let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
+    format!(" if {}", tests.join(" and "))
+}
+
+/// A stretch of time in which nothing changes.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Segment {
+    /// How long.
+    pub duration: Value,
+    /// What is shown.
+    pub observed: Vec<Term>,
+}
+
+/// `Delay_d # O1 # …`
+pub fn stretch(duration: &Value, observed: &[Term]) -> Term {
+    Term::disable(std::iter::once(Term::delay(duration.clone())).chain(observed.iter().cloned()))
+}
+
+/// How a run ends.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum End {
+    /// All components ended, one of them stopped.
+    Stopped,
+    /// All components aborted.
+    Aborted,
+    /// Nothing will change any more.
+    Silent {
+        /// Communications that wait for ever.
+        blocked: Vec<Blocked>,
+        /// What is shown for ever.
+        observed: Vec<Term>,
+    },
+    /// Time stops.
+    Livelock {
+        /// The loops that go round in no time.
+        cycle: Vec<Name>,
+    },
+}
+
+/// What comes after a round.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Next {
+    /// The phase with this number.
+    Phase(usize),
+    /// The end.
+    End(End),
+}
+
+/// One way through a round.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Edge {
+    /// When it is taken, over the variables of the phase it leaves.
+    pub tests: Vec<Test>,
+    /// The same tests over the variables of the phase it reaches, where they can be said so.
+    pub after: Vec<Option<Test>>,
+    /// What passes.
+    pub segments: Vec<Segment>,
+    /// The variables of the next phase over those of this one: the flow function.
+    pub map: BTreeMap<Name, Value>,
+    /// Ports with the values that passed, in order.
+    pub communications: Vec<(Name, Value)>,
+    /// Random draws: names that stand for the value drawn, with the distribution.
+    pub draws: Vec<(Name, Value)>,
+    /// Whether a loop ended: the system changed its behaviour.
+    pub switches: bool,
+    /// Where it leads.
+    pub next: Next,
+}
+
+impl Edge {
+    /// Its whole duration.
+    ///
+    /// # Errors
+    /// When the sum has no normal form.
+    pub fn duration(&self) -> Result<Value, ValueError> {
+        self.segments.iter().try_fold(Value::integer(0), |sum, segment| sum.add(&segment.duration))
+    }
+}
+
+/// A behavioural state.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Phase {
+    /// What the system is about to do, component by component.
+    pub control: Vec<String>,
+    /// Its state variables.
+    pub variables: Vec<Name>,
+    /// The ways through a round.
+    pub edges: Vec<Edge>,
+}
+
+impl Phase {
+    /// The rounds that come back to this phase, which has this number.
+    pub fn rounds(&self, own: usize) -> impl Iterator<Item = &Edge> {
+        self.edges.iter().filter(move |edge| edge.next == Next::Phase(own))
+    }
+
+    /// The guard of the phase: when a round of it is followed by another, over its variables.
+    pub fn guard(&self, own: usize) -> Vec<Test> {
+        self.rounds(own).next().map(|edge| edge.after.iter().flatten().cloned().collect()).unwrap_or_default()
+    }
+}
+
+/// The period of a system.
+#[derive(Clone, Debug)]
+pub struct Period {
+    /// The components, as they were given.
+    pub components: Vec<Term>,
+    /// Their names.
+    pub names: Vec<String>,
+    /// From the start to the first phase: takes no time unless phases were merged into it.
+    pub initial: Vec<Edge>,
+    /// The phases.
+    pub phases: Vec<Phase>,
+    /// How often each component goes round in one period, where the balance equations say so.
+    pub repetitions: Option<Vec<(String, u64)>>,
+    /// Communications that wait for ever in some run.
+    pub warnings: Vec<Failure>,
+}
+
+/// Finds the period of the system of these components.
+///
+/// # Errors
+/// The failures that leave no period, static ones first.
+pub fn analyse(
+    components: &[Term],
+    definitions: &Definitions,
+    assumptions: &Assumptions,
+) -> Result<Period, Vec<Failure>> {
+    let components = ports::flatten(components);
+    let closed = ports::System::of(&components, definitions);
+    let failures = closed.failures();
+    if !failures.is_empty() {
+        return Err(failures);
+    }
+    let repetitions = closed.balance(definitions).map_err(|failure| vec![failure])?;
+    let graph =
+        explore::explore(&components, &closed.names, definitions, assumptions).map_err(|failure| vec![failure])?;
+    let (initial, phases) = merge::merge(graph).map_err(|error| vec![Failure::NoPeriod { reason: error.0 }])?;
+    let mut warnings = Vec::new();
+    for edge in initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)) {
+        match &edge.next {
+            Next::End(End::Silent { blocked, .. }) => {
+                for one in blocked {
+                    let failure = Failure::Unmatched(one.clone());
+                    if !warnings.contains(&failure) {
+                        warnings.push(failure);
+                    }
+                }
+            }
+            Next::End(End::Livelock { cycle }) => {
+                warnings.push(Failure::Livelock { cycle: cycle.clone(), when: edge.tests.clone() });
+            }
+            _ => {}
+        }
+    }
+    Ok(Period { components, names: closed.names, initial, phases, repetitions, warnings })
+}

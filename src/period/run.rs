@@ -1,0 +1,382 @@
+//! The running system: terms with their values beside them, and all that ends at once ended.
+//!
+//! Values are kept in environments, never put into terms, so that the control point (the terms) and the values
+//! are apart. A question about values that the assumptions leave open stops the settling; the caller asks again
+//! with the answer assumed, once each way.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use num_traits::ToPrimitive;
+
+use super::{Failure, Test};
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::name::Name;
+use crate::scope::read_names;
+use crate::substitution::substitute_values;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// Names with their values.
+pub(crate) type Env = BTreeMap<Name, Value>;
+
+/// A process that runs, or has ended.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) enum Run {
+    /// Has stopped, and carries this.
+    Done(Env),
+    /// Has aborted.
+    Aborted,
+    /// Not looked at yet.
+    Fresh(Term, Env),
+    /// A read, a write, an observer, or `Idle`.
+    Wait(Term, Env),
+    /// A delay with what is left of it.
+    Delay(Value),
+    /// The part that runs, the parts to come, their values, and what is carried so far.
+    Seq(Box<Run>, Vec<Term>, Env, Env),
+    /// With the alternative; true if this is a loop, whose alternative is `Stop`.
+    Else(Box<Run>, Term, Env, bool),
+    /// Side by side.
+    Par(Vec<Run>),
+    /// The first that ends ends all.
+    Disable(Vec<Run>),
+}
+
+/// A question that came up, with the names it was asked in.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct RawTest {
+    /// What was asked, of values.
+    pub test: Test,
+    /// The same, of names.
+    pub raw: Test,
+    /// What the names stood for.
+    pub env: Env,
+}
+
+/// What has been assumed, and what has happened, on the way to a state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Path {
+    /// What is assumed.
+    pub assumptions: Assumptions,
+    /// The answers given, in order.
+    pub tests: Vec<RawTest>,
+    /// How many loops have ended.
+    pub exits: usize,
+    /// Random draws: the name that stands for the value, and the distribution.
+    pub draws: Vec<(Name, Value)>,
+    /// Calls unfolded while settling last.
+    pub unfolded: Vec<Name>,
+}
+
+/// Why settling stopped.
+pub(crate) enum Halt {
+    /// An open question.
+    Split(Box<RawTest>),
+    /// A failure.
+    Failed(Box<Failure>),
+}
+
+impl Halt {
+    pub(crate) fn because<T>(reason: impl Into<String>) -> Result<T, Halt> {
+        Err(Halt::Failed(Box::new(Failure::NoPeriod { reason: reason.into() })))
+    }
+}
+
+impl From<Failure> for Halt {
+    fn from(failure: Failure) -> Halt {
+        Halt::Failed(Box::new(failure))
+    }
+}
+
+/// Nested operators and unfoldings that one settling may go through.
+const DEEPEST: usize = 300;
+/// Copies that `P^n` may have.
+const MOST_COPIES: usize = 10_000;
+
+/// What settling needs to know.
+pub(crate) struct Settler<'a> {
+    pub(crate) definitions: &'a Definitions,
+    /// The names that vary from round to round; all others are parameters.
+    pub(crate) reserved: &'a BTreeSet<Name>,
+}
+
+/// The values of the names that are needed.
+pub(crate) fn restrict(env: &Env, names: &BTreeSet<Name>) -> Env {
+    env.iter().filter(|(name, _)| names.contains(*name)).map(|(name, value)| (name.clone(), value.clone())).collect()
+}
+
+pub(crate) fn read_all(terms: &[Term]) -> BTreeSet<Name> {
+    terms.iter().flat_map(read_names).collect()
+}
+
+/// A process at its start.
+pub(crate) fn fresh(term: &Term, env: &Env) -> Run {
+    Run::Fresh(term.clone(), restrict(env, &read_names(term)))
+}
+
+pub(crate) fn evaluate(value: &Value, env: &Env) -> Result<Value, Halt> {
+    match value.substitute(env) {
+        Ok(value) => Ok(value),
+        Err(error) => Halt::because(format!("{value} has no value: {}", error.0)),
+    }
+}
+
+impl Run {
+    fn ended(&self) -> bool {
+        matches!(self, Run::Done(_) | Run::Aborted)
+    }
+}
+
+/// The end of parts that have ended together: stopped if one of them stopped.
+fn joint_end(parts: &[Run]) -> Run {
+    let mut carried = Env::new();
+    let mut stopped = false;
+    for part in parts {
+        if let Run::Done(results) = part {
+            stopped = true;
+            carried.extend(results.iter().map(|(name, value)| (name.clone(), value.clone())));
+        }
+    }
+    if stopped { Run::Done(carried) } else { Run::Aborted }
+}
+
+impl Settler<'_> {
+    /// Ends all that ends at once. `wanted` are the names that are read later.
+    pub(crate) fn settle(&self, run: Run, wanted: &BTreeSet<Name>, path: &mut Path, depth: usize) -> Result<Run, Halt> {
+        if depth > DEEPEST {
+            return match path.unfolded.last() {
+                Some(last) => {
+                    let cycle = cycle_of(&path.unfolded, last);
+                    Err(Failure::Livelock { cycle, when: path.tests.iter().map(|t| t.test.clone()).collect() }.into())
+                }
+                None => Halt::because("the processes are nested too deeply"),
+            };
+        }
+        match run {
+            Run::Done(carried) => Ok(Run::Done(restrict(&carried, wanted))),
+            Run::Aborted | Run::Wait(..) => Ok(run),
+            Run::Delay(left) if path.assumptions.decide(Relation::Eq, &left, &Value::zero()) == Some(true) => {
+                Ok(Run::Done(Env::new()))
+            }
+            Run::Delay(_) => Ok(run),
+            Run::Fresh(term, env) => self.start(&term, &env, wanted, path, depth),
+            Run::Seq(first, rest, env, carried) => {
+                self.settle_sequence(*first, rest, (env, carried), wanted, path, depth)
+            }
+            Run::Else(first, second, env, looped) => {
+                match self.settle(*first, wanted, path, depth + 1)? {
+                    Run::Done(carried) => Ok(Run::Done(carried)),
+                    Run::Aborted => {
+                        path.exits += usize::from(looped);
+                        self.settle(Run::Fresh(second, env), wanted, path, depth + 1)
+                    }
+                    // A loop never aborts, so a loop round it that has come to its last part adds nothing.
+                    inner @ Run::Else(_, _, _, true) if looped => Ok(inner),
+                    inner => Ok(Run::Else(Box::new(inner), second, env, looped)),
+                }
+            }
+            Run::Par(parts) => {
+                let parts = self.settle_all(parts, wanted, path, depth)?;
+                Ok(if parts.iter().all(Run::ended) { joint_end(&parts) } else { Run::Par(parts) })
+            }
+            Run::Disable(parts) => {
+                let parts = self.settle_all(parts, wanted, path, depth)?;
+                if parts.iter().any(Run::ended) {
+                    return Ok(joint_end(&parts));
+                }
+                Ok(Run::Disable(parts))
+            }
+        }
+    }
+
+    fn settle_all(
+        &self,
+        parts: Vec<Run>,
+        wanted: &BTreeSet<Name>,
+        path: &mut Path,
+        depth: usize,
+    ) -> Result<Vec<Run>, Halt> {
+        parts.into_iter().map(|part| self.settle(part, wanted, path, depth + 1)).collect()
+    }
+
+    fn settle_sequence(
+        &self,
+        mut first: Run,
+        mut rest: Vec<Term>,
+        (mut env, mut carried): (Env, Env),
+        wanted: &BTreeSet<Name>,
+        path: &mut Path,
+        depth: usize,
+    ) -> Result<Run, Halt> {
+        loop {
+            let reads = read_all(&rest);
+            let both: BTreeSet<Name> = reads.union(wanted).cloned().collect();
+            match self.settle(first, &both, path, depth + 1)? {
+                Run::Done(results) => {
+                    carried.extend(results.iter().map(|(name, value)| (name.clone(), value.clone())));
+                    env.extend(results);
+                    if rest.is_empty() {
+                        return Ok(Run::Done(restrict(&carried, wanted)));
+                    }
+                    first = fresh(&rest.remove(0), &env);
+                }
+                Run::Aborted => return Ok(Run::Aborted),
+                running => {
+                    let carried = restrict(&carried, wanted);
+                    if rest.is_empty() && carried.is_empty() {
+                        return Ok(running);
+                    }
+                    return Ok(Run::Seq(Box::new(running), rest, restrict(&env, &reads), carried));
+                }
+            }
+        }
+    }
+
+    fn start(
+        &self,
+        term: &Term,
+        env: &Env,
+        wanted: &BTreeSet<Name>,
+        path: &mut Path,
+        depth: usize,
+    ) -> Result<Run, Halt> {
+        let next = match term.node() {
+            Node::Stop => return Ok(Run::Done(Env::new())),
+            Node::Abort => return Ok(Run::Aborted),
+            Node::Idle | Node::Observe(..) | Node::In(..) | Node::Out(..) => {
+                return Ok(Run::Wait(term.clone(), env.clone()));
+            }
+            Node::Delay(time) => return self.start_delay(time, env, path),
+            Node::Guard(relation, left, right) => {
+                let raw = Test { relation: *relation, left: left.clone(), right: right.clone() };
+                return Ok(if self.ask(raw, env, path)? { Run::Done(Env::new()) } else { Run::Aborted });
+            }
+            Node::Set(value, name) => {
+                return Ok(Run::Done(restrict(&Env::from([(name.clone(), evaluate(value, env)?)]), wanted)));
+            }
+            Node::Ran(distribution, name) => {
+                let drawn = self.draw(name, evaluate(distribution, env)?, path);
+                return Ok(Run::Done(restrict(&Env::from([(name.clone(), drawn)]), wanted)));
+            }
+            Node::Seq(parts) => {
+                let rest: Vec<Term> = parts.iter().skip(1).cloned().collect();
+                let first = parts.first().map_or(Run::Done(Env::new()), |part| fresh(part, env));
+                Run::Seq(Box::new(first), rest, env.clone(), Env::new())
+            }
+            Node::Else(first, second) => {
+                Run::Else(Box::new(fresh(first, env)), second.clone(), restrict(env, &read_names(second)), false)
+            }
+            Node::Loop(body) => {
+                let round = Run::Seq(Box::new(fresh(body, env)), vec![term.clone()], env.clone(), Env::new());
+                Run::Else(Box::new(round), Term::stop(), Env::new(), true)
+            }
+            Node::Par(parts) => Run::Par(parts.iter().map(|part| fresh(part, env)).collect()),
+            Node::Disable(parts) => Run::Disable(parts.iter().map(|part| fresh(part, env)).collect()),
+            Node::Call(name, arguments) => self.unfold(name, arguments, env, path)?,
+            Node::Power(body, count, index) => fresh(&self.copies(body, count, index.as_ref(), env)?, env),
+            Node::Meta(name, _) => return Halt::because(format!("{name} is no process but stands for any")),
+            Node::New(port, _) => return Halt::because(format!("port {port} is private to a part of a component")),
+            Node::Project(..) | Node::Replace(..) => {
+                return Halt::because("a projection or a replacement stands inside a component");
+            }
+        };
+        self.settle(next, wanted, path, depth + 1)
+    }
+
+    fn unfold(&self, name: &Name, arguments: &[Value], env: &Env, path: &mut Path) -> Result<Run, Halt> {
+        let Some(definition) = self.definitions.get(name) else {
+            return Halt::because(format!("{name} is not defined"));
+        };
+        if definition.parameters.len() != arguments.len() {
+            return Halt::because(format!("{name} is called with {} values", arguments.len()));
+        }
+        let mut inner = Env::new();
+        for (parameter, argument) in definition.parameters.iter().zip(arguments) {
+            inner.insert(parameter.clone(), evaluate(argument, env)?);
+        }
+        path.unfolded.push(name.clone());
+        let body = fresh(&definition.body, &inner);
+        if definition.recursive {
+            return Ok(Run::Else(Box::new(body), Term::stop(), Env::new(), true));
+        }
+        Ok(body)
+    }
+
+    fn copies(&self, body: &Term, count: &Value, index: Option<&Name>, env: &Env) -> Result<Term, Halt> {
+        let count = evaluate(count, env)?;
+        let number = count.as_rational().filter(|number| number.is_integer()).and_then(|number| number.to_usize());
+        let Some(number) = number.filter(|number| *number <= MOST_COPIES) else {
+            return Halt::because(format!("the number of copies, {count}, must be a number up to {MOST_COPIES}"));
+        };
+        let mut parts = Vec::new();
+        for copy in 0..number {
+            match index {
+                None => parts.push(body.clone()),
+                Some(index) => {
+                    let map = BTreeMap::from([(index.clone(), Value::integer(copy as i64))]);
+                    match substitute_values(body, &map) {
+                        Ok(part) => parts.push(part),
+                        Err(stuck) => return Halt::because(stuck.0),
+                    }
+                }
+            }
+        }
+        Ok(Term::seq(parts))
+    }
+
+    fn start_delay(&self, time: &Value, env: &Env, path: &Path) -> Result<Run, Halt> {
+        let left = evaluate(time, env)?;
+        let zero = Value::integer(0);
+        if path.assumptions.decide(Relation::Eq, &left, &zero) == Some(true) {
+            return Ok(Run::Done(Env::new()));
+        }
+        match path.assumptions.decide(Relation::Gtr, &left, &zero) {
+            Some(true) => Ok(Run::Delay(left)),
+            Some(false) => Halt::because(format!("the duration {left} may be negative")),
+            None if self.varies(&left) => {
+                let raw = Test { relation: Relation::Gtr, left: time.clone(), right: zero };
+                Ok(if self.ask(raw, env, path)? { Run::Delay(left) } else { Run::Done(Env::new()) })
+            }
+            None => Halt::because(format!("it must be known whether {left} > 0")),
+        }
+    }
+
+    /// The answer to a question, if the assumptions give it.
+    pub(crate) fn ask(&self, raw: Test, env: &Env, path: &Path) -> Result<bool, Halt> {
+        let left = evaluate(&raw.left, env)?;
+        let right = evaluate(&raw.right, env)?;
+        let test = Test { relation: raw.relation, left, right };
+        match test.decide(&path.assumptions) {
+            Some(answer) => Ok(answer),
+            None => {
+                let reads = raw.left.variables().union(&raw.right.variables()).cloned().collect();
+                Err(Halt::Split(Box::new(RawTest { test, raw, env: restrict(env, &reads) })))
+            }
+        }
+    }
+
+    /// Whether a value differs from round to round.
+    pub(crate) fn varies(&self, value: &Value) -> bool {
+        value.variables().iter().any(|name| !self.reserved.contains(name))
+    }
+
+    fn draw(&self, name: &Name, distribution: Value, path: &mut Path) -> Value {
+        let number = path.draws.len() + 1;
+        let drawn = Name::new(&format!("{name}~{number}"));
+        path.draws.push((drawn.clone(), distribution));
+        Value::variable(&drawn)
+    }
+}
+
+fn cycle_of(unfolded: &[Name], last: &Name) -> Vec<Name> {
+    let mut cycle = vec![last.clone()];
+    for name in unfolded.iter().rev().skip(1) {
+        if name == last {
+            break;
+        }
+        cycle.push(name.clone());
+    }
+    cycle.reverse();
+    cycle
+}

@@ -1,0 +1,161 @@
+//! What a settled system can do: offers on ports, what it shows, and how time passes.
+
+use super::run::{Env, Halt, Run, evaluate};
+use crate::name::Name;
+use crate::substitution::substitute_values;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// A read or a write that waits.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Offer {
+    /// Where: the component, then the branches of `|` and `#`.
+    pub place: Vec<usize>,
+    /// On which port.
+    pub port: Name,
+    /// The value written; for a read, none.
+    pub value: Option<Value>,
+    /// The name that a read binds.
+    pub binds: Option<Name>,
+}
+
+/// All reads and writes that wait in a part.
+pub(crate) fn offers(run: &Run, place: &mut Vec<usize>, found: &mut Vec<Offer>) -> Result<(), Halt> {
+    match run {
+        Run::Wait(term, env) => {
+            let (port, value, binds) = match term.node() {
+                Node::In(port, name) => (port, None, Some(name.clone())),
+                Node::Out(port, value) => (port, Some(evaluate(value, env)?), None),
+                _ => return Ok(()),
+            };
+            found.push(Offer { place: place.clone(), port: port.clone(), value, binds });
+        }
+        Run::Seq(first, ..) | Run::Else(first, ..) => offers(first, place, found)?,
+        Run::Par(parts) | Run::Disable(parts) => {
+            for (index, part) in parts.iter().enumerate() {
+                place.push(index);
+                offers(part, place, found)?;
+                place.pop();
+            }
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// All offers of a system.
+pub(crate) fn all_offers(state: &[Run]) -> Result<Vec<Offer>, Halt> {
+    let mut found = Vec::new();
+    for (index, run) in state.iter().enumerate() {
+        offers(run, &mut vec![index], &mut found)?;
+    }
+    Ok(found)
+}
+
+/// The part at a place replaced: a read or write that has taken place.
+pub(crate) fn finish(run: Run, place: &[usize], results: &Env) -> Run {
+    match run {
+        Run::Seq(first, rest, env, carried) => Run::Seq(Box::new(finish(*first, place, results)), rest, env, carried),
+        Run::Else(first, second, env, looped) => {
+            Run::Else(Box::new(finish(*first, place, results)), second, env, looped)
+        }
+        Run::Par(parts) => Run::Par(finish_one(parts, place, results)),
+        Run::Disable(parts) => Run::Disable(finish_one(parts, place, results)),
+        _ => Run::Done(results.clone()),
+    }
+}
+
+fn finish_one(parts: Vec<Run>, place: &[usize], results: &Env) -> Vec<Run> {
+    let Some((chosen, below)) = place.split_first() else {
+        return parts;
+    };
+    parts
+        .into_iter()
+        .enumerate()
+        .map(|(index, part)| if index == *chosen { finish(part, below, results) } else { part })
+        .collect()
+}
+
+/// What is left of each delay that runs, and what each observer shows.
+pub(crate) fn inspect(run: &Run, delays: &mut Vec<Value>, shown: &mut Vec<Term>) -> Result<(), Halt> {
+    match run {
+        Run::Delay(left) => delays.push(left.clone()),
+        Run::Wait(term, env) => {
+            if matches!(term.node(), Node::Observe(..)) {
+                shown.push(term.map_values(&mut |value| evaluate(value, env))?);
+            }
+        }
+        Run::Seq(first, ..) | Run::Else(first, ..) => inspect(first, delays, shown)?,
+        Run::Par(parts) | Run::Disable(parts) => {
+            for part in parts {
+                inspect(part, delays, shown)?;
+            }
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Every value of a running system replaced by its image: delays, environments, what is carried.
+pub(crate) fn map_values<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>) -> Result<Run, E> {
+    let over = |env: &Env, image: &mut dyn FnMut(Slot<'_>, &Value) -> Result<Value, E>| -> Result<Env, E> {
+        env.iter().map(|(name, value)| Ok((name.clone(), image(Slot::Name(name), value)?))).collect()
+    };
+    Ok(match run {
+        Run::Done(carried) => Run::Done(over(carried, image)?),
+        Run::Aborted => Run::Aborted,
+        Run::Fresh(term, env) => Run::Fresh(term.clone(), over(env, image)?),
+        Run::Wait(term, env) => Run::Wait(term.clone(), over(env, image)?),
+        Run::Delay(left) => Run::Delay(image(Slot::Delay, left)?),
+        Run::Seq(first, rest, env, carried) => {
+            let first = map_boxed(first, image)?;
+            let env = over(env, image)?;
+            Run::Seq(first, rest.clone(), env, over(carried, image)?)
+        }
+        Run::Else(first, second, env, looped) => {
+            let first = map_boxed(first, image)?;
+            Run::Else(first, second.clone(), over(env, image)?, *looped)
+        }
+        Run::Par(parts) => Run::Par(map_parts(parts, image)?),
+        Run::Disable(parts) => Run::Disable(map_parts(parts, image)?),
+    })
+}
+
+fn map_boxed<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>) -> Result<Box<Run>, E> {
+    Ok(Box::new(map_values(run, image)?))
+}
+
+fn map_parts<E>(parts: &[Run], image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>) -> Result<Vec<Run>, E> {
+    let mut mapped = Vec::with_capacity(parts.len());
+    for part in parts {
+        mapped.push(map_values(part, image)?);
+    }
+    Ok(mapped)
+}
+
+/// Where a value of a running system stands.
+#[derive(Clone, Copy)]
+pub(crate) enum Slot<'a> {
+    /// What is left of a delay.
+    Delay,
+    /// The value of a name.
+    Name(&'a Name),
+}
+
+/// What a running part is about to do, as a process; for people, who need not see the loops round it.
+pub(crate) fn readable(run: &Run) -> Term {
+    let filled = |term: &Term, env: &Env| substitute_values(term, env).unwrap_or_else(|_| term.clone());
+    match run {
+        Run::Done(_) => Term::stop(),
+        Run::Aborted => Term::abort(),
+        Run::Delay(left) => Term::delay(left.clone()),
+        Run::Wait(term, env) | Run::Fresh(term, env) => filled(term, env),
+        Run::Seq(first, rest, env, _) => {
+            Term::seq(std::iter::once(readable(first)).chain(rest.iter().map(|term| filled(term, env))))
+        }
+        Run::Else(first, _, _, true) => readable(first),
+        Run::Else(first, second, env, false) => Term::otherwise(readable(first), filled(second, env)),
+        Run::Par(parts) => Term::par(parts.iter().map(readable)),
+        Run::Disable(parts) => Term::disable(parts.iter().map(readable)),
+    }
+}

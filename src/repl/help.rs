@@ -1,0 +1,96 @@
+//! What `:help` says.
+
+use super::command::COMMANDS;
+use crate::diagnostic::nearest;
+
+const TOPICS: [(&str, &str); 6] = [
+    (
+        "processes",
+        "Stop  Abort  Idle            end well, end badly, wait for ever
+Delay_t                      wait for t
+In_c<y>  Out_{c,x}           read y from port c, write x to it
+Eq_{x,y} Neq Gtr Gte Lss Lte a guard: stop if true, abort if false, at once
+Set_x<y>  Ran_D<y>           y is x; y is drawn from D
+At_r                         an observer: shows where the robot is while it runs
+P ; Q                        Q when P has stopped
+P else Q                     Q when P has aborted
+P | Q                        both, until both have ended
+P # Q                        both, until one of them ends
+P^n   loop(P)   try(P)       n rounds; until a round aborts; P else Stop
+new c. P                     port c is private to P
+P to {At}                    only what At shows
+proc T_u = P_u ; T_{u+1}     a definition; one that calls itself is a loop\n",
+    ),
+    (
+        "values",
+        "1/10  0.1  x  ?x  (x, y)  + - * / ^  abs min max clamp norm floor ceil sqrt
+if x > 0 then x else 0
+param t > 0, n : natural     a parameter with what is assumed of it
+fn s(d) = d / t              a function; without `= …` it is left open
+Normal(0, sd: s)  Normal(0, var: v)  Exp(rate: l)  Uniform(a, b)  Mix(1/2: D, 1/2: E)  Point(x)\n",
+    ),
+    (
+        "claims",
+        "prove P = Q                  they behave the same
+prove P <= Q                 Q does the same and shows no more
+prove name: P = Q            the claim has a name: `:why name`
+prove P = Q when t > 0, never_aborts(?P)
+prove P = Q by law, law      by these laws alone
+prove P = Q by { P = {law} R = {law} Q }
+prove Sys satisfies Goal
+expect proved | refuted | open | t1 = 10     behind the claim\n",
+    ),
+    (
+        "systems",
+        "system Sys = P | Q           the ports that they share are private to them
+property Goal = Delay_{?t1} ; (Delay_{?t2} # At_a) ; Goal
+period Sys                   what repeats
+flow Sys                     how a round changes the variables
+project P to {At}            what is seen of P
+prove Sys satisfies Goal\n",
+    ),
+    (
+        "laws",
+        "`:laws` lists the laws, `:laws word` those that mention a word, `:law name` shows one.
+import \"mine.rules\"          takes in laws of your own, in the form that `:law` shows\n",
+    ),
+    (
+        "editing",
+        "Tab completes names, laws, commands, and \\phi to φ. An unfinished input goes on in the next line.
+`it` is the last result. Ctrl-C stops a search, Ctrl-D leaves. Arrow up brings back what was typed.\n",
+    ),
+];
+
+/// The names of the topics.
+pub(super) fn topics() -> impl Iterator<Item = &'static str> {
+    TOPICS.iter().map(|(name, _)| *name)
+}
+
+/// What to say about a topic; about everything in short when none is given.
+pub(super) fn help(topic: &str) -> String {
+    if topic.is_empty() {
+        let mut text =
+            "Type a process to simplify it, or an item of the language: `prove Delay_1 ; Delay_2 = Delay_3`.\n"
+                .to_string();
+        for (name, arguments, says) in COMMANDS {
+            text.push_str(&format!("  {:<22} {says}\n", format!(":{name} {arguments}")));
+        }
+        let topics: Vec<&str> = topics().collect();
+        text.push_str(&format!("topics: {}\n", topics.join(", ")));
+        return text;
+    }
+    let topic = topic.trim_start_matches(':');
+    if let Some((_, text)) = TOPICS.iter().find(|(name, _)| name.starts_with(topic)) {
+        return (*text).to_string();
+    }
+    if let Some((name, arguments, says)) = COMMANDS.iter().find(|(name, ..)| name.starts_with(topic)) {
+        return format!(":{name} {arguments}\n  {says}\n");
+    }
+    if let Some(text) = crate::codes::explain(topic) {
+        return text.to_string();
+    }
+    match nearest(topic, topics()) {
+        Some(other) => format!("there is no topic `{topic}`; did you mean `{other}`?\n"),
+        None => format!("there is no topic `{topic}`; the topics are {}\n", topics().collect::<Vec<_>>().join(", ")),
+    }
+}

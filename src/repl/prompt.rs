@@ -1,0 +1,106 @@
+//! What is typed, answered: an item of the language, a term, or a command that begins with `:`.
+
+use std::rc::Rc;
+
+use super::command;
+use crate::diagnostic::Severity;
+use crate::report::{Output, PROMPT};
+use crate::script::Printer;
+use crate::session::{Session, Surroundings};
+
+/// What came of an input.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reply {
+    /// What was printed.
+    pub text: String,
+    /// Whether the user wants to leave.
+    pub quit: bool,
+}
+
+/// A session at the prompt.
+pub struct Prompt {
+    session: Session,
+    colour: bool,
+    printer: Printer,
+    /// The inputs that changed the session, in step with its numbers.
+    inputs: Vec<String>,
+    shown: String,
+}
+
+impl Prompt {
+    /// A prompt with a new session.
+    ///
+    /// # Errors
+    /// What is wrong with the texts that are part of the program.
+    pub fn new(surroundings: Rc<dyn Surroundings>, colour: bool) -> Result<Prompt, String> {
+        let session = Session::new(surroundings).map_err(|failures| {
+            let texts: Vec<String> = failures
+                .iter()
+                .map(|one| Output::Trouble(one.source.clone(), one.diagnostics.clone()).text(colour))
+                .collect();
+            texts.concat()
+        })?;
+        Ok(Prompt { session, colour, printer: Printer::default(), inputs: Vec::new(), shown: String::new() })
+    }
+
+    /// The same prompt, but what it answers is in the replies alone.
+    pub fn quiet(self) -> Prompt {
+        Prompt { printer: Printer::closed(), ..self }
+    }
+
+    /// The session.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    pub(super) fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    /// Prints a text.
+    pub fn print(&mut self, text: &str) {
+        self.shown.push_str(text);
+        self.printer.print(text);
+    }
+
+    /// Answers one input; what is printed is also in the reply.
+    pub fn answer(&mut self, line: &str) -> Reply {
+        self.shown.clear();
+        let text = line.trim();
+        let mut quit = false;
+        if let Some(command) = text.strip_prefix(':') {
+            quit = command::run(self, command);
+        } else if !text.is_empty() {
+            self.run(line, |session, emit| session.input(PROMPT, line, emit));
+        }
+        Reply { text: std::mem::take(&mut self.shown), quit }
+    }
+
+    /// Runs something in the session, prints what it answers, and keeps the input if something came of it.
+    pub(super) fn run(&mut self, input: &str, work: impl FnOnce(&mut Session, &mut crate::session::Emit<'_>)) {
+        let before = self.session.number();
+        let (colour, printer, shown) = (self.colour, &mut self.printer, &mut self.shown);
+        let mut useful = false;
+        work(&mut self.session, &mut |output, _| {
+            let wrong = |one: &crate::diagnostic::Diagnostic| one.severity == Severity::Error;
+            useful |= !matches!(output, Output::Trouble(_, diagnostics) if diagnostics.iter().any(wrong));
+            let text = output.text(colour);
+            shown.push_str(&text);
+            printer.print(&text);
+        });
+        if self.session.number() > before {
+            if useful {
+                self.inputs.truncate(before);
+                self.inputs.push(input.trim().to_string());
+            } else {
+                self.session.undo();
+            }
+        }
+    }
+
+    /// Forgets the last input; false if there is none.
+    pub(super) fn undo(&mut self) -> bool {
+        self.inputs.pop();
+        self.session.undo()
+    }
+}

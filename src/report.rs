@@ -1,0 +1,348 @@
+//! What a session answers, as data; as text for a person, and as JSON for a program, one object a line.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value as Json, json};
+
+use crate::diagnostic::{Diagnostic, Severity, Source, render_all};
+use crate::name::Name;
+use crate::value::Value;
+
+/// The name of what is typed at the prompt; its place needs no mention.
+pub const PROMPT: &str = "<prompt>";
+
+/// What came of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Proved, and checked by the kernel.
+    Proved,
+    /// Refuted: a run shows it.
+    Refuted,
+    /// Neither.
+    Open,
+}
+
+impl Verdict {
+    /// `proved`, `refuted`, `open`
+    pub fn spelling(self) -> &'static str {
+        match self {
+            Verdict::Proved => "proved",
+            Verdict::Refuted => "refuted",
+            Verdict::Open => "open",
+        }
+    }
+}
+
+/// Something that was expected, and whether it came so.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Expected {
+    /// As written: `refuted`, `t1 = 10`.
+    pub text: String,
+    /// Whether it came so.
+    pub met: bool,
+}
+
+/// What came of one claim, or of one question that has an expectation.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// The number of the claim in its session, from 1.
+    pub number: usize,
+    /// Its name, if it has one.
+    pub name: Option<Name>,
+    /// The file in which it stands.
+    pub file: String,
+    /// The line in which it begins.
+    pub line: usize,
+    /// As written.
+    pub claim: String,
+    /// `equality`, `refinement`, `satisfies`
+    pub kind: &'static str,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// What was expected; empty: that it is proved.
+    pub expected: Vec<Expected>,
+    /// Values found, in the first round.
+    pub values: Vec<(Name, Value)>,
+    /// Values in later rounds, where they differ.
+    pub steady: Vec<(Name, Value)>,
+    /// The laws used.
+    pub laws: Vec<Name>,
+    /// What was taken on trust.
+    pub trusted: Vec<String>,
+    /// The run that refutes it, or the period and what follows from it.
+    pub trace: Vec<String>,
+    /// What could be changed.
+    pub feedback: Vec<String>,
+    /// What remains, and what was tried.
+    pub remains: Vec<String>,
+    /// What is wrong or may go wrong.
+    pub diagnostics: Vec<(Source, Diagnostic)>,
+    /// Whether the user stopped the search.
+    pub interrupted: bool,
+}
+
+/// One answer of a session.
+#[derive(Clone, Debug)]
+pub enum Output {
+    /// To a claim.
+    Claim(Box<Report>),
+    /// To a question such as `simplify P` or `period Sys`.
+    Answer(Box<Answer>),
+    /// Something was declared.
+    Declared(Vec<Name>),
+    /// Something worth knowing.
+    Note(String),
+    /// An input that could not be taken.
+    Trouble(Source, Vec<Diagnostic>),
+}
+
+/// The answer to a question.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// The file in which the question stands.
+    pub file: String,
+    /// The line in which it begins.
+    pub line: usize,
+    /// `simplify`, `period`, `flow`, `project`
+    pub kind: &'static str,
+    /// As written.
+    pub question: String,
+    /// The answer.
+    pub lines: Vec<String>,
+    /// What was expected of it.
+    pub expected: Vec<Expected>,
+}
+
+impl Report {
+    /// Whether everything came as expected; a claim without expectations is expected to be proved.
+    pub fn as_expected(&self) -> bool {
+        let verdict = self.expected.iter().any(|expected| is_verdict(&expected.text));
+        self.expected.iter().all(|expected| expected.met) && (verdict || self.verdict == Verdict::Proved)
+    }
+
+    /// The exit code that it asks for: 0 as expected, 1 refuted or otherwise than expected, 4 open.
+    pub fn exit_code(&self) -> u8 {
+        match (self.as_expected(), self.verdict) {
+            (true, _) => 0,
+            (false, Verdict::Open) => 4,
+            (false, _) => 1,
+        }
+    }
+}
+
+/// Whether an expectation names a verdict.
+pub fn is_verdict(text: &str) -> bool {
+    matches!(text, "proved" | "refuted" | "open")
+}
+
+impl Output {
+    /// The exit code that it asks for.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Output::Claim(report) => report.exit_code(),
+            Output::Answer(answer) => u8::from(answer.expected.iter().any(|expected| !expected.met)),
+            Output::Trouble(_, diagnostics) => {
+                let wrong = diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
+                if wrong { 3 } else { 0 }
+            }
+            Output::Declared(_) | Output::Note(_) => 0,
+        }
+    }
+
+    /// For a person.
+    pub fn text(&self, colour: bool) -> String {
+        match self {
+            Output::Claim(report) => report.text(Paint(colour)),
+            Output::Answer(answer) => answer.text(Paint(colour)),
+            Output::Declared(names) => format!("{} declared\n", list(names)),
+            Output::Note(text) => format!("{} {text}\n", Paint(colour).bold("note:")),
+            Output::Trouble(source, diagnostics) => render_all(diagnostics, source, colour),
+        }
+    }
+
+    /// For a program: at most one line.
+    pub fn json(&self) -> Option<Json> {
+        match self {
+            Output::Claim(report) => Some(report.json()),
+            Output::Answer(answer) => Some(answer.json()),
+            Output::Trouble(source, diagnostics) => {
+                let diagnostics: Vec<Json> = diagnostics.iter().map(|one| one.to_json(source)).collect();
+                Some(json!({ "file": source.name, "diagnostics": diagnostics }))
+            }
+            Output::Declared(_) | Output::Note(_) => None,
+        }
+    }
+}
+
+/// The worse of two exit codes: bad input before refuted before open.
+pub fn worse(one: u8, other: u8) -> u8 {
+    let rank = |code: u8| match code {
+        0 => 0,
+        4 => 1,
+        1 => 2,
+        _ => 3,
+    };
+    if rank(other) > rank(one) { other } else { one }
+}
+
+fn list(names: &[Name]) -> String {
+    names.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
+}
+
+/// Colours, or none.
+#[derive(Clone, Copy)]
+struct Paint(bool);
+
+impl Paint {
+    fn with(self, code: &str, text: &str) -> String {
+        if self.0 { format!("\u{1b}[{code}m{text}\u{1b}[0m") } else { text.to_string() }
+    }
+
+    fn bold(self, text: &str) -> String {
+        self.with("1", text)
+    }
+
+    fn dim(self, text: &str) -> String {
+        self.with("2", text)
+    }
+
+    fn place(self, file: &str, line: usize) -> String {
+        if file == PROMPT { String::new() } else { self.dim(&format!("{file}:{line}:")) + " " }
+    }
+
+    fn good(self, good: bool, text: &str) -> String {
+        self.with(if good { "1;32" } else { "1;31" }, text)
+    }
+}
+
+/// The longest text of a value or term on one line.
+const WIDEST: usize = 2_000;
+
+/// A text cut to what can be read, saying so.
+pub fn abbreviated(text: &str) -> String {
+    let letters = text.chars().count();
+    if letters <= WIDEST {
+        return text.to_string();
+    }
+    let head: String = text.chars().take(WIDEST).collect();
+    format!("{head}… ({} letters more)", letters - WIDEST)
+}
+
+/// `t1` for `?t1`
+fn plain(name: &Name) -> &str {
+    name.as_str().trim_start_matches('?')
+}
+
+fn values(values: &[(Name, Value)]) -> String {
+    values
+        .iter()
+        .map(|(name, value)| format!("{name} = {}", abbreviated(&value.to_string())))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+impl Report {
+    fn text(&self, paint: Paint) -> String {
+        let mut out = String::new();
+        let fine = self.as_expected();
+        let word = match (self.verdict, self.interrupted) {
+            (Verdict::Proved, _) => "proved",
+            (Verdict::Refuted, _) => "refuted",
+            (Verdict::Open, false) => "could not prove",
+            (Verdict::Open, true) => "interrupted, could not prove",
+        };
+        let claim = self.claim.split_whitespace().collect::<Vec<_>>().join(" ");
+        let claim = claim.strip_prefix("prove ").unwrap_or(&claim);
+        let place = paint.place(&self.file, self.line);
+        let _ = writeln!(out, "{place}{} {}", paint.good(fine, &format!("{word}:")), abbreviated(claim));
+        if !self.values.is_empty() {
+            let _ = writeln!(out, "    with {}", values(&self.values));
+        }
+        if !self.steady.is_empty() {
+            let _ = writeln!(out, "    in later rounds {}", values(&self.steady));
+        }
+        for line in self.trace.iter().chain(&self.remains) {
+            let _ = writeln!(out, "    {}", abbreviated(line));
+        }
+        for line in &self.feedback {
+            let _ = writeln!(out, "    try: {line}");
+        }
+        if !self.laws.is_empty() {
+            let _ = writeln!(out, "    {}", paint.dim(&format!("by {}", list(&self.laws))));
+        }
+        for line in &self.trusted {
+            let _ = writeln!(out, "    on trust: {line}");
+        }
+        for expected in self.expected.iter().filter(|expected| !expected.met) {
+            let _ = writeln!(out, "    {} {}", paint.good(false, "but expected"), expected.text);
+        }
+        for (source, diagnostic) in &self.diagnostics {
+            let _ = writeln!(out, "{}", diagnostic.render(source, paint.0));
+        }
+        out
+    }
+
+    fn json(&self) -> Json {
+        let mut object = Map::new();
+        let mut put = |key: &str, value: Json| {
+            let empty = match &value {
+                Json::Array(items) => items.is_empty(),
+                Json::Object(items) => items.is_empty(),
+                Json::String(text) => text.is_empty(),
+                _ => false,
+            };
+            if !empty {
+                object.insert(key.to_string(), value);
+            }
+        };
+        put("file", json!(self.file));
+        put("line", json!(self.line));
+        put("claim", json!(self.claim));
+        put("kind", json!(self.kind));
+        put("verdict", json!(self.verdict.spelling()));
+        put("expected", json!(expected(&self.expected)));
+        put("values", pairs(&self.values));
+        put("steady", pairs(&self.steady));
+        put("laws", json!(self.laws.iter().map(Name::as_str).collect::<Vec<_>>()));
+        put("trusted", json!(self.trusted));
+        put("trace", json!(self.trace.iter().chain(&self.remains).collect::<Vec<_>>()));
+        put("feedback", json!(self.feedback));
+        let diagnostics: Vec<Json> = self.diagnostics.iter().map(|(source, one)| one.to_json(source)).collect();
+        put("diagnostics", json!(diagnostics));
+        Json::Object(object)
+    }
+}
+
+fn expected(expected: &[Expected]) -> String {
+    expected.iter().map(|expected| expected.text.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+fn pairs(values: &[(Name, Value)]) -> Json {
+    values.iter().map(|(name, value)| (plain(name).to_string(), json!(value.to_string()))).collect::<Map<_, _>>().into()
+}
+
+impl Answer {
+    fn text(&self, paint: Paint) -> String {
+        let mut out = String::new();
+        let question = self.question.split_whitespace().collect::<Vec<_>>().join(" ");
+        let place = paint.place(&self.file, self.line);
+        let _ = writeln!(out, "{place}{}", abbreviated(&question));
+        for line in &self.lines {
+            let _ = writeln!(out, "    {}", abbreviated(line));
+        }
+        for expected in self.expected.iter().filter(|expected| !expected.met) {
+            let _ = writeln!(out, "    {} {}", paint.good(false, "but expected"), expected.text);
+        }
+        out
+    }
+
+    fn json(&self) -> Json {
+        let mut object = json!({
+            "file": self.file, "line": self.line, "claim": self.question, "kind": self.kind, "trace": self.lines,
+        });
+        if let (false, Some(map)) = (self.expected.is_empty(), object.as_object_mut()) {
+            map.insert("expected".to_string(), json!(expected(&self.expected)));
+        }
+        object
+    }
+}

@@ -1,0 +1,206 @@
+//! `P = Q` and `P <= Q`: proved, refuted by a small instance, or open with what remains.
+
+use super::claim::Found;
+use super::reading::{Run, Waiting};
+use super::{Evidence, at};
+use crate::admission::instance;
+use crate::bisimulation::{Difference, Side};
+use crate::diagnostic::{Severity, Span};
+use crate::kernel::Theory;
+use crate::law::Connective;
+use crate::lower::{By, CalcStep, Environment};
+use crate::model::explore::Label;
+use crate::model::{Action, Outcome, State};
+use crate::name::Name;
+use crate::proof::Statement;
+use crate::prove::{self, Answer, Gap, prove};
+use crate::refute::{self, Counterexample, Refutation};
+use crate::report::Verdict;
+use crate::rewrite::{Ended, Limits};
+use crate::term::Term;
+
+/// What a theorem may rest on in this environment.
+pub(super) fn theory(environment: &Environment) -> Theory {
+    Theory {
+        assumptions: environment.assumptions.clone(),
+        definitions: environment.definitions.clone(),
+        laws: environment.laws.clone(),
+    }
+}
+
+impl Run<'_, '_> {
+    pub(super) fn compare(&mut self, statement: Statement, by: &By, waiting: &Waiting) -> Found {
+        let theory = theory(&waiting.environment);
+        let interrupted = || self.surroundings.interrupted();
+        let lines: Vec<(Connective, Vec<Name>, Term)>;
+        let by = match by {
+            By::Search => prove::By::Search,
+            By::Laws(laws) => prove::By::Laws(laws),
+            By::Calc(steps) => {
+                lines = steps.iter().map(|step| (step.connective, step.laws.clone(), step.term.clone())).collect();
+                prove::By::Calculation(&lines)
+            }
+        };
+        match prove(&theory, &statement, &by, Limits::default(), &interrupted) {
+            Answer::Proved(theorem, proof) => {
+                let it = Some(statement.right.clone());
+                let environment = waiting.environment.clone();
+                let evidence = Evidence { theory, environment, theorem: *theorem, proof: *proof };
+                Found { verdict: Some(Verdict::Proved), evidence: Some(evidence), it, ..Found::default() }
+            }
+            Answer::Open(gap) => self.open(&statement, &gap, waiting),
+        }
+    }
+
+    /// Looks for an instance that refutes the claim; if there is none, says what remains.
+    fn open(&self, statement: &Statement, gap: &Gap, waiting: &Waiting) -> Found {
+        if self.surroundings.interrupted() {
+            return Found { remains: remains(gap, None), ..Found::default() };
+        }
+        let environment = &waiting.environment;
+        let refutation = refute::refute(
+            &statement.left,
+            &statement.right,
+            statement.connective,
+            &statement.hypotheses,
+            &environment.definitions,
+            &environment.assumptions,
+            &refute::Limits::default(),
+        );
+        let mut found = Found::default();
+        match refutation.counterexample() {
+            Some(counterexample) => {
+                found.verdict = Some(Verdict::Refuted);
+                found.trace = run_lines(counterexample, statement.connective);
+            }
+            None => found.remains = remains(gap, Some(&refutation)),
+        }
+        if let (Some(number), Some(steps)) = (gap.step, calculation(waiting)) {
+            found.diagnostics = step_diagnostic(number, steps, waiting);
+        }
+        found
+    }
+}
+
+fn calculation(waiting: &Waiting) -> Option<&[CalcStep]> {
+    match &waiting.question {
+        super::reading::Question::Claim(claim) => match &claim.kind {
+            crate::lower::ClaimKind::Compare { by: By::Calc(steps), .. } => Some(steps),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn step_diagnostic(
+    number: usize,
+    steps: &[CalcStep],
+    waiting: &Waiting,
+) -> Vec<(crate::diagnostic::Source, crate::diagnostic::Diagnostic)> {
+    let span = number.checked_sub(1).and_then(|index| steps.get(index)).map_or(Span::default(), |step| step.span);
+    let text = format!("step {number} of the calculation could not be proved");
+    let mut diagnostic = at("P0902", text, span, "this step");
+    diagnostic.severity = Severity::Note;
+    vec![(waiting.source.clone(), diagnostic.help("add a step between, or name no law to try all"))]
+}
+
+/// What is left of an open claim, and what was tried.
+fn remains(gap: &Gap, refutation: Option<&Refutation>) -> Vec<String> {
+    let mut lines = vec![
+        "what remains, in the simplest forms found:".to_string(),
+        format!("  {}", gap.left),
+        format!("  {}", gap.right),
+    ];
+    let (classes, nodes) = gap.size;
+    lines.push(match gap.ended {
+        Ended::Saturated => format!("tried: all laws, until nothing new came ({classes} classes, {nodes} nodes)"),
+        Ended::Limit => format!("tried: all laws, up to the limit of the search ({classes} classes, {nodes} nodes)"),
+        Ended::Interrupted => format!("stopped by you after {classes} classes, {nodes} nodes"),
+    });
+    if let Some(rejected) = &gap.rejected {
+        lines.push(format!("a proof was found, but the kernel turned it down: {} ", rejected.reason));
+    }
+    if let Some(Refutation::None { instances, cost, cut, .. }) = refutation {
+        let how = if *cut { "not all of them" } else { "all of them" };
+        lines.push(format!("no counterexample among {instances} small instances (up to size {cost}, {how})"));
+    }
+    lines
+}
+
+/// The counterexample as a story.
+fn run_lines(found: &Counterexample, connective: Connective) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut chosen = instance(&found.processes, &found.values);
+    chosen.extend(found.names.iter().map(|(name, image)| format!("{name} = {image}")));
+    chosen.extend(found.surroundings.iter().map(|(name, value)| format!("{name} = {value}")));
+    if !chosen.is_empty() {
+        lines.push(format!("take {}", chosen.join(", ")));
+    }
+    let relation = if connective == Connective::Equal { "=" } else { "<=" };
+    lines.push(format!("then it says {} {relation} {}", found.left, found.right));
+    for step in &found.run.steps {
+        let who = match step.side {
+            Side::Left => "left:  ",
+            Side::Right => "right: ",
+            Side::Both => "both:  ",
+        };
+        lines.push(format!("{who}{}", label(&step.label)));
+    }
+    lines.push(difference(&found.run.difference));
+    lines
+}
+
+fn label(label: &Label) -> String {
+    match label {
+        Label::Wait(time) => format!("{time} of time passes"),
+        Label::Act(Action::In(port), Some(value)) => format!("reads {value} from {port}"),
+        Label::Act(Action::In(port), None) => format!("reads from {port}"),
+        Label::Act(Action::Out(port, value), _) => format!("writes {value} to {port}"),
+        Label::Act(Action::Tau(port, value), _) => format!("communicates {value} over {port}"),
+        Label::Act(Action::Draw(from, _), Some(value)) => format!("draws {value} from {}", listed(from)),
+        Label::Act(Action::Draw(from, _), None) => format!("draws from {}", listed(from)),
+    }
+}
+
+fn difference(difference: &Difference) -> String {
+    let side = |side: &Side| if *side == Side::Right { "right" } else { "left" };
+    let other = |side: &Side| if *side == Side::Right { "left" } else { "right" };
+    match difference {
+        Difference::Outcome(left, right) => {
+            format!("the left side {}, the right side {}", outcome(left), outcome(right))
+        }
+        Difference::Observations(left, right) => {
+            format!("the left side shows {}, the right side shows {}", shown(left), shown(right))
+        }
+        Difference::Move(who, what) => {
+            format!("the {} side {}, the {} side cannot", side(who), label(what), other(who))
+        }
+        Difference::Time(who) => format!("the {} side lets time pass, the {} side does not", side(who), other(who)),
+        Difference::Chances(..) => "the two sides draw with different chances".to_string(),
+    }
+}
+
+fn outcome(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Stop(results) if results.is_empty() => "has stopped".to_string(),
+        Outcome::Stop(results) => {
+            let results: Vec<String> = results.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            format!("has stopped with {}", results.join(", "))
+        }
+        Outcome::Abort => "has aborted".to_string(),
+        Outcome::Running => "still runs".to_string(),
+    }
+}
+
+fn shown(state: &State) -> String {
+    let shown: Vec<String> = state
+        .observations()
+        .into_iter()
+        .map(|(name, values)| Term::new(crate::term::Node::Observe(name, values)).to_string())
+        .collect();
+    if shown.is_empty() { "nothing".to_string() } else { shown.join(", ") }
+}
+
+fn listed(values: &[crate::value::Value]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}

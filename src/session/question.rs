@@ -1,0 +1,93 @@
+//! Questions: the simplest form of a process, the period and the flow of a system, a projection.
+
+use std::collections::BTreeSet;
+
+use super::compare::theory;
+use super::reading::{Question, Run, Waiting};
+use crate::fact::Context;
+use crate::lower::{Environment, Expectation, Subject};
+use crate::name::Name;
+use crate::proof::{Proof, Script, Statement, Step};
+use crate::prove::pruned;
+use crate::report::{Answer, Expected};
+use crate::simplify::Simplifier;
+use crate::term::{Node, Term};
+
+impl Run<'_, '_> {
+    pub(super) fn question(&mut self, waiting: &Waiting) -> Answer {
+        let (kind, lines, expected) = match &waiting.question {
+            Question::Simplify(term) => self.simplified("simplify", term, waiting),
+            Question::Project(subject, shown) => {
+                let term = subject_term(subject, &waiting.environment);
+                let term = Term::new(Node::Project(term, shown.clone()));
+                self.simplified("project", &term, waiting)
+            }
+            Question::Period(name) => ("period", self.period(name, waiting), Run::unmet(&waiting.expected)),
+            Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
+            Question::Claim(_) => ("claim", Vec::new(), Vec::new()),
+        };
+        let (file, line, question) = (waiting.file.clone(), waiting.line, waiting.text.clone());
+        Answer { file, line, kind, question, lines, expected }
+    }
+
+    fn simplified(
+        &mut self,
+        kind: &'static str,
+        term: &Term,
+        waiting: &Waiting,
+    ) -> (&'static str, Vec<String>, Vec<Expected>) {
+        let theory = theory(&waiting.environment);
+        let context = Context::new(&theory.assumptions, &theory.definitions, &[]);
+        let interrupted = || self.surroundings.interrupted();
+        let mut simplifier = Simplifier::new(&theory, &context, &interrupted);
+        let simple = simplifier.simplify(term);
+        let laws = laws_of(std::mem::take(&mut simplifier.script), simple.step, term, &simple.term);
+        let mut lines = vec![format!("= {}", simple.term)];
+        if !laws.is_empty() {
+            let laws: Vec<&str> = laws.iter().map(Name::as_str).collect();
+            lines.push(format!("by {}", laws.join(", ")));
+        }
+        if simplifier.exhausted() {
+            lines.push("stopped before the simplest form was reached".to_string());
+        }
+        let expected = waiting
+            .expected
+            .iter()
+            .map(|(expectation, text)| {
+                let met = match expectation {
+                    Expectation::Term(wanted) => {
+                        *wanted == simple.term || simplifier.simplify(wanted).term == simple.term
+                    }
+                    _ => false,
+                };
+                Expected { text: text.clone(), met }
+            })
+            .collect();
+        self.state.it = Some(simple.term);
+        (kind, lines, expected)
+    }
+}
+
+/// The process that a projection is of.
+fn subject_term(subject: &Subject, environment: &Environment) -> Term {
+    match subject {
+        Subject::Term(term) => term.clone(),
+        Subject::System(name) => {
+            environment.system(name).map_or_else(Term::stop, |system| system.term(&environment.definitions))
+        }
+    }
+}
+
+/// The laws that the steps up to this one rest on.
+fn laws_of(mut script: Script, last: usize, left: &Term, right: &Term) -> BTreeSet<Name> {
+    script.steps.truncate(last + 1);
+    let statement = Statement {
+        hypotheses: Vec::new(),
+        left: left.clone(),
+        connective: crate::law::Connective::Equal,
+        right: right.clone(),
+    };
+    let proof: Proof = pruned(&script.finish(statement));
+    let named = |step: &Step| if let Step::Law(name, _) = step { Some(name.clone()) } else { None };
+    proof.steps.iter().filter_map(named).collect()
+}

@@ -1,0 +1,220 @@
+//! Item after item: what is declared is noted, what is asked waits for the expectations behind it.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::{Emit, Record, State, Surroundings, at};
+use crate::admission::admit;
+use crate::ast::Item;
+use crate::diagnostic::{Diagnostic, Source, Span};
+use crate::law::Laws;
+use crate::lexer::{Kind, lex};
+use crate::lower::{Claim, Environment, Expectation, Lowered, Subject};
+use crate::name::Name;
+use crate::report::{Expected, Output};
+
+/// A question.
+pub(super) enum Question {
+    /// `prove …`
+    Claim(Claim),
+    /// `simplify P`
+    Simplify(crate::term::Term),
+    /// `period Sys`
+    Period(Name),
+    /// `flow Sys`
+    Flow(Name),
+    /// `project P to {…}`
+    Project(Subject, BTreeSet<Name>),
+}
+
+/// A question that waits for what is expected of it.
+pub(super) struct Waiting {
+    pub(super) question: Question,
+    pub(super) environment: Environment,
+    pub(super) source: Source,
+    pub(super) file: String,
+    pub(super) line: usize,
+    pub(super) text: String,
+    pub(super) expected: Vec<(Expectation, String)>,
+}
+
+/// One text, or one input, being run.
+pub(super) struct Run<'r, 'e> {
+    pub(super) state: &'r mut State,
+    pub(super) own: &'r Laws,
+    pub(super) surroundings: &'r dyn Surroundings,
+    emit: &'r mut Emit<'e>,
+    waiting: Option<Waiting>,
+    laws: Laws,
+    place: (String, usize, usize),
+    stopped: bool,
+}
+
+impl<'r, 'e> Run<'r, 'e> {
+    pub(super) fn new(
+        state: &'r mut State,
+        own: &'r Laws,
+        surroundings: &'r dyn Surroundings,
+        environment: &Environment,
+        emit: &'r mut Emit<'e>,
+    ) -> Run<'r, 'e> {
+        let laws = environment.laws.clone();
+        Run { state, own, surroundings, emit, waiting: None, laws, place: (String::new(), 0, 1), stopped: false }
+    }
+
+    pub(super) fn emit(&mut self, output: &Output, record: Option<&Record>) {
+        (self.emit)(output, record);
+    }
+
+    /// Takes one item.
+    pub(super) fn visit(&mut self, environment: &mut Environment, source: &Source, item: &Item, lowered: Lowered) {
+        if self.stopped {
+            return;
+        }
+        if let Lowered::Expect(expectation) = lowered {
+            self.expect(environment, source, item.span, expectation);
+            return;
+        }
+        self.finish();
+        let question = match lowered {
+            Lowered::Claim(claim) => Question::Claim(claim),
+            Lowered::Simplify(term) => Question::Simplify(term),
+            Lowered::Period(name) => Question::Period(name),
+            Lowered::Flow(name) => Question::Flow(name),
+            Lowered::Project(subject, shown) => Question::Project(subject, shown),
+            Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
+            Lowered::Law(law) => {
+                let interrupted = || self.surroundings.interrupted();
+                match admit(&self.laws, &law, item.span, &interrupted) {
+                    Ok(()) => self.laws = environment.laws.clone(),
+                    Err(diagnostic) => {
+                        environment.laws = self.laws.clone();
+                        self.trouble(source, vec![*diagnostic]);
+                    }
+                }
+                return;
+            }
+            Lowered::Expect(_) | Lowered::Import(_) => return,
+        };
+        let text = item.span.of(&source.text).trim().to_string();
+        let line = self.line(source, item.span.start);
+        let environment = environment.clone();
+        // The places of a calculation's steps are looked up in the whole text.
+        let calculated = matches!(&question, Question::Claim(claim) if by_lines(claim));
+        let shown = if calculated { source.clone() } else { Source::default() };
+        let file = source.name.clone();
+        let expected = Vec::new();
+        self.waiting = Some(Waiting { question, environment, source: shown, file, line, text, expected });
+    }
+
+    /// The line of a place; places come in order, so that a long text is read once.
+    fn line(&mut self, source: &Source, offset: usize) -> usize {
+        let (name, before, line) = &mut self.place;
+        if *name != source.name || offset < *before {
+            (*name, *before, *line) = (source.name.clone(), 0, 1);
+        }
+        let between = source.text.as_bytes().get(*before..offset).unwrap_or(&[]);
+        *line += between.iter().filter(|byte| **byte == b'\n').count();
+        *before = offset;
+        *line
+    }
+
+    fn expect(&mut self, environment: &Environment, source: &Source, span: Span, expectation: Expectation) {
+        let text = span.of(&source.text).trim().trim_start_matches("expect").trim().to_string();
+        if let Some(waiting) = &mut self.waiting {
+            waiting.expected.push((expectation, text));
+            return;
+        }
+        // At the prompt an expectation may come in an input of its own.
+        let Some(last) = self.state.records.last().cloned() else {
+            let diagnostic = at("P0901", "there is nothing here of which this could be expected", span, "here");
+            self.trouble(source, vec![diagnostic.help("`expect` stands right behind a claim or a question")]);
+            return;
+        };
+        let mut record = (*last).clone();
+        record.report.expected = super::claim::expectations(&record.report, environment, &[(expectation, text)]);
+        self.emit(&Output::Claim(Box::new(record.report.clone())), Some(&record));
+    }
+
+    fn declared(&mut self, source: &Source, span: Span, names: Vec<Name>, redefined: &[Name]) {
+        let used = names_in(span.of(&source.text));
+        let uses = Arc::make_mut(&mut self.state.uses);
+        for name in &names {
+            let mut used = used.clone();
+            used.remove(name);
+            // Parameters are declared again and again; what was known of them stays.
+            uses.entry(name.clone()).or_default().extend(used);
+        }
+        for name in redefined {
+            let stale = self.state.mark_stale(name);
+            let keepers: Vec<&str> = self
+                .state
+                .uses
+                .iter()
+                .filter(|(user, uses)| uses.contains(name) && !names.contains(user) && is_value(name))
+                .map(|(user, _)| user.as_str())
+                .collect();
+            if !keepers.is_empty() {
+                let text =
+                    format!("{} still has the earlier {name}: define it again to change that", keepers.join(", "));
+                self.emit(&Output::Note(text), None);
+            }
+            if !stale.is_empty() {
+                let (which, are) = if stale.len() == 1 { ("claim", "is") } else { ("claims", "are") };
+                let text =
+                    format!("{which} {} {are} stale: settled with an earlier definition of {name}", stale.join(", "));
+                self.emit(&Output::Note(text), None);
+            }
+        }
+        self.emit(&Output::Declared(names), None);
+    }
+
+    pub(super) fn trouble(&mut self, source: &Source, diagnostics: Vec<Diagnostic>) {
+        if !diagnostics.is_empty() {
+            self.emit(&Output::Trouble(source.clone(), diagnostics), None);
+        }
+    }
+
+    /// Answers the question that waits, if one does.
+    pub(super) fn finish(&mut self) {
+        let Some(waiting) = self.waiting.take() else { return };
+        if self.stopped {
+            return;
+        }
+        self.surroundings.begins(waiting.text.lines().next().unwrap_or(""));
+        let (output, record) = match &waiting.question {
+            Question::Claim(claim) => {
+                let record = self.claim(claim, &waiting);
+                (Output::Claim(Box::new(record.report.clone())), Some(record))
+            }
+            _ => (Output::Answer(Box::new(self.question(&waiting))), None),
+        };
+        self.surroundings.ends();
+        self.stopped = self.surroundings.interrupted();
+        self.emit(&output, record.as_ref());
+        if let Some(record) = record {
+            self.state.records.push(Arc::new(record));
+        }
+    }
+
+    /// The expectations of a question with a term for an answer.
+    pub(super) fn unmet(expected: &[(Expectation, String)]) -> Vec<Expected> {
+        expected.iter().map(|(_, text)| Expected { text: text.clone(), met: false }).collect()
+    }
+}
+
+fn by_lines(claim: &Claim) -> bool {
+    use crate::lower::{By, ClaimKind};
+    matches!(&claim.kind, ClaimKind::Compare { by: By::Calc(_), .. })
+}
+
+fn is_value(name: &Name) -> bool {
+    !name.as_str().starts_with(char::is_uppercase)
+}
+
+/// Every name that is written in a text.
+pub(super) fn names_in(text: &str) -> BTreeSet<Name> {
+    let lexed = lex(text);
+    let names = lexed.tokens.iter().filter(|token| matches!(token.kind, Kind::Upper | Kind::Lower));
+    names.map(|token| Name::new(token.span.of(text))).collect()
+}

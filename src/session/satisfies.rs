@@ -1,0 +1,219 @@
+//! `Sys satisfies Goal`, `period Sys`, `flow Sys`.
+
+use super::Evidence;
+use super::claim::Found;
+use super::compare::theory;
+use super::reading::{Run, Waiting};
+use crate::flow::{component_periods, flows};
+use crate::kernel::check;
+use crate::law::Connective;
+use crate::lower::{Environment, System};
+use crate::name::Name;
+use crate::period::{self, Period};
+use crate::proof::{Proof, Script, Statement, Step};
+use crate::prove::{Answer, By, prove};
+use crate::recurrence::Closed;
+use crate::replay::replays;
+use crate::report::Verdict;
+use crate::rewrite::Limits;
+use crate::term::Term;
+use crate::value::Value;
+use crate::verify::trajectory::{Leg, Rounds};
+use crate::verify::{self, Outcome};
+
+/// The longest closed formula that is printed whole, in characters.
+const WIDE: usize = 160;
+
+impl Run<'_, '_> {
+    pub(super) fn satisfies(&mut self, system: &Name, property: &Name, waiting: &Waiting) -> Found {
+        let environment = &waiting.environment;
+        let (Some(system), Some(property)) = (environment.system(system), environment.property(property)) else {
+            return Found::default();
+        };
+        let outcome = verify::verify(
+            &system.components,
+            (&property.name, &property.body),
+            &environment.definitions,
+            &environment.assumptions,
+        );
+        let mut found = Found { trace: account(system, &outcome, environment), ..Found::default() };
+        found.values = outcome.values.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
+        found.steady = outcome.steady.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
+        found.feedback = outcome.feedback.clone();
+        match &outcome.verdict {
+            verify::Verdict::Proved => self.matched(system, &outcome, waiting, &mut found),
+            verify::Verdict::Refuted { reason, run } => refuted(system, reason, run, environment, &mut found),
+            verify::Verdict::Open { remaining } => found.remains = remaining.clone(),
+        }
+        found
+    }
+
+    /// The match of the run with the property, as a theorem.
+    fn matched(&mut self, system: &System, outcome: &Outcome, waiting: &Waiting, found: &mut Found) {
+        let (Some(run), Some(wanted)) = (&outcome.trajectory_term, &outcome.property_term) else {
+            found.remains = vec!["the run or the property could not be written as a process".to_string()];
+            return;
+        };
+        let statement = Statement {
+            hypotheses: Vec::new(),
+            left: run.clone(),
+            connective: Connective::Refines,
+            right: wanted.clone(),
+        };
+        let theory = theory(&waiting.environment);
+        let interrupted = || self.surroundings.interrupted();
+        match prove(&theory, &statement, &By::Search, Limits::default(), &interrupted) {
+            Answer::Proved(_, proof) => {
+                found.trace.push(format!("match: {wanted}"));
+                found.it = Some(run.clone());
+                let proof = with_run(system.term(&theory.definitions), run, *proof);
+                match check(&theory, &proof) {
+                    Ok(theorem) => {
+                        let environment = waiting.environment.clone();
+                        found.verdict = Some(Verdict::Proved);
+                        found.evidence = Some(Evidence { theory, environment, theorem, proof });
+                    }
+                    Err(rejected) => {
+                        found.remains = vec![format!("the kernel turned the proof down: {}", rejected.reason)]
+                    }
+                }
+            }
+            Answer::Open(gap) => {
+                found.remains = vec![
+                    "the run of the system could not be proved to match the property:".to_string(),
+                    format!("  {}", gap.left),
+                    format!("  {}", gap.right),
+                ];
+            }
+        }
+    }
+
+    pub(super) fn period(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
+        self.examined(system, waiting, |system, period, environment| {
+            let mut lines = components(system, environment);
+            for flow in flows(period) {
+                lines.push(format!("phase {}: {}", flow.phase + 1, flow.period_term()));
+            }
+            lines
+        })
+    }
+
+    pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
+        let n = Name::new("n");
+        self.examined(system, waiting, |_, period, environment| {
+            let mut lines = Vec::new();
+            for flow in flows(period) {
+                lines.extend(flow.lines());
+                for (name, closed) in flow.recurrences(&n, &environment.assumptions) {
+                    match closed {
+                        Ok(closed) => lines.extend(closed_lines(&name, &closed)),
+                        Err(none) => lines.push(format!("  {name}: no closed form: {}", none.0)),
+                    }
+                }
+            }
+            lines
+        })
+    }
+
+    fn examined(
+        &mut self,
+        system: &Name,
+        waiting: &Waiting,
+        describe: impl Fn(&System, &Period, &Environment) -> Vec<String>,
+    ) -> Vec<String> {
+        let environment = &waiting.environment;
+        let Some(found) = environment.system(system) else { return vec![format!("there is no system {system}")] };
+        match period::analyse(&found.components, &environment.definitions, &environment.assumptions) {
+            Ok(period) => {
+                let mut lines = describe(found, &period, environment);
+                lines.extend(period.warnings.iter().map(|warning| format!("warning: {warning}")));
+                lines
+            }
+            Err(failures) => failures.iter().map(ToString::to_string).collect(),
+        }
+    }
+}
+
+/// What is taken on trust where a system is proved to satisfy a property.
+const RUN: &str = "that the system runs as printed, its internal communications, which take no time, left out: \
+    its period and the closed forms";
+
+/// From a proof that the run matches the property, one that the system does; that it runs so is taken on trust.
+fn with_run(system: Term, run: &Term, matched: Proof) -> Proof {
+    let statement = Statement { left: system.clone(), ..matched.statement };
+    let mut script = Script { steps: matched.steps };
+    let last = script.steps.len().saturating_sub(1);
+    let trusted = script.push(Step::Trust(system, Connective::Refines, run.clone(), RUN.to_string()));
+    script.push(Step::Transitive(vec![trusted, last]));
+    script.finish(statement)
+}
+
+/// A refutation stands only with a run that replays in the executable meaning.
+fn refuted(system: &System, reason: &str, run: &[(Value, Vec<Term>)], environment: &Environment, found: &mut Found) {
+    if replays(&system.term(&environment.definitions), &environment.definitions, run) {
+        found.verdict = Some(Verdict::Refuted);
+        found.trace.push(format!("it does not: {reason}"));
+        found.trace.push("the run:".to_string());
+        for (time, shown) in run {
+            let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
+            found.trace.push(format!("  at {time}: {}", shown.join(", ")));
+        }
+    } else {
+        found.remains = vec![reason.to_string()];
+        if !run.is_empty() {
+            found.remains.push("no run with numbers shows it: give the parameters values to see one".to_string());
+        }
+    }
+}
+
+fn components(system: &System, environment: &Environment) -> Vec<String> {
+    component_periods(&system.components, &environment.definitions).iter().flat_map(|one| one.lines()).collect()
+}
+
+/// The road to the verdict: component periods, phases with their flow functions, legs with closed forms, the run.
+fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(period) = &outcome.period {
+        lines.extend(components(system, environment));
+        lines.extend(flows(period).iter().flat_map(|flow| flow.lines()));
+    }
+    for (number, leg) in outcome.legs.iter().enumerate() {
+        lines.extend(leg_lines(number, leg));
+    }
+    if let Some(run) = &outcome.trajectory_term {
+        lines.push(format!("projected: {}", short(&run.to_string())));
+    }
+    lines.extend(outcome.diagnostics.iter().map(|failure| format!("note: {failure}")));
+    lines
+}
+
+fn leg_lines(number: usize, leg: &Leg) -> Vec<String> {
+    let rounds = match &leg.rounds {
+        Rounds::Count(count) => format!("n = {}", short(&count.to_string())),
+        Rounds::Forever(why) => format!("for ever: {why}"),
+    };
+    let mut lines = vec![format!("leg {}: phase {}, {rounds}", number + 1, leg.phase + 1)];
+    for (name, closed) in &leg.closed {
+        lines.extend(closed_lines(name, closed));
+    }
+    lines
+}
+
+fn closed_lines(name: &Name, closed: &Closed) -> Vec<String> {
+    closed
+        .pieces
+        .iter()
+        .map(|piece| {
+            let until = piece.until.as_ref().map_or(String::new(), |until| format!(" until n = {until}"));
+            format!("  closed    {name} = {} from n = {}{until}", short(&piece.form.to_string()), piece.from)
+        })
+        .collect()
+}
+
+fn short(text: &str) -> String {
+    if text.chars().count() <= WIDE {
+        return text.to_string();
+    }
+    let head: String = text.chars().take(WIDE).collect();
+    format!("{head} … ({} characters)", text.chars().count())
+}

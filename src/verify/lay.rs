@@ -1,0 +1,336 @@
+//! One round of a property laid along a run, segment by segment.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::property::{Length, Want, Wanted};
+use super::trajectory::Trajectory;
+use super::unit::{Hit, Unit, shows, total};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::period::{End, Segment, stretch};
+use crate::term::Term;
+use crate::value::{Relation, Value, ValueError};
+
+/// A round of the property laid along the run.
+#[derive(Clone, Debug)]
+pub(super) struct Laid {
+    /// What was found.
+    pub(super) values: BTreeMap<Name, Value>,
+    /// The run, cut where the property cuts it.
+    pub(super) run: Vec<Unit>,
+    /// The property's segments with their durations; a segment that takes no time is left out.
+    pub(super) property: Vec<Term>,
+    /// What is left of the run.
+    pub(super) rest: Vec<Unit>,
+}
+
+/// Why a property does not fit.
+pub(super) enum Missed {
+    /// The run does not show it.
+    Never(String),
+    /// It cannot be told.
+    Unsure(String),
+}
+
+impl From<ValueError> for Missed {
+    fn from(error: ValueError) -> Missed {
+        Missed::Unsure(error.0)
+    }
+}
+
+/// Lays a property along a run.
+pub(super) struct Matcher<'a> {
+    pub(super) wanted: &'a Wanted,
+    pub(super) assumptions: &'a Assumptions,
+}
+
+impl Matcher<'_> {
+    pub(super) fn durations(&self, units: &[Unit]) -> Result<Value, Missed> {
+        let mut sum = Value::zero();
+        for unit in units {
+            match unit.duration()? {
+                Some(duration) => sum = sum.add(&duration)?,
+                None => return Err(Missed::Unsure("a leg never ends".to_string())),
+            }
+        }
+        Ok(self.assumptions.simplify(&sum))
+    }
+
+    /// One round of the property along these units. `whole`: the last free segment takes all that is left.
+    pub(super) fn lay(
+        &self,
+        units: Vec<Unit>,
+        whole: bool,
+        (cycle, trajectory): (&[Unit], &Trajectory),
+    ) -> Result<Laid, Missed> {
+        let mut laid = Laid { values: BTreeMap::new(), run: Vec::new(), property: Vec::new(), rest: units };
+        let wants = &self.wanted.wants;
+        let mut free: Option<&Name> = None;
+        for (place, want) in wants.iter().enumerate() {
+            let last = place + 1 == wants.len();
+            match &want.length {
+                Length::Unknown(name) if want.shown.is_empty() => {
+                    if last && whole {
+                        let rest = std::mem::take(&mut laid.rest);
+                        self.take(&mut laid, Some(name), rest, &[])?;
+                    } else if last || free.is_some() {
+                        self.take(&mut laid, Some(name), Vec::new(), &[])?;
+                    } else {
+                        free = Some(name);
+                        continue;
+                    }
+                }
+                Length::Unknown(name) => {
+                    self.skip_to(&mut laid, free.take(), &want.shown, trajectory)?;
+                    let taken = self.longest(&mut laid, &want.shown)?;
+                    self.take(&mut laid, Some(name), taken, &want.shown)?;
+                }
+                Length::Known(time) => self.known(&mut laid, free.take(), time, want, trajectory)?,
+                Length::Endless => self.endless(&mut laid, free.take(), want, (cycle, trajectory))?,
+            }
+        }
+        Ok(laid)
+    }
+
+    /// Passes these units under one segment of the property.
+    fn take(&self, laid: &mut Laid, name: Option<&Name>, units: Vec<Unit>, shown: &[Term]) -> Result<(), Missed> {
+        let duration = self.durations(&units)?;
+        if let Some(name) = name {
+            laid.values.insert(name.clone(), duration.clone());
+        }
+        if !duration.is_zero() {
+            laid.property.push(stretch(&duration, shown));
+        }
+        laid.run.extend(units);
+        Ok(())
+    }
+
+    /// Goes on to the first moment that shows this; a free segment takes what is passed over.
+    fn skip_to(
+        &self,
+        laid: &mut Laid,
+        free: Option<&Name>,
+        shown: &[Term],
+        trajectory: &Trajectory,
+    ) -> Result<(), Missed> {
+        let Some(free) = free else { return Ok(()) };
+        let mut passed = Vec::new();
+        let mut why = None;
+        let rest = std::mem::take(&mut laid.rest);
+        let mut rest = rest.into_iter();
+        for unit in rest.by_ref() {
+            match unit.find(shown, self.assumptions) {
+                Hit::Unknown(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                Hit::Miss(reason) => {
+                    why = reason.or(why);
+                    passed.push(unit);
+                }
+                Hit::Found(before, segment, after) => {
+                    passed.extend(before);
+                    laid.rest = std::iter::once(Unit::Single(segment)).chain(after).collect();
+                    laid.rest.extend(rest);
+                    return self.take(laid, Some(free), passed, &[]);
+                }
+            }
+        }
+        if let Some(End::Silent { observed, .. }) = &trajectory.end
+            && shows(observed, shown, self.assumptions) == Ok(true)
+        {
+            return self.take(laid, Some(free), passed, &[]);
+        }
+        let shown: Vec<String> = shown.iter().map(Term::to_string).collect();
+        let why = why.map(|why| format!(": {why}")).unwrap_or_default();
+        Err(Missed::Never(format!("{} is not shown{why}", shown.join(" with "))))
+    }
+
+    /// The longest stretch from here that shows this.
+    fn longest(&self, laid: &mut Laid, shown: &[Term]) -> Result<Vec<Unit>, Missed> {
+        let mut taken = Vec::new();
+        let mut rest: VecDeque<Unit> = std::mem::take(&mut laid.rest).into();
+        while let Some(unit) = rest.pop_front() {
+            let fits = |segment: &Segment| shows(&segment.observed, shown, self.assumptions);
+            match &unit {
+                Unit::Single(segment) => match fits(segment) {
+                    Ok(true) => taken.push(unit),
+                    Ok(false) => {
+                        rest.push_front(unit);
+                        break;
+                    }
+                    Err(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                },
+                Unit::Repeat { segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => {
+                    taken.push(unit)
+                }
+                Unit::Repeat { .. } => {
+                    let first = unit.round(&Value::zero())?;
+                    match first.first().map(fits) {
+                        Some(Ok(true)) if taken.len() < 10_000 => {
+                            let (_, round, after) = unit.split(&Value::zero())?;
+                            after.into_iter().rev().for_each(|unit| rest.push_front(unit));
+                            round.into_iter().rev().for_each(|segment| rest.push_front(Unit::Single(segment)));
+                        }
+                        Some(Err(reason)) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                        _ => {
+                            rest.push_front(unit);
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+        laid.rest = rest.into();
+        if taken.is_empty() {
+            let shown: Vec<String> = shown.iter().map(Term::to_string).collect();
+            return Err(Missed::Never(format!("{} is not shown when it should be", shown.join(" with "))));
+        }
+        Ok(taken)
+    }
+
+    /// A segment of known length, at the first moment from which it is shown so long.
+    fn known(
+        &self,
+        laid: &mut Laid,
+        free: Option<&Name>,
+        time: &Value,
+        want: &Want,
+        trajectory: &Trajectory,
+    ) -> Result<(), Missed> {
+        let mut passed: Vec<Unit> = Vec::new();
+        loop {
+            let mut probe = Laid { run: Vec::new(), property: Vec::new(), ..laid.clone() };
+            if free.is_some() && !want.shown.is_empty() {
+                self.skip_to(&mut probe, free, &want.shown, trajectory)?;
+                passed.append(&mut probe.run);
+            }
+            match self.exactly(&mut probe.rest, time, &want.shown)? {
+                Some(taken) => {
+                    if let Some(free) = free {
+                        self.take(laid, Some(free), passed, &[])?;
+                    }
+                    laid.rest = probe.rest;
+                    return self.take(laid, None, taken, &want.shown);
+                }
+                None if free.is_none() || probe.rest.is_empty() => {
+                    return Err(Missed::Never(format!("what is asked is not shown for {time}")));
+                }
+                None => {
+                    laid.rest = probe.rest;
+                    passed.extend(if want.shown.is_empty() {
+                        vec![laid.rest.remove(0)]
+                    } else {
+                        self.longest(laid, &want.shown)?
+                    });
+                }
+            }
+        }
+    }
+
+    /// Units of exactly this duration that show this, if the run starts so; else the run is left as it was.
+    fn exactly(&self, rest: &mut Vec<Unit>, time: &Value, shown: &[Term]) -> Result<Option<Vec<Unit>>, Missed> {
+        let unknown =
+            |left: &Value, other: &Value| Missed::Unsure(format!("it must be known whether {other} <= {left}"));
+        let mut queue: VecDeque<Unit> = rest.clone().into();
+        let mut left = time.clone();
+        let mut taken = Vec::new();
+        for _ in 0..100_000 {
+            if self.assumptions.decide(Relation::Eq, &left, &Value::zero()) == Some(true) {
+                *rest = queue.into();
+                return Ok(Some(taken));
+            }
+            let Some(unit) = queue.pop_front() else { return Ok(None) };
+            match unit {
+                Unit::Single(segment) => {
+                    if !shows(&segment.observed, shown, self.assumptions).map_err(Missed::Unsure)? {
+                        return Ok(None);
+                    }
+                    match self.assumptions.decide(Relation::Lte, &segment.duration, &left) {
+                        Some(true) => {
+                            left = left.sub(&segment.duration)?;
+                            taken.push(Unit::Single(segment));
+                        }
+                        Some(false) => {
+                            let over = Segment { duration: segment.duration.sub(&left)?, ..segment.clone() };
+                            queue.push_front(Unit::Single(over));
+                            taken.push(Unit::Single(Segment { duration: left, ..segment }));
+                            left = Value::zero();
+                        }
+                        None => return Err(unknown(&left, &segment.duration)),
+                    }
+                }
+                Unit::Repeat { ref segments, .. } => {
+                    let whole = unit.duration()?;
+                    let plain = shown.is_empty()
+                        || segments.iter().all(|s| shows(&s.observed, shown, self.assumptions) == Ok(true));
+                    let fits = whole.as_ref().and_then(|whole| self.assumptions.decide(Relation::Lte, whole, &left));
+                    match (plain, fits, &whole) {
+                        (true, Some(true), Some(whole)) => {
+                            left = left.sub(whole)?;
+                            taken.push(unit);
+                        }
+                        (true, _, _) if left.div(&total(segments)?)?.as_rational().is_some_and(|n| n.is_integer()) => {
+                            let number = left.div(&total(segments)?)?;
+                            let (before, round, after) = unit.split(&number)?;
+                            taken.extend(before);
+                            after.into_iter().rev().for_each(|unit| queue.push_front(unit));
+                            round.into_iter().rev().for_each(|segment| queue.push_front(Unit::Single(segment)));
+                            left = Value::zero();
+                        }
+                        _ => {
+                            let (_, round, after) = unit.split(&Value::zero())?;
+                            after.into_iter().rev().for_each(|unit| queue.push_front(unit));
+                            round.into_iter().rev().for_each(|segment| queue.push_front(Unit::Single(segment)));
+                        }
+                    }
+                }
+            }
+        }
+        Err(Missed::Unsure("a segment of the property spans too many rounds".to_string()))
+    }
+
+    /// A segment that must be shown for ever.
+    fn endless(
+        &self,
+        laid: &mut Laid,
+        free: Option<&Name>,
+        want: &Want,
+        (cycle, trajectory): (&[Unit], &Trajectory),
+    ) -> Result<(), Missed> {
+        let ever = |units: &[Unit]| {
+            units.iter().all(|unit| match unit {
+                Unit::Single(segment) => shows(&segment.observed, &want.shown, self.assumptions) == Ok(true),
+                Unit::Repeat { segments, .. } => {
+                    segments.iter().all(|segment| shows(&segment.observed, &want.shown, self.assumptions) == Ok(true))
+                }
+            })
+        };
+        let at_end = match &trajectory.end {
+            Some(End::Silent { observed, .. }) => shows(observed, &want.shown, self.assumptions) == Ok(true),
+            Some(_) => false,
+            None => trajectory.open.is_empty(),
+        };
+        if !at_end || !ever(cycle) {
+            let shown: Vec<String> = want.shown.iter().map(Term::to_string).collect();
+            let end = match &trajectory.end {
+                Some(End::Silent { blocked, .. }) if !blocked.is_empty() => {
+                    "in the end nothing shows it any more: the run waits"
+                }
+                Some(End::Silent { .. }) => "in the end it is not shown",
+                Some(_) => "the run ends",
+                None => "the run moves on",
+            };
+            return Err(Missed::Never(format!("{} is not shown for ever: {end}", shown.join(" with "))));
+        }
+        let mut start = laid.rest.len();
+        while start > 0 && ever(&laid.rest[start - 1..]) {
+            start -= 1;
+        }
+        let passed: Vec<Unit> = laid.rest.drain(..start).collect();
+        match free {
+            Some(free) => self.take(laid, Some(free), passed, &[])?,
+            None if passed.is_empty() => {}
+            None => return Err(Missed::Never("what is asked for ever is not shown at once".to_string())),
+        }
+        laid.property.push(Term::disable(want.shown.iter().cloned()));
+        Ok(())
+    }
+}

@@ -1,0 +1,422 @@
+//! The property, segment by segment, and its match with a run: free durations are as short as they can be,
+//! observed ones as long.
+
+use std::collections::BTreeMap;
+
+use super::lay::{Laid, Matcher, Missed};
+use super::trajectory::{Leg, Rounds, Trajectory};
+use super::unit::Unit;
+use super::{Outcome, Verdict};
+use crate::name::Name;
+use crate::period::End;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// How long a segment of a property lasts.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Length {
+    /// `?t`: to be found.
+    Unknown(Name),
+    /// So long.
+    Known(Value),
+    /// For ever.
+    Endless,
+}
+
+/// A segment of a property.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Want {
+    /// How long.
+    pub length: Length,
+    /// What must be shown all the while.
+    pub shown: Vec<Term>,
+}
+
+/// A property.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Wanted {
+    /// Its segments in order.
+    pub wants: Vec<Want>,
+    /// Whether it starts again.
+    pub again: bool,
+}
+
+impl Wanted {
+    /// The segments of a property that calls itself by this name.
+    ///
+    /// # Errors
+    /// What cannot be matched, in words.
+    pub fn of(body: &Term, name: &Name) -> Result<Wanted, String> {
+        if let Node::Loop(body) = body.node() {
+            return Ok(Wanted { again: true, ..Wanted::of(body, name)? });
+        }
+        let mut wants: Vec<Want> = Vec::new();
+        let mut again = false;
+        let parts = match body.node() {
+            Node::Seq(parts) => parts.clone(),
+            _ => vec![body.clone()],
+        };
+        for part in &parts {
+            if again || wants.last().is_some_and(|want| want.length == Length::Endless) {
+                return Err("a property has something after its end".to_string());
+            }
+            match part.node() {
+                Node::Call(called, _) if called == name => again = true,
+                Node::Stop => {}
+                _ => wants.push(want_of(part)?),
+            }
+        }
+        if again && wants.is_empty() {
+            return Err("the property has no segments".to_string());
+        }
+        Ok(Wanted { wants, again })
+    }
+}
+
+fn want_of(part: &Term) -> Result<Want, String> {
+    let parts = match part.node() {
+        Node::Disable(parts) => parts.clone(),
+        _ => vec![part.clone()],
+    };
+    let mut want = Want { length: Length::Endless, shown: Vec::new() };
+    for part in parts {
+        match part.node() {
+            Node::Delay(time) if want.length == Length::Endless => {
+                want.length = match time.as_variable().filter(|name| name.is_meta()) {
+                    Some(name) => Length::Unknown(name.clone()),
+                    None => Length::Known(time.clone()),
+                };
+            }
+            Node::Observe(..) => want.shown.push(part.clone()),
+            Node::Idle => {}
+            _ => {
+                return Err(
+                    "a property consists of delays, each beside the observers it asks for, one after the other"
+                        .to_string(),
+                );
+            }
+        }
+    }
+    Ok(want)
+}
+
+/// The verdict on a run.
+pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
+    let matcher = Matcher { wanted, assumptions: &trajectory.assumptions };
+    let answer = if wanted.again { matcher.again(&trajectory) } else { matcher.once(&trajectory) };
+    let conditions: Vec<String> = trajectory
+        .legs
+        .iter()
+        .flat_map(|leg| &leg.conditions)
+        .map(|condition| format!("{condition} must hold"))
+        .collect();
+    let mut outcome = match answer {
+        Ok(found) => {
+            let verdict = if conditions.is_empty() { Verdict::Proved } else { Verdict::Open { remaining: conditions } };
+            Outcome { verdict, ..found }
+        }
+        Err(Missed::Never(reason)) if conditions.is_empty() => {
+            Outcome::new(Verdict::Refuted { reason, run: shown_run(&trajectory) })
+        }
+        Err(Missed::Never(reason) | Missed::Unsure(reason)) => {
+            let said = |open: &&String| !reason.starts_with(open.as_str());
+            let mut remaining: Vec<String> = trajectory.open.iter().filter(said).cloned().collect();
+            remaining.insert(0, reason);
+            remaining.extend(conditions);
+            Outcome::new(Verdict::Open { remaining })
+        }
+    };
+    outcome.feedback = feedback(&outcome.verdict, &trajectory);
+    outcome.period_term = trajectory.cycle.map(|cycle| term_of(&units_of(&trajectory.legs[cycle..])));
+    outcome.legs = trajectory.legs;
+    outcome
+}
+
+fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
+    let mut feedback = Vec::new();
+    let endless = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
+    let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
+    if !matches!(verdict, Verdict::Proved)
+        && let Some(leg) = leg
+    {
+        let name = leg.closed.first().map(|(name, _)| name).or(leg.start.keys().next());
+        let name = name.map(Name::to_string).unwrap_or_default();
+        feedback.push(format!(
+            "phase {} never ends, since its goal is met by no round exactly: allow a tolerance there, such as Gtr_{{abs({name}-g),1/10}} in place of Neq_{{{name},g}}",
+            leg.phase + 1
+        ));
+    }
+    if let Some(End::Silent { blocked, .. }) = &trajectory.end {
+        feedback.extend(blocked.iter().map(|one| format!("{} waits for ever on port {}", one.component, one.port)));
+    }
+    feedback
+}
+
+/// A leg of a phase in which the run goes round for ever.
+fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
+    let legs = trajectory.legs.get(trajectory.cycle?..)?;
+    let first = legs.first()?;
+    (first.continues && legs.iter().all(|leg| leg.phase == first.phase)).then_some(first)
+}
+
+fn units_of(legs: &[Leg]) -> Vec<Unit> {
+    legs.iter().flat_map(|leg| leg.units.iter().cloned()).collect()
+}
+
+fn term_of(units: &[Unit]) -> Term {
+    Term::seq(units.iter().map(Unit::term))
+}
+
+/// The first moments of a run.
+fn shown_run(trajectory: &Trajectory) -> Vec<(Value, Vec<Term>)> {
+    let mut run = Vec::new();
+    let mut time = Value::zero();
+    let units = trajectory.opening.iter().chain(trajectory.legs.iter().flat_map(|leg| &leg.units));
+    for unit in units {
+        for number in 0..12 {
+            let number = Value::integer(number);
+            let within = match unit {
+                Unit::Single(_) => number.is_zero(),
+                Unit::Repeat { count: None, .. } => true,
+                Unit::Repeat { count: Some(count), .. } => {
+                    trajectory.assumptions.decide(Relation::Lss, &number, count) == Some(true)
+                }
+            };
+            let Ok(round) = unit.round(&number) else { break };
+            if !within || run.len() >= 12 {
+                break;
+            }
+            for segment in round {
+                run.push((time.clone(), segment.observed.clone()));
+                time = time.add(&segment.duration).unwrap_or(time);
+            }
+        }
+    }
+    run
+}
+
+impl Matcher<'_> {
+    /// A property that is asked once: what comes after it is free.
+    fn once(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
+        let mut units = trajectory.opening.clone();
+        units.extend(units_of(&trajectory.legs));
+        let cycle = trajectory.cycle.map(|cycle| units_of(&trajectory.legs[cycle..])).unwrap_or_default();
+        units.extend(cycle.iter().cloned());
+        let laid = match self.lay(units, false, (&cycle, trajectory)) {
+            Err(Missed::Never(reason)) if !trajectory.open.is_empty() => {
+                return Err(Missed::Unsure(trajectory.open.first().cloned().unwrap_or(reason)));
+            }
+            laid => laid?,
+        };
+        let mut run: Vec<Term> = laid.run.iter().map(Unit::term).collect();
+        let mut property = laid.property.clone();
+        run.extend(laid.rest.iter().map(Unit::term));
+        let stopped = matches!(trajectory.end, Some(End::Stopped));
+        if !cycle.is_empty() {
+            run.push(Term::new(Node::Loop(term_of(&cycle))));
+        } else if let Some(End::Silent { observed, .. }) = &trajectory.end {
+            run.push(Term::disable(observed.iter().cloned()));
+        } else if matches!(trajectory.end, Some(End::Aborted)) {
+            run.push(Term::abort());
+        }
+        let endless = self.wanted.wants.iter().any(|want| want.length == Length::Endless);
+        if !endless && cycle.is_empty() && trajectory.end.as_ref().is_some_and(|end| !matches!(end, End::Silent { .. }))
+        {
+            let left = self.durations(&laid.rest)?;
+            if !left.is_zero() {
+                property.push(Term::delay(left));
+            }
+            if !stopped {
+                property.push(Term::abort());
+            }
+        } else if !endless {
+            property.push(Term::idle());
+        }
+        let mut outcome = Outcome::new(Verdict::Proved);
+        outcome.steady = BTreeMap::new();
+        outcome.values = laid.values;
+        // A run that is not known to its end has no term.
+        let known =
+            trajectory.open.is_empty() && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
+        outcome.trajectory_term = known.then(|| Term::seq(run));
+        outcome.property_term = known.then(|| Term::seq(property));
+        Ok(outcome)
+    }
+
+    /// A property that starts again and again.
+    fn again(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
+        let Some(cycle) = trajectory.cycle else {
+            return Err(self.no_cycle(trajectory));
+        };
+        let free = self
+            .wanted
+            .wants
+            .last()
+            .is_some_and(|want| matches!(want.length, Length::Unknown(_)) && want.shown.is_empty());
+        let mut first = None;
+        if free && let Some((opening, later)) = in_step(trajectory, cycle) {
+            let rounds: Result<Vec<Laid>, Missed> =
+                opening.into_iter().map(|units| self.lay(units, true, (&[], trajectory))).collect();
+            let steady: Result<Vec<Laid>, Missed> =
+                later.into_iter().map(|units| self.lay(units, true, (&[], trajectory))).collect();
+            match (rounds, steady) {
+                (Ok(rounds), Ok(steady)) => return Ok(outcome_of(rounds, steady)),
+                (Err(missed), _) | (_, Err(missed)) => first = Some(missed),
+            }
+        }
+        if let Some(Missed::Unsure(reason)) = first {
+            return Err(Missed::Unsure(reason));
+        }
+        match (self.round_by_round(trajectory, cycle), stuck(trajectory)) {
+            (Err(Missed::Never(reason)), Some(leg)) => {
+                let text = format!("{reason}: phase {} never ends, its values repeat for ever", leg.phase + 1);
+                Err(Missed::Never(text))
+            }
+            (answer, _) => answer,
+        }
+    }
+
+    /// Why a run that does not repeat cannot show a property that starts again for ever.
+    fn no_cycle(&self, trajectory: &Trajectory) -> Missed {
+        let mut units = trajectory.opening.clone();
+        units.extend(units_of(&trajectory.legs));
+        let reason = match &trajectory.end {
+            Some(End::Livelock { cycle }) => {
+                let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
+                format!("the program goes round in no time ({}): time stops", cycle.join(", "))
+            }
+            Some(End::Silent { blocked, .. }) if !blocked.is_empty() => {
+                let blocked: Vec<String> = blocked.iter().map(|one| one.to_string()).collect();
+                format!("the run comes to a halt: {}", blocked.join("; "))
+            }
+            Some(_) => "the run ends".to_string(),
+            None => match trajectory.legs.last().map(|leg| (&leg.rounds, leg)) {
+                Some((Rounds::Forever(reason), leg)) => {
+                    let forms: Vec<String> = leg.closed.iter().map(|(name, closed)| form_text(name, closed)).collect();
+                    // What the endless leg shows may still be what is asked, again and again.
+                    let shows_once = self.lay(units, false, (&[], trajectory)).is_ok();
+                    let text = format!("phase {} never ends: {}; {reason}", leg.phase + 1, forms.join(", "));
+                    if shows_once && leg.units.iter().any(|unit| self.constant(unit)) {
+                        return Missed::Unsure(text);
+                    }
+                    text
+                }
+                _ => {
+                    let so_far = match self.lay(units, false, (&[], trajectory)) {
+                        Err(Missed::Never(reason)) => format!("; so far {reason}"),
+                        _ => String::new(),
+                    };
+                    let open = trajectory.open.first().cloned().unwrap_or_default();
+                    return Missed::Unsure(format!("{open}{so_far}"));
+                }
+            },
+        };
+        Missed::Never(reason)
+    }
+
+    fn constant(&self, unit: &Unit) -> bool {
+        let Unit::Repeat { index, segments, .. } = unit else { return false };
+        segments
+            .iter()
+            .any(|segment| !segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index))))
+    }
+
+    /// Rounds one after the other, wherever they start, until one starts where an earlier one did.
+    fn round_by_round(&self, trajectory: &Trajectory, cycle: usize) -> Result<Outcome, Missed> {
+        let round = units_of(&trajectory.legs[cycle..]);
+        let mut partial = trajectory.opening.clone();
+        partial.extend(units_of(&trajectory.legs[..cycle]));
+        let mut seen: Vec<Vec<Unit>> = Vec::new();
+        let mut laid: Vec<Laid> = Vec::new();
+        for _ in 0..64 {
+            if let Some(start) = seen.iter().position(|earlier| *earlier == partial) {
+                let steady = laid.split_off(start);
+                return Ok(outcome_of(laid, steady));
+            }
+            seen.push(partial.clone());
+            let mut units = partial.clone();
+            units.extend(round.iter().cloned());
+            units.extend(round.iter().cloned());
+            let one = self.lay(units, false, (&[], trajectory))?;
+            partial = one.rest.clone();
+            while partial.ends_with(&round) {
+                partial.truncate(partial.len() - round.len());
+            }
+            laid.push(one);
+        }
+        Err(Missed::Unsure("the rounds of the property and of the run do not come into step".to_string()))
+    }
+}
+
+fn form_text(name: &Name, closed: &crate::recurrence::Closed) -> String {
+    let forms: Vec<String> = closed.pieces.iter().map(|piece| piece.form.to_string()).collect();
+    format!("{name} = {}", forms.join(", then "))
+}
+
+fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>) -> Outcome {
+    let mut outcome = Outcome::new(Verdict::Proved);
+    let both = |laid: &[Laid]| {
+        let run = Term::seq(laid.iter().flat_map(|one| one.run.iter().map(Unit::term)));
+        let property = Term::seq(laid.iter().flat_map(|one| one.property.iter().cloned()));
+        (run, property)
+    };
+    let (run, property) = both(&steady);
+    let (mut run, mut property) = (Term::new(Node::Loop(run)), Term::new(Node::Loop(property)));
+    if !rounds.is_empty() {
+        let (first_run, first_property) = both(&rounds);
+        run = Term::seq([first_run, run]);
+        property = Term::seq([first_property, property]);
+    }
+    outcome.trajectory_term = Some(run);
+    outcome.property_term = Some(property);
+    outcome.values = rounds.first().or(steady.first()).map(|laid| laid.values.clone()).unwrap_or_default();
+    outcome.steady = steady.first().map(|laid| laid.values.clone()).unwrap_or_default();
+    outcome
+}
+
+/// One round of a system.
+type Stretches = Vec<Unit>;
+
+/// The run in rounds of the system: as many phases a round as it takes for their order to repeat. The first
+/// rounds, then those that repeat; nothing if the run repeats in the middle of a leg.
+fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Stretches>, Vec<Stretches>)> {
+    let mut groups: Vec<(usize, Vec<Unit>)> = Vec::new();
+    let mut start = None;
+    for (number, leg) in trajectory.legs.iter().enumerate() {
+        if number == cycle {
+            if leg.continues {
+                return None;
+            }
+            start = Some(groups.len());
+        }
+        match groups.last_mut() {
+            Some((_, units)) if leg.continues => units.extend(leg.units.iter().cloned()),
+            _ => groups.push((leg.phase, leg.units.clone())),
+        }
+    }
+    let start = start?;
+    let length = groups.len() - start;
+    let at = |number: usize| &groups[if number < groups.len() { number } else { start + (number - start) % length }];
+    let far = groups.len() + 2 * length;
+    let (lead, span) = (0..=start).find_map(|lead| {
+        let span = (1..=length).find(|span| (lead..far).all(|number| at(number).0 == at(number + span).0))?;
+        Some((lead, span))
+    })?;
+    let round = |from: usize, to: usize| (from..to).flat_map(|number| at(number).1.clone()).collect::<Vec<Unit>>();
+    let mut opening = vec![round(0, lead + span)];
+    if let Some(first) = opening.first_mut() {
+        first.splice(0..0, trajectory.opening.iter().cloned());
+    }
+    let mut from = lead + span;
+    while from < start {
+        opening.push(round(from, from + span));
+        from += span;
+    }
+    let mut steady = Vec::new();
+    let mut covered = 0usize;
+    while covered == 0 || !covered.is_multiple_of(length) {
+        steady.push(round(from + covered, from + covered + span));
+        covered += span;
+    }
+    Some((opening, steady))
+}

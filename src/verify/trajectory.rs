@@ -1,0 +1,455 @@
+//! The run of the system, leg by leg: rounds of one phase counted by its recurrence, until a leg starts as an
+//! earlier one did.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::count::Count;
+use super::unit::{Unit, repeat};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::period::{Edge, End, Next, Period, Segment, Test, in_case};
+use crate::recurrence::{Closed, NoClosedForm};
+use crate::scope::{bound_names, read_names};
+use crate::substitution::substitute_values;
+use crate::term::Term;
+use crate::value::{Relation, Value, ValueError};
+
+/// Legs that a run may have before it repeats.
+const MOST_LEGS: usize = 200;
+/// Rounds that are followed one by one where there is no closed form.
+const MOST_ROUNDS: usize = 2_000;
+/// Digits of a value at which following a run one by one is given up.
+const MOST_BITS: u64 = 2_000;
+/// Changes of phase before a run must have repeated: runs that only converge stop here.
+const MOST_CHANGES: usize = 24;
+
+/// How often a leg goes round.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Rounds {
+    /// So many times.
+    Count(Value),
+    /// For ever; the reason.
+    Forever(String),
+}
+
+/// A stretch of the run in one phase.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// The phase's number.
+    pub phase: usize,
+    /// How many rounds.
+    pub rounds: Rounds,
+    /// The variables at its start.
+    pub start: BTreeMap<Name, Value>,
+    /// The variables that change, with their closed forms.
+    pub closed: Vec<(Name, Closed)>,
+    /// The index that the closed forms use.
+    pub index: Name,
+    /// What the closed forms and the count rest on.
+    pub conditions: Vec<Test>,
+    /// Whether the leg goes on in the phase of the leg before.
+    pub continues: bool,
+    /// Its stretches.
+    pub units: Vec<Unit>,
+}
+
+/// The run of a system.
+#[derive(Clone, Debug, Default)]
+pub struct Trajectory {
+    /// What passes before the first leg.
+    pub opening: Vec<Unit>,
+    /// The legs; from `cycle` on they repeat.
+    pub legs: Vec<Leg>,
+    /// Where the repetition starts.
+    pub cycle: Option<usize>,
+    /// How the run ends, if it does.
+    pub end: Option<End>,
+    /// Why the run is not known any further.
+    pub open: Vec<String>,
+    /// What is assumed, with what was found.
+    pub assumptions: Assumptions,
+}
+
+/// Why the run goes no further.
+pub(super) struct Unsure(pub(super) Vec<String>);
+
+impl From<ValueError> for Unsure {
+    fn from(error: ValueError) -> Unsure {
+        Unsure(vec![error.0])
+    }
+}
+
+impl From<NoClosedForm> for Unsure {
+    fn from(error: NoClosedForm) -> Unsure {
+        Unsure(vec![error.0])
+    }
+}
+
+/// Follows a run.
+pub(super) struct Walker<'a> {
+    period: &'a Period,
+    pub(super) assumptions: Assumptions,
+    pub(super) index: Name,
+}
+
+/// Variables with their values.
+pub(super) type Values = BTreeMap<Name, Value>;
+
+/// Follows the run until it repeats, ends, or is not known any further. The property tells which names are taken.
+pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term) -> Trajectory {
+    let mut taken: BTreeSet<Name> = assumptions.variables();
+    for term in period.components.iter().chain([property]) {
+        taken.extend(read_names(term));
+        taken.extend(bound_names(term));
+    }
+    taken.extend(period.phases.iter().flat_map(|phase| phase.variables.iter().cloned()));
+    let index = ["i", "j", "k", "n"].into_iter().map(Name::new).find(|name| !taken.contains(name));
+    let index = index.unwrap_or_else(|| Name::new("index"));
+    let mut walker = Walker { period, assumptions: assumptions.clone(), index };
+    let mut trajectory = Trajectory::default();
+    if let Err(Unsure(reasons)) = walker.run(&mut trajectory) {
+        trajectory.open = reasons;
+    }
+    trajectory.assumptions = walker.assumptions;
+    trajectory
+}
+
+impl Walker<'_> {
+    fn run(&mut self, trajectory: &mut Trajectory) -> Result<(), Unsure> {
+        let edge = self.choose(&self.period.initial, &Values::new(), &self.assumptions)?;
+        trajectory.opening = self.units_once(edge, &Values::new())?;
+        let mut next = edge.next.clone();
+        let mut values = self.image(edge, &Values::new())?;
+        let mut history: Vec<(usize, Values)> = Vec::new();
+        let mut changes = 0usize;
+        let mut before = None;
+        loop {
+            let phase = match next {
+                Next::End(end) => {
+                    trajectory.end = Some(end);
+                    return Ok(());
+                }
+                Next::Phase(phase) => phase,
+            };
+            let here = (phase, values.clone());
+            if let Some(found) = history.iter().position(|earlier| *earlier == here) {
+                trajectory.cycle = Some(found);
+                return Ok(());
+            }
+            history.push(here);
+            changes += usize::from(before != Some(phase));
+            if history.len() > MOST_LEGS || changes > MOST_CHANGES {
+                return Err(Unsure(vec![format!(
+                    "after {} legs the run has not repeated exactly: it may only converge",
+                    history.len() - 1
+                )]));
+            }
+            let (mut leg, onward) = self.leg(phase, &values)?;
+            leg.continues = before == Some(phase);
+            let forever = matches!(leg.rounds, Rounds::Forever(_));
+            trajectory.legs.push(leg);
+            if forever {
+                return Ok(());
+            }
+            before = Some(phase);
+            (next, values) = onward;
+        }
+    }
+
+    /// One leg from these values, and where it leads.
+    fn leg(&mut self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
+        let period = self.period;
+        let Some(here) = period.phases.get(phase) else {
+            return Err(Unsure(vec!["a phase is missing".to_string()]));
+        };
+        let rounds: Vec<&Edge> = here.rounds(phase).collect();
+        if let [round] = rounds.as_slice() {
+            match self.count(round, values) {
+                Ok(count) => return self.counted(phase, round, values, count),
+                // Without a closed form, numbers can still be followed one by one.
+                Err(unsure) if values.values().all(is_number) => {
+                    return self.stepwise(phase, values).map_err(|mut other| {
+                        other.0.extend(unsure.0);
+                        other
+                    });
+                }
+                Err(unsure) => {
+                    let mut all =
+                        self.choose(&here.edges, values, &self.assumptions).err().unwrap_or(Unsure(Vec::new()));
+                    all.0.extend(unsure.0);
+                    return Err(all);
+                }
+            }
+        }
+        self.stepwise(phase, values)
+    }
+
+    /// Rounds one by one until the phase is left or the values repeat.
+    fn stepwise(&self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
+        let Some(here) = self.period.phases.get(phase) else {
+            return Err(Unsure(vec!["a phase is missing".to_string()]));
+        };
+        let mut rounds: Vec<(&Edge, Values)> = Vec::new();
+        let mut now = values.clone();
+        let next = loop {
+            if let Some(found) = rounds.iter().position(|(_, earlier)| *earlier == now) {
+                rounds.truncate(if found == 0 { rounds.len() } else { found });
+                break Next::Phase(phase);
+            }
+            if rounds.len() >= MOST_ROUNDS || now.values().any(is_long) {
+                return Err(Unsure(vec![format!("after {} rounds of one phase nothing has repeated", rounds.len())]));
+            }
+            let edge = self.choose(&here.edges, &now, &self.assumptions)?;
+            let onward = self.image(edge, &now)?;
+            rounds.push((edge, std::mem::replace(&mut now, onward)));
+            if edge.next != Next::Phase(phase) {
+                break edge.next.clone();
+            }
+            // Symbols are followed one round at a time.
+            if !now.values().all(is_number) {
+                break Next::Phase(phase);
+            }
+        };
+        let leg = Leg {
+            phase,
+            rounds: Rounds::Count(Value::integer(rounds.len() as i64)),
+            start: values.clone(),
+            closed: Vec::new(),
+            index: self.index.clone(),
+            conditions: Vec::new(),
+            continues: false,
+            units: self.compressed(&rounds)?,
+        };
+        Ok((leg, (next, now)))
+    }
+
+    /// Rounds as stretches: where every variable changes by the same step, in one.
+    fn compressed(&self, rounds: &[(&Edge, Values)]) -> Result<Vec<Unit>, Unsure> {
+        let mut units = Vec::new();
+        let mut from = 0usize;
+        while let Some((edge, start)) = rounds.get(from) {
+            let steps = match rounds.get(from + 1) {
+                Some((_, second)) => differences(start, second)?,
+                None => Values::new(),
+            };
+            let mut until = from + 1;
+            while let (Some((_, one)), Some((other, two))) = (rounds.get(until - 1), rounds.get(until)) {
+                if other.segments != edge.segments || differences(one, two)? != steps {
+                    break;
+                }
+                until += 1;
+            }
+            if until - from < 3 {
+                units.extend(self.units_once(edge, start)?);
+                from += 1;
+                continue;
+            }
+            let mut here = start.clone();
+            for (name, step) in &steps {
+                if let Some(value) = here.get_mut(name) {
+                    *value = step.mul(&Value::variable(&self.index))?.add(value)?;
+                }
+            }
+            let round: Vec<Segment> =
+                edge.segments.iter().map(|segment| self.segment(segment, &here)).collect::<Result<_, Unsure>>()?;
+            units.extend(repeat(Some(Value::integer((until - from) as i64)), &self.index, round)?);
+            from = until;
+        }
+        Ok(units)
+    }
+
+    /// A leg whose rounds are counted.
+    fn counted(
+        &mut self,
+        phase: usize,
+        round: &Edge,
+        values: &Values,
+        count: Count,
+    ) -> Result<(Leg, (Next, Values)), Unsure> {
+        let mut leg = Leg {
+            phase,
+            rounds: Rounds::Forever(count.reason.clone()),
+            start: values.clone(),
+            closed: count.closed.clone(),
+            index: self.index.clone(),
+            conditions: count.conditions.clone(),
+            continues: false,
+            units: Vec::new(),
+        };
+        let Some(stays) = count.stays else {
+            leg.units = self.units(&round.segments, values, &count.closed, None)?;
+            return Ok((leg, (Next::Phase(phase), values.clone())));
+        };
+        let mut assumptions = self.assumptions.clone();
+        for condition in &count.conditions {
+            assumptions.assume(condition.relation, &condition.left, &condition.right);
+        }
+        let last = self.values_at(values, &count.closed, &stays)?;
+        if let Some(learned) = &count.learned {
+            let learned = learned.substitute(&round.map)?.substitute(&last)?;
+            assumptions.assume(learned.relation, &learned.left, &learned.right);
+        }
+        let exits: Vec<Edge> =
+            self.period.phases[phase].edges.iter().filter(|edge| edge.next != Next::Phase(phase)).cloned().collect();
+        let edge = self.choose(&exits, &last, &assumptions)?;
+        let same = edge.segments == round.segments;
+        let total = if same { stays.add(&Value::one())? } else { stays.clone() };
+        leg.rounds = Rounds::Count(stays.add(&Value::one())?);
+        leg.units = self.units(&round.segments, values, &count.closed, Some(&total))?;
+        if !same {
+            leg.units.extend(self.units_once(edge, &last)?);
+        }
+        let onward = self.image(edge, &last)?;
+        let next = edge.next.clone();
+        self.assumptions = assumptions;
+        Ok((leg, (next, onward)))
+    }
+
+    /// The one edge that is taken.
+    fn choose<'e>(&self, edges: &'e [Edge], values: &Values, assumptions: &Assumptions) -> Result<&'e Edge, Unsure> {
+        let mut possible: Vec<(&Edge, Vec<Test>)> = Vec::new();
+        'edges: for edge in edges {
+            let mut open = Vec::new();
+            for test in &edge.tests {
+                let test = test.substitute(values)?;
+                match test.decide(assumptions) {
+                    Some(true) => {}
+                    Some(false) => continue 'edges,
+                    None => open.push(test),
+                }
+            }
+            possible.push((edge, open));
+        }
+        match possible.as_slice() {
+            [] => Err(Unsure(vec!["no way on was found".to_string()])),
+            // The edges cover all cases, so the one that is not ruled out is taken.
+            [(edge, _)] => Ok(edge),
+            _ => {
+                let mut reasons = Vec::new();
+                for (edge, open) in &possible {
+                    if let Next::End(End::Livelock { cycle }) = &edge.next {
+                        let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
+                        reasons.push(format!(
+                            "the program goes round in no time ({}){}",
+                            cycle.join(", "),
+                            in_case(open)
+                        ));
+                    }
+                }
+                let tests: BTreeSet<String> = possible
+                    .iter()
+                    .flat_map(|(_, open)| open)
+                    .map(|test| if test.relation == Relation::Neq { test.negated() } else { test.clone() })
+                    .map(|test| format!("it must be known whether {test}"))
+                    .collect();
+                reasons.extend(tests);
+                Err(Unsure(reasons))
+            }
+        }
+    }
+
+    fn image(&self, edge: &Edge, values: &Values) -> Result<Values, Unsure> {
+        let image =
+            |(name, value): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)));
+        edge.map.iter().map(image).collect()
+    }
+
+    fn units_once(&self, edge: &Edge, values: &Values) -> Result<Vec<Unit>, Unsure> {
+        edge.segments.iter().map(|segment| Ok(Unit::Single(self.segment(segment, values)?))).collect()
+    }
+
+    fn segment(&self, segment: &Segment, values: &Values) -> Result<Segment, Unsure> {
+        let observed: Result<Vec<Term>, _> =
+            segment.observed.iter().map(|term| substitute_values(term, values)).collect();
+        let mut observed = observed.map_err(|stuck| Unsure(vec![stuck.0]))?;
+        for term in &mut observed {
+            *term = term.map_values(&mut |value| Ok::<_, ValueError>(self.assumptions.simplify(value)))?;
+        }
+        observed.sort();
+        observed.dedup();
+        let duration = self.assumptions.simplify(&segment.duration.substitute(values)?);
+        Ok(Segment { duration, observed })
+    }
+
+    /// So many rounds as stretches, one for each piece of the closed forms.
+    fn units(
+        &self,
+        segments: &[Segment],
+        values: &Values,
+        closed: &[(Name, Closed)],
+        total: Option<&Value>,
+    ) -> Result<Vec<Unit>, Unsure> {
+        let mut units = Vec::new();
+        let mut from = Value::zero();
+        while total != Some(&from) {
+            let mut here = values.clone();
+            let mut until: Option<Value> = total.cloned();
+            let shifted = Value::variable(&self.index).add(&from)?;
+            for (name, closed) in closed {
+                let (form, end) = self.piece_at(closed, &from)?;
+                here.insert(name.clone(), form.with(&self.index, &shifted)?);
+                until = self.sooner(until, end)?;
+            }
+            let round: Vec<Segment> =
+                segments.iter().map(|segment| self.segment(segment, &here)).collect::<Result<_, Unsure>>()?;
+            let count = until.as_ref().map(|until| until.sub(&from)).transpose()?;
+            units.extend(repeat(count, &self.index, round)?);
+            match until {
+                Some(until) => from = until,
+                None => break,
+            }
+        }
+        Ok(units)
+    }
+
+    fn sooner(&self, one: Option<Value>, other: Option<Value>) -> Result<Option<Value>, Unsure> {
+        let (Some(one), Some(other)) = (&one, &other) else {
+            return Ok(one.or(other));
+        };
+        match self.assumptions.decide(Relation::Lte, one, other) {
+            Some(true) => Ok(Some(one.clone())),
+            Some(false) => Ok(Some(other.clone())),
+            None => Err(Unsure(vec![format!("whether {one} <= {other}")])),
+        }
+    }
+
+    /// The form that holds at an index, and where it ends.
+    fn piece_at(&self, closed: &Closed, at: &Value) -> Result<(Value, Option<Value>), Unsure> {
+        for piece in &closed.pieces {
+            match &piece.until {
+                None => return Ok((piece.form.clone(), None)),
+                Some(until) => match self.assumptions.decide(Relation::Lss, at, until) {
+                    Some(true) => return Ok((piece.form.clone(), Some(until.clone()))),
+                    Some(false) => {}
+                    None => return Err(Unsure(vec![format!("whether {at} < {until}")])),
+                },
+            }
+        }
+        Err(Unsure(vec!["a closed form ends too early".to_string()]))
+    }
+
+    fn values_at(&self, values: &Values, closed: &[(Name, Closed)], at: &Value) -> Result<Values, Unsure> {
+        let mut here = values.clone();
+        for (name, closed) in closed {
+            let (form, _) = self.piece_at(closed, at)?;
+            here.insert(name.clone(), self.assumptions.simplify(&form.with(&self.index, at)?));
+        }
+        Ok(here)
+    }
+}
+
+fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
+    let change = |(name, value): (&Name, &Value)| {
+        let after = other.get(name).unwrap_or(value);
+        Ok((name.clone(), after.sub(value)?))
+    };
+    one.iter().map(change).collect()
+}
+
+fn is_long(value: &Value) -> bool {
+    value.as_rational().is_some_and(|number| number.numer().bits().max(number.denom().bits()) > MOST_BITS)
+}
+
+fn is_number(value: &Value) -> bool {
+    value.as_rational().is_some()
+}

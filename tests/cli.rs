@@ -1,0 +1,263 @@
+//! The program from outside: exit codes, pipes, hostile input.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn pars() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pars"));
+    command.env_remove("NO_COLOR");
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    pars().args(arguments).output().expect("pars runs")
+}
+
+fn code(output: &Output) -> i32 {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(!errors.contains("panicked"), "{errors}");
+    output.status.code().expect("an exit code")
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A folder with one file of this text.
+fn file(name: &str, text: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).expect("a file");
+    (folder, path)
+}
+
+fn script(text: impl AsRef<[u8]>) -> Output {
+    let (_folder, path) = file("script.pars", text);
+    pars().arg("run").arg(&path).output().expect("pars runs")
+}
+
+/// What standard input is answered.
+fn piped(arguments: &[&str], text: &[u8]) -> Output {
+    let mut child = pars()
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("pars runs");
+    child.stdin.take().expect("a pipe").write_all(text).expect("written");
+    child.wait_with_output().expect("an end")
+}
+
+const PROVED: &str = "prove Delay_1 ; Delay_2 = Delay_3\n";
+const REFUTED: &str = "prove Stop = Abort\n";
+const OPEN: &str = "observer A\nprove (Delay_?a # A)^?n = Delay_{?a*?n} # A\n";
+
+#[test]
+fn exit_codes_say_how_the_claims_came_out() {
+    assert_eq!(code(&script(PROVED)), 0);
+    assert_eq!(code(&script("")), 0);
+    assert_eq!(code(&script(REFUTED)), 1);
+    assert_eq!(code(&script(format!("{REFUTED}expect refuted"))), 0);
+    assert_eq!(code(&script(format!("{PROVED}expect refuted"))), 1);
+    assert_eq!(code(&script(format!("{REFUTED}expect open"))), 1);
+    assert_eq!(code(&script("prove Stop = Nowhere")), 3);
+    assert_eq!(code(&script(format!("{REFUTED}prove Stop = Nowhere"))), 3);
+    assert_eq!(code(&run(&["run", "no/such/file.pars"])), 3);
+    assert_eq!(code(&run(&["run"])), 2);
+    assert_eq!(code(&run(&["fly"])), 2);
+    assert_eq!(code(&run(&["--help"])), 0);
+    assert_eq!(code(&run(&["--version"])), 0);
+}
+
+#[test]
+fn an_open_claim_says_what_remains_and_never_that_it_is_false() {
+    let output = script(OPEN);
+    assert_eq!(code(&output), 4, "{}", out(&output));
+    let text = out(&output);
+    assert!(text.contains("could not prove") && text.contains("what remains"), "{text}");
+    assert!(text.contains("tried: all laws"), "{text}");
+    assert_eq!(code(&script(format!("{OPEN}expect open"))), 0);
+}
+
+#[test]
+fn standard_input_is_a_script() {
+    let output = piped(&[], PROVED.as_bytes());
+    assert_eq!(code(&output), 0);
+    assert!(out(&output).starts_with("<input>:1: proved:"), "{}", out(&output));
+    assert_eq!(code(&piped(&[], b"prove Stop = Abort")), 1);
+    assert_eq!(code(&piped(&["run", "-"], b"prove Stop = (Abort")), 3);
+}
+
+#[test]
+fn what_is_expected_of_a_question_is_compared() {
+    assert_eq!(code(&script("simplify Delay_1 ; Delay_2\nexpect = Delay_3")), 0);
+    assert_eq!(code(&script("simplify Delay_1 ; Delay_2\nexpect = Delay_4")), 1);
+}
+
+#[test]
+fn json_is_one_object_a_claim() {
+    let text = format!(
+        "param t > 0\n{PROVED}\n{REFUTED}expect refuted\nprove <= Q\nprove n: Delay_t # A(1) <= Delay_t\nobserver A(x)"
+    );
+    let (_folder, path) = file("script.pars", text);
+    let output = pars().args(["run", "--json"]).arg(&path).output().expect("pars runs");
+    assert_eq!(code(&output), 3);
+    assert_eq!(errors(&output), "");
+    let text = out(&output);
+    let objects: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).expect(line)).collect();
+    let claims: Vec<_> = objects.iter().filter(|object| object.get("verdict").is_some()).collect();
+    assert_eq!(claims.len(), 3, "{text}");
+    assert_eq!(claims[0]["verdict"], "proved");
+    assert_eq!(claims[0]["kind"], "equality");
+    assert_eq!(claims[0]["line"], 2);
+    assert_eq!(claims[0]["file"], path.display().to_string());
+    assert!(claims[0]["laws"].as_array().is_some_and(|laws| laws.iter().any(|law| law == "delay-sum")));
+    assert_eq!(claims[1]["verdict"], "refuted");
+    assert_eq!(claims[1]["expected"], "refuted");
+    assert!(claims[1]["trace"].as_array().is_some_and(|trace| !trace.is_empty()));
+    assert_eq!(claims[2]["kind"], "refinement");
+    let broken = objects.iter().find(|object| object.get("verdict").is_none()).expect("the error");
+    assert_eq!(broken["diagnostics"][0]["severity"], "error");
+    assert_eq!(broken["diagnostics"][0]["line"], 6);
+}
+
+#[test]
+fn proofs_travel() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let proofs = folder.path().join("proofs");
+    let (_folder, path) = file("script.pars", format!("{PROVED}prove name: Stop ; Stop = Stop\nprove Stop = Abort"));
+    let output = pars().arg("run").arg(&path).arg("--proofs").arg(&proofs).output().expect("pars runs");
+    assert_eq!(code(&output), 1);
+    let mut names: Vec<PathBuf> = std::fs::read_dir(&proofs).expect("proofs").flatten().map(|one| one.path()).collect();
+    names.sort();
+    assert_eq!(names, [proofs.join("script-1.json"), proofs.join("script-name.json")]);
+    let output = pars().arg("check").args(&names).output().expect("pars runs");
+    assert_eq!(code(&output), 0);
+    assert!(out(&output).contains("Delay_1 ; Delay_2 = Delay_3"), "{}", out(&output));
+    let changed = std::fs::read_to_string(&names[0]).expect("a proof").replace("Delay_3", "Delay_4");
+    std::fs::write(&names[0], changed).expect("written");
+    let output = pars().arg("check").args(&names).output().expect("pars runs");
+    assert_eq!(code(&output), 3);
+    assert!(errors(&output).contains("rejected"), "{}", errors(&output));
+    assert!(out(&output).contains("checked"), "the other is still checked");
+}
+
+#[test]
+fn a_closed_pipe_is_no_panic_and_changes_no_exit_code() {
+    let text = PROVED.repeat(200) + REFUTED;
+    let (_folder, path) = file("script.pars", text);
+    let mut child =
+        pars().arg("run").arg(&path).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("pars runs");
+    drop(child.stdout.take());
+    let mut said = String::new();
+    child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("text");
+    assert_eq!(said, "");
+    assert_eq!(child.wait().expect("an end").code(), Some(1));
+}
+
+#[test]
+fn an_import_is_looked_up_beside_its_file() {
+    let (folder, path) = file("main.pars", "import \"parts/part.pars\"\nprove A = Delay_3\n");
+    std::fs::create_dir(folder.path().join("parts")).expect("a folder");
+    let part = |name: &str, text: &str| std::fs::write(folder.path().join("parts").join(name), text).expect("a file");
+    part("part.pars", "import \"more.pars\"\nproc A = B ; Delay_2\n");
+    part("more.pars", "import \"../parts/./more2.pars\"\nproc B = C\n");
+    part("more2.pars", "proc C = Delay_1\n");
+    let output = pars().arg("run").arg(&path).output().expect("pars runs");
+    assert_eq!(code(&output), 0, "{}{}", out(&output), errors(&output));
+}
+
+#[test]
+fn files_that_import_each_other_are_refused() {
+    let (folder, path) = file("a.pars", "import \"b.pars\"\n");
+    std::fs::write(folder.path().join("b.pars"), "import \"./a.pars\"\n").expect("a file");
+    let output = pars().arg("run").arg(&path).output().expect("pars runs");
+    assert_eq!(code(&output), 3);
+    assert!(errors(&output).contains("imports itself"), "{}", errors(&output));
+}
+
+#[test]
+fn what_is_no_text_is_refused_with_its_place() {
+    let output = script(b"prove Stop = Stop\n\xff\xfe");
+    assert_eq!(code(&output), 3);
+    assert!(errors(&output).contains("not UTF-8") && errors(&output).contains(":2:1"), "{}", errors(&output));
+    assert_eq!(code(&piped(&[], b"\x80")), 3);
+    assert_eq!(code(&run(&["run", env!("CARGO_MANIFEST_DIR")])), 3);
+}
+
+#[test]
+fn brackets_and_sequences_without_end_are_answered() {
+    let brackets = format!("simplify {}Stop{}", "(".repeat(100_000), ")".repeat(100_000));
+    assert_eq!(code(&script(brackets)), 3);
+    assert_eq!(code(&script("simplify ".to_string() + &"(".repeat(100_000))), 3);
+    let digits = format!("prove Delay_{0} = Delay_{0}", "9".repeat(200_000));
+    assert_eq!(code(&script(digits)), 3);
+    let sequence = format!("prove {0}Stop = {0}Stop", "Delay_1 ; ".repeat(100_000));
+    let output = script(sequence);
+    assert!([0, 3, 4].contains(&code(&output)), "{}", errors(&output));
+}
+
+#[test]
+fn ten_megabytes_are_answered() {
+    let comments = "// nothing to see here, go on reading the next line\n".repeat(200_000);
+    assert_eq!(code(&script(comments + PROVED)), 0);
+    let junk = "@ ".repeat(5_000_000);
+    assert_eq!(code(&script(junk)), 3);
+}
+
+#[test]
+fn a_law_that_loops_is_refused_with_its_place() {
+    let (_folder, rules) = file("loop.rules", "law round \"Round.\"\n  ours for a test\n  ?P ; ?Q => ?P ; Stop ; ?Q\n");
+    let output = pars().arg("run").arg(&rules).output().expect("pars runs");
+    assert_eq!(code(&output), 3);
+    assert!(errors(&output).contains("`round`") && errors(&output).contains("loop.rules:"), "{}", errors(&output));
+}
+
+#[test]
+fn files_are_laid_out_and_checked() {
+    let (_folder, path) = file("script.pars", "prove   Delay_1;Stop  =  Delay_1\n");
+    let checked = |path: &Path| pars().args(["fmt", "--check"]).arg(path).output().expect("pars runs");
+    assert_eq!(code(&checked(&path)), 1);
+    assert_eq!(code(&pars().arg("fmt").arg(&path).output().expect("pars runs")), 0);
+    assert_eq!(std::fs::read_to_string(&path).expect("a file"), "prove Delay_1 ; Stop = Delay_1\n");
+    assert_eq!(code(&checked(&path)), 0);
+    let (_folder, broken) = file("broken.pars", "prove (");
+    assert_eq!(code(&checked(&broken)), 3);
+}
+
+#[test]
+fn every_error_code_is_explained() {
+    let mut codes = std::collections::BTreeSet::new();
+    collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut codes);
+    assert!(codes.len() > 30, "{codes:?}");
+    let unexplained: Vec<&String> = codes.iter().filter(|code| pars::codes::explain(code).is_none()).collect();
+    assert!(unexplained.is_empty(), "docs/errors.md says nothing about {unexplained:?}");
+    let output = run(&["explain", "p0203"]);
+    assert_eq!(code(&output), 0);
+    assert!(out(&output).contains("brackets"));
+    assert_eq!(code(&run(&["explain", "P9999"])), 2);
+    assert_eq!(code(&run(&["explain"])), 0);
+}
+
+fn collect(folder: &Path, codes: &mut std::collections::BTreeSet<String>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            collect(&path, codes);
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("a source");
+        for piece in text.split("\"P0").skip(1) {
+            let digits: String = piece.chars().take(3).collect();
+            if digits.chars().all(|digit| digit.is_ascii_digit()) && piece.chars().nth(3) == Some('"') {
+                codes.insert(format!("P0{digits}"));
+            }
+        }
+    }
+}

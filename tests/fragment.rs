@@ -1,0 +1,135 @@
+//! Loop-free terms without communication: the laws bring them to a normal form, so no claim about them is left open.
+//! The judge is the executable meaning, which knows no law.
+
+use pars::bisimulation::{Comparison, Reach, compare};
+use pars::definition::Definitions;
+use pars::kernel::Theory;
+use pars::law::Connective;
+use pars::library;
+use pars::name::Name;
+use pars::prove::{Answer, By, equation, prove};
+use pars::rewrite::Limits;
+use pars::term::{Node, Term};
+use pars::value::{Relation, Value};
+
+/// A small generator with a printed seed; the same on every machine.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % sides
+    }
+}
+
+fn time(dice: &mut Dice) -> Value {
+    let halves = Value::integer(dice.roll(5) as i64);
+    halves.div(&Value::integer(2)).unwrap()
+}
+
+fn leaf(dice: &mut Dice, names: &mut u32) -> Term {
+    let truth = |value: u64| Value::integer(value as i64);
+    match dice.roll(12) {
+        0 => Term::stop(),
+        1 => Term::abort(),
+        2 => Term::idle(),
+        3..=6 => Term::delay(time(dice)),
+        7 | 8 => Term::new(Node::Observe(Name::new("A"), vec![truth(dice.roll(2))])),
+        9 => Term::new(Node::Observe(Name::new("B"), vec![])),
+        10 => Term::new(Node::Guard(Relation::Eq, truth(dice.roll(2)), truth(0))),
+        _ => {
+            *names += 1;
+            Term::new(Node::Set(truth(dice.roll(2)), Name::new(&format!("y{names}"))))
+        }
+    }
+}
+
+fn random(dice: &mut Dice, size: u64, names: &mut u32) -> Term {
+    if size <= 1 {
+        return leaf(dice, names);
+    }
+    let first = 1 + dice.roll(size - 1);
+    let (one, two) = (random(dice, first, names), random(dice, size - first, names));
+    match dice.roll(8) {
+        0..=2 => Term::seq([one, two]),
+        3 | 4 => Term::par([one, two]),
+        5 | 6 => Term::disable([one, two]),
+        _ => Term::otherwise(one, two),
+    }
+}
+
+/// The same process said otherwise, somewhere inside.
+fn disguised(term: &Term, dice: &mut Dice) -> Term {
+    let children = term.children();
+    if !children.is_empty() && dice.roll(3) > 0 {
+        let chosen = dice.roll(children.len() as u64) as usize;
+        let parts = children.iter().enumerate();
+        let parts = parts.map(|(place, part)| if place == chosen { disguised(part, dice) } else { (*part).clone() });
+        return term.with_children(parts.collect());
+    }
+    match dice.roll(6) {
+        0 => Term::seq([Term::stop(), term.clone()]),
+        1 => Term::disable([term.clone(), Term::idle()]),
+        2 => Term::par([term.clone(), Term::abort()]),
+        3 => Term::seq([term.clone(), Term::delay(Value::integer(0))]),
+        4 => Term::otherwise(Term::abort(), term.clone()),
+        _ => match term.node() {
+            Node::Delay(time) => {
+                let half = time.div(&Value::integer(2)).unwrap();
+                Term::seq([Term::delay(half.clone()), Term::delay(half)])
+            }
+            _ => Term::seq([term.clone(), Term::stop()]),
+        },
+    }
+}
+
+fn decide(left: &Term, right: &Term) -> Option<bool> {
+    let reach = Reach::default();
+    match compare(left, right, Connective::Equal, &Definitions::default(), &reach) {
+        Ok(Comparison::Same) => Some(true),
+        Ok(Comparison::Different(_)) => Some(false),
+        _ => None,
+    }
+}
+
+fn run() {
+    let seed = 20_121_001;
+    println!("seed {seed}");
+    let mut dice = Dice(seed);
+    let environment = library::standard().unwrap_or_else(|_| panic!("the rules load"));
+    let theory = Theory {
+        assumptions: environment.assumptions.clone(),
+        definitions: environment.definitions.clone(),
+        laws: environment.laws.clone(),
+    };
+    let (mut equal, mut unequal) = (0, 0);
+    while equal < 1_000 || unequal < 1_000 {
+        let mut names = 0;
+        let size = 2 + dice.roll(6);
+        let left = random(&mut dice, size, &mut names);
+        let right = if dice.roll(2) == 0 {
+            let once = disguised(&left, &mut dice);
+            disguised(&once, &mut dice)
+        } else {
+            names = 0;
+            random(&mut dice, size, &mut names)
+        };
+        let Some(same) = decide(&left, &right) else { continue };
+        if (same && equal >= 1_000) || (!same && unequal >= 1_000) {
+            continue;
+        }
+        let limits = Limits { rounds: 0, ..Limits::default() };
+        let answer = prove(&theory, &equation(left.clone(), right.clone()), &By::Search, limits, &|| false);
+        match (same, answer) {
+            (true, Answer::Proved(..)) => equal += 1,
+            (false, Answer::Open(_)) => unequal += 1,
+            (true, Answer::Open(gap)) => panic!("left open: {left} = {right}\n  {}\n  {}", gap.left, gap.right),
+            (false, Answer::Proved(..)) => panic!("proved, and wrong: {left} = {right}"),
+        }
+    }
+}
+
+#[test]
+fn equal_pairs_are_proved_and_no_others() {
+    std::thread::Builder::new().stack_size(256 << 20).spawn(run).unwrap().join().unwrap();
+}

@@ -1,0 +1,153 @@
+//! The prompt without a terminal: what is typed, and what is answered.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use pars::diagnostic::Source;
+use pars::repl::Prompt;
+use pars::script::read_file;
+use pars::session::Surroundings;
+
+#[derive(Default)]
+struct World {
+    stop: Cell<bool>,
+}
+
+impl Surroundings for World {
+    fn find(&self, _importer: &str, path: &str) -> Result<Source, String> {
+        read_file(std::path::Path::new(path)).map_err(|trouble| trouble.1.message)
+    }
+
+    fn interrupted(&self) -> bool {
+        self.stop.get()
+    }
+}
+
+fn prompt() -> Prompt {
+    Prompt::new(Rc::new(World::default()), false).expect("the prelude").quiet()
+}
+
+/// Types lines one after the other; gives what the last is answered.
+fn answer(prompt: &mut Prompt, lines: &[&str]) -> String {
+    lines.iter().map(|line| prompt.answer(line).text).last().unwrap_or_default()
+}
+
+#[test]
+fn a_process_alone_is_simplified_and_it_is_the_result() {
+    let mut prompt = prompt();
+    let text = answer(&mut prompt, &["Delay_1 ; Delay_5"]);
+    assert!(text.starts_with("Delay_1 ; Delay_5\n    = Delay_6\n"), "{text}");
+    assert!(answer(&mut prompt, &["it ; Delay_1"]).contains("= Delay_7"));
+    assert!(answer(&mut prompt, &["prove it = Delay_7"]).starts_with("proved"));
+}
+
+#[test]
+fn why_shows_each_line_with_its_law() {
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &[":why"]).contains("nothing was claimed"));
+    let text = answer(&mut prompt, &["prove one: Stop ; Delay_1 ; Stop = Delay_1", ":why"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "    Stop ; Delay_1 ; Stop");
+    assert!(lines[1].starts_with("= {seq-"), "{text}");
+    assert_eq!(lines.last().copied(), Some("    Delay_1"));
+    assert_eq!(answer(&mut prompt, &["prove Stop = Stop", ":why one"]), text);
+    assert_eq!(answer(&mut prompt, &[":why 1"]), text);
+    assert!(answer(&mut prompt, &["prove Stop = Abort", ":why"]).contains("no proof"));
+    assert!(answer(&mut prompt, &[":why two"]).contains("there is no claim"));
+}
+
+#[test]
+fn the_chain_of_a_proof_is_a_calculation_that_can_be_proved() {
+    let mut prompt = prompt();
+    answer(&mut prompt, &["observer A(x)", "prove (Delay_1 ; A(1)) # Delay_3 = Delay_1 ; (A(1) # Delay_2)"]);
+    let record = prompt.session().record("").expect("the claim").clone();
+    let chain = record.evidence.expect("a proof").chain();
+    assert!(!chain.lines.is_empty() && !chain.cut);
+    let mut before = chain.start;
+    for line in chain.lines {
+        let step = format!("prove {before} {} {}", line.connective, line.term);
+        assert!(answer(&mut prompt, &[&step]).starts_with("proved"), "{step}");
+        before = line.term;
+    }
+}
+
+#[test]
+fn a_definition_that_changes_marks_what_was_proved_with_it() {
+    let mut prompt = prompt();
+    let text = answer(
+        &mut prompt,
+        &[
+            "param t > 0\nfn s(x) = x",
+            "proc A = Delay_{s(t)}",
+            "proc B = A ; Stop",
+            "prove mine: B = A",
+            "prove other: Stop ; Stop = Stop",
+            "proc A = Delay_2",
+        ],
+    );
+    assert!(text.contains("claim mine is stale"), "{text}");
+    assert!(answer(&mut prompt, &[":why mine"]).starts_with("stale"));
+    assert!(!answer(&mut prompt, &[":why other"]).contains("stale"));
+    assert!(!answer(&mut prompt, &[":undo", ":why mine"]).contains("stale"), "undone");
+    let text = answer(&mut prompt, &["fn s(x) = 2*x"]);
+    assert!(text.contains("claim mine is stale") && text.contains("A still has the earlier s"), "{text}");
+}
+
+#[test]
+fn undo_goes_back_to_before_the_last_input() {
+    let mut prompt = prompt();
+    answer(&mut prompt, &["proc A = Delay_1", "proc A = Delay_2", "prove = nothing", ":undo"]);
+    assert_eq!(answer(&mut prompt, &[":show A"]), "proc A = Delay_1\n");
+    assert!(answer(&mut prompt, &[":undo", ":show A"]).contains("nothing is named `A`"));
+    assert!(answer(&mut prompt, &[":undo"]).contains("nothing to undo"));
+}
+
+#[test]
+fn what_was_typed_can_be_saved_and_loaded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("saved.pars").display().to_string();
+    let mut first = prompt();
+    answer(
+        &mut first,
+        &["proc A = Delay_1", "A ; Stop", "nonsense", "prove a: A ; A = Delay_2", &format!(":save {path}")],
+    );
+    let saved = std::fs::read_to_string(&path).expect("a file");
+    assert_eq!(saved, "proc A = Delay_1\nsimplify A ; Stop\nprove a: A ; A = Delay_2\n");
+    let mut second = prompt();
+    let text = answer(&mut second, &[&format!(":load {path}")]);
+    assert!(text.contains("proved: a: A ; A = Delay_2"), "{text}");
+    assert!(answer(&mut second, &[":show A"]).contains("Delay_1"));
+    let proof = folder.path().join("proof.json");
+    assert!(answer(&mut second, &[&format!(":proof {} a", proof.display())]).contains("written"));
+    assert!(pars::proof_file::check_file(&std::fs::read(proof).expect("a file")).is_ok());
+}
+
+#[test]
+fn the_shortest_prefix_will_do_and_slips_are_named() {
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &[":h"]).contains(":why [claim]"));
+    assert!(answer(&mut prompt, &[":s"]).contains(":show, :save"));
+    assert!(answer(&mut prompt, &[":hlep"]).contains("did you mean `:help`?"));
+    assert!(answer(&mut prompt, &[":laws delay-sum"]).contains("Delays add"));
+    assert!(answer(&mut prompt, &[":law delay-sum"]).starts_with("law delay-sum"));
+    assert!(answer(&mut prompt, &[":law delay-smu"]).contains("did you mean `delay-sum`?"));
+    assert!(answer(&mut prompt, &[":help P0203"]).contains("brackets"));
+    assert!(prompt.answer(":q").quit);
+    assert!(!prompt.answer("").quit);
+}
+
+#[test]
+fn an_expectation_may_come_later() {
+    let mut prompt = prompt();
+    assert!(!answer(&mut prompt, &["prove Stop = Abort", "expect refuted"]).contains("but expected"));
+    assert!(answer(&mut prompt, &["expect proved"]).contains("but expected proved"));
+}
+
+#[test]
+fn a_search_that_is_stopped_says_so() {
+    let world = Rc::new(World::default());
+    let mut prompt = Prompt::new(world.clone(), false).expect("the prelude").quiet();
+    world.stop.set(true);
+    let text = prompt.answer("prove ?P | ?Q = ?Q ; ?P").text;
+    assert!(text.starts_with("interrupted, could not prove"), "{text}");
+}
