@@ -108,10 +108,7 @@ impl Assumptions {
 
     /// Whether the assumptions are known to exclude each other, so that anything follows from them.
     pub fn contradictory(&self) -> bool {
-        let impossible = |(relation, value): &(Relation, Value)| {
-            self.decide_unless_contradictory(*relation, value).is_some_and(|holds| !holds)
-        };
-        self.refutes(&Value::one(), Signs::POSITIVE) || self.stated.iter().any(impossible)
+        self.inconsistent()
     }
 
     /// Whether the relation holds: `None` where neither it nor its opposite follows.

@@ -1,19 +1,32 @@
-//! Exact closed forms of one-variable recurrences.
+//! Exact closed forms of recurrences `x(n+1) = f(x(n))` in one variable, and the first n at which a goal is met.
+//!
+//! An affine map has one form, `x + n*d` or `limit + c^n*(x - limit)`. A map with `max`, `min` and `if` is affine in
+//! regions: the region of the start gives a form, which holds until its guards fail; the index at which they fail is
+//! found exactly, and there the next piece begins. Each form is checked, base and step, before it is returned.
 
-use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+mod affine;
+mod region;
+mod search;
 
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Sort, Value, ValueError};
+use affine::affine_pieces;
+use region::{Guard, resolve, solutions};
+use search::{Entry, Interval, enter};
+
+/// What must hold for a result to be right.
+pub type Comparison = (Relation, Value, Value);
 
 /// A closed form by pieces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Closed {
+    /// The variable of the recurrence, which a [`Goal::Holds`] is about.
+    pub variable: Name,
     /// In order, without gaps, from 0.
     pub pieces: Vec<Piece>,
     /// What must hold for it to be right.
-    pub conditions: Vec<(Relation, Value, Value)>,
+    pub conditions: Vec<Comparison>,
 }
 
 /// One piece of a closed form.
@@ -23,11 +36,11 @@ pub struct Piece {
     pub from: Value,
     /// The index after the last; none for the last piece.
     pub until: Option<Value>,
-    /// The value at an index.
+    /// The value at an index, counted from the start of the recurrence.
     pub form: Value,
 }
 
-/// There is no closed form.
+/// There is no closed form, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NoClosedForm(pub String);
 
@@ -36,27 +49,54 @@ pub struct NoClosedForm(pub String);
 pub enum Goal {
     /// It is equal to this.
     Equals(Value),
-    /// It is within the second of the first.
+    /// Its distance from the first is at most the second.
     Within(Value, Value),
-    /// A comparison.
+    /// A comparison of two expressions in the variable of the recurrence.
     Holds(Relation, Value, Value),
 }
 
 /// When a goal is met first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reach {
-    /// At this index, under conditions.
-    At(Value, Vec<(Relation, Value, Value)>),
+    /// At this index and no earlier one, under conditions.
+    At(Value, Vec<Comparison>),
     /// Never, and why.
     Never(String),
     /// Not known, and why.
     Unknown(String),
 }
 
-/// A closed form of `x(n+1) = map(x(n))`, `x(0) = start`.
+/// The most pieces that a form may have.
+const MOST_PIECES: usize = 200;
+/// The indices that are tried one by one where there is no better way.
+const MOST_TRIED: i64 = 500;
+
+impl From<ValueError> for NoClosedForm {
+    fn from(error: ValueError) -> NoClosedForm {
+        NoClosedForm(error.0)
+    }
+}
+
+impl Closed {
+    /// The value at an index; `None` when it is not known in which piece the index lies.
+    pub fn at(&self, index: &Name, at: &Value, assumptions: &Assumptions) -> Option<Value> {
+        for piece in &self.pieces {
+            let here = match &piece.until {
+                None => true,
+                Some(until) => assumptions.decide(Relation::Lss, at, until)?,
+            };
+            if here {
+                return piece.form.with(index, at).ok();
+            }
+        }
+        None
+    }
+}
+
+/// A closed form of `x(n+1) = map(x(n))`, `x(0) = start`, in the index n.
 ///
 /// # Errors
-/// When none is found.
+/// When none is found, with what would have to be known.
 pub fn solve(
     map: &Value,
     variable: &Name,
@@ -64,133 +104,277 @@ pub fn solve(
     index: &Name,
     assumptions: &Assumptions,
 ) -> Result<Closed, NoClosedForm> {
-    let no = |error: crate::value::ValueError| NoClosedForm(error.0);
-    let Some((factor, constant)) = map.linear_in(variable) else {
-        return Err(NoClosedForm(format!("{map} is not affine in {variable}")));
-    };
-    let one = Value::one();
-    let count = Value::variable(index);
-    let form = if assumptions.decide(Relation::Eq, &factor, &one) == Some(true) {
-        constant.mul(&count).and_then(|sum| sum.add(start)).map_err(no)?
-    } else if assumptions.decide(Relation::Eq, &factor, &one) == Some(false) {
-        let fixed = one.sub(&factor).and_then(|rest| constant.div(&rest)).map_err(no)?;
-        if factor.is_zero() {
-            let piece = |from: i64, until: Option<i64>, form: &Value| Piece {
-                from: Value::integer(from),
-                until: until.map(Value::integer),
-                form: form.clone(),
+    if map.sort() != Sort::Real || start.sort() != Sort::Real {
+        return Err(NoClosedForm("closed forms are known of sequences of numbers only".to_string()));
+    }
+    let mut known = assumptions.clone();
+    known.assume_natural(index);
+    let map = known.simplify(map);
+    let mut closed = Closed { variable: variable.clone(), pieces: Vec::new(), conditions: Vec::new() };
+    if map.linear_in(variable).is_some() {
+        let pieces = affine_pieces(&map, variable, start, index, &known)?;
+        closed.pieces = pieces.0;
+        closed.conditions = pieces.1;
+        return Ok(closed);
+    }
+    Pieces { map, variable, index, known, closed, history: Vec::new() }.collect(start)
+}
+
+/// A piecewise form in the making.
+struct Pieces<'a> {
+    map: Value,
+    variable: &'a Name,
+    index: &'a Name,
+    known: Assumptions,
+    closed: Closed,
+    /// Where the pieces began, and with which values.
+    history: Vec<(Value, Value)>,
+}
+
+impl Pieces<'_> {
+    fn collect(mut self, start: &Value) -> Result<Closed, NoClosedForm> {
+        let mut from = Value::zero();
+        let mut value = self.known.simplify(start);
+        for _ in 0..MOST_PIECES {
+            if let Some(place) = self.history.iter().position(|(_, earlier)| *earlier == value) {
+                return self.periodic(place, &from);
+            }
+            self.history.push((from.clone(), value.clone()));
+            let Some((next, image)) = self.piece(&from, &value)? else { return Ok(self.closed) };
+            from = next;
+            value = image;
+        }
+        Err(NoClosedForm(format!("the guards of {} change more than {MOST_PIECES} times", self.map)))
+    }
+
+    /// The piece that begins here; where the next begins and with which value.
+    fn piece(&mut self, from: &Value, value: &Value) -> Result<Option<(Value, Value)>, NoClosedForm> {
+        let (local, guards) = resolve(&self.map, self.variable, value, &self.known)?;
+        if local.linear_in(self.variable).is_none() {
+            return Err(NoClosedForm(format!("{local} is not affine in {}", self.variable)));
+        }
+        let (pieces, conditions) = affine_pieces(&local, self.variable, value, self.index, &self.known)?;
+        for (relation, left, right) in &conditions {
+            self.known.assume(*relation, left, right);
+        }
+        self.closed.conditions.extend(conditions);
+        let Some((length, failed)) = self.length(&pieces, &guards)? else {
+            self.append(&pieces, from, None)?;
+            return Ok(None);
+        };
+        self.append(&pieces, from, Some(&length))?;
+        let local_form = Closed { variable: self.variable.clone(), pieces, conditions: Vec::new() };
+        let Some(image) = local_form.at(self.index, &length, &self.known) else {
+            return Err(NoClosedForm(format!("it must be known which piece holds at {length}")));
+        };
+        let failing = failed.value.with(self.variable, &image)?;
+        self.known.assume(failed.relation.negated(), &failing, &Value::zero());
+        Ok(Some((from.add(&length)?, self.known.simplify(&image))))
+    }
+
+    /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
+    fn length(&mut self, pieces: &[Piece], guards: &[Guard]) -> Result<Option<(Value, Guard)>, NoClosedForm> {
+        let local = Closed { variable: self.variable.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
+        let mut least: Option<(Value, Guard)> = None;
+        for guard in guards {
+            let goal = Goal::Holds(guard.relation.negated(), guard.value.clone(), Value::zero());
+            match first(&local, self.index, &goal, &self.known) {
+                Reach::Never(_) => {}
+                Reach::Unknown(reason) => return Err(NoClosedForm(reason)),
+                Reach::At(at, conditions) => {
+                    for (relation, left, right) in &conditions {
+                        self.known.assume(*relation, left, right);
+                    }
+                    self.closed.conditions.extend(conditions);
+                    let sooner = match &least {
+                        None => true,
+                        Some((other, _)) => self
+                            .known
+                            .decide(Relation::Lss, &at, other)
+                            .ok_or_else(|| NoClosedForm(format!("it must be known whether {at} < {other}")))?,
+                    };
+                    if sooner {
+                        least = Some((at, guard.clone()));
+                    }
+                }
+            }
+        }
+        Ok(least)
+    }
+
+    /// Adds forms that count from `from`, up to `length` steps after it.
+    fn append(&mut self, pieces: &[Piece], from: &Value, length: Option<&Value>) -> Result<(), NoClosedForm> {
+        let shifted = Value::variable(self.index).sub(from)?;
+        for piece in pieces {
+            if let Some(length) = length
+                && self.known.decide(Relation::Gte, &piece.from, length) == Some(true)
+            {
+                break;
+            }
+            let until = match (&piece.until, length) {
+                (Some(until), Some(length)) => {
+                    if self.known.decide(Relation::Lte, until, length) == Some(true) {
+                        Some(until)
+                    } else {
+                        Some(length)
+                    }
+                }
+                (until, length) => until.as_ref().or(length),
             };
-            return Ok(Closed {
-                pieces: vec![piece(0, Some(1), start), piece(1, None, &constant)],
-                conditions: vec![],
+            self.closed.pieces.push(Piece {
+                from: from.add(&piece.from)?,
+                until: until.map(|until| from.add(until)).transpose()?,
+                form: piece.form.with(self.index, &shifted)?,
             });
         }
-        let power = factor.power(&count).map_err(no)?;
-        start.sub(&fixed).and_then(|gap| gap.mul(&power)).and_then(|gap| gap.add(&fixed)).map_err(no)?
-    } else {
-        return Err(NoClosedForm(format!("it must be known whether {factor} = 1")));
-    };
-    Ok(Closed { pieces: vec![Piece { from: Value::zero(), until: None, form }], conditions: vec![] })
+        Ok(())
+    }
+
+    /// The value at `from` was there before: of two values in turn there is a form, with `(-1)^n`.
+    fn periodic(mut self, place: usize, from: &Value) -> Result<Closed, NoClosedForm> {
+        let since = self.history[place].0.clone();
+        let period = from.sub(&since)?;
+        let mut values = Vec::new();
+        for step in 0..2 {
+            let at = since.add(&Value::integer(step))?;
+            values.extend(self.closed.at(self.index, &at, &self.known));
+        }
+        let ([first, second], true) = (values.as_slice(), period == Value::integer(2)) else {
+            return Err(NoClosedForm(format!("from n = {since} on it goes round in {period} steps")));
+        };
+        let half = Value::fraction(1, 2)?;
+        let (middle, swing) = (first.add(second)?.mul(&half)?, first.sub(second)?.mul(&half)?);
+        let turn = Value::integer(-1).power(&Value::variable(self.index).sub(&since)?)?;
+        self.closed.pieces.retain(|piece| self.known.decide(Relation::Lss, &piece.from, &since) == Some(true));
+        self.closed.pieces.push(Piece { from: since, until: None, form: middle.add(&swing.mul(&turn)?)? });
+        Ok(self.closed)
+    }
 }
 
-/// The first index at which a goal is met: the least one, since every earlier index is looked at or excluded.
+/// The least index at which a goal is met.
 pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptions) -> Reach {
-    let tail = Orbit::of(closed, index);
-    for number in 0..MOST_LOOKED_AT {
-        let at = Value::integer(number);
-        let Some(piece) = closed.pieces.iter().find(|piece| match &piece.until {
-            Some(until) => assumptions.decide(Relation::Lss, &at, until) == Some(true),
-            None => true,
-        }) else {
-            return Reach::Unknown("no piece of the closed form covers the index".to_string());
-        };
-        let Ok(value) = piece.form.with(index, &at) else {
-            return Reach::Unknown("the closed form is too large to evaluate".to_string());
-        };
-        let met = match goal {
-            Goal::Equals(wanted) => assumptions.decide(Relation::Eq, &value, wanted),
-            Goal::Within(centre, radius) => value
-                .sub(centre)
-                .and_then(|gap| gap.abs())
-                .ok()
-                .and_then(|gap| assumptions.decide(Relation::Lte, &gap, radius)),
-            Goal::Holds(..) => None,
-        };
-        match met {
-            Some(true) => return Reach::At(at, vec![]),
-            Some(false) => {}
-            None => return Reach::Unknown(format!("it must be known whether {value} meets the goal")),
-        }
-        if let Some(reason) = tail.as_ref().and_then(|tail| tail.out_of_reach(&value, goal)) {
-            return Reach::Never(reason);
-        }
-    }
-    Reach::Unknown(format!("not within {MOST_LOOKED_AT} rounds"))
-}
-
-/// Indices looked at one by one before the answer is left open.
-const MOST_LOOKED_AT: i64 = 500;
-
-/// A rational orbit `x(n+1) = c*x(n) + k`, which moves one way, or closes in on its fixed point.
-struct Orbit {
-    factor: BigRational,
-    step: BigRational,
-    fixed: Option<BigRational>,
-}
-
-impl Orbit {
-    fn of(closed: &Closed, index: &Name) -> Option<Orbit> {
-        let [piece] = closed.pieces.as_slice() else { return None };
-        let at = |number: i64| piece.form.with(index, &Value::integer(number)).ok()?.as_rational();
-        let (zero, one, two) = (at(0)?, at(1)?, at(2)?);
-        let step = &one - &zero;
-        if step.is_zero() {
-            return None;
-        }
-        let factor = (two - &one) / &step;
-        let fixed = (!factor.is_one()).then(|| &zero + &step / (BigRational::one() - &factor));
-        Some(Orbit { factor, step, fixed })
-    }
-
-    /// Why no later value meets a goal that this value does not meet: the distance left to go is more than what is
-    /// still to come, or the goal lies behind.
-    fn out_of_reach(&self, value: &Value, goal: &Goal) -> Option<String> {
-        let value = value.as_rational()?;
-        let (low, high) = match goal {
-            Goal::Equals(wanted) => (wanted.as_rational()?, wanted.as_rational()?),
-            Goal::Within(centre, radius) => {
-                let (centre, radius) = (centre.as_rational()?, radius.as_rational()?);
-                (&centre - &radius, centre + radius)
+    let mut known = assumptions.clone();
+    known.assume_natural(index);
+    let mut reason = "there is no piece".to_string();
+    for piece in &closed.pieces {
+        match in_piece(piece, closed, index, goal, &known) {
+            Ok(Reach::Never(why)) => reason = why,
+            Ok(Reach::Unknown(why)) | Err(NoClosedForm(why)) => {
+                return tried(closed, index, goal, &known).unwrap_or(Reach::Unknown(why));
             }
-            Goal::Holds(..) => return None,
-        };
-        let Some(fixed) = &self.fixed else {
-            let passed = if self.step.is_positive() { value > high } else { value < low };
-            return passed.then(|| format!("it steps over the goal: {} is beyond it", Value::rational(value)));
-        };
-        let (gap, size) = ((&value - fixed).abs(), self.factor.abs());
-        let nearest = if *fixed < low {
-            &low - fixed
-        } else if *fixed > high {
-            fixed - &high
-        } else {
-            BigRational::zero()
-        };
-        let farthest = (&low - fixed).abs().max((&high - fixed).abs());
-        if size < BigRational::one() && low == high && low == *fixed && !self.factor.is_zero() && !gap.is_zero() {
-            let fixed = Value::rational(fixed.clone());
-            let factor = Value::rational(self.factor.clone());
-            return Some(format!(
-                "what is left to {fixed} shrinks by the factor {factor} each round, ({factor})^n, and is never 0: no n"
-            ));
+            Ok(found) => return found,
         }
-        if size < BigRational::one() && !nearest.is_zero() && gap < nearest {
-            return Some(format!(
-                "it closes in on {} and stays nearer to that than the goal is",
-                Value::rational(fixed.clone())
-            ));
-        }
-        (size > BigRational::one() && gap > farthest)
-            .then(|| format!("it runs away from {} and has passed the goal", Value::rational(fixed.clone())))
     }
+    Reach::Never(reason)
+}
+
+/// The first index at which the goal is decided to hold, where it is decided not to at all earlier ones.
+fn tried(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Option<Reach> {
+    for number in 0..MOST_TRIED {
+        let at = Value::integer(number);
+        let value = closed.at(index, &at, known)?;
+        let met = match goal {
+            Goal::Equals(wanted) => known.decide(Relation::Eq, &value, wanted)?,
+            Goal::Within(center, tolerance) => {
+                known.decide(Relation::Lte, &value.sub(center).ok()?.abs().ok()?, tolerance)?
+            }
+            Goal::Holds(relation, left, right) => {
+                let [left, right] = [left, right].map(|side| side.with(&closed.variable, &value).ok());
+                known.decide(*relation, &left?, &right?)?
+            }
+        };
+        if met {
+            return Some(Reach::At(at, Vec::new()));
+        }
+    }
+    None
+}
+
+/// The least index of a piece at which a goal is met.
+fn in_piece(
+    piece: &Piece,
+    closed: &Closed,
+    index: &Name,
+    goal: &Goal,
+    known: &Assumptions,
+) -> Result<Reach, NoClosedForm> {
+    let entry = |value: Value, interval: Interval| {
+        let (from, until) = (&piece.from, piece.until.as_ref());
+        enter(&Entry { value, interval, from, until, form: &piece.form, index, known })
+    };
+    let (relation, difference) = match goal {
+        Goal::Equals(wanted) => {
+            return entry(piece.form.sub(wanted)?, Interval::of(Relation::Eq));
+        }
+        Goal::Within(center, tolerance) => {
+            let interval = Interval::between(tolerance.neg()?, tolerance.clone());
+            return entry(piece.form.sub(center)?, interval);
+        }
+        Goal::Holds(relation, left, right) => (*relation, left.sub(right)?),
+    };
+    if relation == Relation::Neq {
+        return differs(&difference.with(&closed.variable, &piece.form)?, piece, index, known);
+    }
+    if difference.linear_in(&closed.variable).is_some() {
+        return entry(difference.with(&closed.variable, &piece.form)?, Interval::of(relation));
+    }
+    earliest(&solutions(&difference, &closed.variable, relation, known)?, piece, index, known)
+}
+
+/// The least index of a piece at which the sequence lies in one of the intervals.
+fn earliest(intervals: &[Interval], piece: &Piece, index: &Name, known: &Assumptions) -> Result<Reach, NoClosedForm> {
+    let (from, until) = (&piece.from, piece.until.as_ref());
+    let mut best = Reach::Never(format!("it is never met from n = {from} on"));
+    for interval in intervals {
+        let (value, interval) = (piece.form.clone(), interval.clone());
+        let found = enter(&Entry { value, interval, from, until, form: &piece.form, index, known })?;
+        best = match (best, found) {
+            (_, Reach::At(at, conditions)) if at == *from && conditions.is_empty() => {
+                return Ok(Reach::At(at, conditions));
+            }
+            (Reach::Unknown(why), _) | (_, Reach::Unknown(why)) => Reach::Unknown(why),
+            (Reach::Never(_), found) => found,
+            (best, Reach::Never(_)) => best,
+            (Reach::At(one, first), Reach::At(other, second)) => {
+                match (first.is_empty() && second.is_empty())
+                    .then(|| known.decide(Relation::Lte, &one, &other))
+                    .flatten()
+                {
+                    Some(true) => Reach::At(one, first),
+                    Some(false) => Reach::At(other, second),
+                    None => Reach::Unknown(format!("it must be known whether {one} <= {other}")),
+                }
+            }
+        };
+    }
+    Ok(best)
+}
+
+/// The least index of a piece at which a value is not 0.
+fn differs(value: &Value, piece: &Piece, index: &Name, known: &Assumptions) -> Result<Reach, NoClosedForm> {
+    if !value.mentions(index) {
+        return Ok(match known.decide(Relation::Neq, value, &Value::zero()) {
+            Some(true) => Reach::At(piece.from.clone(), Vec::new()),
+            Some(false) => Reach::Never(format!("it stays {}", piece.form)),
+            None => Reach::Unknown(format!("it must be known whether {value} = 0")),
+        });
+    }
+    let mut at = piece.from.clone();
+    // Two equal values in a row would be values of a constant sequence, or of one that came to rest.
+    for _ in 0..2 {
+        if let Some(until) = &piece.until {
+            match known.decide(Relation::Lss, &at, until) {
+                Some(true) => {}
+                Some(false) => return Ok(Reach::Never("it stays the same in this piece".to_string())),
+                None => return Ok(Reach::Unknown(format!("it must be known whether {at} < {until}"))),
+            }
+        }
+        let here = value.with(index, &at)?;
+        match known.decide(Relation::Neq, &here, &Value::zero()) {
+            Some(true) => return Ok(Reach::At(at, Vec::new())),
+            Some(false) => at = at.add(&Value::one())?,
+            None => return Ok(Reach::Unknown(format!("it must be known whether {here} = 0"))),
+        }
+    }
+    Ok(Reach::Unknown(format!("when {value} differs from 0 first")))
 }

@@ -51,7 +51,9 @@ fn linear_consequences() {
     let equal = assume(&[(a.clone(), Eq, b.clone()), (b.clone(), Eq, int(3))]);
     assert_eq!(equal.decide(Eq, &a.mul(&a).unwrap(), &int(9)), Some(true));
     assert!(!known.contradictory() && !equal.contradictory());
-    assert!(assume(&[(a.clone(), Gtr, b.clone()), (b, Gtr, a)]).contradictory());
+    assert!(assume(&[(a.clone(), Gtr, b.clone()), (b.clone(), Gtr, a.clone())]).contradictory());
+    assert!(assume(&[(a.clone(), Gtr, int(1)), (a.clone(), Lss, int(0))]).contradictory());
+    assert!(assume(&[(a.clone(), Eq, b.clone()), (b, Neq, a)]).contradictory());
 }
 
 #[test]

@@ -25,9 +25,18 @@ const DIVISION_BUDGET: u64 = 5_000;
 type Form = Polynomial<Atom>;
 
 impl Assumptions {
-    /// Whether the value certainly does not have this sign.
-    pub(super) fn refutes(&self, value: &Value, sign: Signs) -> bool {
-        self.possible_signs(value, sign).and(sign).is_empty()
+    /// Whether some assumption is refuted by the others.
+    pub(super) fn inconsistent(&self) -> bool {
+        let mut systems = MOST_SYSTEMS;
+        let mut refuted =
+            |form: &Form, signs: &[Signs]| signs.iter().all(|sign| self.refutes_form(form, *sign, 1, &mut systems));
+        self.signs.values().any(|signs| signs.is_empty())
+            || self.constraints.iter().any(|constraint| match constraint.bound {
+                Bound::Zero => refuted(&constraint.form, &[Signs::ZERO]),
+                Bound::Positive => refuted(&constraint.form, &[Signs::POSITIVE]),
+                Bound::Nonnegative => refuted(&constraint.form, &[Signs::POSITIVE, Signs::ZERO]),
+            })
+            || self.nonzero.iter().any(|form| refuted(form, &[Signs::POSITIVE, Signs::NEGATIVE]))
     }
 
     /// The signs that the value may have; the search stops when they are all `wanted` or none is.
@@ -174,10 +183,7 @@ impl Assumptions {
                 above.chain([least(own.clone())]).collect()
             }
             Atom::Positive(_) => vec![least(own.clone()), least(one.minus(&own))],
-            Atom::Floor(inner) => whole(inner).map_or_else(Vec::new, |inner| {
-                let below = own.plus(&one).minus(&inner);
-                vec![least(inner.minus(&own)), Constraint { form: below, bound: Bound::Positive }]
-            }),
+            Atom::Floor(inner) => self.facts_of_floor(&own, inner),
             Atom::Root(inner) => {
                 let mut found = vec![least(own.clone())];
                 if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
@@ -188,6 +194,23 @@ impl Assumptions {
             }
             Atom::Power(base, exponent) => self.facts_of_power(&own, base, exponent),
         }
+    }
+
+    /// `floor(x/d)*d <= x < floor(x/d)*d + d` for `d > 0`.
+    fn facts_of_floor(&self, own: &Form, inner: &Value) -> Vec<Constraint> {
+        let Some((top, below)) = inner.polynomials() else { return Vec::new() };
+        let signs = self.quick_signs(below);
+        let (top, below) = if signs.within(Signs::POSITIVE) {
+            (top.clone(), below.clone())
+        } else if signs.within(Signs::NEGATIVE) {
+            (Polynomial::zero().minus(top), Polynomial::zero().minus(below))
+        } else {
+            return Vec::new();
+        };
+        let Some(floor) = own.times(&below) else { return Vec::new() };
+        let rest = top.minus(&floor);
+        let least = Constraint { form: rest.clone(), bound: Bound::Nonnegative };
+        vec![least, Constraint { form: below.minus(&rest), bound: Bound::Positive }]
     }
 
     /// `b^n >= 1` for `b >= 1`, `b^n >= b` then for `n >= 1`, and `b^n <= 1` for `0 <= b <= 1`.

@@ -3,7 +3,7 @@
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
-use num_traits::{One, Signed};
+use num_traits::{One, Signed, Zero};
 
 use super::{Atom, Content, Outcome, Real, Value, ValueError};
 use crate::polynomial::{Monomial, Polynomial};
@@ -18,8 +18,11 @@ impl Value {
             return Ok(Value::rational(number.floor()));
         }
         let (numerator, denominator) = self.real()?;
-        if !denominator.is_one() {
-            return Atom::Floor(self.clone()).value();
+        if let (false, Some((lead, _))) = (denominator.is_one(), denominator.terms().first()) {
+            // n + x/d has the numerator n*d + x: the whole multiple of d comes out.
+            let times = numerator.terms().iter().find(|(monomial, _)| monomial == lead).map(|(_, number)| number.floor());
+            let whole = Value::rational(times.unwrap_or_else(BigRational::zero));
+            return Atom::Floor(self.sub(&whole)?).value()?.add(&whole);
         }
         let mut integers = Vec::new();
         for (monomial, number) in numerator.terms() {

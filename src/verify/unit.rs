@@ -259,7 +259,7 @@ fn first_equal(index: &Name, shown: &Term, wanted: &Term, assumptions: &Assumpti
             continue;
         }
         let piece = Piece { from: Value::zero(), until: None, form: form.clone() };
-        let closed = Closed { pieces: vec![piece], conditions: Vec::new() };
+        let closed = Closed { variable: index.clone(), pieces: vec![piece], conditions: Vec::new() };
         match first(&closed, index, &Goal::Equals(value.clone()), assumptions) {
             Reach::At(at, conditions) if conditions.is_empty() => match &number {
                 None => number = Some(at),

@@ -1,0 +1,596 @@
+//! The first index at which a linear or geometric sequence lies in an interval, exactly.
+//!
+//! Both are brought to the question when `n`, or `c^n`, lies in an interval. These are monotone (for a negative c,
+//! in its even and its odd part), so the first index that satisfies the one bound is the only one that needs to be
+//! looked at: if it misses the other bound, so do all later ones.
+
+use std::cmp::Ordering;
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, Signed, ToPrimitive, Zero};
+
+use super::affine::{Shape, shape};
+use super::region::unknown;
+use super::{Comparison, NoClosedForm, Reach};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// The most bits of a power that is looked at.
+const MOST_BITS: u64 = 400_000;
+
+/// The values between two bounds, each with whether it is excluded.
+#[derive(Clone, Debug)]
+pub(super) struct Interval {
+    low: Option<(Value, bool)>,
+    high: Option<(Value, bool)>,
+}
+
+impl Interval {
+    /// What stands in the relation to 0; for `!=`, everything.
+    pub(super) fn of(relation: Relation) -> Interval {
+        let bound = |strict: bool| Some((Value::zero(), strict));
+        let (low, high) = match relation {
+            Relation::Eq => (bound(false), bound(false)),
+            Relation::Gtr => (bound(true), None),
+            Relation::Gte => (bound(false), None),
+            Relation::Lss => (None, bound(true)),
+            Relation::Lte => (None, bound(false)),
+            Relation::Neq => (None, None),
+        };
+        Interval { low, high }
+    }
+
+    /// From one value to another, both included.
+    pub(super) fn between(low: Value, high: Value) -> Interval {
+        Interval { low: Some((low, false)), high: Some((high, false)) }
+    }
+
+    /// What is between two values, neither of them included.
+    pub(super) fn inside(low: Option<Value>, high: Option<Value>) -> Interval {
+        Interval { low: low.map(|low| (low, true)), high: high.map(|high| (high, true)) }
+    }
+
+    /// The part of an open interval where an affine expression stands in the relation to 0.
+    pub(super) fn where_affine(
+        self,
+        affine: &Value,
+        variable: &Name,
+        relation: Relation,
+        known: &Assumptions,
+    ) -> Result<Option<Interval>, NoClosedForm> {
+        let Some((factor, rest)) = affine.linear_in(variable) else {
+            return Err(NoClosedForm(format!("{affine} is not affine in {variable}")));
+        };
+        let zero = Value::zero();
+        if known.decide(Relation::Eq, &factor, &zero) == Some(true) {
+            let holds = known.decide(relation, &rest, &zero).ok_or_else(|| unknown(relation, &rest, &zero))?;
+            return Ok(holds.then_some(self));
+        }
+        let positive = known.decide(Relation::Gtr, &factor, &zero) == Some(true);
+        if !positive && known.decide(Relation::Lss, &factor, &zero) != Some(true) {
+            return Err(unknown(Relation::Gtr, &factor, &zero));
+        }
+        let wanted = Interval::of(relation).pulled_back(&rest, &factor, positive)?;
+        // The tighter of two bounds; where they are equal the open one, which is that of the interval itself.
+        let tighter = |own: &Option<(Value, bool)>, other: &Option<(Value, bool)>, tight: Relation| match (own, other) {
+            (Some((a, _)), Some((b, _))) => match known.decide(tight, a, b) {
+                Some(true) => Ok(own.clone()),
+                Some(false) => Ok(other.clone()),
+                None => Err(unknown(tight, a, b)),
+            },
+            (own, other) => Ok(own.clone().or(other.clone())),
+        };
+        let low = tighter(&self.low, &wanted.low, Relation::Gte)?;
+        let high = tighter(&self.high, &wanted.high, Relation::Lte)?;
+        if let (Some((low, first)), Some((high, second))) = (&low, &high) {
+            let relation = if *first || *second { Relation::Lss } else { Relation::Lte };
+            match known.decide(relation, low, high) {
+                Some(true) => {}
+                Some(false) => return Ok(None),
+                None => return Err(unknown(relation, low, high)),
+            }
+        }
+        Ok(Some(Interval { low, high }))
+    }
+
+    /// The union with an interval that begins where this one ends; else this one.
+    pub(super) fn joined(self, next: &Interval) -> Result<Interval, Interval> {
+        match (&self.high, &next.low) {
+            (Some((end, first)), Some((begin, second))) if end == begin && !(*first && *second) => {
+                Ok(Interval { low: self.low, high: next.high.clone() })
+            }
+            _ => Err(self),
+        }
+    }
+
+    /// The interval of y where `base + factor*y` lies in this one; the factor is positive or negative.
+    fn pulled_back(&self, base: &Value, factor: &Value, positive: bool) -> Result<Interval, NoClosedForm> {
+        let back = |bound: &Option<(Value, bool)>| -> Result<Option<(Value, bool)>, NoClosedForm> {
+            match bound {
+                None => Ok(None),
+                Some((value, strict)) => Ok(Some((value.sub(base)?.div(factor)?, *strict))),
+            }
+        };
+        let (low, high) = (back(&self.low)?, back(&self.high)?);
+        Ok(if positive { Interval { low, high } } else { Interval { low: high, high: low } })
+    }
+
+    fn numbers(&self) -> Option<Numbers> {
+        let number = |bound: &Option<(Value, bool)>| match bound {
+            None => Some(None),
+            Some((value, strict)) => value.as_rational().map(|value| Some((value, *strict))),
+        };
+        Some(Numbers { low: number(&self.low)?, high: number(&self.high)? })
+    }
+
+    /// Whether a value lies in it.
+    fn holds(&self, value: &Value, known: &Assumptions) -> Option<bool> {
+        if let (Some((wanted, _)), true) = (&self.low, self.is_point()) {
+            return known.decide(Relation::Eq, value, wanted);
+        }
+        let above = self
+            .low
+            .as_ref()
+            .map(|(low, strict)| known.decide(if *strict { Relation::Gtr } else { Relation::Gte }, value, low));
+        let below = self
+            .high
+            .as_ref()
+            .map(|(high, strict)| known.decide(if *strict { Relation::Lss } else { Relation::Lte }, value, high));
+        match (above.unwrap_or(Some(true)), below.unwrap_or(Some(true))) {
+            (Some(false), _) | (_, Some(false)) => Some(false),
+            (Some(true), Some(true)) => Some(true),
+            _ => None,
+        }
+    }
+
+    fn is_point(&self) -> bool {
+        matches!((&self.low, &self.high), (Some((low, false)), Some((high, false))) if low == high)
+    }
+}
+
+/// An interval between numbers.
+struct Numbers {
+    low: Option<(BigRational, bool)>,
+    high: Option<(BigRational, bool)>,
+}
+
+impl Numbers {
+    fn above_low(&self, number: &BigRational) -> bool {
+        self.low.as_ref().is_none_or(|(low, strict)| if *strict { number > low } else { number >= low })
+    }
+
+    fn below_high(&self, number: &BigRational) -> bool {
+        self.high.as_ref().is_none_or(|(high, strict)| if *strict { number < high } else { number <= high })
+    }
+
+    fn scaled(&self, factor: &BigRational) -> Numbers {
+        let scale =
+            |bound: &Option<(BigRational, bool)>| bound.as_ref().map(|(number, strict)| (number * factor, *strict));
+        let (low, high) = (scale(&self.low), scale(&self.high));
+        if factor.is_negative() { Numbers { low: high, high: low } } else { Numbers { low, high } }
+    }
+}
+
+/// What is asked: when a value, a function of the index, lies in an interval.
+pub(super) struct Entry<'a> {
+    pub(super) value: Value,
+    pub(super) interval: Interval,
+    pub(super) from: &'a Value,
+    pub(super) until: Option<&'a Value>,
+    /// The sequence itself, for reasons.
+    pub(super) form: &'a Value,
+    pub(super) index: &'a Name,
+    pub(super) known: &'a Assumptions,
+}
+
+/// The first index from `from` on, and before `until`, at which the value lies in the interval.
+pub(super) fn enter(entry: &Entry) -> Result<Reach, NoClosedForm> {
+    let start = entry.value.with(entry.index, entry.from)?;
+    if entry.interval.holds(&start, entry.known) == Some(true) {
+        return entry.before_end(entry.from.clone(), Vec::new());
+    }
+    match shape(&entry.value, entry.index)? {
+        Shape::Constant => entry.constant(),
+        Shape::Linear { base, step } => match entry.sign(&step) {
+            Ok(positive) => {
+                let interval = entry.interval.pulled_back(&base, &step, positive)?;
+                entry.linear(&interval)
+            }
+            Err(reach) => Ok(reach),
+        },
+        Shape::Geometric { limit, factor, ratio } => entry.geometric(&limit, &factor, &ratio),
+    }
+}
+
+impl Entry<'_> {
+    /// Whether a value is positive (else negative).
+    fn sign(&self, value: &Value) -> Result<bool, Reach> {
+        let zero = Value::zero();
+        if self.known.decide(Relation::Gtr, value, &zero) == Some(true) {
+            return Ok(true);
+        }
+        if self.known.decide(Relation::Lss, value, &zero) == Some(true) {
+            return Ok(false);
+        }
+        Err(Reach::Unknown(format!("it must be known whether {value} > 0")))
+    }
+
+    fn before_end(&self, at: Value, conditions: Vec<Comparison>) -> Result<Reach, NoClosedForm> {
+        let Some(until) = self.until else { return Ok(Reach::At(at, conditions)) };
+        let mut known = self.known.clone();
+        conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+        Ok(match known.decide(Relation::Lss, &at, until) {
+            Some(true) => Reach::At(at, conditions),
+            Some(false) => Reach::Never(format!("it is not met before n = {until}")),
+            None => Reach::Unknown(format!("it must be known whether {at} < {until}")),
+        })
+    }
+
+    fn constant(&self) -> Result<Reach, NoClosedForm> {
+        match self.interval.holds(&self.value, self.known) {
+            Some(true) => self.before_end(self.from.clone(), Vec::new()),
+            Some(false) => Ok(Reach::Never(format!("it stays {}", self.form))),
+            None => Ok(Reach::Unknown(self.question(&self.value))),
+        }
+    }
+
+    /// What would have to be known of a value.
+    fn question(&self, value: &Value) -> String {
+        let sides = [(&self.interval.low, ">", ">="), (&self.interval.high, "<", "<=")];
+        if self.interval.is_point() {
+            return match &self.interval.low {
+                Some((wanted, _)) => format!("it must be known whether {value} = {wanted}"),
+                None => String::new(),
+            };
+        }
+        let bounds = sides.iter().filter_map(|(bound, open, shut)| {
+            bound.as_ref().map(|(bound, strict)| format!("{value} {} {bound}", if *strict { open } else { shut }))
+        });
+        format!("it must be known whether {}", bounds.collect::<Vec<_>>().join(" and "))
+    }
+
+    /// The least n in an interval.
+    fn linear(&self, interval: &Interval) -> Result<Reach, NoClosedForm> {
+        if let (Some(numbers), Some(from)) = (interval.numbers(), self.from.as_rational()) {
+            let least = numbers.low.as_ref().map_or_else(
+                || from.clone(),
+                |(low, strict)| {
+                    if *strict { low.floor() + BigRational::one() } else { low.ceil() }
+                },
+            );
+            let at = least.max(from.clone());
+            if numbers.below_high(&at) {
+                return self.before_end(Value::rational(at), Vec::new());
+            }
+            return Ok(Reach::Never(self.missed(&at, &from)?));
+        }
+        if interval.is_point() {
+            return self.linear_point(interval);
+        }
+        let Some((low, strict)) = &interval.low else {
+            // It only grows: if it is not below the bound at the start, it never is.
+            return Ok(match interval.holds(self.from, self.known) {
+                Some(false) => Reach::Never(self.moving_away()?),
+                _ => Reach::Unknown(self.question(&self.value.with(self.index, self.from)?)),
+            });
+        };
+        let after = if *strict { low.floor()?.add(&Value::one())? } else { low.ceiling()? };
+        let relation = if *strict { Relation::Gtr } else { Relation::Gte };
+        let at = match self.known.decide(relation, self.from, low) {
+            Some(true) => self.from.clone(),
+            Some(false) => after,
+            None => Value::maximum(&[self.from.clone(), after])?,
+        };
+        let Some((high, strict)) = &interval.high else { return self.before_end(at, Vec::new()) };
+        let relation = if *strict { Relation::Lss } else { Relation::Lte };
+        match self.known.decide(relation, &at, high) {
+            Some(true) => self.before_end(at, Vec::new()),
+            Some(false) => Ok(Reach::Never(format!("it steps over: n would lie between {low} and {high}"))),
+            None => self.before_end(at.clone(), vec![(relation, at, high.clone())]),
+        }
+    }
+
+    /// When n is a certain value: if that is a whole number, and not too early.
+    fn linear_point(&self, interval: &Interval) -> Result<Reach, NoClosedForm> {
+        let Some((wanted, _)) = &interval.low else { return Ok(Reach::Unknown(String::new())) };
+        let wanted = self.known.simplify(wanted);
+        let later = self.known.decide(Relation::Gte, &wanted, self.from);
+        if later == Some(false) {
+            return Ok(Reach::Never(self.moving_away()?));
+        }
+        let mut conditions = Vec::new();
+        let whole = self.known.is_natural(&wanted);
+        if whole == Some(false) {
+            return Ok(Reach::Never(format!("it steps over it: n would be {wanted}, which is not a whole number")));
+        }
+        if whole.is_none() {
+            let floor = self.known.simplify(&wanted.floor()?);
+            if self.known.decide(Relation::Eq, &floor, &wanted) != Some(true) {
+                conditions.push((Relation::Eq, floor, wanted.clone()));
+            }
+        }
+        if later.is_none() {
+            conditions.push((Relation::Gte, wanted.clone(), self.from.clone()));
+        }
+        self.before_end(wanted, conditions)
+    }
+
+    fn moving_away(&self) -> Result<String, NoClosedForm> {
+        let start = self.form.with(self.index, self.from)?;
+        let next = self.form.with(self.index, &self.from.add(&Value::one())?)?;
+        Ok(format!("it moves away: it is {start}, then {next}, and so on"))
+    }
+
+    /// Why an index at which the sequence has passed the interval is too late.
+    fn missed(&self, at: &BigRational, from: &BigRational) -> Result<String, NoClosedForm> {
+        if at <= from {
+            return self.moving_away();
+        }
+        let before = self.form.with(self.index, &Value::rational(at - BigRational::one()))?;
+        let after = self.form.with(self.index, &Value::rational(at.clone()))?;
+        Ok(format!("it steps over it: it is {before} at n = {} and {after} at n = {at}", at - BigRational::one()))
+    }
+
+    fn geometric(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Reach, NoClosedForm> {
+        if self.known.decide(Relation::Eq, factor, &Value::zero()) == Some(true) {
+            return self.constant();
+        }
+        if let Some(never) = self.between_start_and_limit(limit, factor, ratio)? {
+            return Ok(never);
+        }
+        let positive = match self.sign(factor) {
+            Ok(positive) => positive,
+            Err(_) if self.interval.is_point() => return self.point_of_unknown_side(limit, factor, ratio),
+            Err(reach) => return Ok(reach),
+        };
+        let interval = self.interval.pulled_back(limit, factor, positive)?;
+        let numbers = (interval.numbers(), ratio.as_rational(), self.from.as_rational());
+        if let (Some(numbers), Some(ratio), Some(from)) = numbers
+            && let Some(from) = from.to_integer().to_u64()
+        {
+            return Ok(match powers(&ratio, &numbers, from) {
+                Found::At(at) => return self.before_end(whole(at), Vec::new()),
+                Found::Never => Reach::Never(self.passes(limit, &ratio, &numbers, from)?),
+                Found::TooFar => Reach::Unknown("it takes more steps than are counted exactly".to_string()),
+            });
+        }
+        if self.interval.is_point() {
+            return self.point_of_unknown_side(limit, factor, ratio);
+        }
+        Ok(Reach::Unknown(self.question(&self.value)))
+    }
+
+    /// A sequence that goes from its start to its limit stays between them: if both lie on one side of the interval
+    /// it never enters, and the limit itself it never reaches.
+    fn between_start_and_limit(
+        &self,
+        limit: &Value,
+        factor: &Value,
+        ratio: &Value,
+    ) -> Result<Option<Reach>, NoClosedForm> {
+        let (zero, known) = (Value::zero(), self.known);
+        let contracts = known.decide(Relation::Gtr, ratio, &zero) == Some(true)
+            && known.decide(Relation::Lss, ratio, &Value::one()) == Some(true);
+        if !contracts || known.decide(Relation::Neq, factor, &zero) != Some(true) {
+            return Ok(None);
+        }
+        let start = self.value.with(self.index, self.from)?;
+        // Between two values of which one is outside and the other not inside, nothing is inside.
+        let outside = |bound: &Option<(Value, bool)>, beyond: Relation, strictly: Relation| {
+            bound.as_ref().is_some_and(|(bound, strict)| {
+                known.decide(if *strict { beyond } else { strictly }, &start, bound) == Some(true)
+                    && known.decide(beyond, limit, bound) == Some(true)
+            })
+        };
+        let never = outside(&self.interval.low, Relation::Lte, Relation::Lss)
+            || outside(&self.interval.high, Relation::Gte, Relation::Gtr);
+        if never { Ok(Some(Reach::Never(self.closes_in(limit, ratio)?))) } else { Ok(None) }
+    }
+
+    /// Equality with a value when it is not known from which side the sequence comes.
+    fn point_of_unknown_side(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Reach, NoClosedForm> {
+        let (zero, known) = (Value::zero(), self.known);
+        let start = self.value.with(self.index, self.from)?;
+        let never_zero = |value: &Value| known.decide(Relation::Neq, value, &zero) == Some(true);
+        let at_limit = self.interval.holds(limit, known) == Some(true);
+        if at_limit && never_zero(factor) && never_zero(ratio) {
+            return Ok(Reach::Never(format!("it is never equal: {} is not 0 for any n", self.value)));
+        }
+        Ok(Reach::Unknown(self.question(&start)))
+    }
+
+    /// Why no power lies between the numbers.
+    fn passes(&self, limit: &Value, ratio: &BigRational, numbers: &Numbers, from: u64) -> Result<String, NoClosedForm> {
+        let one = BigRational::one();
+        if ratio.is_positive() {
+            let falls = *ratio < one;
+            let far = if falls {
+                Numbers { low: None, high: numbers.high.clone() }
+            } else {
+                Numbers { low: numbers.low.clone(), high: None }
+            };
+            if let Found::At(at) = powers(ratio, &far, from)
+                && at > from
+            {
+                return self.missed(&BigRational::from_integer(at.into()), &BigRational::from_integer(from.into()));
+            }
+            if !falls {
+                return self.moving_away();
+            }
+        } else if (-ratio).is_one() {
+            let values = [from, from + 1].map(|at| self.form.with(self.index, &whole(at)));
+            let [one, other] = [values[0].clone()?, values[1].clone()?];
+            return Ok(format!("it is {one} and {other} in turn for ever"));
+        }
+        self.closes_in(limit, &Value::rational(ratio.clone()))
+    }
+
+    /// Why a sequence that closes in on its limit does not meet the goal.
+    fn closes_in(&self, limit: &Value, ratio: &Value) -> Result<String, NoClosedForm> {
+        let rest = self.known.simplify(&self.form.sub(&self.value)?.add(limit)?);
+        if self.interval.holds(limit, self.known) == Some(false) {
+            return Ok(format!("it closes in on {rest} and never meets the goal on its way"));
+        }
+        Ok(format!(
+            "what is left to {rest} shrinks by the factor {ratio} each round, ({ratio})^n, and is never 0: no n"
+        ))
+    }
+}
+
+fn whole(number: u64) -> Value {
+    Value::rational(BigRational::from_integer(BigInt::from(number)))
+}
+
+/// When a power lies between numbers.
+#[derive(Debug, PartialEq, Eq)]
+enum Found {
+    At(u64),
+    Never,
+    TooFar,
+}
+
+/// The least `n >= from` with `ratio^n` between the numbers.
+fn powers(ratio: &BigRational, numbers: &Numbers, from: u64) -> Found {
+    if ratio.is_zero() || ratio.is_one() {
+        return few(ratio, numbers, from);
+    }
+    if ratio.is_positive() {
+        return monotone(ratio, numbers, from);
+    }
+    // Even and odd exponents are monotone each: ratio^(2*m + odd) = ratio^odd * (ratio^2)^m.
+    let square = ratio * ratio;
+    let mut least = Found::Never;
+    for odd in 0..2u64 {
+        let factor = if odd == 1 { ratio.clone() } else { BigRational::one() };
+        let half = (from.saturating_sub(odd)).div_ceil(2);
+        let part = numbers.scaled(&factor.recip());
+        let found = if square.is_one() { few(&square, &part, half) } else { monotone(&square, &part, half) };
+        least = match (found, least) {
+            (Found::TooFar, _) | (_, Found::TooFar) => return Found::TooFar,
+            (Found::At(found), Found::At(least)) => Found::At(least.min(2 * found + odd)),
+            (Found::At(found), Found::Never) => Found::At(2 * found + odd),
+            (Found::Never, least) => least,
+        };
+    }
+    least
+}
+
+/// Of a ratio 0 or 1: only the first two powers differ.
+fn few(ratio: &BigRational, numbers: &Numbers, from: u64) -> Found {
+    for at in [from, from + 1] {
+        let power = if at == 0 { BigRational::one() } else { ratio.clone() };
+        if numbers.above_low(&power) && numbers.below_high(&power) {
+            return Found::At(at);
+        }
+    }
+    Found::Never
+}
+
+/// A power of a rational number: its parts stay coprime, so they are multiplied without looking for common factors.
+struct Power {
+    top: BigInt,
+    bottom: BigInt,
+}
+
+impl Power {
+    fn times(&self, other: &Power) -> Power {
+        Power { top: &self.top * &other.top, bottom: &self.bottom * &other.bottom }
+    }
+
+    fn order(&self, number: &BigRational) -> Ordering {
+        (&self.top * number.denom()).cmp(&(number.numer() * &self.bottom))
+    }
+}
+
+impl Numbers {
+    fn admits(&self, power: &Power, upper: bool) -> bool {
+        let (bound, allowed) = if upper { (&self.high, Ordering::Less) } else { (&self.low, Ordering::Greater) };
+        bound.as_ref().is_none_or(|(number, strict)| {
+            let order = power.order(number);
+            order == allowed || (!strict && order == Ordering::Equal)
+        })
+    }
+}
+
+/// Of a positive ratio that is not 1: the powers fall or grow.
+fn monotone(ratio: &BigRational, numbers: &Numbers, from: u64) -> Found {
+    let falls = *ratio < BigRational::one();
+    let entered = |power: &Power| numbers.admits(power, falls);
+    if falls && numbers.high.as_ref().is_some_and(|(high, _)| !high.is_positive()) {
+        return Found::Never;
+    }
+    let width = ratio.numer().bits().max(ratio.denom().bits());
+    let (Some(exponent), true) = (from.to_u32(), from.saturating_mul(width) <= MOST_BITS) else { return Found::TooFar };
+    let mut power = Power { top: ratio.numer().pow(exponent), bottom: ratio.denom().pow(exponent) };
+    let mut at = from;
+    if !entered(&power) {
+        // Longer and longer strides while none is entered, then shorter and shorter ones.
+        let mut strides = vec![Power { top: ratio.numer().clone(), bottom: ratio.denom().clone() }];
+        loop {
+            let (stride, length) = (&strides[strides.len() - 1], 1u64 << (strides.len() - 1));
+            let next = power.times(stride);
+            if entered(&next) {
+                break;
+            }
+            if (at + 2 * length).saturating_mul(width) > MOST_BITS {
+                return Found::TooFar;
+            }
+            power = next;
+            at += length;
+            let double = stride.times(stride);
+            strides.push(double);
+        }
+        for (place, stride) in strides.iter().enumerate().rev() {
+            let next = power.times(stride);
+            if !entered(&next) {
+                power = next;
+                at += 1 << place;
+            }
+        }
+        power = power.times(&strides[0]);
+        at += 1;
+    }
+    if numbers.admits(&power, !falls) { Found::At(at) } else { Found::Never }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(top: i64, bottom: i64) -> BigRational {
+        BigRational::new(top.into(), bottom.into())
+    }
+
+    #[test]
+    fn the_search_agrees_with_trying() {
+        for (top, bottom) in [(9, 10), (1, 2), (3, 2), (-9, 10), (-1, 1), (-3, 2), (1, 3)] {
+            let ratio = number(top, bottom);
+            for high in 1..40i64 {
+                let interval = |low: i64| Numbers {
+                    low: Some((number(low, 30), high % 2 == 0)),
+                    high: Some((number(high, 20), false)),
+                };
+                for low in [-50, -3, 0, high] {
+                    for from in [0u64, 1, 4] {
+                        let numbers = interval(low);
+                        let fits = |at: &u64| {
+                            let power = ratio.pow(*at as i32);
+                            numbers.above_low(&power) && numbers.below_high(&power)
+                        };
+                        let tried = (from..80).find(fits);
+                        let found = powers(&ratio, &numbers, from);
+                        assert_eq!(found, tried.map_or(Found::Never, Found::At), "{ratio} {low} {high} {from}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn far_searches_end() {
+        let numbers = Numbers { low: None, high: Some((number(1, 1_000_000_000), false)) };
+        assert_eq!(powers(&number(999_999, 1_000_000), &numbers, 0), Found::TooFar);
+    }
+}
