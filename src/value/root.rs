@@ -20,7 +20,8 @@ impl Value {
         let (numerator, denominator) = self.real()?;
         if let (false, Some((lead, _))) = (denominator.is_one(), denominator.terms().first()) {
             // n + x/d has the numerator n*d + x: the whole multiple of d comes out.
-            let times = numerator.terms().iter().find(|(monomial, _)| monomial == lead).map(|(_, number)| number.floor());
+            let times =
+                numerator.terms().iter().find(|(monomial, _)| monomial == lead).map(|(_, number)| number.floor());
             let whole = Value::rational(times.unwrap_or_else(BigRational::zero));
             return Atom::Floor(self.sub(&whole)?).value()?.add(&whole);
         }
