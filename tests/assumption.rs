@@ -1,5 +1,7 @@
 //! What follows from assumptions: examples, and random checks that no answer is contradicted by an instance.
 
+mod common;
+
 use std::collections::BTreeMap;
 
 use pars::assumption::Assumptions;
@@ -193,7 +195,7 @@ fn true_relation(order: std::cmp::Ordering, choice: usize) -> Relation {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, max_shrink_iters: 200, ..ProptestConfig::default() })]
+    #![proptest_config(common::seeded(ProptestConfig { cases: 300, max_shrink_iters: 200, ..ProptestConfig::default() }))]
 
     #[test]
     fn no_answer_is_contradicted(

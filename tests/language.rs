@@ -1,5 +1,7 @@
 //! What items come to, what is refused and in which words, and that print and parse are inverse.
 
+mod common;
+
 use proptest::prelude::*;
 
 use pars::diagnostic::{Source, render_all};
@@ -272,7 +274,7 @@ fn for_terms() -> Environment {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(common::seeded(ProptestConfig::with_cases(2000)))]
 
     #[test]
     fn values_print_and_parse_back(value in values()) {
@@ -313,7 +315,7 @@ fn for_values() -> Environment {
 #[test]
 fn terms_print_and_parse_back() {
     let environment = for_terms();
-    let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig::with_cases(2000));
+    let mut runner = proptest::test_runner::TestRunner::new(common::seeded(ProptestConfig::with_cases(2000)));
     let outcome = runner.run(&terms(), |term| {
         let text = term.to_string();
         let parsed = parse_term(&text).map_err(|errors| TestCaseError::fail(format!("{text}: {errors:?}")))?;

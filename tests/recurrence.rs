@@ -1,5 +1,7 @@
 //! Closed forms against plain iteration, and first indices against trying.
 
+mod common;
+
 use pars::assumption::Assumptions;
 use pars::name::Name;
 use pars::recurrence::{Closed, Goal, Reach, first, solve};
@@ -218,7 +220,7 @@ fn no_closed_form() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+    #![proptest_config(common::seeded(ProptestConfig::with_cases(60)))]
 
     #[test]
     fn pieces_agree_with_iteration(

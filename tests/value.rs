@@ -146,3 +146,14 @@ fn linear_parts() {
     assert_eq!(rest, mul(&frac(1, 2), &mul(&t, &a)));
     assert!(r.abs().unwrap().linear_in(&Name::new("r")).is_none());
 }
+
+#[test]
+fn a_denominator_that_is_a_condition_is_where_it_holds() {
+    let (n, none) = (var("n"), int(0));
+    let holds = Value::choose(Relation::Gtr, &n, &none, &int(1), &none).unwrap();
+    let sum = int(1).div(&holds).unwrap().add(&int(6).div(&n.mul(&holds).unwrap()).unwrap()).unwrap();
+    assert_eq!(sum, n.add(&int(6)).unwrap().div(&n.mul(&holds).unwrap()).unwrap());
+    assert_eq!(sum, int(1).add(&int(6).div(&n).unwrap()).unwrap());
+    let fails = int(1).sub(&holds).unwrap();
+    assert_eq!(holds.div(&fails).unwrap(), none);
+}

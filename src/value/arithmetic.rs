@@ -275,11 +275,16 @@ fn free_denominator(mut numerator: Real, mut denominator: Real) -> Result<(Real,
             let other = if atom.is_binary() { constant.plus(&factor) } else { constant.clone() };
             let conjugate = relations(other.minus(&product(&factor, &root)?))?;
             let freed = relations(product(&denominator, &conjugate)?)?;
-            if freed.is_zero() || freed.degree_in(&atom) > 0 {
+            if freed.degree_in(&atom) > 0 {
                 continue;
             }
-            numerator = relations(product(&numerator, &conjugate)?)?;
-            denominator = freed;
+            (numerator, denominator) = if !freed.is_zero() {
+                (relations(product(&numerator, &conjugate)?)?, freed)
+            } else if atom.is_binary() {
+                (decided(&numerator, &atom, constant.is_zero())?, decided(&denominator, &atom, constant.is_zero())?)
+            } else {
+                continue;
+            };
             changed = true;
             break;
         }
@@ -288,6 +293,16 @@ fn free_denominator(mut numerator: Real, mut denominator: Real) -> Result<(Real,
         }
     }
     Ok((numerator, denominator))
+}
+
+/// What a polynomial is where this binary atom is 1, or where it is 0. A denominator `B*s` is not 0 only where s is 1,
+/// and `A*(1 - s)` only where s is 0.
+fn decided(polynomial: &Real, atom: &Atom, one: bool) -> Result<Real, ValueError> {
+    let (within, degree) = match one {
+        true => (relations(product(polynomial, &Polynomial::atom(atom.clone()))?)?, 1),
+        false => (polynomial.clone(), 0),
+    };
+    Ok(within.coefficients_in(atom).remove(&degree).unwrap_or_else(Polynomial::zero))
 }
 
 impl Value {

@@ -102,3 +102,13 @@ pub fn try_to_refute(left: &Term, right: &Term, connective: Connective, conditio
     let limits = Limits { instances: 4_000, ..Limits::default() };
     refute(left, right, connective, conditions, &Definitions::default(), &Assumptions::default(), &limits)
 }
+
+/// A random test that tries the same cases every time; `PROPTEST_RNG_SEED=…` tries others.
+pub fn seeded(config: proptest::test_runner::Config) -> proptest::test_runner::Config {
+    use proptest::test_runner::RngSeed;
+    let rng_seed = match config.rng_seed {
+        RngSeed::Random => RngSeed::Fixed(2012),
+        given => given,
+    };
+    proptest::test_runner::Config { rng_seed, failure_persistence: None, ..config }
+}
