@@ -8,7 +8,7 @@ use crate::definition::Definitions;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::fact::Context;
 use crate::kernel::Theory;
-use crate::law::{Condition, Law, Laws};
+use crate::law::{Condition, Connective, Law, Laws};
 use crate::name::Name;
 use crate::proof::Statement;
 use crate::prove::{Answer, By, prove};
@@ -89,6 +89,9 @@ fn endless(theory: &Theory, law: &Law, term: &Term, interrupted: &dyn Fn() -> bo
     let context = Context::new(&theory.assumptions, &theory.definitions, &law.conditions);
     for fuel in [12, 200, 4_000] {
         let mut simplifier = Simplifier::new(theory, &context, interrupted).with_fuel(fuel);
+        if law.connective == Connective::Weak {
+            simplifier = simplifier.weakly(None);
+        }
         let found = simplifier.simplify(term);
         if !simplifier.exhausted() {
             return false;

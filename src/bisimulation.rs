@@ -12,6 +12,7 @@
 mod game;
 mod grain;
 mod run;
+mod weak;
 
 use num_rational::BigRational;
 

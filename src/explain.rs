@@ -135,15 +135,13 @@ fn step_ends(step: &Step, ends: &[Ends], theory: &Theory, context: &Context<'_>)
         }
         Step::Transitive(steps) => {
             let (first, last) = (steps.first().map(at), steps.last().map(at));
-            let refines = steps.iter().any(|step| at(step).connective == Connective::Refines);
-            let connective = if refines { Connective::Refines } else { Connective::Equal };
+            let connective = joined(steps.iter().map(|step| at(step).connective));
             let stop = || equal(Term::stop(), Term::stop());
             Ends { left: first.unwrap_or_else(stop).left, connective, right: last.unwrap_or_else(stop).right }
         }
         Step::Congruence(shape, steps) => {
             let parts: Vec<Ends> = steps.iter().map(at).collect();
-            let refines = parts.iter().any(|part| part.connective == Connective::Refines);
-            let connective = if refines { Connective::Refines } else { Connective::Equal };
+            let connective = joined(parts.iter().map(|part| part.connective));
             let side = |side: fn(&Ends) -> &Term| filled(shape, parts.iter().map(side));
             Ends { left: side(|ends| &ends.left), connective, right: side(|ends| &ends.right) }
         }
@@ -170,6 +168,10 @@ fn step_ends(step: &Step, ends: &[Ends], theory: &Theory, context: &Context<'_>)
             equal(at(equation).left, Term::new(crate::term::Node::Loop(body.clone())))
         }
     }
+}
+
+fn joined(connectives: impl Iterator<Item = Connective>) -> Connective {
+    connectives.fold(Connective::Equal, Connective::join)
 }
 
 fn law_ends(name: &Name, with: &Substitution, theory: &Theory, context: &Context<'_>) -> Ends {

@@ -84,8 +84,8 @@ pub enum Reason {
     NotDefined(Box<Term>),
     /// A loop whose body may stop having neither waited nor communicated.
     Unguarded(Box<Term>),
-    /// A refinement where an equality is needed.
-    Refinement,
+    /// A refinement or a weak equality where more is needed.
+    Weaker(Connective, Connective),
     /// A name that has a fixed meaning is bound, or one name is used for two things.
     Name(Name),
     /// A metavariable of a law is left without a meaning.
@@ -113,7 +113,7 @@ impl fmt::Display for Reason {
             Reason::Differ(..) => write!(f, "two terms that should be the same differ"),
             Reason::NotDefined(_) => write!(f, "it unfolds a process that is not defined so"),
             Reason::Unguarded(_) => write!(f, "the loop may go round without waiting or communicating"),
-            Reason::Refinement => write!(f, "it needs an equality and has a refinement"),
+            Reason::Weaker(given, needed) => write!(f, "it needs `{needed}` and has `{given}`"),
             Reason::Name(name) => write!(f, "{name} has a fixed meaning here and may not be bound"),
             Reason::Unbound(name) => write!(f, "the metavariable {name} is left without a meaning"),
             Reason::Stuck(why) => write!(f, "a substitution cannot be carried out: {why}"),
@@ -169,8 +169,8 @@ pub fn check(theory: &Theory, proof: &Proof) -> Result<Thm, Rejected> {
     }
     let statement = &proof.statement;
     same(&last.left, &statement.left).and_then(|()| same(&last.right, &statement.right)).map_err(reject)?;
-    if last.connective == Connective::Refines && statement.connective == Connective::Equal {
-        return Err(reject(Reason::Refinement));
+    if !last.connective.gives(statement.connective) {
+        return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
     Ok(Thm { statement: statement.clone(), laws: checker.laws, trusted: checker.trusted })
 }
@@ -212,14 +212,20 @@ impl Checker<'_> {
 
     fn equation(&self, step: StepId) -> Result<&Derived, Reason> {
         let derived = self.earlier(step)?;
-        if derived.connective == Connective::Equal { Ok(derived) } else { Err(Reason::Refinement) }
+        match derived.connective {
+            Connective::Equal => Ok(derived),
+            weaker => Err(Reason::Weaker(weaker, Connective::Equal)),
+        }
     }
 
     fn step(&mut self, step: &Step) -> Result<Derived, Reason> {
         match step {
             Step::Reflexive(term) => Ok(Derived::equal(term.clone(), term.clone())),
             Step::Symmetric(of) => {
-                let of = self.equation(*of)?.clone();
+                let of = self.earlier(*of)?.clone();
+                if !of.connective.is_symmetric() {
+                    return Err(Reason::Weaker(of.connective, Connective::Equal));
+                }
                 Ok(Derived { left: of.right, right: of.left, ..of })
             }
             Step::Transitive(steps) => self.transitive(steps),
@@ -255,7 +261,7 @@ impl Checker<'_> {
             let next = self.earlier(*step)?;
             same(&chain.right, &next.left)?;
             chain.right = next.right.clone();
-            chain.connective = chain.connective.max(next.connective);
+            chain.connective = chain.connective.join(next.connective);
             chain.supposed.extend(next.supposed.iter().cloned());
         }
         Ok(chain)
@@ -270,7 +276,7 @@ impl Checker<'_> {
             let derived = self.earlier(*step)?;
             left.insert(hole(position + 1), derived.left.clone());
             right.insert(hole(position + 1), derived.right.clone());
-            connective = connective.max(derived.connective);
+            connective = connective.join(derived.connective);
             supposed.extend(derived.supposed.iter().cloned());
         }
         let largest = left.values().chain(right.values()).map(Term::size).max().unwrap_or(1);

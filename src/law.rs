@@ -14,6 +14,42 @@ pub enum Connective {
     Equal,
     /// `P <= Q`: Q does the same and shows no observation that P does not show at that moment.
     Refines,
+    /// `P ~~ Q`: weak timed bisimulation that compares outcomes exactly: internal steps do not count, and what is
+    /// shown counts only while time passes.
+    Weak,
+    /// `P <~ Q`: weakly, Q does the same and shows no observation that P does not show meanwhile.
+    WeaklyRefines,
+}
+
+impl Connective {
+    /// What holds of the ends of a chain of two such statements.
+    pub fn join(self, other: Connective) -> Connective {
+        match (self, other) {
+            (Connective::Equal, one) | (one, Connective::Equal) => one,
+            (one, two) if one == two => one,
+            _ => Connective::WeaklyRefines,
+        }
+    }
+
+    /// Whether a statement made with this one gives the same statement made with the other.
+    pub fn gives(self, other: Connective) -> bool {
+        self.join(other) == other
+    }
+
+    /// Whether the sides may be exchanged.
+    pub fn is_symmetric(self) -> bool {
+        matches!(self, Connective::Equal | Connective::Weak)
+    }
+
+    /// Whether internal steps are passed over.
+    pub fn is_weak(self) -> bool {
+        matches!(self, Connective::Weak | Connective::WeaklyRefines)
+    }
+
+    /// Whether the right side may show less.
+    pub fn refines(self) -> bool {
+        matches!(self, Connective::Refines | Connective::WeaklyRefines)
+    }
 }
 
 /// What may be asked of one process. Each name is written in laws as here, in small letters.

@@ -147,6 +147,10 @@ pub enum Kind {
     Greater,
     /// `<=`, `≤`
     LessEqual,
+    /// `~~`, `≈`
+    Weak,
+    /// `<~`, `≲`
+    LessWeak,
     /// `>=`, `≥`
     GreaterEqual,
     /// `=`
@@ -380,7 +384,8 @@ impl Lexer<'_> {
         let start = self.position;
         let rest = self.rest();
         let pairs = [("<=", Kind::LessEqual), (">=", Kind::GreaterEqual), ("!=", Kind::NotEqual), ("=>", Kind::Arrow)];
-        let pair = pairs.into_iter().chain([(":=", Kind::Assign)]).find(|(text, _)| rest.starts_with(text));
+        let more = [(":=", Kind::Assign), ("~~", Kind::Weak), ("<~", Kind::LessWeak)];
+        let pair = pairs.into_iter().chain(more).find(|(text, _)| rest.starts_with(text));
         if let Some((_, kind)) = pair {
             if kind == Kind::GreaterEqual && self.closes_results() {
                 self.position += 1;
@@ -396,7 +401,7 @@ impl Lexer<'_> {
         self.push(kind, start);
         if kind == Kind::Unknown {
             let advice = match letter {
-                '≈' | '~' => "equality of processes is written `=`",
+                '~' => "equality of processes is written `=`, weak equality `~~`",
                 '→' | '⇒' => "a law that simplifies is written `=>`",
                 '!' => "\"not equal\" is written `!=`",
                 '&' | '∧' => "several conditions are separated by commas",
@@ -429,6 +434,8 @@ fn single(letter: char) -> Kind {
         '<' | '⟨' | '〈' => Kind::Less,
         '>' | '⟩' | '〉' => Kind::Greater,
         '≤' => Kind::LessEqual,
+        '≈' => Kind::Weak,
+        '≲' => Kind::LessWeak,
         '≥' => Kind::GreaterEqual,
         '=' => Kind::Equal,
         '≠' => Kind::NotEqual,

@@ -154,6 +154,8 @@ impl fmt::Display for Connective {
         f.write_str(match self {
             Connective::Equal => "=",
             Connective::Refines => "<=",
+            Connective::Weak => "~~",
+            Connective::WeaklyRefines => "<~",
         })
     }
 }

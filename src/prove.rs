@@ -112,14 +112,17 @@ impl Search<'_> {
             return Ok(script.push(Step::Reflexive(left.clone())));
         }
         let mut simplifier = self.simplifier(only, script);
+        if connective.is_weak() {
+            simplifier = simplifier.weakly(only);
+        }
         let (one, two) = (simplifier.simplify(left), simplifier.simplify(right));
         let joined = match connective {
             _ if one.term == two.term => Some(simplifier.script.push(Step::Reflexive(one.term.clone()))),
-            Connective::Refines => refine(&one.term, &two.term, &mut simplifier, self.context),
-            Connective::Equal => None,
+            _ if connective.refines() => refine(&one.term, &two.term, &mut simplifier, self.context),
+            _ => None,
         };
         let direct = match (connective, joined) {
-            (Connective::Refines, None) => refine(left, right, &mut simplifier, self.context),
+            (_, None) if connective.refines() => refine(left, right, &mut simplifier, self.context),
             _ => None,
         };
         *script = std::mem::take(&mut simplifier.script);
@@ -131,8 +134,16 @@ impl Search<'_> {
             return Ok(step);
         }
         let mut saturation = Saturation::new(self.theory, self.context, only, self.limits, self.interrupted);
-        let direct = saturation.search(left, right, script);
-        direct.map_err(|ended| Gap {
+        let found = if connective.is_weak() {
+            saturation = saturation.weakly();
+            saturation.search(&one.term, &two.term, script).map(|step| {
+                let back = script.push(Step::Symmetric(two.step));
+                script.chain(vec![one.step, step, back])
+            })
+        } else {
+            saturation.search(left, right, script)
+        };
+        found.map_err(|ended| Gap {
             left: one.term.clone(),
             right: two.term.clone(),
             ended,

@@ -135,6 +135,8 @@ pub struct Saturation<'a> {
     limits: Limits,
     largest: usize,
     laws: Vec<std::sync::Arc<Law>>,
+    only: Option<&'a [Name]>,
+    weak: bool,
     unfolds: bool,
 }
 
@@ -143,7 +145,7 @@ impl<'a> Saturation<'a> {
     pub fn new(
         theory: &'a Theory,
         context: &'a Context<'a>,
-        only: Option<&[Name]>,
+        only: Option<&'a [Name]>,
         limits: Limits,
         interrupted: &'a dyn Fn() -> bool,
     ) -> Saturation<'a> {
@@ -162,8 +164,19 @@ impl<'a> Saturation<'a> {
             limits,
             largest: 0,
             laws,
+            only,
+            weak: false,
             unfolds: true,
         }
+    }
+
+    /// Uses the laws of weak equality as well; what it then proves is `left ~~ right`.
+    pub fn weakly(mut self) -> Saturation<'a> {
+        let wanted =
+            |law: &Law| law.connective == Connective::Weak && self.only.is_none_or(|names| names.contains(&law.name));
+        self.weak = true;
+        self.laws.extend(self.theory.laws.iter().filter(|law| wanted(law)).cloned());
+        self
     }
 
     /// Searches for `left = right`, both given with forms already known equal to them; on success the step that
@@ -216,8 +229,13 @@ impl<'a> Saturation<'a> {
         self.egraph.union_trusted(one, two, Symbol::from((self.reasons.len() - 1).to_string()))
     }
 
+    fn simplifier(&self) -> Simplifier<'a> {
+        let simplifier = Simplifier::new(self.theory, self.context, self.interrupted).with_fuel(2_000);
+        if self.weak { simplifier.weakly(self.only) } else { simplifier }
+    }
+
     fn simplified(&mut self, term: &Term) {
-        let mut simplifier = Simplifier::new(self.theory, self.context, self.interrupted).with_fuel(2_000);
+        let mut simplifier = self.simplifier();
         let simple = simplifier.simplify(term).term;
         if simple != *term {
             self.unite(term, &simple, Why::Simplified { from: term.clone() });
@@ -352,7 +370,7 @@ impl<'a> Saturation<'a> {
         if let Some(step) = proved.get(&number) {
             return Some(*step);
         }
-        let mut simplifier = Simplifier::new(self.theory, self.context, self.interrupted).with_fuel(2_000);
+        let mut simplifier = self.simplifier();
         simplifier.script = std::mem::take(script);
         let step = match &self.reasons[number] {
             Why::Simplified { from } => Some(simplifier.simplify(from).step),

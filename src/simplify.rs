@@ -59,6 +59,14 @@ impl<'a> Simplifier<'a> {
         self
     }
 
+    /// Uses the laws of weak equality as well, from left to right; what it proves is `original ~~ term`.
+    pub fn weakly(mut self, only: Option<&[Name]>) -> Simplifier<'a> {
+        let named = |law: &Law| only.is_none_or(|names| names.contains(&law.name));
+        let weak = self.theory.laws.iter().filter(|law| law.connective == Connective::Weak && named(law));
+        self.oriented.extend(weak.cloned());
+        self
+    }
+
     /// With at most this many law applications.
     pub fn with_fuel(mut self, fuel: usize) -> Simplifier<'a> {
         self.fuel = fuel;

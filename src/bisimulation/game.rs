@@ -19,30 +19,30 @@ const MOST_DRAWS: usize = 100;
 
 /// What a label is compared by: all internal steps are alike.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Key {
+pub(super) enum Key {
     Tau,
     Act(Label),
 }
 
 /// A settled state, looked into once.
 pub(super) struct Seen {
-    state: State,
-    shown: BTreeSet<Observation>,
-    moves: BTreeMap<Key, Vec<(Label, usize)>>,
-    patience: Patience,
-    offers: bool,
+    pub(super) state: State,
+    pub(super) shown: BTreeSet<Observation>,
+    pub(super) moves: BTreeMap<Key, Vec<(Label, usize)>>,
+    pub(super) patience: Patience,
+    pub(super) offers: bool,
     /// The branches of a draw that is due; none otherwise.
-    chances: Vec<(BigRational, usize)>,
+    pub(super) chances: Vec<(BigRational, usize)>,
 }
 
 /// One way to press the other side: it must reach one of the answers.
-struct Challenge {
-    side: Side,
-    label: Label,
-    answers: Vec<usize>,
+pub(super) struct Challenge {
+    pub(super) side: Side,
+    pub(super) label: Label,
+    pub(super) answers: Vec<usize>,
 }
 
-enum Pair {
+pub(super) enum Pair {
     /// Not looked into.
     Open,
     /// Different at once.
@@ -62,10 +62,14 @@ struct Mark {
 
 /// A comparison at work.
 pub(super) struct Game<'a> {
-    model: Model<'a>,
-    refines: bool,
-    reach: &'a Reach,
-    grain: BigRational,
+    pub(super) model: Model<'a>,
+    pub(super) refines: bool,
+    weak: bool,
+    /// Whether something was passed over that could have told states apart.
+    pub(super) undecided: bool,
+    pub(super) reach: &'a Reach,
+    pub(super) grain: BigRational,
+    pub(super) closures: HashMap<usize, Rc<Vec<usize>>>,
     places: HashMap<State, usize>,
     states: Vec<State>,
     seen: Vec<Option<Rc<Seen>>>,
@@ -86,7 +90,10 @@ impl<'a> Game<'a> {
     ) -> Game<'a> {
         Game {
             model: Model::new(definitions),
-            refines: connective == Connective::Refines,
+            refines: connective.refines(),
+            weak: connective.is_weak(),
+            undecided: false,
+            closures: HashMap::new(),
             reach,
             grain: grain([left, right], definitions),
             places: HashMap::new(),
@@ -123,7 +130,7 @@ impl<'a> Game<'a> {
                 break;
             }
             let (left, right) = self.pairs[next].0;
-            let looked = self.look(left, right)?;
+            let looked = if self.weak { self.look_weakly(left, right)? } else { self.look(left, right)? };
             let apart = matches!(looked, Pair::Apart(_));
             for after in looked.pairs() {
                 self.before[after].push(next);
@@ -137,13 +144,13 @@ impl<'a> Game<'a> {
         self.mark();
         Ok(match self.marks[0] {
             Some(_) => Comparison::Different(self.run()),
-            None if complete => Comparison::Same,
+            None if complete && !self.undecided => Comparison::Same,
             None => Comparison::Unknown(self.reach.pairs),
         })
     }
 
     /// Looks into what a single state can reach, as far as the bound allows.
-    fn sweep(&mut self, start: usize) -> Result<(), Meaningless> {
+    pub(super) fn sweep(&mut self, start: usize) -> Result<(), Meaningless> {
         let mut open = vec![start];
         let mut done = BTreeSet::from([start]);
         while let Some(place) = open.pop() {
@@ -163,7 +170,7 @@ impl<'a> Game<'a> {
     }
 
     /// The place of a state; a draw with a single branch is the state after it.
-    fn place(&mut self, state: State) -> Result<usize, Meaningless> {
+    pub(super) fn place(&mut self, state: State) -> Result<usize, Meaningless> {
         if let Some(place) = self.places.get(&state) {
             return Ok(*place);
         }
@@ -190,7 +197,7 @@ impl<'a> Game<'a> {
         Ok(place)
     }
 
-    fn seen(&mut self, place: usize) -> Result<Rc<Seen>, Meaningless> {
+    pub(super) fn seen(&mut self, place: usize) -> Result<Rc<Seen>, Meaningless> {
         if let Some(seen) = &self.seen[place] {
             return Ok(seen.clone());
         }
@@ -254,7 +261,7 @@ impl<'a> Game<'a> {
         Ok(all.into_iter().map(|(place, chance)| (chance, place)).collect())
     }
 
-    fn pair(&mut self, left: usize, right: usize) -> usize {
+    pub(super) fn pair(&mut self, left: usize, right: usize) -> usize {
         if let Some(place) = self.pair_places.get(&(left, right)) {
             return *place;
         }

@@ -1,10 +1,13 @@
 //! Checking a separating run anew, step by step, against the model.
 
-use super::{Comparison, Difference, Reach, Run, Side, compare};
+use std::collections::BTreeSet;
+
+use super::weak::settled;
+use super::{Comparison, Difference, Reach, Run, Side, Step, compare};
 use crate::definition::Definitions;
 use crate::law::Connective;
 use crate::model::explore::Label;
-use crate::model::{Action, Meaningless, Model, Patience, State};
+use crate::model::{Action, Meaningless, Model, Observation, Patience, State};
 use crate::term::Term;
 
 /// Whether the run does tell the two terms apart: every step is possible, every answer that the other side could have
@@ -23,6 +26,15 @@ pub fn replay(
     let model = Model::new(definitions);
     let (mut left, mut right) = (drawn(&model, model.state(left)?)?, drawn(&model, model.state(right)?)?);
     for step in &run.steps {
+        if connective.is_weak() {
+            let moved = if step.side == Side::Left { (&left, &right) } else { (&right, &left) };
+            let (mine, others) = weak_answers(&model, moved, step, connective)?;
+            if !answered(&mine, &others, step, connective, definitions, reach)? {
+                return Ok(false);
+            }
+            (left, right) = (step.left.clone(), step.right.clone());
+            continue;
+        }
         let (mine, others) = match (step.side, &step.label) {
             (Side::Both, Label::Wait(time)) => {
                 let (Some(one), Some(two)) = (model.wait_state(&left, time)?, model.wait_state(&right, time)?) else {
@@ -37,23 +49,96 @@ pub fn replay(
             (Side::Left, label) => (after(&model, &left, label)?, after(&model, &right, label)?),
             (_, label) => (after(&model, &right, label)?, after(&model, &left, label)?),
         };
-        let (target, answer) = match step.side {
-            Side::Left => (&step.left, &step.right),
-            _ => (&step.right, &step.left),
-        };
-        if !mine.contains(target) || !others.contains(answer) {
+        if !answered(&mine, &others, step, connective, definitions, reach)? {
             return Ok(false);
-        }
-        for other in others.iter().filter(|other| *other != answer) {
-            let (one, two) = if step.side == Side::Left { (target, other) } else { (other, target) };
-            let judged = compare(&one.term(), &two.term(), connective, definitions, reach)?;
-            if !matches!(judged, Comparison::Different(_)) {
-                return Ok(false);
-            }
         }
         (left, right) = (step.left.clone(), step.right.clone());
     }
     differs(&model, &left, &right, connective, &run.difference)
+}
+
+/// Whether the step is among those of its side, its answer among the answers, and no other answer would do.
+fn answered(
+    mine: &[State],
+    others: &[State],
+    step: &Step,
+    connective: Connective,
+    definitions: &Definitions,
+    reach: &Reach,
+) -> Result<bool, Meaningless> {
+    let (target, answer) = match step.side {
+        Side::Left => (&step.left, &step.right),
+        _ => (&step.right, &step.left),
+    };
+    if !mine.contains(target) || !others.contains(answer) {
+        return Ok(false);
+    }
+    for other in others.iter().filter(|other| *other != answer) {
+        let (one, two) = if step.side == Side::Left { (target, other) } else { (other, target) };
+        let judged = compare(&one.term(), &two.term(), connective, definitions, reach)?;
+        if !matches!(judged, Comparison::Different(_)) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Where the step may lead its side, and where internal steps, the step and internal steps lead the other.
+fn weak_answers(
+    model: &Model,
+    (mine, other): (&State, &State),
+    step: &Step,
+    connective: Connective,
+) -> Result<(Vec<State>, Vec<State>), Meaningless> {
+    let mut answers = Vec::new();
+    if matches!(&step.label, Label::Act(Action::Tau(..), _)) {
+        return Ok((after(model, mine, &step.label)?, settled(model, other.clone())?));
+    }
+    let shown = mine.observations();
+    for state in settled(model, other.clone())? {
+        let next = match &step.label {
+            Label::Wait(time) if shows(connective, step.side, &shown, &state.observations()) => {
+                model.wait_state(&state, time)?.into_iter().collect()
+            }
+            label => after(model, &state, label)?,
+        };
+        for next in next {
+            answers.extend(settled(model, next)?);
+        }
+    }
+    let targets = match &step.label {
+        Label::Wait(time) => model.wait_state(mine, time)?.into_iter().collect(),
+        label => after(model, mine, label)?,
+    };
+    Ok((targets, answers))
+}
+
+/// Whether the other side shows what the side that moves shows, or, in a refinement, the right side no more.
+fn shows(connective: Connective, side: Side, mine: &BTreeSet<Observation>, other: &BTreeSet<Observation>) -> bool {
+    match (connective.refines(), side) {
+        (false, _) => mine == other,
+        (true, Side::Left) => other.is_subset(mine),
+        (true, _) => mine.is_subset(other),
+    }
+}
+
+/// Whether one side shows, in every state in which it can let time pass now, other things than the second state.
+fn shows_apart(model: &Model, left: &State, right: &State, connective: Connective) -> Result<bool, Meaningless> {
+    let waits = |state: &State| Ok::<_, Meaningless>(state.patience(&state.moves()?) != Patience::None);
+    for (side, mine, other) in [(Side::Left, left, right), (Side::Right, right, left)] {
+        if !waits(mine)? {
+            continue;
+        }
+        let shown = mine.observations();
+        let mut answered = false;
+        for state in settled(model, other.clone())? {
+            answered |= waits(&state)? && shows(connective, side, &shown, &state.observations());
+        }
+        if !answered {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// A state in which a draw with a single branch has been made.
@@ -93,9 +178,20 @@ fn differs(
 ) -> Result<bool, Meaningless> {
     Ok(match difference {
         Difference::Outcome(one, two) => left.outcome() == *one && right.outcome() == *two && one != two,
+        Difference::Observations(..) | Difference::Time(_) if connective.is_weak() => {
+            shows_apart(model, left, right, connective)?
+        }
+        Difference::Move(side, label) if connective.is_weak() => {
+            let (mine, other) = if *side == Side::Left { (left, right) } else { (right, left) };
+            let mut able = false;
+            for state in settled(model, other.clone())? {
+                able |= !after(model, &state, label)?.is_empty();
+            }
+            !after(model, mine, label)?.is_empty() && !able
+        }
         Difference::Observations(..) => {
             let (one, two) = (left.observations(), right.observations());
-            if connective == Connective::Refines { !two.is_subset(&one) } else { one != two }
+            if connective.refines() { !two.is_subset(&one) } else { one != two }
         }
         Difference::Move(side, label) => {
             let (mine, other) = if *side == Side::Left { (left, right) } else { (right, left) };

@@ -90,8 +90,9 @@ impl Lowerer<'_> {
                 for step in steps {
                     let laws = self.laws(&step.laws);
                     let term = self.process(&step.term)?;
-                    if claimed == crate::law::Connective::Equal && step.connective != claimed {
-                        self.wrong_end(step.span, "the claim is an equality, so no step may be `<=`");
+                    if !step.connective.gives(claimed) {
+                        let why = format!("the claim is made with `{claimed}`, so no step may be `{}`", step.connective);
+                        self.wrong_end(step.span, &why);
                     }
                     lowered.push(CalcStep { connective: step.connective, laws: laws?, term, span: step.span });
                 }

@@ -23,7 +23,7 @@ impl Parser<'_> {
             }
             return Ok(Claim { name, kind: ClaimKind::Satisfies(system, property) });
         }
-        let connective = self.connective("`=`, `<=` or `satisfies`")?;
+        let connective = self.connective("`=`, `<=`, `~~` or `satisfies`")?;
         let right = self.term()?;
         let when = if self.accept(Kind::Word(Keyword::When)) { self.conditions()? } else { Vec::new() };
         let by = if self.accept(Kind::Word(Keyword::By)) { self.by()? } else { By::Search };
@@ -91,6 +91,14 @@ impl Parser<'_> {
                 self.advance();
                 Ok(Connective::Refines)
             }
+            Kind::Weak => {
+                self.advance();
+                Ok(Connective::Weak)
+            }
+            Kind::LessWeak => {
+                self.advance();
+                Ok(Connective::WeaklyRefines)
+            }
             Kind::Arrow => {
                 let span = self.token().span;
                 let diagnostic = self.wrong(what).note("only a law is oriented");
@@ -152,7 +160,7 @@ impl Parser<'_> {
             self.advance();
             Connective::Equal
         } else {
-            self.connective("`=`, `=>` or `<=`")?
+            self.connective("`=`, `=>`, `<=` or `~~`")?
         };
         let right = self.term()?;
         let examples = self.examples()?;
@@ -164,7 +172,7 @@ impl Parser<'_> {
         while self.at_word(Keyword::Try) {
             self.take(Role::Line);
             let left = self.term()?;
-            if !matches!(self.kind(), Kind::Equal | Kind::LessEqual | Kind::Arrow) {
+            if !matches!(self.kind(), Kind::Equal | Kind::LessEqual | Kind::Weak | Kind::Arrow) {
                 return self.unexpected("`=` and what the example gives");
             }
             self.advance();

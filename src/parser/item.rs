@@ -72,7 +72,7 @@ impl Parser<'_> {
         let start = self.token().span.start;
         self.mark_item();
         let term = self.term()?;
-        if matches!(self.kind(), Kind::Equal | Kind::LessEqual) {
+        if matches!(self.kind(), Kind::Equal | Kind::LessEqual | Kind::Weak | Kind::LessWeak) {
             let diagnostic = self.wrong("an operator or the end").note("a term alone asks to simplify it");
             return self.fail(diagnostic.edit(
                 "to claim that both sides are equal, begin with `prove`",

@@ -177,6 +177,8 @@ fn spelling(kind: Kind) -> Option<&'static str> {
         Kind::Less => "<",
         Kind::Greater => ">",
         Kind::LessEqual => "<=",
+        Kind::Weak => "~~",
+        Kind::LessWeak => "<~",
         Kind::GreaterEqual => ">=",
         Kind::NotEqual => "!=",
         Kind::Minus => "-",

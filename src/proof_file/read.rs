@@ -68,6 +68,8 @@ fn connective(connective: Connects) -> Connective {
     match connective {
         Connects::Equal => Connective::Equal,
         Connects::Refines => Connective::Refines,
+        Connects::Weak => Connective::Weak,
+        Connects::WeaklyRefines => Connective::WeaklyRefines,
     }
 }
 

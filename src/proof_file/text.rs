@@ -44,6 +44,10 @@ pub(super) enum Connective {
     Equal,
     #[serde(rename = "<=")]
     Refines,
+    #[serde(rename = "~~")]
+    Weak,
+    #[serde(rename = "<~")]
+    WeaklyRefines,
 }
 
 /// What the metavariables of a law or of an earlier step stand for.

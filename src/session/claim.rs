@@ -69,6 +69,8 @@ impl Run<'_, '_> {
                 let kind = match connective {
                     crate::law::Connective::Equal => "equality",
                     crate::law::Connective::Refines => "refinement",
+                    crate::law::Connective::Weak => "weak equality",
+                    crate::law::Connective::WeaklyRefines => "weak refinement",
                 };
                 (kind, self.compare(statement, by, waiting))
             }

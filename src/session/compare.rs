@@ -136,8 +136,7 @@ fn run_lines(found: &Counterexample, connective: Connective) -> Vec<String> {
     if !chosen.is_empty() {
         lines.push(format!("take {}", chosen.join(", ")));
     }
-    let relation = if connective == Connective::Equal { "=" } else { "<=" };
-    lines.push(format!("then it says {} {relation} {}", found.left, found.right));
+    lines.push(format!("then it says {} {connective} {}", found.left, found.right));
     for step in &found.run.steps {
         let who = match step.side {
             Side::Left => "left:  ",
