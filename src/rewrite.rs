@@ -15,7 +15,7 @@ use crate::law::{Connective, Law};
 use crate::matching::matches;
 use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
-use crate::simplify::{Simplifier, surround};
+use crate::simplify::{clean, Simplifier, surround};
 use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 
@@ -294,7 +294,8 @@ impl<'a> Saturation<'a> {
             }
         }
         self.egraph.rebuild();
-        found.into_iter().map(|(_, term)| term).collect()
+        // A reading with units says no more than the one without, which is there as well.
+        found.into_iter().map(|(_, term)| term).filter(|term| clean(term) == *term).collect()
     }
 
     /// A reading in the shape of terms belongs to the class of its e-node: it is the same term, so the step costs

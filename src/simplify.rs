@@ -286,7 +286,7 @@ pub fn is_unit(law: &Law) -> bool {
 }
 
 /// The term without units.
-fn clean(term: &Term) -> Term {
+pub fn clean(term: &Term) -> Term {
     let children = term.children();
     if children.is_empty() {
         return term.clone();
