@@ -1,5 +1,7 @@
 //! Proving a claim: by simplification, then by saturation; every success goes through the kernel.
 
+mod recursion;
+
 use crate::fact::Context;
 use crate::kernel::{Rejected, Theory, Thm, check};
 use crate::law::{Condition, Connective};
@@ -131,6 +133,11 @@ impl Search<'_> {
             return Ok(script.chain(vec![one.step, step, back]));
         }
         if let Some(step) = direct {
+            return Ok(step);
+        }
+        if (connective, only) == (Connective::Equal, None)
+            && let Some(step) = self.recursively(left, right, script)
+        {
             return Ok(step);
         }
         let mut saturation = Saturation::new(self.theory, self.context, only, self.limits, self.interrupted);

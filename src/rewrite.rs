@@ -5,6 +5,8 @@
 //! under the reason `ac`, which costs the kernel nothing. Values are leaves in normal form. Each union made by a
 //! law has a number for a reason; an explanation is read back as kernel steps through the table of these numbers.
 
+mod unroll;
+
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use egg::{Analysis, DidMerge, EGraph, FlatTerm, Id, Language, RecExpr, Symbol};
@@ -15,7 +17,7 @@ use crate::law::{Connective, Law};
 use crate::matching::matches;
 use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
-use crate::simplify::{clean, Simplifier, surround};
+use crate::simplify::{Simplifier, clean, surround};
 use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 
@@ -121,6 +123,7 @@ enum Why {
     Law { law: std::sync::Arc<Law>, forward: bool, substitution: Substitution, surrounding: Term, from: Term },
     Simplified { from: Term },
     Unfolded { call: Term },
+    Supposed(StepId),
 }
 
 /// A search for an equality.
@@ -138,6 +141,7 @@ pub struct Saturation<'a> {
     only: Option<&'a [Name]>,
     weak: bool,
     unfolds: bool,
+    supposed: Option<(Term, Term, StepId)>,
 }
 
 impl<'a> Saturation<'a> {
@@ -167,6 +171,7 @@ impl<'a> Saturation<'a> {
             only,
             weak: false,
             unfolds: true,
+            supposed: None,
         }
     }
 
@@ -179,6 +184,12 @@ impl<'a> Saturation<'a> {
         self
     }
 
+    /// Takes an equation that a step of the proof supposes.
+    pub fn suppose(&mut self, left: &Term, right: &Term, step: StepId) {
+        self.unite(left, right, Why::Supposed(step));
+        self.supposed = Some((left.clone(), right.clone(), step));
+    }
+
     /// Searches for `left = right`, both given with forms already known equal to them; on success the step that
     /// proves it.
     ///
@@ -189,6 +200,7 @@ impl<'a> Saturation<'a> {
         let goal = (self.add(left), self.add(right));
         for term in [left, right] {
             self.simplified(term);
+            self.unroll(term, 2 * self.largest);
         }
         self.egraph.rebuild();
         for _ in 0..self.limits.rounds {
@@ -234,12 +246,13 @@ impl<'a> Saturation<'a> {
         if self.weak { simplifier.weakly(self.only) } else { simplifier }
     }
 
-    fn simplified(&mut self, term: &Term) {
+    fn simplified(&mut self, term: &Term) -> Term {
         let mut simplifier = self.simplifier();
         let simple = simplifier.simplify(term).term;
         if simple != *term {
             self.unite(term, &simple, Why::Simplified { from: term.clone() });
         }
+        simple
     }
 
     /// One round: every law, both ways, on every reading of every e-node. Gives the number of unions.
@@ -375,6 +388,7 @@ impl<'a> Saturation<'a> {
         simplifier.script = std::mem::take(script);
         let step = match &self.reasons[number] {
             Why::Simplified { from } => Some(simplifier.simplify(from).step),
+            Why::Supposed(step) => Some(*step),
             Why::Unfolded { call } => Some(simplifier.script.push(Step::Unfold(call.clone()))),
             Why::Law { law, forward, substitution, surrounding, from } => {
                 simplifier.instance(from, law, *forward, substitution, surrounding).map(|found| found.step)

@@ -91,7 +91,8 @@ impl Lowerer<'_> {
                     let laws = self.laws(&step.laws);
                     let term = self.process(&step.term)?;
                     if !step.connective.gives(claimed) {
-                        let why = format!("the claim is made with `{claimed}`, so no step may be `{}`", step.connective);
+                        let why =
+                            format!("the claim is made with `{claimed}`, so no step may be `{}`", step.connective);
                         self.wrong_end(step.span, &why);
                     }
                     lowered.push(CalcStep { connective: step.connective, laws: laws?, term, span: step.span });

@@ -103,14 +103,18 @@ impl Choice {
 /// The names that stand in values of a term.
 pub(super) fn read_names(term: &Term) -> BTreeSet<Name> {
     let mut names = BTreeSet::new();
+    let mut indices = BTreeSet::new();
     let mut open = vec![term];
     while let Some(term) = open.pop() {
         for value in term.values() {
             names.extend(value.variables());
         }
+        if let Node::Power(_, _, Some(index)) = term.node() {
+            indices.insert(index.clone());
+        }
         open.extend(term.children());
     }
-    names
+    names.difference(&indices).cloned().collect()
 }
 
 /// The values that the surroundings may have bound these names to: two ways, in which neighbours differ.

@@ -41,6 +41,13 @@ impl Run<'_, '_> {
                 prove::By::Calculation(&lines)
             }
         };
+        // What is plainly false is answered at once. A calculation is followed first: it has a step that is wrong.
+        if !matches!(by, prove::By::Calculation(_)) {
+            let limits = refute::Limits { instances: 200, choices: 4_000, cost: 6, pairs: 100 };
+            if let Some(found) = refuted(&statement, waiting, &limits).counterexample() {
+                return contradicted(found, &statement);
+            }
+        }
         match prove(&theory, &statement, &by, Limits::default(), &interrupted) {
             Answer::Proved(theorem, proof) => {
                 let it = Some(statement.right.clone());
@@ -57,29 +64,27 @@ impl Run<'_, '_> {
         if self.surroundings.interrupted() {
             return Found { remains: remains(gap, None), ..Found::default() };
         }
-        let environment = &waiting.environment;
-        let refutation = refute::refute(
-            &statement.left,
-            &statement.right,
-            statement.connective,
-            &statement.hypotheses,
-            &environment.definitions,
-            &environment.assumptions,
-            &refute::Limits::default(),
-        );
-        let mut found = Found::default();
-        match refutation.counterexample() {
-            Some(counterexample) => {
-                found.verdict = Some(Verdict::Refuted);
-                found.trace = run_lines(counterexample, statement.connective);
-            }
-            None => found.remains = remains(gap, Some(&refutation)),
-        }
+        let refutation = refuted(statement, waiting, &refute::Limits::default());
+        let mut found = match refutation.counterexample() {
+            Some(counterexample) => contradicted(counterexample, statement),
+            None => Found { remains: remains(gap, Some(&refutation)), ..Found::default() },
+        };
         if let (Some(number), Some(steps)) = (gap.step, calculation(waiting)) {
             found.diagnostics = step_diagnostic(number, steps, waiting);
         }
         found
     }
+}
+
+fn refuted(statement: &Statement, waiting: &Waiting, limits: &refute::Limits) -> Refutation {
+    let Statement { hypotheses, left, connective, right } = statement;
+    let environment = &waiting.environment;
+    refute::refute(left, right, *connective, hypotheses, &environment.definitions, &environment.assumptions, limits)
+}
+
+fn contradicted(found: &Counterexample, statement: &Statement) -> Found {
+    let trace = run_lines(found, statement.connective);
+    Found { verdict: Some(Verdict::Refuted), trace, ..Found::default() }
 }
 
 fn calculation(waiting: &Waiting) -> Option<&[CalcStep]> {
