@@ -314,3 +314,42 @@ fn an_index_does_not_escape() {
     let found = reason(&theory, claim(left, right), vec![Step::Law(name("alike"), substitution)]);
     assert_eq!(found, Reason::Name(name("i")));
 }
+
+#[test]
+fn a_weak_equality_is_no_equality() {
+    let weak = |connective| Step::Trust(delay(1), connective, Term::idle(), "for the test".into());
+    let stated = |connective| Statement { connective, ..claim(delay(1), Term::idle()) };
+    let given = |given, wanted| run(&theory(), stated(wanted), vec![weak(given)]).is_ok();
+    use Connective::{Equal, Refines, Weak, WeaklyRefines};
+    for (first, second) in [(Weak, Equal), (Weak, Refines), (Refines, Weak), (WeaklyRefines, Weak)] {
+        assert!(!given(first, second), "{first} was taken for {second}");
+    }
+    for (first, second) in [(Equal, Weak), (Weak, WeaklyRefines), (Refines, WeaklyRefines)] {
+        assert!(given(first, second), "{first} gives {second}");
+    }
+    let turned = |connective| vec![weak(connective), Step::Symmetric(0)];
+    let back = |connective| Statement { connective, ..claim(Term::idle(), delay(1)) };
+    assert!(run(&theory(), back(Weak), turned(Weak)).is_ok());
+    assert!(run(&theory(), back(WeaklyRefines), turned(WeaklyRefines)).is_err());
+    let both = vec![
+        weak(Weak),
+        Step::Trust(Term::idle(), Refines, Term::stop(), "for the test".into()),
+        Step::Transitive(vec![0, 1]),
+    ];
+    let ends = |connective| Statement { connective, ..claim(delay(1), Term::stop()) };
+    assert!(run(&theory(), ends(Weak), both.clone()).is_err());
+    assert!(run(&theory(), ends(WeaklyRefines), both).is_ok());
+}
+
+#[test]
+fn a_weak_equality_does_not_make_a_solution_unique() {
+    // Every livelock solves X ~~ Tau ; X; it must not prove one of them.
+    let forever = Term::new(Node::Loop(delay(1)));
+    let round = Term::attempt(Term::seq([delay(1), Term::idle()]));
+    let steps = vec![
+        Step::Trust(Term::idle(), Connective::Weak, round, "forged".into()),
+        Step::UniqueLoop { body: delay(1), equation: 0 },
+    ];
+    let found = reason(&theory(), claim(Term::idle(), forever), steps);
+    assert_eq!(found, Reason::Weaker(Connective::Weak, Connective::Equal));
+}
