@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::fact::{Context, Facts};
-use crate::law::{Condition, Law};
+use crate::law::{Condition, Fact, Law};
 use crate::name::Name;
 use crate::proof::hole;
 use crate::substitution::Substitution;
@@ -31,6 +31,8 @@ struct State {
     /// Whether each of two metavariables in sequence may stand for Stop. Not for laws that simplification uses:
     /// they would apply to their own results for ever.
     empty: bool,
+    /// Metavariables that the law wants to be guards.
+    guards: Vec<Name>,
     /// Values that must turn out equal once their metavariables are known.
     later: Vec<(Value, Value)>,
 }
@@ -86,7 +88,15 @@ fn settle(law: &Law, mut state: State, context: &Context<'_>) -> Option<Substitu
 }
 
 fn start(law: &Law) -> State {
-    State { empty: !law.oriented, ..State::default() }
+    let mut guards = Vec::new();
+    for condition in &law.conditions {
+        match condition {
+            Condition::Complementary(one, two) => guards.extend([one, two].into_iter().filter_map(plain_meta)),
+            Condition::Is(Fact::Guard, one) => guards.extend(plain_meta(one)),
+            _ => {}
+        }
+    }
+    State { empty: !law.oriented, guards, ..State::default() }
 }
 
 /// Calls `found` with each match and what is left over, until it returns true.
@@ -172,13 +182,44 @@ fn window(
         (_, true, all) => vec![all, 1],
         (_, false, 0) => return false,
         (Place::Start, false, all) => (1..=all).collect(),
+        (Place::Later, false, all) if rest.first().is_some_and(|next| within(next, &name)) => (1..=all).collect(),
         (Place::Later, false, _) => vec![1],
     };
+    // A guard is one part, and known at once.
+    let guard = state.guards.contains(&name);
     lengths.into_iter().any(|length| {
+        if guard && (length != 1 || !parts.first().is_some_and(may_be_guard)) {
+            return false;
+        }
+        if rest.first().is_some_and(|next| differs(next, parts.get(length))) {
+            return false;
+        }
         let mut state = state.clone();
         state.found.processes.insert(name.clone(), Term::seq(parts[..length].iter().cloned()));
         window(rest, &parts[length..], at.next(), state, &mut |state, used| found(state, used + length))
     })
+}
+
+/// Whether a pattern is a loop or power of this metavariable, which then is known by its body.
+fn within(pattern: &Term, name: &Name) -> bool {
+    match pattern.node() {
+        Node::Loop(body) | Node::Power(body, ..) => plain_meta(body).as_ref() == Some(name),
+        _ => false,
+    }
+}
+
+/// Whether a pattern that fits one kind of part alone cannot fit this one.
+fn differs(pattern: &Term, part: Option<&Term>) -> bool {
+    match pattern.node() {
+        Node::Loop(_) | Node::Power(..) | Node::Guard(..) | Node::In(..) | Node::Out(..) | Node::New(..) => {
+            part.is_none_or(|part| std::mem::discriminant(pattern.node()) != std::mem::discriminant(part.node()))
+        }
+        _ => false,
+    }
+}
+
+fn may_be_guard(term: &Term) -> bool {
+    matches!(term.node(), Node::Guard(..) | Node::Meta(..) | Node::Replace(..))
 }
 
 fn sequence_of(term: &Term) -> Vec<Term> {
