@@ -1,5 +1,7 @@
 //! The command line.
 
+mod step;
+
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -57,6 +59,22 @@ enum Command {
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
+    /// Step a process by hand. Exit code: 0 every step was possible, 1 one was not, 2 usage, 3 bad input.
+    ///
+    /// On a terminal it asks for one step after the other; otherwise it takes them from standard input, a line each.
+    Step {
+        /// The file that declares the process.
+        #[arg(required_unless_present = "replay")]
+        file: Option<PathBuf>,
+        /// The process: a system, or any process in quotes; left out, the only one.
+        name: Option<String>,
+        /// Values for parameters: `t = 1, a = 3`.
+        #[arg(long, value_name = "VALUES")]
+        with: Option<String>,
+        /// Take the steps of a saved trace again.
+        #[arg(long, value_name = "TRACE", conflicts_with_all = ["file", "name", "with"])]
+        replay: Option<PathBuf>,
+    },
     /// Explain the code of an error, such as P0204.
     Explain {
         /// The code; all codes when it is left out.
@@ -100,6 +118,10 @@ pub fn run() -> u8 {
         }
         Some(Command::Check { proofs }) => check(&proofs),
         Some(Command::Fmt { check, files }) => lay_out(&files, check, colour),
+        Some(Command::Step { replay: Some(trace), .. }) => step::replay(&trace, watch, colour),
+        Some(Command::Step { file, name, with, .. }) => {
+            step::step(file.as_deref(), name.as_deref(), with.as_deref(), watch, colour)
+        }
         Some(Command::Explain { code }) => explain(code.as_deref()),
     }
 }

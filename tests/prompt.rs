@@ -151,3 +151,32 @@ fn a_search_that_is_stopped_says_so() {
     let text = prompt.answer("prove ?P | ?Q = ?Q ; ?P").text;
     assert!(text.starts_with("interrupted, could not prove"), "{text}");
 }
+
+#[test]
+fn a_process_is_stepped_at_the_prompt() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.trace").display().to_string();
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &["step Nowhere"]).contains("there is no process"));
+    assert!(!prompt.stepping());
+    let text =
+        answer(&mut prompt, &["param t > 0", "observer B(x)", "proc A_u = (Delay_t # B_u) ; A_{u+1}", "step A_3"]);
+    assert!(text.contains("t = 1 (chosen here") && text.contains("shows B_3") && prompt.stepping(), "{text}");
+    assert!(answer(&mut prompt, &["1", "wait 1/2"]).contains("step 2, time 3/2"));
+    assert!(answer(&mut prompt, &[&format!("save {path}")]).contains("2 steps"));
+    assert!(answer(&mut prompt, &["initial"]).contains("step 0"));
+    assert!(answer(&mut prompt, &[&format!("load {path}")]).contains("shows B_4"));
+    assert!(answer(&mut prompt, &["load no/such"]).contains("there is no file"));
+    assert!(!prompt.answer("quit").quit && !prompt.stepping(), "back at the prompt");
+    assert!(answer(&mut prompt, &["Delay_1"]).contains("= Delay_1"));
+    // What was saved at the prompt stands by itself.
+    let saved = std::fs::read_to_string(path).expect("a trace");
+    let trace = pars::walk::saved(&saved);
+    assert!(pars::parser::parse(&trace.head).diagnostics.is_empty(), "{saved}");
+    let head = Source::new("run.trace", trace.head.clone());
+    let environment = pars::walk::declarations(&head, |_, _| Err("none".to_string())).expect("declarations");
+    let start = trace.start.clone().expect("a start");
+    let mut walk = pars::walk::Walk::new(&environment, &start, pars::walk::Origin::Prompt, false).expect("a meaning");
+    walk.replay(&trace).expect("all steps");
+    assert!(walk.answer("moves").text.contains("shows B_4"));
+}

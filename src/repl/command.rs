@@ -13,7 +13,7 @@ use crate::report::{Output, abbreviated};
 use crate::script::read_file;
 
 /// The commands with what may follow them and what they do.
-pub const COMMANDS: [(&str, &str, &str); 10] = [
+pub const COMMANDS: [(&str, &str, &str); 11] = [
     ("help", "[topic]", "what can be typed; more about one topic"),
     ("why", "[claim]", "the proof of the last claim, or of the one with this number or name, line by line"),
     ("laws", "[word]", "the laws in force, or those that mention a word"),
@@ -23,6 +23,7 @@ pub const COMMANDS: [(&str, &str, &str); 10] = [
     ("load", "file", "run a script here"),
     ("save", "file", "write the inputs so far as a script"),
     ("proof", "file [claim]", "write the proof of a claim to a file, which `pars check` checks"),
+    ("step", "process [with t = 1]", "run a process by hand, step by step; `step process` does the same"),
     ("quit", "", "leave; Ctrl-D does the same"),
 ];
 
@@ -71,6 +72,10 @@ pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
             String::new()
         }
         "save" => save(prompt, rest),
+        "step" => {
+            prompt.walk(rest);
+            String::new()
+        }
         _ => proof(prompt, rest),
     };
     prompt.print(&text);

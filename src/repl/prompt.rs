@@ -7,6 +7,7 @@ use crate::diagnostic::Severity;
 use crate::report::{Output, PROMPT};
 use crate::script::Printer;
 use crate::session::{Session, Surroundings};
+use crate::walk::{Origin, Walk};
 
 /// What came of an input.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub struct Prompt {
     /// The inputs that changed the session, in step with its numbers.
     inputs: Vec<String>,
     shown: String,
+    /// The process that is stepped, while one is.
+    walk: Option<Walk>,
 }
 
 impl Prompt {
@@ -40,7 +43,14 @@ impl Prompt {
                 .collect();
             texts.concat()
         })?;
-        Ok(Prompt { session, colour, printer: Printer::default(), inputs: Vec::new(), shown: String::new() })
+        Ok(Prompt {
+            session,
+            colour,
+            printer: Printer::default(),
+            inputs: Vec::new(),
+            shown: String::new(),
+            walk: None,
+        })
     }
 
     /// The same prompt, but what it answers is in the replies alone.
@@ -68,7 +78,15 @@ impl Prompt {
         self.shown.clear();
         let text = line.trim();
         let mut quit = false;
-        if let Some(command) = text.strip_prefix(':') {
+        if let Some(walk) = &mut self.walk {
+            let answer = walk.answer(text);
+            if answer.quit {
+                self.walk = None;
+            }
+            self.print(&answer.text);
+        } else if let Some(subject) = text.strip_prefix("step ") {
+            self.walk(subject);
+        } else if let Some(command) = text.strip_prefix(':') {
             quit = command::run(self, command);
         } else if !text.is_empty() {
             self.run(line, |session, emit| session.input(PROMPT, line, emit));
@@ -96,6 +114,24 @@ impl Prompt {
                 self.session.undo();
             }
         }
+    }
+
+    /// Whether a process is being stepped: then a line is a step.
+    pub fn stepping(&self) -> bool {
+        self.walk.is_some()
+    }
+
+    /// Begins to step a process.
+    pub(super) fn walk(&mut self, subject: &str) {
+        let text = match Walk::new(self.session.environment(), subject, Origin::Prompt, self.colour) {
+            Ok(walk) => {
+                let text = walk.opening();
+                self.walk = Some(walk);
+                text + "`help` lists what can be typed, `quit` leaves the run\n"
+            }
+            Err(why) => why,
+        };
+        self.print(&text);
     }
 
     /// Forgets the last input; false if there is none.
