@@ -322,7 +322,8 @@ fn taken_away(event: &Event, before: &[Event], concerns: &dyn Fn(&Term) -> bool)
             Some(format!("`{lost}` was killed by `#`: {} beside it, and ending comes before every move", by.join(", ")))
         }
         Event::Skipped { aborted, rest } => {
-            let lost = rest.iter().find(|part| concerns(part))?;
+            rest.iter().find(|part| concerns(part))?;
+            let lost = Term::seq(rest.iter().cloned());
             let guard = before.iter().rev().find_map(|event| match event {
                 Event::Guard(relation, left, right, false) => {
                     Some(format!("{left} {} {right} is false", relation.symbol()))

@@ -43,6 +43,9 @@ enum Command {
         /// Write a proof file for each proved claim into this folder.
         #[arg(long, value_name = "DIR")]
         proofs: Option<PathBuf>,
+        /// Write a LaTeX document with its derivation for each proved claim into this folder.
+        #[arg(long, value_name = "DIR")]
+        latex: Option<PathBuf>,
     },
     /// Check proof files with the kernel alone. Exit code 3 when one is rejected.
     Check {
@@ -113,8 +116,8 @@ pub fn run() -> u8 {
     match line.command {
         None if std::io::stdin().is_terminal() => repl::run(watch, colour),
         None => Script::new(&Options { colour, ..Options::default() }, watch).input(),
-        Some(Command::Run { files, json, proofs }) => {
-            Script::new(&Options { json, colour, proofs }, watch).files(&files)
+        Some(Command::Run { files, json, proofs, latex }) => {
+            Script::new(&Options { json, colour, proofs, latex }, watch).files(&files)
         }
         Some(Command::Check { proofs }) => check(&proofs),
         Some(Command::Fmt { check, files }) => lay_out(&files, check, colour),

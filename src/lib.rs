@@ -44,6 +44,7 @@ pub mod flow;
 pub mod verify;
 // ── surface: what people see ──
 pub mod explain;
+pub mod latex;
 pub mod report;
 pub mod admission;
 pub mod session;

@@ -248,9 +248,9 @@ impl Walk {
         })
     }
 
-    /// The number of steps taken.
-    pub fn length(&self) -> usize {
-        self.stepper.trace().len()
+    /// The run.
+    pub fn run(&self) -> &Stepper {
+        &self.stepper
     }
 }
 

@@ -49,7 +49,7 @@ fn why_shows_each_line_with_its_law() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "    Stop ; Delay_1 ; Stop");
     assert!(lines[1].starts_with("= {seq-"), "{text}");
-    assert_eq!(lines.last().copied(), Some("    Delay_1"));
+    assert_eq!(lines.last().copied(), Some("    ⟦Delay_1⟧"));
     assert_eq!(answer(&mut prompt, &["prove Stop = Stop", ":why one"]), text);
     assert_eq!(answer(&mut prompt, &[":why 1"]), text);
     assert!(answer(&mut prompt, &["prove Stop = Abort", ":why"]).contains("no proof"));
@@ -179,4 +179,21 @@ fn a_process_is_stepped_at_the_prompt() {
     let mut walk = pars::walk::Walk::new(&environment, &start, pars::walk::Origin::Prompt, false).expect("a meaning");
     walk.replay(&trace).expect("all steps");
     assert!(walk.answer("moves").text.contains("shows B_4"));
+}
+
+#[test]
+fn a_proof_is_written_for_print() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("proof.tex").display().to_string();
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &[":latex"]).contains("there is no claim"));
+    let text = answer(&mut prompt, &["prove one: Stop ; Delay_1 = Delay_1", "prove Stop = Abort", ":latex one"]);
+    assert!(text.starts_with("\\begin{align*}\n  & \\mathsf{Stop}\\mathbin{;}"), "{text}");
+    assert!(text.contains("\\text{\\small seq-stop-left: "), "{text}");
+    assert!(answer(&mut prompt, &[":latex"]).contains("no proof to write"));
+    assert!(answer(&mut prompt, &[&format!(":latex {path} one")]).contains("written"));
+    let document = std::fs::read_to_string(path).expect("a document");
+    assert!(document.contains(&text) && document.starts_with("\\documentclass"), "{document}");
+    assert!(answer(&mut prompt, &[":latex no/such/folder/x.tex one"]).contains("cannot be written"));
+    assert!(answer(&mut prompt, &[":latex x.tex two"]).contains("there is no claim `two`"));
 }

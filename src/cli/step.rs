@@ -65,7 +65,11 @@ fn again(mut walk: Walk, trace: &Saved, name: &str) -> u8 {
     let mut printer = Printer::default();
     match walk.replay(trace) {
         Ok(()) => {
-            printer.print(&format!("{name}: all {} steps taken\n{}", walk.length(), walk.answer("moves").text));
+            printer.print(&format!(
+                "{name}: all {} steps taken\n{}",
+                walk.run().trace().len(),
+                walk.answer("moves").text
+            ));
             0
         }
         Err(error) => {
@@ -74,7 +78,7 @@ fn again(mut walk: Walk, trace: &Saved, name: &str) -> u8 {
                 LoadError::Unreadable(line, _) => (line, "unreadable"),
                 LoadError::Impossible(line, _) => (line, "no longer possible"),
             };
-            complain(&format!("{name}:{line}: {why} after {} steps: {error}\n", walk.length()));
+            complain(&format!("{name}:{line}: {why} after {} steps: {error}\n", walk.run().trace().len()));
             if matches!(error, LoadError::Unreadable(..)) { 3 } else { 1 }
         }
     }

@@ -67,6 +67,10 @@ impl Prompt {
         &self.inputs
     }
 
+    pub(super) fn colour(&self) -> bool {
+        self.colour
+    }
+
     /// Prints a text.
     pub fn print(&mut self, text: &str) {
         self.shown.push_str(text);
