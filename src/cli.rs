@@ -1,5 +1,6 @@
 //! The command line.
 
+mod exercise;
 mod step;
 
 use std::io::IsTerminal;
@@ -78,6 +79,13 @@ enum Command {
         #[arg(long, value_name = "TRACE", conflicts_with_all = ["file", "name", "with"])]
         replay: Option<PathBuf>,
     },
+    /// Do exercises: a step at a time, each judged. Exit code: 0 all solved, 1 not all, 2 usage, 3 bad input.
+    Exercise {
+        /// The file that holds them.
+        file: PathBuf,
+        /// The name of one; left out, all of them in order.
+        name: Option<String>,
+    },
     /// Explain the code of an error, such as P0204.
     Explain {
         /// The code; all codes when it is left out.
@@ -121,6 +129,7 @@ pub fn run() -> u8 {
         }
         Some(Command::Check { proofs }) => check(&proofs),
         Some(Command::Fmt { check, files }) => lay_out(&files, check, colour),
+        Some(Command::Exercise { file, name }) => exercise::exercise(&file, name.as_deref(), watch, colour),
         Some(Command::Step { replay: Some(trace), .. }) => step::replay(&trace, watch, colour),
         Some(Command::Step { file, name, with, .. }) => {
             step::step(file.as_deref(), name.as_deref(), with.as_deref(), watch, colour)

@@ -67,7 +67,7 @@ fn turns(editor: &mut Editor<Assistant, FileHistory>, prompt: &mut Prompt, watch
         if let Some(helper) = editor.helper_mut() {
             helper.learn(prompt.session(), prompt.stepping());
         }
-        match editor.readline(if prompt.stepping() { "step> " } else { "pars> " }) {
+        match editor.readline(prompt.sign()) {
             Ok(line) => {
                 let _ = editor.add_history_entry(line.as_str());
                 watch.reset();
@@ -90,31 +90,39 @@ fn turns(editor: &mut Editor<Assistant, FileHistory>, prompt: &mut Prompt, watch
 
 /// Steps a process until the user leaves it; gives the exit code.
 pub fn walk(mut walk: Walk, colour: bool) -> u8 {
+    let mut printer = Printer::default();
+    printer.print(&format!("{}`help` lists what can be typed, Ctrl-D leaves.\n", walk.opening()));
+    ask("step> ", colour, &mut |line| {
+        let answer = walk.answer(line);
+        printer.print(&answer.text);
+        answer.quit.then_some(0)
+    })
+    .unwrap_or(0)
+}
+
+/// Asks for one line after the other until `take` has a result; none when the user leaves before.
+pub fn ask<T>(prompt: &str, colour: bool, take: &mut dyn FnMut(&str) -> Option<T>) -> Option<T> {
     let mut editor: Editor<Assistant, FileHistory> = match Editor::new() {
         Ok(editor) => editor,
         Err(error) => {
             complain(&format!("the terminal cannot be used: {error}\n"));
-            return 2;
+            return None;
         }
     };
     editor.set_helper(Some(Assistant::for_steps(colour)));
-    let mut printer = Printer::default();
-    printer.print(&format!("{}`help` lists what can be typed, Ctrl-D leaves.\n", walk.opening()));
     loop {
-        match editor.readline("step> ") {
+        match editor.readline(prompt) {
             Ok(line) => {
                 let _ = editor.add_history_entry(line.as_str());
-                let answer = walk.answer(&line);
-                printer.print(&answer.text);
-                if answer.quit {
-                    return 0;
+                if let Some(result) = take(&line) {
+                    return Some(result);
                 }
             }
-            Err(ReadlineError::Eof) => return 0,
+            Err(ReadlineError::Eof) => return None,
             Err(ReadlineError::Interrupted | ReadlineError::Signal(_)) => {}
             Err(error) => {
                 complain(&format!("the terminal cannot be read: {error}\n"));
-                return 2;
+                return None;
             }
         }
     }

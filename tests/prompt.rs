@@ -197,3 +197,18 @@ fn a_proof_is_written_for_print() {
     assert!(answer(&mut prompt, &[":latex no/such/folder/x.tex one"]).contains("cannot be written"));
     assert!(answer(&mut prompt, &[":latex x.tex two"]).contains("there is no claim `two`"));
 }
+
+#[test]
+fn an_exercise_is_done_at_the_prompt() {
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &[":exercise"]).contains("there are no exercises here"));
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/exercises/sequence.pars");
+    let text = answer(&mut prompt, &[&format!(":load {}", folder.display()), ":exercise"]);
+    assert!(text.contains("sum ") && text.contains("After Abort nothing starts"), "{text}");
+    assert!(answer(&mut prompt, &[":exercise none"]).contains("there is no exercise `none`"));
+    assert!(answer(&mut prompt, &[":exercise dead"]).contains("show that"));
+    assert_eq!(prompt.sign(), "exercise> ");
+    assert!(answer(&mut prompt, &["seq-dead", "par-abort"]).contains("solved in 2 steps"));
+    assert_eq!(prompt.sign(), "pars> ");
+    assert!(answer(&mut prompt, &[":exercise dead", "quit", "Delay_1"]).contains("= Delay_1"));
+}

@@ -15,7 +15,7 @@ use crate::report::{Output, abbreviated};
 use crate::script::read_file;
 
 /// The commands with what may follow them and what they do.
-pub const COMMANDS: [(&str, &str, &str); 12] = [
+pub const COMMANDS: [(&str, &str, &str); 13] = [
     ("help", "[topic]", "what can be typed; more about one topic"),
     ("why", "[claim]", "the proof of the last claim, or of the one with this number or name, line by line"),
     ("laws", "[word]", "the laws in force, or those that mention a word"),
@@ -26,6 +26,7 @@ pub const COMMANDS: [(&str, &str, &str); 12] = [
     ("save", "file", "write the inputs so far as a script"),
     ("proof", "file [claim]", "write the proof of a claim to a file, which `pars check` checks"),
     ("latex", "[file] [claim]", "a proof for print: an align* with the laws; into a file, a whole document"),
+    ("exercise", "[name]", "do an exercise of those that were read; without a name, lists them"),
     ("step", "process [with t = 1]", "run a process by hand, step by step; `step process` does the same"),
     ("quit", "", "leave; Ctrl-D does the same"),
 ];
@@ -76,6 +77,10 @@ pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
         }
         "save" => save(prompt, rest),
         "latex" => latex(prompt, rest),
+        "exercise" => {
+            prompt.exercise(rest);
+            String::new()
+        }
         "step" => {
             prompt.walk(rest);
             String::new()

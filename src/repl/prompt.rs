@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::command;
 use crate::diagnostic::Severity;
+use crate::exercise::Attempt;
 use crate::report::{Output, PROMPT};
 use crate::script::Printer;
 use crate::session::{Session, Surroundings};
@@ -28,6 +29,8 @@ pub struct Prompt {
     shown: String,
     /// The process that is stepped, while one is.
     walk: Option<Walk>,
+    /// The exercise that is being done, while one is.
+    attempt: Option<Attempt>,
 }
 
 impl Prompt {
@@ -50,6 +53,7 @@ impl Prompt {
             inputs: Vec::new(),
             shown: String::new(),
             walk: None,
+            attempt: None,
         })
     }
 
@@ -88,6 +92,13 @@ impl Prompt {
                 self.walk = None;
             }
             self.print(&answer.text);
+        } else if let Some(attempt) = &mut self.attempt {
+            let session = &self.session;
+            let answer = attempt.answer(text, &|| session.interrupted());
+            if answer.quit || answer.solved {
+                self.attempt = None;
+            }
+            self.print(&answer.text);
         } else if let Some(subject) = text.strip_prefix("step ") {
             self.walk(subject);
         } else if let Some(command) = text.strip_prefix(':') {
@@ -120,9 +131,39 @@ impl Prompt {
         }
     }
 
-    /// Whether a process is being stepped: then a line is a step.
+    /// Whether a process is being stepped, or an exercise done: then a line is a step.
     pub fn stepping(&self) -> bool {
-        self.walk.is_some()
+        self.walk.is_some() || self.attempt.is_some()
+    }
+
+    /// What asks for the next line.
+    pub fn sign(&self) -> &'static str {
+        match (&self.walk, &self.attempt) {
+            (Some(_), _) => "step> ",
+            (None, Some(_)) => "exercise> ",
+            (None, None) => "pars> ",
+        }
+    }
+
+    /// Begins an exercise; lists them when none is named.
+    pub(super) fn exercise(&mut self, name: &str) {
+        let exercises = self.session.exercises();
+        let found = exercises.iter().rev().find(|(exercise, _)| exercise.name.as_str() == name);
+        let text = match found {
+            Some((exercise, environment)) => {
+                let attempt = Attempt::new(exercise, environment, self.colour);
+                let text = attempt.show() + "`help` lists what can be typed, `quit` leaves the exercise\n";
+                self.attempt = Some(attempt);
+                text
+            }
+            None if exercises.is_empty() => "there are no exercises here; `:load FILE` reads some\n".to_string(),
+            None => {
+                let known = exercises.iter().map(|(one, _)| format!("{:<18} {}\n", one.name.as_str(), one.title));
+                let list: String = known.collect();
+                if name.is_empty() { list } else { format!("there is no exercise `{name}`:\n{list}") }
+            }
+        };
+        self.print(&text);
     }
 
     /// Begins to step a process.
