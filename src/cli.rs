@@ -1,6 +1,7 @@
 //! The command line.
 
 mod exercise;
+mod lint;
 mod step;
 
 use std::io::IsTerminal;
@@ -86,6 +87,12 @@ enum Command {
         /// The name of one; left out, all of them in order.
         name: Option<String>,
     },
+    /// Look for what is wrong with the laws of rule files, or unwise. Exit code: 0 nothing found, 1 something, 3 bad input.
+    Lint {
+        /// The rule files.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+    },
     /// Explain the code of an error, such as P0204.
     Explain {
         /// The code; all codes when it is left out.
@@ -129,6 +136,7 @@ pub fn run() -> u8 {
         }
         Some(Command::Check { proofs }) => check(&proofs),
         Some(Command::Fmt { check, files }) => lay_out(&files, check, colour),
+        Some(Command::Lint { files }) => lint::files(&files, watch, colour),
         Some(Command::Exercise { file, name }) => exercise::exercise(&file, name.as_deref(), watch, colour),
         Some(Command::Step { replay: Some(trace), .. }) => step::replay(&trace, watch, colour),
         Some(Command::Step { file, name, with, .. }) => {

@@ -53,6 +53,7 @@ pub mod codes;
 pub mod progress;
 pub mod script;
 pub mod exercise;
+pub mod lint;
 pub mod walk;
 pub mod repl;
 pub mod cli;

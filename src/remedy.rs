@@ -286,7 +286,7 @@ fn use_of(
 const MOST_PLACES: usize = 200;
 
 /// Every part of a process with the rest around it, as a shape with the hole `?1`.
-fn places(term: &Term) -> Vec<(Term, Term)> {
+pub fn places(term: &Term) -> Vec<(Term, Term)> {
     let mut all = Vec::new();
     let mut open = vec![(term.clone(), Term::meta(&hole(1)))];
     while let Some((part, around)) = open.pop() {

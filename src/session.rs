@@ -134,6 +134,11 @@ impl Session {
         self.surroundings.interrupted()
     }
 
+    /// The world around it.
+    pub fn surroundings(&self) -> &dyn Surroundings {
+        &*self.surroundings
+    }
+
     /// The exercises, in order, each with what was declared before it.
     pub fn exercises(&self) -> &[(Exercise, Environment)] {
         &self.state.exercises

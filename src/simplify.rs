@@ -287,7 +287,7 @@ pub fn alone(laws: &Laws, names: &[Name]) -> Laws {
 }
 
 /// The term without units.
-fn clean(term: &Term) -> Term {
+pub fn clean(term: &Term) -> Term {
     let children = term.children();
     if children.is_empty() {
         return term.clone();

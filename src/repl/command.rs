@@ -15,7 +15,7 @@ use crate::report::{Output, abbreviated};
 use crate::script::read_file;
 
 /// The commands with what may follow them and what they do.
-pub const COMMANDS: [(&str, &str, &str); 13] = [
+pub const COMMANDS: [(&str, &str, &str); 14] = [
     ("help", "[topic]", "what can be typed; more about one topic"),
     ("why", "[claim]", "the proof of the last claim, or of the one with this number or name, line by line"),
     ("laws", "[word]", "the laws in force, or those that mention a word"),
@@ -26,6 +26,7 @@ pub const COMMANDS: [(&str, &str, &str); 13] = [
     ("save", "file", "write the inputs so far as a script"),
     ("proof", "file [claim]", "write the proof of a claim to a file, which `pars check` checks"),
     ("latex", "[file] [claim]", "a proof for print: an align* with the laws; into a file, a whole document"),
+    ("lint", "file", "what is wrong with the laws of a rule file, or unwise; `lint \"file\"` does the same"),
     ("exercise", "[name]", "do an exercise of those that were read; without a name, lists them"),
     ("step", "process [with t = 1]", "run a process by hand, step by step; `step process` does the same"),
     ("quit", "", "leave; Ctrl-D does the same"),
@@ -77,6 +78,7 @@ pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
         }
         "save" => save(prompt, rest),
         "latex" => latex(prompt, rest),
+        "lint" => lint(prompt, rest),
         "exercise" => {
             prompt.exercise(rest);
             String::new()
@@ -135,6 +137,20 @@ fn chain(chain: &Chain, laws: &Laws, colour: bool) -> String {
         text.push_str("… and so on\n");
     }
     text
+}
+
+/// What is found in the laws of a file.
+pub(super) fn lint(prompt: &Prompt, path: &str) -> String {
+    let path = path.trim_matches('"');
+    if path.is_empty() {
+        return "write `:lint file`\n".to_string();
+    }
+    match read_file(Path::new(path)) {
+        Ok(source) => match crate::lint::report(&source, prompt.session().surroundings(), prompt.colour()) {
+            Ok((_, text)) | Err(text) => text,
+        },
+        Err(trouble) => trouble.1.render(&trouble.0, prompt.colour()) + "\n",
+    }
 }
 
 /// A proof in LaTeX: here, or as a document into a file.

@@ -99,6 +99,9 @@ impl Prompt {
                 self.attempt = None;
             }
             self.print(&answer.text);
+        } else if let Some(path) = text.strip_prefix("lint ") {
+            let text = command::lint(self, path.trim());
+            self.print(&text);
         } else if let Some(subject) = text.strip_prefix("step ") {
             self.walk(subject);
         } else if let Some(command) = text.strip_prefix(':') {
