@@ -33,7 +33,7 @@ pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool)
         let message = format!("the law `{}` says the same as `{}`", law.name, other.name);
         return Err(Box::new(refuse("P0904", message).help("leave it out; the other is in force already")));
     }
-    if law.oriented && goes_on(laws, law, interrupted) {
+    if law.oriented && endless_term(laws, law, interrupted).is_some() {
         let message = format!("with the law `{}` simplification does not end", law.name);
         let advice = "write `=` in place of `=>`: then it is used in proofs, but not to simplify";
         return Err(Box::new(refuse("P0903", message).help(advice)));
@@ -76,12 +76,12 @@ fn with(laws: &Laws, law: &Law) -> Laws {
     laws
 }
 
-/// Whether simplification goes on with the law where it ends without it.
-fn goes_on(laws: &Laws, law: &Law, interrupted: &dyn Fn() -> bool) -> bool {
+/// A term whose simplification goes on with the law, where it ends without it.
+pub fn endless_term(laws: &Laws, law: &Law, interrupted: &dyn Fn() -> bool) -> Option<Term> {
     let mut terms = vec![&law.left, &law.right];
     terms.extend(law.examples.iter().flat_map(|(left, right)| [left, right]));
     let theory = Theory { laws: with(laws, law), ..Theory::default() };
-    terms.into_iter().any(|term| endless(&theory, law, term, interrupted))
+    terms.into_iter().find(|term| endless(&theory, law, term, interrupted)).cloned()
 }
 
 /// In stages, so that a law that doubles its term is caught while the term is small.

@@ -57,6 +57,8 @@ pub enum ItemKind {
     Import(String),
     /// `law name "title" …`
     Law(Box<LawItem>),
+    /// `exercise name "title" …`
+    Exercise(Box<ExerciseItem>),
 }
 
 /// One entry of `param`.
@@ -167,6 +169,36 @@ pub struct LawItem {
     pub right: Term,
     /// `try P = Q` lines.
     pub examples: Vec<(Term, Term)>,
+}
+
+/// An exercise: a claim to be shown step by step.
+#[derive(Clone, Debug)]
+pub struct ExerciseItem {
+    /// Its name.
+    pub name: Ident,
+    /// Its title.
+    pub title: String,
+    /// What is to be shown.
+    pub claim: Claim,
+    /// The laws that may be used; all when none is named.
+    pub laws: Vec<Ident>,
+    /// The steps from the left side of the claim, with their gaps.
+    pub steps: Vec<GapStep>,
+    /// Hints, to be given one at a time.
+    pub hints: Vec<String>,
+}
+
+/// `= {law} R`, of which parts are to be filled in.
+#[derive(Clone, Debug)]
+pub struct GapStep {
+    /// The whole step.
+    pub span: Span,
+    /// `=` or `<=`.
+    pub connective: Connective,
+    /// The laws; none when they are to be found.
+    pub laws: Option<Vec<Ident>>,
+    /// What is reached; none when it is to be found.
+    pub term: Option<Term>,
 }
 
 /// A condition of a law or a hypothesis of a claim.

@@ -1,5 +1,9 @@
 //! The command line.
 
+mod exercise;
+mod lint;
+mod step;
+
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -41,6 +45,9 @@ enum Command {
         /// Write a proof file for each proved claim into this folder.
         #[arg(long, value_name = "DIR")]
         proofs: Option<PathBuf>,
+        /// Write a LaTeX document with its derivation for each proved claim into this folder.
+        #[arg(long, value_name = "DIR")]
+        latex: Option<PathBuf>,
     },
     /// Check proof files with the kernel alone. Exit code 3 when one is rejected.
     Check {
@@ -54,6 +61,35 @@ enum Command {
         #[arg(long)]
         check: bool,
         /// The files.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+    },
+    /// Step a process by hand. Exit code: 0 every step was possible, 1 one was not, 2 usage, 3 bad input.
+    ///
+    /// On a terminal it asks for one step after the other; otherwise it takes them from standard input, a line each.
+    Step {
+        /// The file that declares the process.
+        #[arg(required_unless_present = "replay")]
+        file: Option<PathBuf>,
+        /// The process: a system, or any process in quotes; left out, the only one.
+        name: Option<String>,
+        /// Values for parameters: `t = 1, a = 3`.
+        #[arg(long, value_name = "VALUES")]
+        with: Option<String>,
+        /// Take the steps of a saved trace again.
+        #[arg(long, value_name = "TRACE", conflicts_with_all = ["file", "name", "with"])]
+        replay: Option<PathBuf>,
+    },
+    /// Do exercises: a step at a time, each judged. Exit code: 0 all solved, 1 not all, 2 usage, 3 bad input.
+    Exercise {
+        /// The file that holds them.
+        file: PathBuf,
+        /// The name of one; left out, all of them in order.
+        name: Option<String>,
+    },
+    /// Look for what is wrong with the laws of rule files, or unwise. Exit code: 0 nothing found, 1 something, 3 bad input.
+    Lint {
+        /// The rule files.
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
@@ -95,11 +131,17 @@ pub fn run() -> u8 {
     match line.command {
         None if std::io::stdin().is_terminal() => repl::run(watch, colour),
         None => Script::new(&Options { colour, ..Options::default() }, watch).input(),
-        Some(Command::Run { files, json, proofs }) => {
-            Script::new(&Options { json, colour, proofs }, watch).files(&files)
+        Some(Command::Run { files, json, proofs, latex }) => {
+            Script::new(&Options { json, colour, proofs, latex }, watch).files(&files)
         }
         Some(Command::Check { proofs }) => check(&proofs),
         Some(Command::Fmt { check, files }) => lay_out(&files, check, colour),
+        Some(Command::Lint { files }) => lint::files(&files, watch, colour),
+        Some(Command::Exercise { file, name }) => exercise::exercise(&file, name.as_deref(), watch, colour),
+        Some(Command::Step { replay: Some(trace), .. }) => step::replay(&trace, watch, colour),
+        Some(Command::Step { file, name, with, .. }) => {
+            step::step(file.as_deref(), name.as_deref(), with.as_deref(), watch, colour)
+        }
         Some(Command::Explain { code }) => explain(code.as_deref()),
     }
 }

@@ -33,6 +33,8 @@ pub enum Keyword {
     Import,
     /// `law`
     Law,
+    /// `exercise`
+    Exercise,
     /// `by`
     By,
     /// `when`
@@ -56,8 +58,9 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first fourteen begin an item.
-    pub const ALL: [(Keyword, &'static str); 24] = [
+    /// All of them with their spelling; the first fifteen begin an item.
+    pub const ALL: [(Keyword, &'static str); 25] = [
+        (Keyword::Exercise, "exercise"),
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
         (Keyword::Proc, "proc"),
@@ -96,7 +99,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(14).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(15).any(|(keyword, _)| *keyword == self)
     }
 }
 

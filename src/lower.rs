@@ -8,6 +8,7 @@ mod claim;
 mod declare;
 mod define;
 mod direction;
+mod exercise;
 mod flow;
 mod graph;
 mod process;
@@ -169,6 +170,8 @@ pub enum Lowered {
     Import(String),
     /// `law …`: it is in force already
     Law(Law),
+    /// `exercise …`
+    Exercise(Exercise),
 }
 
 /// What is projected.
@@ -255,6 +258,40 @@ pub struct CalcStep {
     pub term: Term,
     /// Where it stands.
     pub span: Span,
+}
+
+/// `exercise name "title" prove P = Q …`
+#[derive(Clone, Debug)]
+pub struct Exercise {
+    /// Its name.
+    pub name: Name,
+    /// Its title.
+    pub title: String,
+    /// Where the calculation begins.
+    pub left: Term,
+    /// `=` or `<=`.
+    pub connective: Connective,
+    /// Where it must end.
+    pub right: Term,
+    /// The hypotheses.
+    pub when: Vec<Condition>,
+    /// The laws that may be used; all when none is named.
+    pub laws: Vec<Name>,
+    /// The steps, with their gaps.
+    pub steps: Vec<Gap>,
+    /// Hints, to be given one at a time.
+    pub hints: Vec<String>,
+}
+
+/// A step of an exercise; what is not given is to be found.
+#[derive(Clone, Debug)]
+pub struct Gap {
+    /// `=` or `<=`.
+    pub connective: Connective,
+    /// The laws to use.
+    pub laws: Option<Vec<Name>>,
+    /// What is reached.
+    pub term: Option<Term>,
 }
 
 impl Environment {

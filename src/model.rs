@@ -5,6 +5,7 @@
 //! running, and what is left is a [`State`]. The results bound so far stand as `Set` in front of what still runs, so a
 //! state is itself a term. Nothing here can hang: unfolding that gets nowhere is [`Meaningless`], with the reason.
 
+mod account;
 mod draw;
 pub mod explore;
 mod replace;
@@ -24,6 +25,7 @@ use crate::name::Name;
 use crate::term::Term;
 use crate::value::Value;
 
+pub use account::Event;
 pub use settle::Scope;
 
 /// What a process bound when it stopped.
@@ -125,12 +127,13 @@ pub type Observation = (Name, Vec<Value>);
 pub struct Model<'a> {
     definitions: &'a Definitions,
     bound: RefCell<HashMap<Name, Rc<BTreeSet<Name>>>>,
+    account: account::Account,
 }
 
 impl<'a> Model<'a> {
     /// The meaning under these definitions.
     pub fn new(definitions: &'a Definitions) -> Model<'a> {
-        Model { definitions, bound: RefCell::default() }
+        Model { definitions, bound: RefCell::default(), account: RefCell::default() }
     }
 
     /// The definitions that calls refer to.

@@ -3,6 +3,7 @@
 //! Recovers at the next item, so that a file gets all its errors at once; nests at most [`DEEPEST`] deep.
 
 mod claim;
+mod exercise;
 mod item;
 mod term;
 mod value;
@@ -11,6 +12,8 @@ use crate::ast::{Condition, Ident, Item, Term, Value};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind, MOST_ERRORS, Token, lex};
 use crate::name::Name;
+
+pub use exercise::parse_step;
 
 /// Brackets and other nesting deeper than this are refused.
 pub const DEEPEST: usize = 200;

@@ -2,8 +2,9 @@
 
 mod layout;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::ops::Range;
 
 use crate::definition::Definition;
 use crate::law::{Condition, Connective, Law};
@@ -51,6 +52,52 @@ fn write_term(term: &Term, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         }
     }
     Ok(())
+}
+
+/// The text of a term, and where in it some runs of neighbouring parts stand. A run is given by the numbers of its first
+/// and last part, where the whole term is 0 and the parts of each term follow it in order. A run that is not written
+/// (the `Stop` of `try`) is left out.
+pub fn placed(term: &Term, runs: &[(usize, usize)]) -> (String, Vec<Range<usize>>) {
+    enum Next<'t> {
+        Piece(Piece<'t>, usize),
+        End(usize),
+    }
+    let (mut text, mut places) = (String::new(), Vec::new());
+    let mut starts: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut rest = vec![Next::Piece(Piece::Part(term, Place::Free), 0)];
+    while let Some(next) = rest.pop() {
+        match next {
+            Next::Piece(Piece::Text(piece), _) => text.push_str(&piece),
+            Next::End(number) => {
+                for (first, _) in runs.iter().filter(|(_, last)| *last == number) {
+                    if let Some(start) = starts.get(first) {
+                        places.push(*start..text.len());
+                    }
+                }
+            }
+            Next::Piece(Piece::Part(term, place), number) => {
+                starts.insert(number, text.len());
+                let bracketed = place > loosest(term);
+                text.push_str(if bracketed { "(" } else { "" });
+                rest.push(Next::End(number));
+                if bracketed {
+                    rest.push(Next::Piece(Piece::Text(")".to_string()), 0));
+                }
+                let mut inner = number + 1;
+                let mut numbered = Vec::new();
+                for piece in pieces(term) {
+                    let own = inner;
+                    if let Piece::Part(part, _) = &piece {
+                        inner = inner.saturating_add(part.size());
+                    }
+                    numbered.push(Next::Piece(piece, own));
+                }
+                rest.extend(numbered.into_iter().rev());
+            }
+        }
+    }
+    places.sort_by_key(|place| (place.start, place.end));
+    (text, places)
 }
 
 /// The tightest place where a process can stand without brackets.

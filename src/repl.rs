@@ -15,7 +15,8 @@ use rustyline::history::FileHistory;
 use rustyline::{CompletionType, Config, Editor};
 
 use crate::progress::Watch;
-use crate::script::{World, complain};
+use crate::script::{Printer, World, complain};
+use crate::walk::Walk;
 
 use helper::Assistant;
 pub use prompt::{Prompt, Reply};
@@ -64,9 +65,9 @@ pub fn run(watch: Rc<Watch>, colour: bool) -> u8 {
 fn turns(editor: &mut Editor<Assistant, FileHistory>, prompt: &mut Prompt, watch: &Watch) {
     loop {
         if let Some(helper) = editor.helper_mut() {
-            helper.learn(prompt.session());
+            helper.learn(prompt.session(), prompt.stepping());
         }
-        match editor.readline("pars> ") {
+        match editor.readline(prompt.sign()) {
             Ok(line) => {
                 let _ = editor.add_history_entry(line.as_str());
                 watch.reset();
@@ -82,6 +83,46 @@ fn turns(editor: &mut Editor<Assistant, FileHistory>, prompt: &mut Prompt, watch
             Err(error) => {
                 complain(&format!("the terminal cannot be read: {error}\n"));
                 return;
+            }
+        }
+    }
+}
+
+/// Steps a process until the user leaves it; gives the exit code.
+pub fn walk(mut walk: Walk, colour: bool) -> u8 {
+    let mut printer = Printer::default();
+    printer.print(&format!("{}`help` lists what can be typed, Ctrl-D leaves.\n", walk.opening()));
+    ask("step> ", colour, &mut |line| {
+        let answer = walk.answer(line);
+        printer.print(&answer.text);
+        answer.quit.then_some(0)
+    })
+    .unwrap_or(0)
+}
+
+/// Asks for one line after the other until `take` has a result; none when the user leaves before.
+pub fn ask<T>(prompt: &str, colour: bool, take: &mut dyn FnMut(&str) -> Option<T>) -> Option<T> {
+    let mut editor: Editor<Assistant, FileHistory> = match Editor::new() {
+        Ok(editor) => editor,
+        Err(error) => {
+            complain(&format!("the terminal cannot be used: {error}\n"));
+            return None;
+        }
+    };
+    editor.set_helper(Some(Assistant::for_steps(colour)));
+    loop {
+        match editor.readline(prompt) {
+            Ok(line) => {
+                let _ = editor.add_history_entry(line.as_str());
+                if let Some(result) = take(&line) {
+                    return Some(result);
+                }
+            }
+            Err(ReadlineError::Eof) => return None,
+            Err(ReadlineError::Interrupted | ReadlineError::Signal(_)) => {}
+            Err(error) => {
+                complain(&format!("the terminal cannot be read: {error}\n"));
+                return None;
             }
         }
     }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use crate::diagnostic::{Diagnostic, Source};
+use crate::latex;
 use crate::name::Name;
 use crate::progress::Watch;
 use crate::report::{Output, worse};
@@ -23,6 +24,8 @@ pub struct Options {
     pub colour: bool,
     /// Where to write one proof file for each proved claim.
     pub proofs: Option<PathBuf>,
+    /// Where to write one LaTeX document for each proved claim.
+    pub latex: Option<PathBuf>,
 }
 
 /// The world around a script: files on disk, and a watch.
@@ -163,11 +166,11 @@ impl<'o> Script<'o> {
 
     /// Runs each file in a session of its own; gives the exit code.
     pub fn files(mut self, paths: &[PathBuf]) -> u8 {
-        if let Some(folder) = &self.options.proofs
-            && let Err(error) = std::fs::create_dir_all(folder)
-        {
-            complain(&format!("the folder `{}` cannot be made: {error}\n", folder.display()));
-            return 2;
+        for folder in [&self.options.proofs, &self.options.latex].into_iter().flatten() {
+            if let Err(error) = std::fs::create_dir_all(folder) {
+                complain(&format!("the folder `{}` cannot be made: {error}\n", folder.display()));
+                return 2;
+            }
         }
         for path in paths {
             let read = if path.as_os_str() == "-" { read_input() } else { read_file(path) };
@@ -203,7 +206,7 @@ impl<'o> Script<'o> {
         let mut proved: Vec<Record> = Vec::new();
         session.run(&source, &mut |output, record| {
             self.show(output);
-            if self.options.proofs.is_some() {
+            if self.options.proofs.is_some() || self.options.latex.is_some() {
                 proved.extend(record.filter(|record| record.evidence.is_some()).cloned());
             }
         });
@@ -231,19 +234,36 @@ impl<'o> Script<'o> {
         }
     }
 
-    /// Writes the proof file of a claim: `<file>-<name or number>.json`, with one more number where that is taken.
+    /// Writes the files of a claim that was proved: its proof, and its derivation for print.
     fn save(&mut self, session: &Session, file: &str, record: &Record) {
-        let (Some(folder), Some(evidence)) = (&self.options.proofs, &record.evidence) else { return };
+        let Some(evidence) = &record.evidence else { return };
+        if let Some(folder) = self.options.proofs.clone() {
+            let path = self.free_path(&folder, file, record, "json");
+            self.write(&path, session.proof_file(evidence));
+        }
+        if let Some(folder) = self.options.latex.clone() {
+            let path = self.free_path(&folder, file, record, "tex");
+            let text = latex::document(&record.report.claim, &evidence.chain(), &evidence.theory.laws);
+            self.write(&path, Ok(text));
+        }
+    }
+
+    /// `<file>-<name or number>.json`, with one more number where that is taken.
+    fn free_path(&mut self, folder: &Path, file: &str, record: &Record, extension: &str) -> PathBuf {
         let stem = Path::new(file).file_stem().map_or("input".into(), |stem| stem.to_string_lossy().into_owned());
         let which = record.report.name.as_ref().map_or(record.report.number.to_string(), Name::to_string);
-        let mut path = folder.join(format!("{stem}-{which}.json"));
+        let mut path = folder.join(format!("{stem}-{which}.{extension}"));
         let mut again = 1;
         while !self.proofs.insert(path.clone()) {
             again += 1;
-            path = folder.join(format!("{stem}-{which}-{again}.json"));
+            path = folder.join(format!("{stem}-{which}-{again}.{extension}"));
         }
-        let written = session.proof_file(evidence).and_then(|text| {
-            std::fs::write(&path, text).map_err(|error| format!("`{}` cannot be written: {error}", path.display()))
+        path
+    }
+
+    fn write(&mut self, path: &Path, text: Result<String, String>) {
+        let written = text.and_then(|text| {
+            std::fs::write(path, text).map_err(|error| format!("`{}` cannot be written: {error}", path.display()))
         });
         if let Err(why) = written {
             complain(&format!("{why}\n"));

@@ -19,7 +19,7 @@ use crate::kernel::{Theory, Thm};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
 use crate::library::{self, Failure, Reader, segments};
-use crate::lower::Environment;
+use crate::lower::{Environment, Exercise};
 use crate::name::Name;
 use crate::parser::parse_input;
 use crate::proof::Proof;
@@ -27,6 +27,7 @@ use crate::proof_file;
 use crate::report::{Output, Report, Verdict};
 use crate::term::Term;
 
+pub use compare::run_lines;
 use reading::Run;
 
 /// What a session asks of the world around it.
@@ -88,6 +89,7 @@ struct State {
     /// For each declared name, the names in its declaration.
     uses: Arc<BTreeMap<Name, BTreeSet<Name>>>,
     it: Option<Term>,
+    exercises: Arc<Vec<(Exercise, Environment)>>,
 }
 
 /// Takes each answer, with the record of the claim if it is one.
@@ -125,6 +127,21 @@ impl Session {
     /// The claims made, in order.
     pub fn records(&self) -> &[Arc<Record>] {
         &self.state.records
+    }
+
+    /// Whether the user wants the current work to stop.
+    pub fn interrupted(&self) -> bool {
+        self.surroundings.interrupted()
+    }
+
+    /// The world around it.
+    pub fn surroundings(&self) -> &dyn Surroundings {
+        &*self.surroundings
+    }
+
+    /// The exercises, in order, each with what was declared before it.
+    pub fn exercises(&self) -> &[(Exercise, Environment)] {
+        &self.state.exercises
     }
 
     /// The last process that was simplified or found.

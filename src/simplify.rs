@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::fact::Context;
 use crate::kernel::Theory;
-use crate::law::{Connective, Law};
+use crate::law::{Connective, Law, Laws};
 use crate::matching::first_match;
 use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
@@ -283,6 +283,15 @@ pub fn is_unit(law: &Law) -> bool {
         _ => false,
     };
     plain && shape && law.conditions.is_empty() && law.connective == Connective::Equal
+}
+
+/// These laws alone, besides those about units; all when none is named.
+pub fn alone(laws: &Laws, names: &[Name]) -> Laws {
+    let mut kept = Laws::default();
+    for law in laws.iter().filter(|law| names.is_empty() || names.contains(&law.name) || is_unit(law)) {
+        kept.push((**law).clone());
+    }
+    kept
 }
 
 /// The term without units.

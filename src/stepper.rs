@@ -1,22 +1,37 @@
 //! Running a closed term by hand: numbered moves, time as a move, undo and redo, and traces that replay.
 
-use std::fmt::Write as _;
+use std::fmt;
 
 use num_rational::BigRational;
 use num_traits::Zero;
 
 use crate::definition::Definitions;
-use crate::model::{Meaningless, Model, Move, Patience, State};
+use crate::lower::Environment;
+use crate::model::{Action, Event, Meaningless, Model, Move, Patience, State};
+use crate::parser::parse_value;
 use crate::term::Term;
-use crate::value::Value;
+use crate::value::{Sort, Value};
 
 /// One step that was taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// The move of this number, with the value that was read or drawn where it needs one.
+    /// The move at this place of the list, from 0, with the value that was read or drawn where it needs one.
     Take(usize, Option<Value>),
     /// This much time.
     Wait(BigRational),
+}
+
+/// A step that was taken, with what came of it.
+#[derive(Clone, Debug)]
+pub struct Taken {
+    /// The step.
+    pub choice: Choice,
+    /// What it did, in words: `read 5 from c`.
+    pub did: String,
+    /// The state before it.
+    pub before: State,
+    /// What was decided on the way to the state after it.
+    pub events: Vec<Event>,
 }
 
 /// A run in progress.
@@ -24,9 +39,28 @@ pub enum Choice {
 pub struct Stepper {
     definitions: Definitions,
     initial: State,
+    first: Vec<Event>,
     state: State,
-    history: Vec<(Choice, State)>,
+    history: Vec<Taken>,
     redo: Vec<Choice>,
+}
+
+/// Why a saved trace could not be taken to its end. The run stays before the line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LoadError {
+    /// This line, from 1, is no step.
+    Unreadable(usize, String),
+    /// The step of this line, from 1, is not possible, for this reason.
+    Impossible(usize, String),
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LoadError::Unreadable(line, text) => write!(f, "line {line}: `{text}` is no step"),
+            LoadError::Impossible(line, why) => write!(f, "line {line}: {why}"),
+        }
+    }
 }
 
 impl Stepper {
@@ -35,14 +69,25 @@ impl Stepper {
     /// # Errors
     /// [`Meaningless`] where the term has no meaning.
     pub fn new(term: &Term, definitions: &Definitions) -> Result<Stepper, Meaningless> {
-        let state = Model::new(definitions).state(term)?;
-        let definitions = definitions.clone();
-        Ok(Stepper { definitions, initial: state.clone(), state, history: Vec::new(), redo: Vec::new() })
+        let model = Model::recording(definitions);
+        let state = model.state(term)?;
+        let (first, definitions) = (model.events(), definitions.clone());
+        Ok(Stepper { definitions, initial: state.clone(), first, state, history: Vec::new(), redo: Vec::new() })
     }
 
     /// Where the run is.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// What the run's calls refer to.
+    pub fn definitions(&self) -> &Definitions {
+        &self.definitions
+    }
+
+    /// What was decided on the way to the start.
+    pub fn first_events(&self) -> &[Event] {
+        &self.first
     }
 
     /// The moves from here; the first is number 0.
@@ -51,6 +96,22 @@ impl Stepper {
     /// [`Meaningless`] where a draw has no meaning.
     pub fn moves(&self) -> Result<Vec<Move>, Meaningless> {
         self.state.moves()
+    }
+
+    /// The state after a move that needs no value.
+    ///
+    /// # Errors
+    /// [`Meaningless`] where what follows has no meaning.
+    pub fn after(&self, step: &Move) -> Result<State, Meaningless> {
+        Model::new(&self.definitions).state(&step.next)
+    }
+
+    /// The state after this much time; none if that much cannot pass.
+    ///
+    /// # Errors
+    /// [`Meaningless`] where what follows has no meaning.
+    pub fn after_time(&self, time: &BigRational) -> Result<Option<State>, Meaningless> {
+        Model::new(&self.definitions).wait_state(&self.state, time)
     }
 
     /// How long time may pass from here before something changes by itself.
@@ -62,8 +123,17 @@ impl Stepper {
     }
 
     /// The steps taken so far.
-    pub fn trace(&self) -> impl Iterator<Item = &Choice> {
-        self.history.iter().map(|(choice, _)| choice)
+    pub fn trace(&self) -> &[Taken] {
+        &self.history
+    }
+
+    /// The time that has passed since the start.
+    pub fn time(&self) -> BigRational {
+        let passed = self.history.iter().map(|taken| match &taken.choice {
+            Choice::Wait(time) => time.clone(),
+            Choice::Take(..) => BigRational::zero(),
+        });
+        passed.sum()
     }
 
     /// Takes a step, and forgets what was undone.
@@ -77,37 +147,42 @@ impl Stepper {
     }
 
     fn advance(&mut self, choice: Choice) -> Result<(), Meaningless> {
-        let model = Model::new(&self.definitions);
-        let next = match &choice {
+        let model = Model::recording(&self.definitions);
+        let (next, did) = match &choice {
             Choice::Take(number, value) => {
                 let moves = self.state.moves()?;
                 let Some(step) = moves.get(*number) else {
-                    return Meaningless::because(format!("there is no move {number}, there are {}", moves.len()));
+                    return Meaningless::because(format!("there is no move {}, there are {}", number + 1, moves.len()));
                 };
-                match value {
-                    Some(value) if step.needs_value() => model.state(&step.with(value))?,
-                    None if step.needs_value() => return Meaningless::because("this move needs a value"),
-                    _ => model.state(&step.next)?,
-                }
+                let next = match value {
+                    Some(value) if step.needs_value() => step.with(plain(value)?),
+                    None if step.needs_value() => {
+                        return Meaningless::because(format!("move {} needs a value", number + 1));
+                    }
+                    Some(_) => return Meaningless::because(format!("move {} takes no value", number + 1)),
+                    None => step.next.clone(),
+                };
+                (model.state(&next)?, did(&step.action, value.as_ref()))
             }
             Choice::Wait(time) if *time <= BigRational::zero() => {
                 return Meaningless::because("time passes forwards only");
             }
             Choice::Wait(time) => match model.wait_state(&self.state, time)? {
-                Some(state) => state,
+                Some(state) => (state, format!("wait {time}")),
                 None => return Meaningless::because(format!("time {time} cannot pass here")),
             },
         };
-        self.history.push((choice, std::mem::replace(&mut self.state, next)));
+        let before = std::mem::replace(&mut self.state, next);
+        self.history.push(Taken { choice, did, before, events: model.events() });
         Ok(())
     }
 
     /// Takes back the last step; false at the start.
     pub fn undo(&mut self) -> bool {
         match self.history.pop() {
-            Some((choice, before)) => {
-                self.redo.push(choice);
-                self.state = before;
+            Some(taken) => {
+                self.redo.push(taken.choice);
+                self.state = taken.before;
                 true
             }
             None => false,
@@ -131,52 +206,94 @@ impl Stepper {
         self.state = self.initial.clone();
     }
 
-    /// The trace as text, a step a line: `take 0`, `take 1 = 5/2`, `wait 1/2`.
+    /// The steps as text, one a line, the first move being 1: `1: write 0 to c`, `2 = 5/2: read 5/2 from c`, `wait 1/2`.
     pub fn save(&self) -> String {
-        let mut text = String::new();
-        for choice in self.trace() {
-            let _ = match choice {
-                Choice::Take(number, None) => writeln!(text, "take {number}"),
-                Choice::Take(number, Some(value)) => writeln!(text, "take {number} = {value}"),
-                Choice::Wait(time) => writeln!(text, "wait {time}"),
-            };
-        }
-        text
+        let line = |taken: &Taken| match &taken.choice {
+            Choice::Take(number, None) => format!("{} : {}\n", number + 1, taken.did),
+            Choice::Take(number, Some(value)) => format!("{} = {value} : {}\n", number + 1, taken.did),
+            Choice::Wait(time) => format!("wait {time}\n"),
+        };
+        self.history.iter().map(line).collect()
     }
 
-    /// Takes the steps of a saved trace from the start.
+    /// Takes the steps of a saved text from the start. Where a line says what the step does, it must do that.
     ///
     /// # Errors
-    /// [`Meaningless`], with the line, where a step is not readable or not possible; the run stays before it.
-    pub fn load(&mut self, text: &str) -> Result<(), Meaningless> {
+    /// Where a step is not readable or not possible; the run stays before it.
+    pub fn load(&mut self, text: &str) -> Result<(), LoadError> {
         self.reset();
         self.redo.clear();
-        for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-            let place = |why: String| Meaningless { why: format!("line {}: {why}", number + 1) };
-            let choice = read(line).ok_or_else(|| place(format!("`{line}` is no step")))?;
-            self.step(choice).map_err(|error| place(error.why))?;
+        for (number, line) in text.lines().enumerate() {
+            let number = number + 1;
+            let line = line.trim();
+            if line.is_empty() || line.starts_with("//") {
+                continue;
+            }
+            let Some((choice, said)) = read(line) else {
+                return Err(LoadError::Unreadable(number, line.chars().take(80).collect()));
+            };
+            self.step(choice).map_err(|error| LoadError::Impossible(number, error.why))?;
+            let done = self.history.last().map(|taken| taken.did.clone()).unwrap_or_default();
+            if let Some(said) = said
+                && said != done
+            {
+                self.undo();
+                self.redo.clear();
+                return Err(LoadError::Impossible(number, format!("the trace says `{said}`, but this is `{done}`")));
+            }
         }
         Ok(())
     }
 }
 
-/// One line of a saved trace; values are rational numbers.
-fn read(line: &str) -> Option<Choice> {
-    let line = line.trim();
-    if let Some(time) = line.strip_prefix("wait ") {
-        return Some(Choice::Wait(number(time)?));
+/// A value that can be read or drawn: without names, and no distribution.
+fn plain(value: &Value) -> Result<&Value, Meaningless> {
+    if value.variables().is_empty() && value.sort() != Sort::Distribution {
+        return Ok(value);
     }
-    let rest = line.strip_prefix("take ")?;
-    match rest.split_once('=') {
-        Some((place, value)) => {
-            let value = Value::rational(number(value)?);
-            Some(Choice::Take(place.trim().parse().ok()?, Some(value)))
+    Meaningless::because(format!("`{value}` is not a number or a vector of numbers"))
+}
+
+/// What a step does, in words.
+pub fn did(action: &Action, value: Option<&Value>) -> String {
+    let list = |values: &[Value]| values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    match (action, value) {
+        (Action::In(port), Some(value)) => format!("read {value} from {port}"),
+        (Action::In(port), None) => format!("read from {port}"),
+        (Action::Out(port, value), _) => format!("write {value} to {port}"),
+        (Action::Tau(port, value), _) => format!("pass {value} over {port}"),
+        (Action::Draw(from, Some((values, chance))), _) => {
+            format!("draw {} from {} (chance {chance})", list(values), list(from))
         }
-        None => Some(Choice::Take(rest.trim().parse().ok()?, None)),
+        (Action::Draw(from, None), Some(value)) => format!("draw {value} from {}", list(from)),
+        (Action::Draw(from, None), None) => format!("draw from {}", list(from)),
     }
 }
 
-/// A rational number, if its denominator is not zero.
-fn number(text: &str) -> Option<BigRational> {
-    text.trim().parse().ok()
+/// One line of a saved trace: the step, and what it is said to do.
+fn read(line: &str) -> Option<(Choice, Option<String>)> {
+    if let Some(time) = line.strip_prefix("wait ") {
+        return Some((Choice::Wait(rational(time)?), None));
+    }
+    let (choice, said) = match line.split_once(" : ") {
+        Some((choice, said)) => (choice, Some(said.trim().to_string())),
+        None => (line, None),
+    };
+    let (number, value) = match choice.split_once('=') {
+        Some((number, value)) => (number, Some(value_of(value)?)),
+        None => (choice, None),
+    };
+    let number: usize = number.trim().parse().ok()?;
+    Some((Choice::Take(number.checked_sub(1)?, value), said))
+}
+
+/// A rational number as it is written in the language; none if it is no such number.
+pub fn rational(text: &str) -> Option<BigRational> {
+    value_of(text)?.as_rational()
+}
+
+/// A value without names as it is written in the language.
+pub fn value_of(text: &str) -> Option<Value> {
+    let value = Environment::new().value(&parse_value(text.trim()).ok()?).ok()?;
+    value.variables().is_empty().then_some(value)
 }

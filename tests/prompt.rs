@@ -49,7 +49,7 @@ fn why_shows_each_line_with_its_law() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "    Stop ; Delay_1 ; Stop");
     assert!(lines[1].starts_with("= {seq-"), "{text}");
-    assert_eq!(lines.last().copied(), Some("    Delay_1"));
+    assert_eq!(lines.last().copied(), Some("    ⟦Delay_1⟧"));
     assert_eq!(answer(&mut prompt, &["prove Stop = Stop", ":why one"]), text);
     assert_eq!(answer(&mut prompt, &[":why 1"]), text);
     assert!(answer(&mut prompt, &["prove Stop = Abort", ":why"]).contains("no proof"));
@@ -150,4 +150,65 @@ fn a_search_that_is_stopped_says_so() {
     world.stop.set(true);
     let text = prompt.answer("prove loop(?P) | ?Q = loop(?P) | ?Q | loop(?P) when silent(?P), lasts(?P, 1)").text;
     assert!(text.starts_with("interrupted, could not prove"), "{text}");
+}
+
+#[test]
+fn a_process_is_stepped_at_the_prompt() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.trace").display().to_string();
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &["step Nowhere"]).contains("there is no process"));
+    assert!(!prompt.stepping());
+    let text =
+        answer(&mut prompt, &["param t > 0", "observer B(x)", "proc A_u = (Delay_t # B_u) ; A_{u+1}", "step A_3"]);
+    assert!(text.contains("t = 1 (chosen here") && text.contains("shows B_3") && prompt.stepping(), "{text}");
+    assert!(answer(&mut prompt, &["1", "wait 1/2"]).contains("step 2, time 3/2"));
+    assert!(answer(&mut prompt, &[&format!("save {path}")]).contains("2 steps"));
+    assert!(answer(&mut prompt, &["initial"]).contains("step 0"));
+    assert!(answer(&mut prompt, &[&format!("load {path}")]).contains("shows B_4"));
+    assert!(answer(&mut prompt, &["load no/such"]).contains("there is no file"));
+    assert!(!prompt.answer("quit").quit && !prompt.stepping(), "back at the prompt");
+    assert!(answer(&mut prompt, &["Delay_1"]).contains("= Delay_1"));
+    // What was saved at the prompt stands by itself.
+    let saved = std::fs::read_to_string(path).expect("a trace");
+    let trace = pars::walk::saved(&saved);
+    assert!(pars::parser::parse(&trace.head).diagnostics.is_empty(), "{saved}");
+    let head = Source::new("run.trace", trace.head.clone());
+    let environment = pars::walk::declarations(&head, |_, _| Err("none".to_string())).expect("declarations");
+    let start = trace.start.clone().expect("a start");
+    let mut walk = pars::walk::Walk::new(&environment, &start, pars::walk::Origin::Prompt, false).expect("a meaning");
+    walk.replay(&trace).expect("all steps");
+    assert!(walk.answer("moves").text.contains("shows B_4"));
+}
+
+#[test]
+fn a_proof_is_written_for_print() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("proof.tex").display().to_string();
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &[":latex"]).contains("there is no claim"));
+    let text = answer(&mut prompt, &["prove one: Stop ; Delay_1 = Delay_1", "prove Stop = Abort", ":latex one"]);
+    assert!(text.starts_with("\\begin{align*}\n  & \\mathsf{Stop}\\mathbin{;}"), "{text}");
+    assert!(text.contains("\\text{\\small seq-stop-left: "), "{text}");
+    assert!(answer(&mut prompt, &[":latex"]).contains("no proof to write"));
+    assert!(answer(&mut prompt, &[&format!(":latex {path} one")]).contains("written"));
+    let document = std::fs::read_to_string(path).expect("a document");
+    assert!(document.contains(&text) && document.starts_with("\\documentclass"), "{document}");
+    assert!(answer(&mut prompt, &[":latex no/such/folder/x.tex one"]).contains("cannot be written"));
+    assert!(answer(&mut prompt, &[":latex x.tex two"]).contains("there is no claim `two`"));
+}
+
+#[test]
+fn an_exercise_is_done_at_the_prompt() {
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &[":exercise"]).contains("there are no exercises here"));
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/exercises/sequence.pars");
+    let text = answer(&mut prompt, &[&format!(":load {}", folder.display()), ":exercise"]);
+    assert!(text.contains("sum ") && text.contains("After Abort nothing starts"), "{text}");
+    assert!(answer(&mut prompt, &[":exercise none"]).contains("there is no exercise `none`"));
+    assert!(answer(&mut prompt, &[":exercise dead"]).contains("show that"));
+    assert_eq!(prompt.sign(), "exercise> ");
+    assert!(answer(&mut prompt, &["seq-dead", "par-abort"]).contains("solved in 2 steps"));
+    assert_eq!(prompt.sign(), "pars> ");
+    assert!(answer(&mut prompt, &[":exercise dead", "quit", "Delay_1"]).contains("= Delay_1"));
 }

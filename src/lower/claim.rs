@@ -106,11 +106,11 @@ impl Lowerer<'_> {
         })
     }
 
-    fn wrong_end(&mut self, span: Span, text: &str) {
+    pub(super) fn wrong_end(&mut self, span: Span, text: &str) {
         self.report(Diagnostic::error("P0701", text).label(span, "here"));
     }
 
-    fn laws(&mut self, idents: &[Ident]) -> Option<Vec<Name>> {
+    pub(super) fn laws(&mut self, idents: &[Ident]) -> Option<Vec<Name>> {
         let environment = self.environment;
         let mut names = Vec::new();
         for ident in idents {
@@ -320,6 +320,7 @@ impl Environment {
             }
             ast::ItemKind::Import(path) => Some(Lowered::Import(path.clone())),
             ast::ItemKind::Law(law) => lowerer.law(law).map(Lowered::Law),
+            ast::ItemKind::Exercise(exercise) => lowerer.exercise(exercise, item.span, text).map(Lowered::Exercise),
             _ => None,
         };
         lowerer.finish(lowered)

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::{ToPrimitive, Zero};
 
-use super::{Meaningless, Model, Results, State};
+use super::{Event, Meaningless, Model, Results, State};
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -157,7 +157,9 @@ impl Model<'_> {
                 Ok(State::Running(term.map_values(&mut |value| scope.evaluate(value))?))
             }
             Node::Guard(relation, left, right) => {
-                let holds = compare(*relation, &scope.evaluate(left)?, &scope.evaluate(right)?)?;
+                let (left, right) = (scope.evaluate(left)?, scope.evaluate(right)?);
+                let holds = compare(*relation, &left, &right)?;
+                self.note(|| Event::Guard(*relation, left, right, holds));
                 Ok(if holds { State::Stopped(Results::new()) } else { State::Aborted })
             }
             Node::Set(value, name) => Ok(State::Stopped(Results::from([(name.clone(), scope.evaluate(value)?)]))),
@@ -165,7 +167,10 @@ impl Model<'_> {
             Node::Else(first, second) => match self.settle(first, scope, depth + 1)? {
                 State::Aborted => self.settle(second, scope, depth + 1),
                 State::Running(first) => Ok(State::Running(otherwise(first, second))),
-                stopped => Ok(stopped),
+                stopped => {
+                    self.note(|| Event::NotNeeded(second.clone()));
+                    Ok(stopped)
+                }
             },
             Node::Par(parts) => self.settle_parallel(parts, scope, depth),
             Node::Disable(parts) => self.settle_disabling(parts, scope, depth),
@@ -190,7 +195,10 @@ impl Model<'_> {
             let state = self.settle(part, &Scope::Inner(&results, scope), depth + 1)?;
             match state {
                 State::Stopped(more) => results.extend(more),
-                State::Aborted => return Ok(State::Aborted),
+                State::Aborted => {
+                    self.note(|| Event::Skipped { aborted: part.clone(), rest: parts[place + 1..].to_vec() });
+                    return Ok(State::Aborted);
+                }
                 State::Running(part) => return Ok(State::Running(carrying(results, part, &parts[place + 1..]))),
             }
         }
@@ -222,18 +230,25 @@ impl Model<'_> {
     fn settle_disabling(&self, parts: &[Term], scope: &Scope, depth: usize) -> Result<State, Meaningless> {
         let mut running = Vec::new();
         let mut stopped: Option<Results> = None;
-        let mut ended = false;
+        let mut ended = Vec::new();
         for part in parts {
             match self.settle(part, scope, depth + 1)? {
-                State::Stopped(results) => unite(stopped.get_or_insert_default(), results)?,
-                State::Aborted => ended = true,
+                State::Stopped(results) => {
+                    unite(stopped.get_or_insert_default(), results)?;
+                    ended.push((part.clone(), true));
+                }
+                State::Aborted => ended.push((part.clone(), false)),
                 State::Running(part) if *part.node() == Node::Idle => {}
                 State::Running(part) => running.push(part),
             }
         }
+        let any = !ended.is_empty();
+        if any && !running.is_empty() {
+            self.note(|| Event::Killed { ended, killed: running.clone() });
+        }
         Ok(match stopped {
             Some(results) => State::Stopped(results),
-            None if ended => State::Aborted,
+            None if any => State::Aborted,
             None => State::Running(Term::disable(running)),
         })
     }
@@ -286,7 +301,10 @@ impl Model<'_> {
     fn settle_loop(&self, term: &Term, body: &Term, scope: &Scope, depth: usize) -> Result<State, Meaningless> {
         match self.settle(body, scope, depth + 1)? {
             State::Stopped(_) => Meaningless::because("a loop goes round in no time"),
-            State::Aborted => Ok(State::Stopped(Results::new())),
+            State::Aborted => {
+                self.note(|| Event::Left(term.clone()));
+                Ok(State::Stopped(Results::new()))
+            }
             State::Running(round) => {
                 let round = carrying(Results::new(), round, std::slice::from_ref(term));
                 Ok(State::Running(otherwise(round, &Term::stop())))
@@ -307,7 +325,11 @@ impl Model<'_> {
         }
         let body = self.put_in(&definition.body, &known, 0)?;
         match self.settle(&body, scope, depth + 1)? {
-            State::Aborted if definition.recursive => Ok(State::Stopped(Results::new())),
+            State::Aborted if definition.recursive => {
+                let values = definition.parameters.iter().filter_map(|name| known.get(name).cloned()).collect();
+                self.note(|| Event::Left(Term::new(Node::Call(name.clone(), values))));
+                Ok(State::Stopped(Results::new()))
+            }
             State::Running(body) if definition.recursive => Ok(State::Running(otherwise(body, &Term::stop()))),
             state => Ok(state),
         }

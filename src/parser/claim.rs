@@ -58,7 +58,7 @@ impl Parser<'_> {
     }
 
     /// A name of words with dashes between; the next token is its first word.
-    fn dashed(&mut self) -> Ident {
+    pub(super) fn dashed(&mut self) -> Ident {
         let start = self.advance().span;
         let mut end = start;
         while self.at(Kind::Minus) && self.token().span.start == end.end {
@@ -74,14 +74,14 @@ impl Parser<'_> {
         Ident { name: Name::new(span.of(self.text)), span }
     }
 
-    fn law_name(&mut self) -> Parse<Ident> {
+    pub(super) fn law_name(&mut self) -> Parse<Ident> {
         if matches!(self.kind(), Kind::Lower | Kind::Word(_)) && !self.at_item() {
             return Ok(self.dashed());
         }
         self.unexpected("the name of a law, such as `delay-sum`")
     }
 
-    fn connective(&mut self, what: &str) -> Parse<Connective> {
+    pub(super) fn connective(&mut self, what: &str) -> Parse<Connective> {
         match self.kind() {
             Kind::Equal => {
                 self.advance();

@@ -6,14 +6,16 @@ use super::help;
 use super::prompt::Prompt;
 use crate::diagnostic::nearest;
 use crate::explain::{Chain, Why};
+use crate::latex;
 use crate::law::{Law, Laws};
 use crate::lower::{Entity, Quantity};
+use crate::mark::marked;
 use crate::name::Name;
 use crate::report::{Output, abbreviated};
 use crate::script::read_file;
 
 /// The commands with what may follow them and what they do.
-pub const COMMANDS: [(&str, &str, &str); 10] = [
+pub const COMMANDS: [(&str, &str, &str); 14] = [
     ("help", "[topic]", "what can be typed; more about one topic"),
     ("why", "[claim]", "the proof of the last claim, or of the one with this number or name, line by line"),
     ("laws", "[word]", "the laws in force, or those that mention a word"),
@@ -23,6 +25,10 @@ pub const COMMANDS: [(&str, &str, &str); 10] = [
     ("load", "file", "run a script here"),
     ("save", "file", "write the inputs so far as a script"),
     ("proof", "file [claim]", "write the proof of a claim to a file, which `pars check` checks"),
+    ("latex", "[file] [claim]", "a proof for print: an align* with the laws; into a file, a whole document"),
+    ("lint", "file", "what is wrong with the laws of a rule file, or unwise; `lint \"file\"` does the same"),
+    ("exercise", "[name]", "do an exercise of those that were read; without a name, lists them"),
+    ("step", "process [with t = 1]", "run a process by hand, step by step; `step process` does the same"),
     ("quit", "", "leave; Ctrl-D does the same"),
 ];
 
@@ -71,6 +77,16 @@ pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
             String::new()
         }
         "save" => save(prompt, rest),
+        "latex" => latex(prompt, rest),
+        "lint" => lint(prompt, rest),
+        "exercise" => {
+            prompt.exercise(rest);
+            String::new()
+        }
+        "step" => {
+            prompt.walk(rest);
+            String::new()
+        }
         _ => proof(prompt, rest),
     };
     prompt.print(&text);
@@ -91,7 +107,7 @@ fn why(prompt: &Prompt, which: &str) -> String {
         text.push_str(&format!("stale: this was settled with an earlier definition of {name}\n"));
     }
     match &record.evidence {
-        Some(evidence) => text.push_str(&chain(&evidence.chain(), &evidence.theory.laws)),
+        Some(evidence) => text.push_str(&chain(&evidence.chain(), &evidence.theory.laws, prompt.colour())),
         None => {
             text.push_str(&Output::Claim(Box::new(record.report.clone())).text(false));
             text.push_str("there is no proof to show\n");
@@ -100,9 +116,10 @@ fn why(prompt: &Prompt, which: &str) -> String {
     text
 }
 
-/// A proof as a calculation.
-fn chain(chain: &Chain, laws: &Laws) -> String {
+/// A proof as a calculation, in which only what changed is marked.
+fn chain(chain: &Chain, laws: &Laws, colour: bool) -> String {
     let mut text = format!("    {}\n", abbreviated(&chain.start.to_string()));
+    let mut before = &chain.start;
     for line in &chain.lines {
         let title = match &line.why {
             Why::Law(name) => laws.get(name).map(|law| format!(": {}", law.title)).unwrap_or_default(),
@@ -110,7 +127,8 @@ fn chain(chain: &Chain, laws: &Laws) -> String {
         };
         let direction = if line.backwards { ", from right to left" } else { "" };
         text.push_str(&format!("{} {{{}{direction}}}{title}\n", line.connective, line.why));
-        text.push_str(&format!("    {}\n", abbreviated(&line.term.to_string())));
+        text.push_str(&format!("    {}\n", marked(before, &line.term).shown(colour)));
+        before = &line.term;
     }
     if chain.lines.is_empty() {
         text.push_str("  both sides are the same process: `;`, `|` and `#` need no brackets, `|` and `#` no order\n");
@@ -119,6 +137,39 @@ fn chain(chain: &Chain, laws: &Laws) -> String {
         text.push_str("… and so on\n");
     }
     text
+}
+
+/// What is found in the laws of a file.
+pub(super) fn lint(prompt: &Prompt, path: &str) -> String {
+    let path = path.trim_matches('"');
+    if path.is_empty() {
+        return "write `:lint file`\n".to_string();
+    }
+    match read_file(Path::new(path)) {
+        Ok(source) => match crate::lint::report(&source, prompt.session().surroundings(), prompt.colour()) {
+            Ok((_, text)) | Err(text) => text,
+        },
+        Err(trouble) => trouble.1.render(&trouble.0, prompt.colour()) + "\n",
+    }
+}
+
+/// A proof in LaTeX: here, or as a document into a file.
+fn latex(prompt: &Prompt, rest: &str) -> String {
+    let (first, second) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+    let session = prompt.session();
+    // One word is the name of a claim, if there is such a claim.
+    let alone = second.is_empty() && (first.is_empty() || session.record(first).is_some());
+    let (path, which) = if alone { ("", first) } else { (first, second.trim()) };
+    let Some(record) = session.record(which) else { return format!("there is no claim `{which}`\n") };
+    let Some(evidence) = &record.evidence else { return "there is no proof to write\n".to_string() };
+    let (chain, laws) = (evidence.chain(), &evidence.theory.laws);
+    if path.is_empty() {
+        return latex::derivation(&chain, laws);
+    }
+    match std::fs::write(path, latex::document(&record.report.claim, &chain, laws)) {
+        Ok(()) => format!("written to `{path}`\n"),
+        Err(error) => format!("`{path}` cannot be written: {error}\n"),
+    }
 }
 
 fn laws(laws: &Laws, word: &str) -> String {

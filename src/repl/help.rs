@@ -3,7 +3,7 @@
 use super::command::COMMANDS;
 use crate::diagnostic::nearest;
 
-const TOPICS: [(&str, &str); 6] = [
+const TOPICS: [(&str, &str); 8] = [
     (
         "processes",
         "Stop  Abort  Idle            end well, end badly, wait for ever
@@ -49,6 +49,8 @@ flow Sys                     how a round changes the variables
 project P to {At}            what is seen of P
 prove Sys satisfies Goal\n",
     ),
+    ("stepping", crate::walk::HELP),
+    ("exercises", crate::exercise::HELP),
     (
         "laws",
         "`:laws` lists the laws, `:laws word` those that mention a word, `:law name` shows one.

@@ -102,16 +102,24 @@ pub(super) struct Assistant {
     laws: Vec<String>,
     claims: Vec<String>,
     files: FilenameCompleter,
+    /// Whether a line is a step of a run.
+    stepping: bool,
 }
 
 impl Assistant {
     pub(super) fn new(colour: bool) -> Assistant {
         let (names, laws, claims) = (Vec::new(), Vec::new(), Vec::new());
-        Assistant { colour, names, laws, claims, files: FilenameCompleter::new() }
+        Assistant { colour, names, laws, claims, files: FilenameCompleter::new(), stepping: false }
+    }
+
+    /// One for the steps of a run alone.
+    pub(super) fn for_steps(colour: bool) -> Assistant {
+        Assistant { stepping: true, ..Assistant::new(colour) }
     }
 
     /// Takes note of what is declared by now.
-    pub(super) fn learn(&mut self, session: &Session) {
+    pub(super) fn learn(&mut self, session: &Session, stepping: bool) {
+        self.stepping = stepping;
         let environment = session.environment();
         let list = |names: Vec<String>| match names.as_slice() {
             [] => String::new(),
@@ -214,7 +222,7 @@ impl Hinter for Assistant {
     type Hint = String;
 
     fn hint(&self, line: &str, position: usize, _context: &Context<'_>) -> Option<String> {
-        if position < line.len() || line.trim_start().starts_with(':') {
+        if self.stepping || position < line.len() || line.trim_start().starts_with(':') {
             return None;
         }
         let word = line.get(word_start(line)..)?;
@@ -229,7 +237,7 @@ impl Validator for Assistant {
         let text = context.input();
         // Two empty lines end an input that is not finished; then its error is shown.
         let command = text.trim_start().starts_with(':');
-        if command || text.ends_with("\n\n") || !parse_input(text).incomplete {
+        if self.stepping || command || text.ends_with("\n\n") || !parse_input(text).incomplete {
             return Ok(ValidationResult::Valid(None));
         }
         Ok(ValidationResult::Incomplete)
@@ -238,7 +246,7 @@ impl Validator for Assistant {
 
 impl Highlighter for Assistant {
     fn highlight<'l>(&self, line: &'l str, _position: usize) -> Cow<'l, str> {
-        if !self.colour || line.len() > 20_000 {
+        if self.stepping || !self.colour || line.len() > 20_000 {
             return Cow::Borrowed(line);
         }
         if line.trim_start().starts_with(':') {

@@ -4,9 +4,11 @@ use std::rc::Rc;
 
 use super::command;
 use crate::diagnostic::Severity;
+use crate::exercise::Attempt;
 use crate::report::{Output, PROMPT};
 use crate::script::Printer;
 use crate::session::{Session, Surroundings};
+use crate::walk::{Origin, Walk};
 
 /// What came of an input.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -25,6 +27,10 @@ pub struct Prompt {
     /// The inputs that changed the session, in step with its numbers.
     inputs: Vec<String>,
     shown: String,
+    /// The process that is stepped, while one is.
+    walk: Option<Walk>,
+    /// The exercise that is being done, while one is.
+    attempt: Option<Attempt>,
 }
 
 impl Prompt {
@@ -40,7 +46,15 @@ impl Prompt {
                 .collect();
             texts.concat()
         })?;
-        Ok(Prompt { session, colour, printer: Printer::default(), inputs: Vec::new(), shown: String::new() })
+        Ok(Prompt {
+            session,
+            colour,
+            printer: Printer::default(),
+            inputs: Vec::new(),
+            shown: String::new(),
+            walk: None,
+            attempt: None,
+        })
     }
 
     /// The same prompt, but what it answers is in the replies alone.
@@ -57,6 +71,10 @@ impl Prompt {
         &self.inputs
     }
 
+    pub(super) fn colour(&self) -> bool {
+        self.colour
+    }
+
     /// Prints a text.
     pub fn print(&mut self, text: &str) {
         self.shown.push_str(text);
@@ -68,7 +86,25 @@ impl Prompt {
         self.shown.clear();
         let text = line.trim();
         let mut quit = false;
-        if let Some(command) = text.strip_prefix(':') {
+        if let Some(walk) = &mut self.walk {
+            let answer = walk.answer(text);
+            if answer.quit {
+                self.walk = None;
+            }
+            self.print(&answer.text);
+        } else if let Some(attempt) = &mut self.attempt {
+            let session = &self.session;
+            let answer = attempt.answer(text, &|| session.interrupted());
+            if answer.quit || answer.solved {
+                self.attempt = None;
+            }
+            self.print(&answer.text);
+        } else if let Some(path) = text.strip_prefix("lint ") {
+            let text = command::lint(self, path.trim());
+            self.print(&text);
+        } else if let Some(subject) = text.strip_prefix("step ") {
+            self.walk(subject);
+        } else if let Some(command) = text.strip_prefix(':') {
             quit = command::run(self, command);
         } else if !text.is_empty() {
             self.run(line, |session, emit| session.input(PROMPT, line, emit));
@@ -96,6 +132,54 @@ impl Prompt {
                 self.session.undo();
             }
         }
+    }
+
+    /// Whether a process is being stepped, or an exercise done: then a line is a step.
+    pub fn stepping(&self) -> bool {
+        self.walk.is_some() || self.attempt.is_some()
+    }
+
+    /// What asks for the next line.
+    pub fn sign(&self) -> &'static str {
+        match (&self.walk, &self.attempt) {
+            (Some(_), _) => "step> ",
+            (None, Some(_)) => "exercise> ",
+            (None, None) => "pars> ",
+        }
+    }
+
+    /// Begins an exercise; lists them when none is named.
+    pub(super) fn exercise(&mut self, name: &str) {
+        let exercises = self.session.exercises();
+        let found = exercises.iter().rev().find(|(exercise, _)| exercise.name.as_str() == name);
+        let text = match found {
+            Some((exercise, environment)) => {
+                let attempt = Attempt::new(exercise, environment, self.colour);
+                let text = attempt.show() + "`help` lists what can be typed, `quit` leaves the exercise\n";
+                self.attempt = Some(attempt);
+                text
+            }
+            None if exercises.is_empty() => "there are no exercises here; `:load FILE` reads some\n".to_string(),
+            None => {
+                let known = exercises.iter().map(|(one, _)| format!("{:<18} {}\n", one.name.as_str(), one.title));
+                let list: String = known.collect();
+                if name.is_empty() { list } else { format!("there is no exercise `{name}`:\n{list}") }
+            }
+        };
+        self.print(&text);
+    }
+
+    /// Begins to step a process.
+    pub(super) fn walk(&mut self, subject: &str) {
+        let text = match Walk::new(self.session.environment(), subject, Origin::Prompt, self.colour) {
+            Ok(walk) => {
+                let text = walk.opening();
+                self.walk = Some(walk);
+                text + "`help` lists what can be typed, `quit` leaves the run\n"
+            }
+            Err(why) => why,
+        };
+        self.print(&text);
     }
 
     /// Forgets the last input; false if there is none.

@@ -133,7 +133,7 @@ fn remains(gap: &Gap, refutation: Option<&Refutation>) -> Vec<String> {
 }
 
 /// The counterexample as a story.
-pub(super) fn run_lines(found: &Counterexample, connective: Connective) -> Vec<String> {
+pub fn run_lines(found: &Counterexample, connective: Connective) -> Vec<String> {
     let mut lines = Vec::new();
     let mut chosen = instance(&found.processes, &found.values);
     chosen.extend(found.names.iter().map(|(name, image)| format!("{name} = {image}")));

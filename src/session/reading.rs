@@ -9,9 +9,10 @@ use crate::ast::Item;
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
-use crate::lower::{Claim, Environment, Expectation, Lowered, Subject};
+use crate::lower::{By, Claim, ClaimKind, Environment, Exercise, Expectation, Lowered, Subject};
 use crate::name::Name;
 use crate::report::{Expected, Output};
+use crate::simplify::alone;
 
 /// A question.
 pub(super) enum Question {
@@ -76,12 +77,14 @@ impl<'r, 'e> Run<'r, 'e> {
             return;
         }
         self.finish();
+        let allowed = if let Lowered::Exercise(exercise) = &lowered { Some(exercise.laws.clone()) } else { None };
         let question = match lowered {
             Lowered::Claim(claim) => Question::Claim(claim),
             Lowered::Simplify(term) => Question::Simplify(term),
             Lowered::Period(name) => Question::Period(name),
             Lowered::Flow(name) => Question::Flow(name),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
+            Lowered::Exercise(exercise) => Question::Claim(self.exercise(environment, exercise, item.span)),
             Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
             Lowered::Law(law) => {
                 let interrupted = || self.surroundings.interrupted();
@@ -96,15 +99,36 @@ impl<'r, 'e> Run<'r, 'e> {
             }
             Lowered::Expect(_) | Lowered::Import(_) => return,
         };
-        let text = item.span.of(&source.text).trim().to_string();
+        let text = match &question {
+            Question::Claim(claim) => claim.text.trim().to_string(),
+            _ => item.span.of(&source.text).trim().to_string(),
+        };
         let line = self.line(source, item.span.start);
-        let environment = environment.clone();
+        let mut environment = environment.clone();
+        if let Some(laws) = allowed {
+            environment.laws = alone(&environment.laws, &laws);
+        }
         // The places of a calculation's steps are looked up in the whole text.
         let calculated = matches!(&question, Question::Claim(claim) if by_lines(claim));
         let shown = if calculated { source.clone() } else { Source::default() };
         let file = source.name.clone();
         let expected = Vec::new();
         self.waiting = Some(Waiting { question, environment, source: shown, file, line, text, expected });
+    }
+
+    /// Keeps an exercise; what it asks to show must be provable by the laws that it allows.
+    fn exercise(&mut self, environment: &Environment, exercise: Exercise, span: Span) -> Claim {
+        let kind = ClaimKind::Compare {
+            left: exercise.left.clone(),
+            right: exercise.right.clone(),
+            connective: exercise.connective,
+            when: exercise.when.clone(),
+            by: By::Search,
+        };
+        let text = format!("prove {}: {} {} {}", exercise.name, exercise.left, exercise.connective, exercise.right);
+        let claim = Claim { name: Some(exercise.name.clone()), span, text, kind };
+        Arc::make_mut(&mut self.state.exercises).push((exercise, environment.clone()));
+        claim
     }
 
     /// The line of a place; places come in order, so that a long text is read once.
@@ -204,7 +228,6 @@ impl<'r, 'e> Run<'r, 'e> {
 }
 
 fn by_lines(claim: &Claim) -> bool {
-    use crate::lower::{By, ClaimKind};
     matches!(&claim.kind, ClaimKind::Compare { by: By::Calc(_), .. })
 }
 
