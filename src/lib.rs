@@ -27,6 +27,8 @@ pub mod proof_file;
 // ── engine: every answer comes with its proof ──
 pub mod model;
 pub mod bisimulation;
+pub mod transition_system;
+pub mod equivalence;
 pub mod refute;
 pub mod stepper;
 pub mod replay;

@@ -1,0 +1,265 @@
+//! Equivalences and preorders of transition systems, each answer with its evidence.
+//!
+//! Strong bisimilarity is decided by partition refinement in O(m log n); weak bisimilarity, which compares endings
+//! exactly (`=c`), on the saturated branching quotient; branching bisimilarity by refinement in rounds; traces by sets
+//! of states; simulation and refinement by pairs. "No" carries a formula that holds of one side alone and a shortest
+//! run that tells the sides apart, both judged anew on the behaviours themselves; what does not stand is not shown.
+
+mod evidence;
+mod formula;
+mod judge;
+mod pairs;
+mod partition;
+mod process;
+mod rounds;
+mod run;
+mod trace;
+mod weak;
+
+use crate::transition_system::{Bounds, TransitionSystem};
+
+pub use evidence::Difference;
+pub use formula::{Formulas, Node, Place};
+pub use partition::strong_partition;
+pub use process::{ProcessAnswer, compare_processes, system_of};
+pub use run::{Evidence, RunStep};
+
+use evidence::{Found, Lost};
+use pairs::{Pairs, Rule};
+use rounds::{History, Kind};
+use run::Concrete;
+
+/// What two systems may be compared by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Relation {
+    /// Strong bisimilarity.
+    Strong,
+    /// Weak bisimilarity in which endings are compared exactly.
+    Weak,
+    /// Branching bisimilarity, likewise.
+    Branching,
+    /// The same traces; an internal step counts as a step.
+    Trace,
+    /// The same traces; internal steps do not count.
+    WeakTrace,
+    /// Whatever the left does, the right can do too: a preorder.
+    Simulation,
+    /// Each simulates the other.
+    SimulationEquivalence,
+    /// As strong bisimilarity, but the right may show fewer observers: a preorder.
+    Refinement,
+}
+
+impl Relation {
+    /// All of them with their names.
+    pub const ALL: [(Relation, &'static str); 8] = [
+        (Relation::Strong, "strong"),
+        (Relation::Weak, "weak"),
+        (Relation::Branching, "branching"),
+        (Relation::Trace, "trace"),
+        (Relation::WeakTrace, "weak-trace"),
+        (Relation::Simulation, "simulation"),
+        (Relation::SimulationEquivalence, "simulation-equivalence"),
+        (Relation::Refinement, "refinement"),
+    ];
+
+    /// The relation of this name.
+    pub fn of(name: &str) -> Option<Relation> {
+        Relation::ALL.iter().find(|(_, known)| *known == name).map(|(relation, _)| *relation)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Relation::ALL.iter().find(|(relation, _)| *relation == self).map_or("", |(_, name)| name)
+    }
+
+    /// Whether it compares traces alone.
+    pub fn is_trace(self) -> bool {
+        matches!(self, Relation::Trace | Relation::WeakTrace)
+    }
+
+    /// Whether internal steps do not count.
+    pub fn is_weak(self) -> bool {
+        matches!(self, Relation::Weak | Relation::Branching | Relation::WeakTrace)
+    }
+}
+
+/// An answer.
+#[derive(Clone, Debug)]
+pub enum Verdict {
+    /// The two are related.
+    Yes,
+    /// They are not, for this reason.
+    No(Box<Evidence>),
+    /// Not decided, for this reason.
+    Unknown(String),
+}
+
+/// Compares two systems from the states in which they begin.
+pub fn compare(
+    left: &TransitionSystem,
+    right: &TransitionSystem,
+    relation: Relation,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Verdict {
+    let verdict = decide(left, right, relation, bounds, stop);
+    let Verdict::No(evidence) = &verdict else { return verdict };
+    let here = |system: &TransitionSystem, state: u32| ((state as usize) < system.states()).then_some(state);
+    let (one, two) = (|state| here(left, state), |state| here(right, state));
+    match run::stands(evidence, [left, right], [&one, &two], relation) {
+        Ok(true) if left.cut.is_none() && right.cut.is_none() => verdict,
+        Ok(true) => Verdict::Unknown(cut(left, right)),
+        Ok(false) => Verdict::Unknown("a difference was found that did not stand up to being checked".into()),
+        Err(_) => Verdict::Unknown("a difference was found, but checking it takes too much".into()),
+    }
+}
+
+/// What is missing of systems that are not whole.
+fn cut(left: &TransitionSystem, right: &TransitionSystem) -> String {
+    left.cut.or(right.cut).map_or_else(String::new, |cut| cut.to_string())
+}
+
+/// Compares two systems; the evidence is not judged yet. Where a system is not whole, "yes" is unknown.
+fn decide(
+    left: &TransitionSystem,
+    right: &TransitionSystem,
+    relation: Relation,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Verdict {
+    if left.states().saturating_add(right.states()) >= u32::MAX as usize {
+        return Verdict::Unknown("the systems have too many states".into());
+    }
+    let (union, second) = left.union(right);
+    let pair = (union.initial(), second);
+    let first = left.states() as u32;
+    let task = Task { union: &union, pair, first, bounds, stop };
+    let verdict = match relation {
+        Relation::Strong => task.strong(),
+        Relation::Weak => task.weak(),
+        Relation::Branching => task.branching(),
+        Relation::Trace => task.traces(false),
+        Relation::WeakTrace => task.traces(true),
+        Relation::Simulation => task.pairs(Rule::Simulates, false),
+        Relation::Refinement => task.pairs(Rule::Refines, false),
+        Relation::SimulationEquivalence => match task.pairs(Rule::Simulates, false) {
+            Verdict::Yes => task.pairs(Rule::Simulates, true),
+            other => other,
+        },
+    };
+    match verdict {
+        Verdict::Yes if union.cut.is_some() => Verdict::Unknown(cut(left, right)),
+        verdict => verdict,
+    }
+}
+
+struct Task<'t> {
+    union: &'t TransitionSystem,
+    pair: (u32, u32),
+    first: u32,
+    bounds: &'t Bounds,
+    stop: &'t dyn Fn() -> bool,
+}
+
+const UNFOLLOWED: &str = "a difference was found, but no run that shows it";
+
+impl Task<'_> {
+    /// The answer from what was found between classes of states.
+    fn no(&self, found: Option<Found>, class: &[u32], weak: bool, alone: bool, turned: bool) -> Verdict {
+        let concrete = Concrete { union: self.union, right: self.pair.1, class, weak, alone, turned };
+        match found.and_then(|found| concrete.evidence(found, self.first)) {
+            Some(evidence) => Verdict::No(Box::new(evidence)),
+            None => Verdict::Unknown(UNFOLLOWED.into()),
+        }
+    }
+
+    fn classes(&self, class: &[u32]) -> (u32, u32) {
+        (class[self.pair.0 as usize], class[self.pair.1 as usize])
+    }
+
+    fn strong(&self) -> Verdict {
+        let class = strong_partition(self.union);
+        let (one, two) = self.classes(&class);
+        if one == two {
+            return Verdict::Yes;
+        }
+        let quotient = self.union.quotient(&class, false);
+        self.lost_bisimulation(&quotient, &class, (one, two), false)
+    }
+
+    /// Evidence for two classes of a quotient that are not bisimilar.
+    fn lost_bisimulation(
+        &self,
+        quotient: &TransitionSystem,
+        class: &[u32],
+        (one, two): (u32, u32),
+        weak: bool,
+    ) -> Verdict {
+        let ranks = History::of(quotient, Kind::Strong, Some((one, two)));
+        let lost = Lost { system: quotient, ranks: &ranks, both: true, weak, branching: None };
+        self.no(lost.evidence(one, two), class, weak, false, false)
+    }
+
+    fn weak(&self) -> Verdict {
+        let observed = weak::observed(self.union);
+        let (quotient, class) = weak::branching_quotient(&observed);
+        let (one, two) = self.classes(&class);
+        if one == two {
+            return Verdict::Yes;
+        }
+        let most = self.bounds.bytes / 40;
+        let Some(saturated) = weak::saturated(&quotient, most) else {
+            let most = self.bounds.bytes >> 20;
+            return Verdict::Unknown(format!("{most} MiB of memory are not enough for the weak steps"));
+        };
+        let parts = strong_partition(&saturated);
+        if parts[one as usize] == parts[two as usize] {
+            return Verdict::Yes;
+        }
+        self.lost_bisimulation(&saturated, &class, (one, two), true)
+    }
+
+    fn branching(&self) -> Verdict {
+        let observed = weak::observed(self.union);
+        let (acyclic, class) = weak::without_cycles(&observed);
+        let (one, two) = self.classes(&class);
+        let history = History::of(&acyclic, Kind::Branching, Some((one, two)));
+        if history.rank(one, two).is_none() {
+            return Verdict::Yes;
+        }
+        let lost = Lost { system: &acyclic, ranks: &history, both: true, weak: true, branching: Some(&history) };
+        self.no(lost.evidence(one, two), &class, true, false, false)
+    }
+
+    fn traces(&self, silent: bool) -> Verdict {
+        let observed;
+        let (system, class) = if silent {
+            observed = weak::observed(self.union);
+            weak::branching_quotient(&observed)
+        } else {
+            let class = strong_partition(self.union);
+            (self.union.quotient(&class, false), class)
+        };
+        match trace::traces(&system, self.classes(&class), silent, self.stop) {
+            trace::Traced::Same => Verdict::Yes,
+            trace::Traced::TooMany => Verdict::Unknown("there are too many sets of states to compare the traces".into()),
+            trace::Traced::Different(found) => self.no(Some(found), &class, silent, true, false),
+        }
+    }
+
+    fn pairs(&self, rule: Rule, turned: bool) -> Verdict {
+        let class = strong_partition(self.union);
+        let quotient = self.union.quotient(&class, false);
+        let (one, two) = self.classes(&class);
+        let (one, two) = if turned { (two, one) } else { (one, two) };
+        let Some(ranks) = Pairs::of(&quotient, rule, (one, two), self.stop) else {
+            return Verdict::Unknown(format!("more than {} pairs of states are to be compared", pairs::MOST_PAIRS));
+        };
+        if ranks.rank(one, two).is_none() {
+            return Verdict::Yes;
+        }
+        let lost = Lost { system: &quotient, ranks: &ranks, both: rule.both(), weak: false, branching: None };
+        self.no(lost.evidence(one, two), &class, false, false, turned)
+    }
+}
