@@ -5,6 +5,7 @@ use num_rational::BigRational;
 use crate::diagnostic::Span;
 use crate::law::{Connective, Fact};
 use crate::name::Name;
+use crate::preorder::Preorder;
 use crate::value::Relation;
 
 /// A name where it stands.
@@ -51,12 +52,27 @@ pub enum ItemKind {
     Flow(Ident),
     /// `project P to {At}`
     Project(Term, Vec<Ident>),
+    /// `lts P`
+    Lts(Term, Limits),
+    /// `minimise P`
+    Minimise(Term, Limits),
+    /// `compare P ~ Q weak`
+    Alike(Term, Term, Preorder, Limits),
     /// `expect …`
     Expect(Expect),
     /// `import "file"`
     Import(String),
     /// `law name "title" …`
     Law(Box<LawItem>),
+}
+
+/// `bound 1000 memory 64`: how much may be built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limits {
+    /// The most states.
+    pub states: Option<usize>,
+    /// The most memory, in MiB.
+    pub memory: Option<usize>,
 }
 
 /// One entry of `param`.
@@ -138,7 +154,7 @@ pub struct CalcStep {
 /// What a claim or a simplification is expected to give.
 #[derive(Clone, Debug)]
 pub enum Expect {
-    /// `expect proved`, `refuted`, `open`
+    /// `expect proved`, `refuted`, `open`, `yes`, `no`, `unknown`
     Verdict(Ident),
     /// `expect = P`
     Term(Term),

@@ -21,68 +21,15 @@ use crate::transition_system::{Bounds, TransitionSystem};
 pub use evidence::Difference;
 pub use formula::{Formulas, Node, Place};
 pub use partition::strong_partition;
-pub use process::{ProcessAnswer, compare_processes, system_of};
+pub use process::{ProcessAnswer, compare_processes, minimised_system, system_of};
 pub use run::{Evidence, RunStep};
+
+pub use crate::preorder::Preorder;
 
 use evidence::{Found, Lost};
 use pairs::{Pairs, Rule};
 use rounds::{History, Kind};
 use run::Concrete;
-
-/// What two systems may be compared by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Relation {
-    /// Strong bisimilarity.
-    Strong,
-    /// Weak bisimilarity in which endings are compared exactly.
-    Weak,
-    /// Branching bisimilarity, likewise.
-    Branching,
-    /// The same traces; an internal step counts as a step.
-    Trace,
-    /// The same traces; internal steps do not count.
-    WeakTrace,
-    /// Whatever the left does, the right can do too: a preorder.
-    Simulation,
-    /// Each simulates the other.
-    SimulationEquivalence,
-    /// As strong bisimilarity, but the right may show fewer observers: a preorder.
-    Refinement,
-}
-
-impl Relation {
-    /// All of them with their names.
-    pub const ALL: [(Relation, &'static str); 8] = [
-        (Relation::Strong, "strong"),
-        (Relation::Weak, "weak"),
-        (Relation::Branching, "branching"),
-        (Relation::Trace, "trace"),
-        (Relation::WeakTrace, "weak-trace"),
-        (Relation::Simulation, "simulation"),
-        (Relation::SimulationEquivalence, "simulation-equivalence"),
-        (Relation::Refinement, "refinement"),
-    ];
-
-    /// The relation of this name.
-    pub fn of(name: &str) -> Option<Relation> {
-        Relation::ALL.iter().find(|(_, known)| *known == name).map(|(relation, _)| *relation)
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Relation::ALL.iter().find(|(relation, _)| *relation == self).map_or("", |(_, name)| name)
-    }
-
-    /// Whether it compares traces alone.
-    pub fn is_trace(self) -> bool {
-        matches!(self, Relation::Trace | Relation::WeakTrace)
-    }
-
-    /// Whether internal steps do not count.
-    pub fn is_weak(self) -> bool {
-        matches!(self, Relation::Weak | Relation::Branching | Relation::WeakTrace)
-    }
-}
 
 /// An answer.
 #[derive(Clone, Debug)]
@@ -99,7 +46,7 @@ pub enum Verdict {
 pub fn compare(
     left: &TransitionSystem,
     right: &TransitionSystem,
-    relation: Relation,
+    relation: Preorder,
     bounds: &Bounds,
     stop: &dyn Fn() -> bool,
 ) -> Verdict {
@@ -124,7 +71,7 @@ fn cut(left: &TransitionSystem, right: &TransitionSystem) -> String {
 fn decide(
     left: &TransitionSystem,
     right: &TransitionSystem,
-    relation: Relation,
+    relation: Preorder,
     bounds: &Bounds,
     stop: &dyn Fn() -> bool,
 ) -> Verdict {
@@ -136,14 +83,14 @@ fn decide(
     let first = left.states() as u32;
     let task = Task { union: &union, pair, first, bounds, stop };
     let verdict = match relation {
-        Relation::Strong => task.strong(),
-        Relation::Weak => task.weak(),
-        Relation::Branching => task.branching(),
-        Relation::Trace => task.traces(false),
-        Relation::WeakTrace => task.traces(true),
-        Relation::Simulation => task.pairs(Rule::Simulates, false),
-        Relation::Refinement => task.pairs(Rule::Refines, false),
-        Relation::SimulationEquivalence => match task.pairs(Rule::Simulates, false) {
+        Preorder::Strong => task.strong(),
+        Preorder::Weak => task.weak(),
+        Preorder::Branching => task.branching(),
+        Preorder::Trace => task.traces(false),
+        Preorder::WeakTrace => task.traces(true),
+        Preorder::Simulation => task.pairs(Rule::Simulates, false),
+        Preorder::Refinement => task.pairs(Rule::Refines, false),
+        Preorder::SimulationEquivalence => match task.pairs(Rule::Simulates, false) {
             Verdict::Yes => task.pairs(Rule::Simulates, true),
             other => other,
         },

@@ -27,6 +27,12 @@ pub enum Keyword {
     Flow,
     /// `project`
     Project,
+    /// `lts`
+    Lts,
+    /// `minimise`
+    Minimise,
+    /// `compare`
+    Compare,
     /// `expect`
     Expect,
     /// `import`
@@ -56,8 +62,8 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first fourteen begin an item.
-    pub const ALL: [(Keyword, &'static str); 24] = [
+    /// All of them with their spelling; those up to `law` begin an item.
+    pub const ALL: [(Keyword, &'static str); 27] = [
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
         (Keyword::Proc, "proc"),
@@ -69,6 +75,9 @@ impl Keyword {
         (Keyword::Period, "period"),
         (Keyword::Flow, "flow"),
         (Keyword::Project, "project"),
+        (Keyword::Lts, "lts"),
+        (Keyword::Minimise, "minimise"),
+        (Keyword::Compare, "compare"),
         (Keyword::Expect, "expect"),
         (Keyword::Import, "import"),
         (Keyword::Law, "law"),
@@ -96,7 +105,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(14).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(17).any(|(keyword, _)| *keyword == self)
     }
 }
 
@@ -169,6 +178,8 @@ pub enum Kind {
     Star,
     /// `/`
     Slash,
+    /// `~`, between two processes that are compared
+    Tilde,
     /// A character that the language does not use; reported already.
     Unknown,
     /// The end of the text.
@@ -396,7 +407,7 @@ impl Lexer<'_> {
         self.push(kind, start);
         if kind == Kind::Unknown {
             let advice = match letter {
-                '≈' | '~' => "equality of processes is written `=`",
+                '≈' => "equality of processes is written `=`",
                 '→' | '⇒' => "a law that simplifies is written `=>`",
                 '!' => "\"not equal\" is written `!=`",
                 '&' | '∧' => "several conditions are separated by commas",
@@ -438,6 +449,7 @@ fn single(letter: char) -> Kind {
         '-' | '−' => Kind::Minus,
         '*' | '·' | '×' | '⋅' => Kind::Star,
         '/' => Kind::Slash,
+        '~' => Kind::Tilde,
         '↓' => Kind::Word(Keyword::To),
         _ => Kind::Unknown,
     }

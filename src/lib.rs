@@ -17,6 +17,7 @@ pub mod proof;
 pub mod kernel;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──
 pub mod diagnostic;
+pub mod preorder;
 pub mod lexer;
 pub mod ast;
 pub mod parser;

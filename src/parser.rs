@@ -4,6 +4,7 @@
 
 mod claim;
 mod item;
+mod system;
 mod term;
 mod value;
 

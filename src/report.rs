@@ -111,6 +111,10 @@ pub struct Answer {
     pub lines: Vec<String>,
     /// What was expected of it.
     pub expected: Vec<Expected>,
+    /// `yes`, `no` or `unknown`, where the question asks for that.
+    pub verdict: Option<&'static str>,
+    /// Why there is no answer.
+    pub diagnostics: Vec<(Source, Diagnostic)>,
 }
 
 impl Report {
@@ -140,7 +144,7 @@ impl Output {
     pub fn exit_code(&self) -> u8 {
         match self {
             Output::Claim(report) => report.exit_code(),
-            Output::Answer(answer) => u8::from(answer.expected.iter().any(|expected| !expected.met)),
+            Output::Answer(answer) => answer.exit_code(),
             Output::Trouble(_, diagnostics) => {
                 let wrong = diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
                 if wrong { 3 } else { 0 }
@@ -322,6 +326,18 @@ fn pairs(values: &[(Name, Value)]) -> Json {
 }
 
 impl Answer {
+    /// The exit code that it asks for: 3 without an answer, 1 for what was not expected, 4 for `unknown`.
+    pub fn exit_code(&self) -> u8 {
+        let met = self.expected.iter().all(|expected| expected.met);
+        match (self.diagnostics.is_empty(), self.verdict) {
+            (false, _) => 3,
+            (true, None | Some("yes")) => u8::from(!met),
+            (true, _) if met && !self.expected.is_empty() => 0,
+            (true, Some("unknown")) => 4,
+            (true, _) => 1,
+        }
+    }
+
     fn text(&self, paint: Paint) -> String {
         let mut out = String::new();
         let question = self.question.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -333,6 +349,9 @@ impl Answer {
         for expected in self.expected.iter().filter(|expected| !expected.met) {
             let _ = writeln!(out, "    {} {}", paint.good(false, "but expected"), expected.text);
         }
+        for (source, diagnostic) in &self.diagnostics {
+            let _ = writeln!(out, "{}", diagnostic.render(source, paint.0));
+        }
         out
     }
 
@@ -342,6 +361,15 @@ impl Answer {
         });
         if let (false, Some(map)) = (self.expected.is_empty(), object.as_object_mut()) {
             map.insert("expected".to_string(), json!(expected(&self.expected)));
+        }
+        if let Some(map) = object.as_object_mut() {
+            if let Some(verdict) = self.verdict {
+                map.insert("verdict".to_string(), json!(verdict));
+            }
+            if !self.diagnostics.is_empty() {
+                let all: Vec<Json> = self.diagnostics.iter().map(|(source, one)| one.to_json(source)).collect();
+                map.insert("diagnostics".to_string(), json!(all));
+            }
         }
         object
     }

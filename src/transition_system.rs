@@ -9,6 +9,7 @@ mod generate;
 mod inputs;
 mod shape;
 mod svg;
+mod tell;
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt;
@@ -19,6 +20,7 @@ pub use display::{dot, json, summary};
 pub use generate::{Behaviour, Clock, Generated, Process, Trouble, generate, generate_pair};
 pub use inputs::Inputs;
 pub use svg::{MOST_DRAWN, svg};
+pub use tell::{look, told};
 
 /// What one transition does.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

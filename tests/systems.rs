@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use pars::equivalence::{Relation, Verdict, compare, strong_partition};
+use pars::equivalence::{Preorder, Verdict, compare, strong_partition};
 use pars::transition_system::{Bounds, Builder, Label, Mark, TransitionSystem, aut};
 
 mod naive;
@@ -17,7 +17,7 @@ fn load(name: &str) -> TransitionSystem {
     aut::read(&text).unwrap_or_else(|wrong| panic!("{name}: {wrong:?}"))
 }
 
-fn verdict(left: &TransitionSystem, right: &TransitionSystem, relation: Relation) -> bool {
+fn verdict(left: &TransitionSystem, right: &TransitionSystem, relation: Preorder) -> bool {
     match compare(left, right, relation, &Bounds::default(), &|| false) {
         Verdict::Yes => true,
         Verdict::No(_) => false,
@@ -35,7 +35,7 @@ fn published_verdicts_are_reproduced() {
         let names: Vec<&str> = pair.split_whitespace().collect();
         let wanted: Vec<bool> = verdicts.split_whitespace().map(|word| word == "y").collect();
         let (left, right) = (load(names[0]), load(names[1]));
-        use Relation::{Branching, Simulation, SimulationEquivalence, Strong, Trace, Weak, WeakTrace};
+        use Preorder::{Branching, Simulation, SimulationEquivalence, Strong, Trace, Weak, WeakTrace};
         let forward = [Strong, Weak, Branching, Trace, WeakTrace, Simulation].map(|it| verdict(&left, &right, it));
         let back = verdict(&right, &left, Simulation);
         let found: Vec<bool> = forward.into_iter().chain([back]).collect();
@@ -52,13 +52,13 @@ fn published_verdicts_are_reproduced() {
 #[test]
 fn a_difference_is_shown_by_a_formula_and_a_shortest_run() {
     let (late, early) = (load("choice-late"), load("choice-early"));
-    let Verdict::No(evidence) = compare(&late, &early, Relation::Strong, &Bounds::default(), &|| false) else {
+    let Verdict::No(evidence) = compare(&late, &early, Preorder::Strong, &Bounds::default(), &|| false) else {
         panic!("they differ");
     };
     assert!(["[a] <b>", "[a] <c>"].contains(&evidence.formula().as_str()), "{}", evidence.formula());
     assert_eq!(evidence.run.len(), 1);
     let (left, right) = (load("tau-law-3-left"), load("tau-law-3-right"));
-    let Verdict::No(evidence) = compare(&left, &right, Relation::Branching, &Bounds::default(), &|| false) else {
+    let Verdict::No(evidence) = compare(&left, &right, Preorder::Branching, &Bounds::default(), &|| false) else {
         panic!("they differ");
     };
     assert!(evidence.formula().contains('<'), "{}", evidence.formula());
@@ -162,7 +162,7 @@ fn every_relation_agrees_with_its_definition_on_random_systems() {
     for round in 0..1_500 {
         let left = random(&mut dice);
         let right = if dice.roll(2) == 0 { variant(&left, &mut dice) } else { random(&mut dice) };
-        for (relation, name) in Relation::ALL {
+        for (relation, name) in Preorder::ALL {
             let found = verdict(&left, &right, relation);
             let wanted = naive::related(&left, &right, relation);
             let texts = (aut::write(&left), aut::write(&right));
@@ -171,7 +171,7 @@ fn every_relation_agrees_with_its_definition_on_random_systems() {
         }
     }
     println!("{counts:?}");
-    assert!(counts.len() == 2 * Relation::ALL.len() && counts.values().all(|count| *count > 50), "{counts:?}");
+    assert!(counts.len() == 2 * Preorder::ALL.len() && counts.values().all(|count| *count > 50), "{counts:?}");
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn the_partition_is_the_coarsest_stable_one() {
             }
         }
         let small = system.quotient(&partition, false);
-        assert!(verdict(&system, &small, Relation::Strong), "seed {seed}, round {round}");
+        assert!(verdict(&system, &small, Preorder::Strong), "seed {seed}, round {round}");
         assert_eq!(strong_partition(&small).iter().max().map_or(0, |most| *most as usize + 1), small.states());
     }
 }

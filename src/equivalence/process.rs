@@ -1,7 +1,7 @@
 //! Closed processes compared by the systems that they are.
 
 use super::run::stands;
-use super::{Relation, Verdict, decide};
+use super::{Preorder, Verdict, decide, strong_partition};
 use crate::definition::Definitions;
 use crate::model::State;
 use crate::term::Term;
@@ -37,6 +37,24 @@ pub fn system_of(
     generate(&Process::new(term.clone(), definitions, Clock::Events, inputs), bounds, stop)
 }
 
+/// The smallest system that is strongly bisimilar to a closed process, with its time put together, and the number of
+/// states of the process in ticks.
+///
+/// # Errors
+/// [`Trouble`] where a state that is reached has no meaning, or draws at random.
+pub fn minimised_system(
+    term: &Term,
+    definitions: &Definitions,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Result<(TransitionSystem, usize), Trouble> {
+    let inputs = Inputs::of(&[term], definitions, OTHERS[0]);
+    let stopped = Term::stop();
+    let (_, [found, _]) = generate_pair([term, &stopped], definitions, &inputs, bounds, stop)?;
+    let small = found.system.quotient(&strong_partition(&found.system), false);
+    Ok((small.with_time_together(), found.system.states()))
+}
+
 /// Compares two closed processes: both in the same ticks, and what they read from outside is one of a few values. Where
 /// these do not stand for all, "yes" is unknown.
 ///
@@ -46,7 +64,7 @@ pub fn compare_processes(
     left: &Term,
     right: &Term,
     definitions: &Definitions,
-    relation: Relation,
+    relation: Preorder,
     bounds: &Bounds,
     stop: &dyn Fn() -> bool,
 ) -> Result<ProcessAnswer, Trouble> {
@@ -80,7 +98,7 @@ fn untried(inputs: &Inputs) -> String {
 fn judged(
     processes: &[Process; 2],
     generated: [&Generated<State>; 2],
-    relation: Relation,
+    relation: Preorder,
     bounds: &Bounds,
     stop: &dyn Fn() -> bool,
 ) -> Verdict {

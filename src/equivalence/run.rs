@@ -2,7 +2,7 @@
 
 use super::evidence::{Difference, Found};
 use super::formula::{Formulas, Place};
-use super::Relation;
+use super::Preorder;
 use super::judge::{Doubt, Judge};
 use crate::transition_system::{Behaviour, Label, TransitionSystem};
 
@@ -107,7 +107,7 @@ pub(super) fn stands<B: Behaviour>(
     evidence: &Evidence,
     sides: [&B; 2],
     states: [&dyn Fn(u32) -> Option<B::State>; 2],
-    relation: Relation,
+    relation: Preorder,
 ) -> Result<bool, Doubt> {
     let weak = relation.is_weak();
     for (side, behaviour) in sides.into_iter().enumerate() {
@@ -133,10 +133,10 @@ pub(super) fn stands<B: Behaviour>(
                 let can = if weak { judge.weakly_after(at, label)? } else { judge.after(at, label)? };
                 let moves = *left == (side == 0);
                 // Otherwise that it cannot, in the way that counts, is what the formula says.
-                let plain = !matches!(relation, Relation::Branching | Relation::Trace | Relation::WeakTrace);
+                let plain = !matches!(relation, Preorder::Branching | Preorder::Trace | Preorder::WeakTrace);
                 if moves { !can.is_empty() || relation.is_trace() } else { can.is_empty() || !plain }
             }
-            Difference::Looks(..) if relation == Relation::WeakTrace => true,
+            Difference::Looks(..) if relation == Preorder::WeakTrace => true,
             Difference::Looks(one, two) => {
                 let (wanted, seen) = (if side == 0 { one } else { two }, judge.mark(at)?);
                 seen.ending == wanted.ending && (weak || seen.shown == wanted.shown)

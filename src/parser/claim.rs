@@ -58,7 +58,7 @@ impl Parser<'_> {
     }
 
     /// A name of words with dashes between; the next token is its first word.
-    fn dashed(&mut self) -> Ident {
+    pub(super) fn dashed(&mut self) -> Ident {
         let start = self.advance().span;
         let mut end = start;
         while self.at(Kind::Minus) && self.token().span.start == end.end {

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::compare::theory;
+use super::alike::Answered;
 use super::reading::{Question, Run, Waiting};
 use crate::fact::Context;
 use crate::lower::{Environment, Expectation, Subject};
@@ -15,6 +16,7 @@ use crate::term::{Node, Term};
 
 impl Run<'_, '_> {
     pub(super) fn question(&mut self, waiting: &Waiting) -> Answer {
+        let mut answered = Answered::default();
         let (kind, lines, expected) = match &waiting.question {
             Question::Simplify(term) => self.simplified("simplify", term, waiting),
             Question::Project(subject, shown) => {
@@ -25,9 +27,23 @@ impl Run<'_, '_> {
             Question::Period(name) => ("period", self.period(name, waiting), Run::unmet(&waiting.expected)),
             Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
             Question::Claim(_) => ("claim", Vec::new(), Vec::new()),
+            Question::Lts(subject, limits) => {
+                answered = self.transition_system(&subject_term(subject, &waiting.environment), *limits, waiting);
+                ("lts", std::mem::take(&mut answered.lines), Run::unmet(&waiting.expected))
+            }
+            Question::Minimise(subject, limits) => {
+                answered = self.minimised(&subject_term(subject, &waiting.environment), *limits, waiting);
+                ("minimise", std::mem::take(&mut answered.lines), Run::unmet(&waiting.expected))
+            }
+            Question::Alike(left, right, relation, limits) => {
+                let terms = [left, right].map(|subject| subject_term(subject, &waiting.environment));
+                answered = self.alike(&terms, *relation, *limits, waiting);
+                ("compare", std::mem::take(&mut answered.lines), answered.expected(&waiting.expected))
+            }
         };
         let (file, line, question) = (waiting.file.clone(), waiting.line, waiting.text.clone());
-        Answer { file, line, kind, question, lines, expected }
+        let Answered { verdict, diagnostics, .. } = answered;
+        Answer { file, line, kind, question, lines, expected, verdict, diagnostics }
     }
 
     fn simplified(

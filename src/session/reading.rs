@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use super::{Emit, Record, State, Surroundings, at};
 use crate::admission::admit;
-use crate::ast::Item;
+use crate::ast::{Item, Limits};
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
 use crate::lower::{Claim, Environment, Expectation, Lowered, Subject};
 use crate::name::Name;
+use crate::preorder::Preorder;
 use crate::report::{Expected, Output};
 
 /// A question.
@@ -25,6 +26,19 @@ pub(super) enum Question {
     Flow(Name),
     /// `project P to {…}`
     Project(Subject, BTreeSet<Name>),
+    /// `lts P`
+    Lts(Subject, Limits),
+    /// `minimise P`
+    Minimise(Subject, Limits),
+    /// `compare P ~ Q`
+    Alike(Subject, Subject, Preorder, Limits),
+}
+
+impl Question {
+    /// Whether it is answered by a transition system.
+    fn is_about_systems(&self) -> bool {
+        matches!(self, Question::Lts(..) | Question::Minimise(..) | Question::Alike(..))
+    }
 }
 
 /// A question that waits for what is expected of it.
@@ -32,6 +46,7 @@ pub(super) struct Waiting {
     pub(super) question: Question,
     pub(super) environment: Environment,
     pub(super) source: Source,
+    pub(super) span: Span,
     pub(super) file: String,
     pub(super) line: usize,
     pub(super) text: String,
@@ -82,6 +97,9 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Period(name) => Question::Period(name),
             Lowered::Flow(name) => Question::Flow(name),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
+            Lowered::Lts(subject, limits) => Question::Lts(subject, limits),
+            Lowered::Minimise(subject, limits) => Question::Minimise(subject, limits),
+            Lowered::Alike(left, right, relation, limits) => Question::Alike(left, right, relation, limits),
             Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
             Lowered::Law(law) => {
                 let interrupted = || self.surroundings.interrupted();
@@ -100,11 +118,14 @@ impl<'r, 'e> Run<'r, 'e> {
         let line = self.line(source, item.span.start);
         let environment = environment.clone();
         // The places of a calculation's steps are looked up in the whole text.
-        let calculated = matches!(&question, Question::Claim(claim) if by_lines(claim));
+        let calculated = match &question {
+            Question::Claim(claim) => by_lines(claim),
+            question => question.is_about_systems(),
+        };
         let shown = if calculated { source.clone() } else { Source::default() };
         let file = source.name.clone();
-        let expected = Vec::new();
-        self.waiting = Some(Waiting { question, environment, source: shown, file, line, text, expected });
+        let (expected, span) = (Vec::new(), item.span);
+        self.waiting = Some(Waiting { question, environment, source: shown, span, file, line, text, expected });
     }
 
     /// The line of a place; places come in order, so that a long text is read once.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use pars::equivalence::Relation;
+use pars::equivalence::Preorder;
 use pars::transition_system::{Label, Mark, TransitionSystem};
 
 type Pairs = HashSet<(u32, u32)>;
@@ -151,7 +151,7 @@ fn shown_label() -> Label {
 }
 
 /// Whether two systems are related.
-pub fn related(left: &TransitionSystem, right: &TransitionSystem, relation: Relation) -> bool {
+pub fn related(left: &TransitionSystem, right: &TransitionSystem, relation: Preorder) -> bool {
     let (system, second) = left.union(right);
     let first = system.initial();
     let world = World { system };
@@ -163,33 +163,33 @@ pub fn related(left: &TransitionSystem, right: &TransitionSystem, relation: Rela
         })
     };
     match relation {
-        Relation::Strong => world
+        Preorder::Strong => world
             .greatest(|pairs, one, two| {
                 mark(one) == mark(two)
                     && world.answered(one, two, false, |a, b| pairs.contains(&(a, b)))
                     && world.answered(two, one, false, |a, b| pairs.contains(&(b, a)))
             })
             .contains(&(first, second)),
-        Relation::Weak => world
+        Preorder::Weak => world
             .greatest(|pairs, one, two| {
                 ending(one, two)
                     && world.answered(one, two, true, |a, b| pairs.contains(&(a, b)))
                     && world.answered(two, one, true, |a, b| pairs.contains(&(b, a)))
             })
             .contains(&(first, second)),
-        Relation::Branching => world
+        Preorder::Branching => world
             .greatest(|pairs, one, two| {
                 ending(one, two)
                     && world.branches(one, two, |a, b| pairs.contains(&(a, b)))
                     && world.branches(two, one, |a, b| pairs.contains(&(b, a)))
             })
             .contains(&(first, second)),
-        Relation::Simulation => simulation().contains(&(first, second)),
-        Relation::SimulationEquivalence => {
+        Preorder::Simulation => simulation().contains(&(first, second)),
+        Preorder::SimulationEquivalence => {
             let pairs = simulation();
             pairs.contains(&(first, second)) && pairs.contains(&(second, first))
         }
-        Relation::Refinement => world
+        Preorder::Refinement => world
             .greatest(|pairs, one, two| {
                 mark(two).shown.is_subset(&mark(one).shown)
                     && ending(one, two)
@@ -197,7 +197,7 @@ pub fn related(left: &TransitionSystem, right: &TransitionSystem, relation: Rela
                     && world.answered(two, one, false, |a, b| pairs.contains(&(b, a)))
             })
             .contains(&(first, second)),
-        Relation::Trace => world.same_traces(first, second, false),
-        Relation::WeakTrace => world.same_traces(first, second, true),
+        Preorder::Trace => world.same_traces(first, second, false),
+        Preorder::WeakTrace => world.same_traces(first, second, true),
     }
 }
