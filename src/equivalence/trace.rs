@@ -92,7 +92,7 @@ pub(super) fn traces(
     let search = Search { system, silent: system.label_number(&Label::Tau).filter(|_| silent) };
     let (one, two) = (search.by_mark(left), search.by_mark(right));
     if let Some((from_left, mark)) = only_one(&one, &two) {
-        return Traced::Different(search.found(&[], from_left, mark, (left, right)));
+        return Traced::Different(search.found(&[], (from_left, true), mark, (left, right)));
     }
     let mut pairs: Vec<Pair> = Vec::new();
     let mut known: HashMap<(Set, Set), ()> = HashMap::new();
@@ -117,7 +117,10 @@ pub(super) fn traces(
             }
             word.reverse();
             let last = system.mark_number(if from_left { pairs[at].left[0] } else { pairs[at].right[0] });
-            return Traced::Different(search.found(&word, from_left, last, (left, right)));
+            // Where the other side has the label too, it is what is seen after it that differs.
+            let other = if from_left { &two } else { &one };
+            let seen_differs = other.keys().any(|(label, _)| *label == seen.0);
+            return Traced::Different(search.found(&word, (from_left, seen_differs), last, (left, right)));
         }
         for (seen, states) in one {
             let others = two.get(&seen).cloned().unwrap_or_default();
@@ -141,22 +144,25 @@ fn only_one(one: &BTreeMap<u32, Vec<u32>>, two: &BTreeMap<u32, Vec<u32>>) -> Opt
 }
 
 impl Search<'_> {
-    /// The evidence: the trace as a formula, and as a run of the side that has it. `start` is the mark it starts from.
-    fn found(&self, word: &[Seen], from_left: bool, start: u32, (left, right): (u32, u32)) -> Found {
+    /// The evidence: the trace as a formula, and as a run of the side that has it. `side` says whether that is the left
+    /// one, and whether the other side has the same steps and looks different after them; `start` is the mark from which
+    /// the trace starts.
+    fn found(&self, word: &[Seen], side: (bool, bool), start: u32, (left, right): (u32, u32)) -> Found {
+        let (from_left, seen_differs) = side;
         let weak = self.silent.is_some();
         let looks = |mark: u32| Node::Looks(self.system.marks()[mark as usize].clone());
         let (all_alike, same_marks) = (self.system.marks().len() == 1, self.same_marks());
         let mut formulas = Formulas::default();
         let mut root = formulas.add(Node::True);
         for (place, (label, mark)) in word.iter().enumerate().rev() {
-            // The last step need not be followed by a look where the other side cannot take it at all.
-            if !(all_alike || (place + 1 < word.len() && same_marks[*label as usize])) {
+            let needed = if place + 1 < word.len() { !same_marks[*label as usize] } else { seen_differs };
+            if needed && !all_alike {
                 let look = formulas.add(looks(*mark));
                 root = formulas.add(Node::And(vec![look, root]));
             }
             root = formulas.add(Node::Some(weak, self.system.label(*label).clone(), root));
         }
-        if !all_alike {
+        if !all_alike && (weak || word.is_empty()) {
             let look = formulas.add(looks(start));
             root = formulas.add(Node::And(vec![look, root]));
             if weak {

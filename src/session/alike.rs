@@ -32,7 +32,7 @@ impl Answered {
     fn trouble(trouble: &Trouble, waiting: &Waiting) -> Answered {
         let message = match trouble {
             Trouble::Meaningless(why) => format!("this has no meaning: {why}"),
-            other => format!("this cannot be compared: {other}"),
+            other => format!("steps alone do not say what this does: {other}"),
         };
         let diagnostic = Diagnostic::error("P0920", message).label(waiting.span, "asked here");
         let diagnostic = match trouble {
@@ -86,6 +86,10 @@ impl Run<'_, '_> {
         let definitions = &waiting.environment.definitions;
         let [left, right] = terms;
         let answer = match compare_processes(left, right, definitions, relation, &bounds(limits), &stop) {
+            Err(Trouble::Draws) => {
+                let line = "unknown: a side draws at random; `prove P = Q` compares chances".to_string();
+                return Answered { lines: vec![line], verdict: Some("unknown"), diagnostics: Vec::new() };
+            }
             Err(trouble) => return Answered::trouble(&trouble, waiting),
             Ok(answer) => answer,
         };

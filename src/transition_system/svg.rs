@@ -17,6 +17,8 @@ const ROW: f64 = 110.0;
 const LINE: f64 = 14.0;
 /// The width of a letter, about.
 const LETTER: f64 = 7.0;
+/// Where along an edge its label may stand, the best first.
+const PARTS: [f64; 7] = [0.45, 0.35, 0.55, 0.65, 0.25, 0.75, 0.18];
 /// How often the rows are put in order, down and up.
 const SWEEPS: usize = 8;
 
@@ -36,14 +38,22 @@ pub fn svg(system: &TransitionSystem) -> Option<String> {
             place[*state as usize] = (left + (index as f64 + 0.5) * gap, 60.0 + depth as f64 * ROW);
         }
     }
-    let mut picture = Picture { body: String::new(), place, least: (0.0, 0.0), most: (widest * gap, 0.0) };
-    picture.most.1 = 60.0 + rows.len() as f64 * ROW;
+    let mut picture = Picture {
+        body: String::new(),
+        place,
+        least: (widest * gap / 2.0, 30.0),
+        most: (0.0, 0.0),
+        taken: Vec::new(),
+        wanted: Vec::new(),
+    };
+    picture.most.1 = 60.0 + (rows.len() as f64 - 1.0) * ROW + RADIUS + 10.0;
     for ((from, to), labels) in &edges {
         picture.edge(*from, *to, labels, edges.contains_key(&(*to, *from)));
     }
     for state in 0..system.states() as u32 {
         picture.state(system, state);
     }
+    picture.write_labels();
     if let Some(cut) = system.cut {
         picture.text(8.0, 16.0, "start", "", &format!("not the whole system: {cut}"));
     }
@@ -55,7 +65,7 @@ fn gap(system: &TransitionSystem, edges: &BTreeMap<(u32, u32), Vec<String>>) -> 
     let letters = |lines: &[String]| lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
     let captions = (0..system.states() as u32).map(|state| letters(&caption(system, state)));
     let widest = captions.chain(edges.values().map(|labels| letters(labels))).max().unwrap_or(0);
-    (widest as f64 * LETTER * 1.15 + 2.5 * RADIUS).clamp(90.0, 320.0)
+    (widest as f64 * LETTER * 1.15 + 3.0 * RADIUS).clamp(90.0, 320.0)
 }
 
 /// The states in rows by distance, those that cannot be reached last, each row ordered by where its neighbours stand.
@@ -106,6 +116,10 @@ struct Picture {
     place: Vec<(f64, f64)>,
     least: (f64, f64),
     most: (f64, f64),
+    /// What is covered already: left, top, right, bottom.
+    taken: Vec<[f64; 4]>,
+    /// Labels with the places where they may stand, the best first.
+    wanted: Vec<(Vec<(f64, f64)>, Vec<String>)>,
 }
 
 impl Picture {
@@ -116,7 +130,11 @@ impl Picture {
 
     fn text(&mut self, x: f64, y: f64, anchor: &str, class: &str, text: &str) {
         let width = text.chars().count() as f64 * LETTER;
-        let left = if anchor == "middle" { x - width / 2.0 } else { x };
+        let left = match anchor {
+            "middle" => x - width / 2.0,
+            "end" => x - width,
+            _ => x,
+        };
         self.reach(left, y - LINE);
         self.reach(left + width, y + 4.0);
         let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
@@ -149,7 +167,8 @@ impl Picture {
                 x + RADIUS * 0.8 + 2.0,
                 y + RADIUS * 0.6 + 2.0
             ));
-            self.labels(right - 4.0, y + 4.0, "start", labels);
+            let width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64 * LETTER;
+            self.wanted.push((vec![(right + width / 2.0, y)], labels.to_vec()));
             return;
         }
         let (dx, dy) = (end.0 - start.0, end.1 - start.1);
@@ -174,15 +193,36 @@ impl Picture {
             "M {:.1} {:.1} Q {:.1} {:.1} {:.1} {:.1}",
             tail.0, tail.1, control.0, control.1, head.0, head.1
         ));
-        let middle = ((start.0 + end.0) / 2.0 + nx * bend, (start.1 + end.1) / 2.0 + ny * bend);
-        // Labels of parting edges stand nearer to their source, where the edges are furthest from others.
-        let at = towards(middle, start, if dy > 1.0 { length * 0.08 } else { 0.0 });
-        self.labels(at.0, at.1 + 4.0, "middle", labels);
+        let along = |part: f64| {
+            let (one, two, three) = ((1.0 - part) * (1.0 - part), 2.0 * part * (1.0 - part), part * part);
+            (one * tail.0 + two * control.0 + three * head.0, one * tail.1 + two * control.1 + three * head.1)
+        };
+        self.wanted.push((PARTS.map(along).to_vec(), labels.to_vec()));
+    }
+
+    /// Writes each label on its edge, where it covers no state and no other label if there is such a place.
+    fn write_labels(&mut self) {
+        for (places, labels) in std::mem::take(&mut self.wanted) {
+            let width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64 * LETTER;
+            let height = labels.len() as f64 * LINE;
+            let covers = |(x, y): (f64, f64)| [x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0];
+            let free = |place: &&(f64, f64)| {
+                let [left, top, right, bottom] = covers(**place);
+                !self.taken.iter().any(|other| left < other[2] && other[0] < right && top < other[3] && other[1] < bottom)
+            };
+            let Some(place) = places.iter().find(free).or(places.first()).copied() else { continue };
+            self.taken.push(covers(place));
+            self.labels(place.0, place.1 + 4.0, "middle", &labels);
+        }
     }
 
     fn state(&mut self, system: &TransitionSystem, state: u32) {
         let (x, y) = self.place[state as usize];
+        self.taken.push([x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]);
+        self.reach(x - RADIUS, y);
+        self.reach(x + RADIUS, y);
         if state == system.initial() {
+            self.reach(x, y - RADIUS - 26.0);
             self.path(&format!("M {:.1} {:.1} L {:.1} {:.1}", x, y - RADIUS - 24.0, x, y - RADIUS - 3.0));
         }
         let ending = &system.mark(state).ending;
@@ -200,8 +240,13 @@ impl Picture {
             let _ = writeln!(self.body, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{inner}\" class=\"state\"/>");
         }
         self.text(x, y + 4.0, "middle", "", &state.to_string());
-        for (line, text) in caption(system, state).iter().enumerate() {
-            self.text(x, y + RADIUS + (line as f64 + 1.0) * LINE, "middle", "caption", text);
+        let caption = caption(system, state);
+        let top = y + 4.0 - (caption.len() as f64 - 1.0) * LINE / 2.0;
+        for (line, text) in caption.iter().enumerate() {
+            let at = top + line as f64 * LINE;
+            let width = text.chars().count() as f64 * LETTER;
+            self.taken.push([x - RADIUS - 5.0 - width, at - LINE, x - RADIUS, at]);
+            self.text(x - RADIUS - 5.0, at, "end", "caption", text);
         }
     }
 
