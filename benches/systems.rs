@@ -22,9 +22,10 @@ fn peak() -> Option<usize> {
     line.split_whitespace().nth(1)?.parse::<usize>().ok().map(|kilobytes| kilobytes << 10)
 }
 
-/// A system of this many transitions whose states differ only far away: a random graph with two labels, unfolded twice.
+/// A random graph of about this many transitions in which only one state can do `b`, unfolded twice: what tells two
+/// states apart is far away, and half of the states are left.
 fn system(transitions: u32) -> TransitionSystem {
-    let half = (transitions / 8).max(2);
+    let half = (transitions / 4).max(2);
     let mut builder = Builder::new();
     let labels = ["a", "b"].map(|label| builder.label(Label::Act(label.to_string())));
     (0..2 * half).for_each(|_| {
@@ -38,15 +39,14 @@ fn system(transitions: u32) -> TransitionSystem {
         (seed % u64::from(sides)) as u32
     };
     for state in 0..half {
-        for label in labels {
-            for _ in 0..2 {
-                let to = random(half);
-                for copy in 0..2 {
-                    builder.transition(state + copy * half, label, to + random(2) * half);
-                }
+        for _ in 0..2 {
+            let to = random(half);
+            for copy in 0..2 {
+                builder.transition(state + copy * half, labels[0], to + random(2) * half);
             }
         }
     }
+    (0..2).for_each(|copy| builder.transition(copy * half, labels[1], half));
     builder.finish(0, None)
 }
 

@@ -113,8 +113,6 @@ pub struct Answer {
     pub expected: Vec<Expected>,
     /// `yes`, `no` or `unknown`, where the question asks for that.
     pub verdict: Option<&'static str>,
-    /// Why there is no answer.
-    pub diagnostics: Vec<(Source, Diagnostic)>,
 }
 
 impl Report {
@@ -326,15 +324,14 @@ fn pairs(values: &[(Name, Value)]) -> Json {
 }
 
 impl Answer {
-    /// The exit code that it asks for: 3 without an answer, 1 for what was not expected, 4 for `unknown`.
+    /// The exit code that it asks for: 1 for what was not expected, 4 for `unknown`.
     pub fn exit_code(&self) -> u8 {
         let met = self.expected.iter().all(|expected| expected.met);
-        match (self.diagnostics.is_empty(), self.verdict) {
-            (false, _) => 3,
-            (true, None | Some("yes")) => u8::from(!met),
-            (true, _) if met && !self.expected.is_empty() => 0,
-            (true, Some("unknown")) => 4,
-            (true, _) => 1,
+        match self.verdict {
+            None | Some("yes") => u8::from(!met),
+            Some(_) if met && !self.expected.is_empty() => 0,
+            Some("unknown") => 4,
+            Some(_) => 1,
         }
     }
 
@@ -349,9 +346,6 @@ impl Answer {
         for expected in self.expected.iter().filter(|expected| !expected.met) {
             let _ = writeln!(out, "    {} {}", paint.good(false, "but expected"), expected.text);
         }
-        for (source, diagnostic) in &self.diagnostics {
-            let _ = writeln!(out, "{}", diagnostic.render(source, paint.0));
-        }
         out
     }
 
@@ -362,14 +356,8 @@ impl Answer {
         if let (false, Some(map)) = (self.expected.is_empty(), object.as_object_mut()) {
             map.insert("expected".to_string(), json!(expected(&self.expected)));
         }
-        if let Some(map) = object.as_object_mut() {
-            if let Some(verdict) = self.verdict {
-                map.insert("verdict".to_string(), json!(verdict));
-            }
-            if !self.diagnostics.is_empty() {
-                let all: Vec<Json> = self.diagnostics.iter().map(|(source, one)| one.to_json(source)).collect();
-                map.insert("diagnostics".to_string(), json!(all));
-            }
+        if let (Some(verdict), Some(map)) = (self.verdict, object.as_object_mut()) {
+            map.insert("verdict".to_string(), json!(verdict));
         }
         object
     }

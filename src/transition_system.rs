@@ -329,17 +329,27 @@ impl Builder {
 
     /// A new state with this mark.
     pub fn state(&mut self, mark: Mark) -> u32 {
-        let place = match self.mark_places.get(&mark) {
-            Some(place) => *place,
-            None => {
-                let place = self.marks.len() as u32;
-                self.marks.push(mark.clone());
-                self.mark_places.insert(mark, place);
-                place
-            }
-        };
+        let place = self.mark(mark);
         self.seen.push(place);
         self.seen.len() as u32 - 1
+    }
+
+    /// Gives a state that is there another mark.
+    pub fn look(&mut self, state: u32, mark: Mark) {
+        let place = self.mark(mark);
+        if let Some(seen) = self.seen.get_mut(state as usize) {
+            *seen = place;
+        }
+    }
+
+    fn mark(&mut self, mark: Mark) -> u32 {
+        if let Some(place) = self.mark_places.get(&mark) {
+            return *place;
+        }
+        let place = self.marks.len() as u32;
+        self.marks.push(mark.clone());
+        self.mark_places.insert(mark, place);
+        place
     }
 
     /// The number of states so far.

@@ -2,7 +2,7 @@
 
 use super::reading::{Run, Waiting};
 use crate::ast::Limits;
-use crate::diagnostic::{Diagnostic, Source};
+use crate::diagnostic::Diagnostic;
 use crate::equivalence::{Difference, Evidence, Preorder, Verdict, compare_processes, minimised_system, system_of};
 use crate::lower::Expectation;
 use crate::model::State;
@@ -15,7 +15,8 @@ use crate::transition_system::{Bounds, Label, Trouble, look, summary, told};
 pub(super) struct Answered {
     pub(super) lines: Vec<String>,
     pub(super) verdict: Option<&'static str>,
-    pub(super) diagnostics: Vec<(Source, Diagnostic)>,
+    /// Why there is no answer.
+    pub(super) diagnostics: Vec<Diagnostic>,
 }
 
 impl Answered {
@@ -42,7 +43,7 @@ impl Answered {
             Trouble::Draws => diagnostic.help("`prove P = Q` compares processes that draw at random"),
             _ => diagnostic,
         };
-        Answered { diagnostics: vec![(waiting.source.clone(), diagnostic)], ..Answered::default() }
+        Answered { diagnostics: vec![diagnostic], ..Answered::default() }
     }
 }
 

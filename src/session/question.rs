@@ -10,12 +10,12 @@ use crate::lower::{Environment, Expectation, Subject};
 use crate::name::Name;
 use crate::proof::{Proof, Script, Statement, Step};
 use crate::prove::pruned;
-use crate::report::{Answer, Expected};
+use crate::report::{Answer, Expected, Output};
 use crate::simplify::Simplifier;
 use crate::term::{Node, Term};
 
 impl Run<'_, '_> {
-    pub(super) fn question(&mut self, waiting: &Waiting) -> Answer {
+    pub(super) fn question(&mut self, waiting: &Waiting) -> Output {
         let mut answered = Answered::default();
         let (kind, lines, expected) = match &waiting.question {
             Question::Simplify(term) => self.simplified("simplify", term, waiting),
@@ -42,8 +42,11 @@ impl Run<'_, '_> {
             }
         };
         let (file, line, question) = (waiting.file.clone(), waiting.line, waiting.text.clone());
-        let Answered { verdict, diagnostics, .. } = answered;
-        Answer { file, line, kind, question, lines, expected, verdict, diagnostics }
+        if !answered.diagnostics.is_empty() {
+            return Output::Trouble(waiting.source.clone(), answered.diagnostics);
+        }
+        let verdict = answered.verdict;
+        Output::Answer(Box::new(Answer { file, line, kind, question, lines, expected, verdict }))
     }
 
     fn simplified(

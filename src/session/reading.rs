@@ -208,7 +208,7 @@ impl<'r, 'e> Run<'r, 'e> {
                 let record = self.claim(claim, &waiting);
                 (Output::Claim(Box::new(record.report.clone())), Some(record))
             }
-            _ => (Output::Answer(Box::new(self.question(&waiting))), None),
+            _ => (self.question(&waiting), None),
         };
         self.surroundings.ends();
         self.stopped = self.surroundings.interrupted();

@@ -1,6 +1,6 @@
 //! Systems from behaviours, breadth first, up to a bound; closed processes are behaviours.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::fmt;
 use std::hash::Hash;
@@ -115,12 +115,14 @@ pub struct Process<'a> {
     clock: Clock,
     inputs: Inputs,
     reads: Cell<bool>,
+    /// The state whose moves were asked for last, with how long it waits.
+    last: RefCell<Option<(State, Patience)>>,
 }
 
 impl<'a> Process<'a> {
     /// This term under these definitions; what it reads from outside is one of the inputs.
     pub fn new(term: Term, definitions: &'a Definitions, clock: Clock, inputs: Inputs) -> Process<'a> {
-        Process { model: Model::new(definitions), term, clock, inputs, reads: Cell::new(false) }
+        Process { model: Model::new(definitions), term, clock, inputs, reads: Cell::new(false), last: RefCell::new(None) }
     }
 
     /// Whether a state was met that reads from outside.
@@ -141,6 +143,7 @@ impl<'a> Process<'a> {
         all: &mut Vec<(Label, State)>,
     ) -> Result<(), Trouble> {
         let patience = state.patience(moves);
+        *self.last.borrow_mut() = Some((state.clone(), patience.clone()));
         match (&self.clock, patience) {
             (_, Patience::None) | (Clock::Events, Patience::Unbounded) => {}
             (Clock::Events, Patience::Until(time)) => {
@@ -184,7 +187,10 @@ impl Behaviour for Process<'_> {
             }
         };
         let waits = match self.clock {
-            Clock::Events => state.patience(&state.moves()?) != Patience::None,
+            Clock::Events => match &*self.last.borrow() {
+                Some((last, patience)) if last == state => *patience != Patience::None,
+                _ => state.patience(&state.moves()?) != Patience::None,
+            },
             Clock::Ticks { .. } => ending == Ending::Running,
         };
         Ok(Mark { ending, shown: shown.collect(), waits })
@@ -253,7 +259,7 @@ pub fn generate<B: Behaviour>(
     let most = bounds.states.clamp(1, u32::MAX as usize - 1);
     let mut builder = Builder::new();
     let start = behaviour.start()?;
-    builder.state(behaviour.mark(&start)?);
+    builder.state(Mark::plain());
     let mut bytes = behaviour.weight(&start);
     let mut states = vec![start.clone()];
     let mut places: HashMap<B::State, u32> = HashMap::from([(start, 0)]);
@@ -278,7 +284,7 @@ pub fn generate<B: Behaviour>(
                 }
                 None => {
                     bytes = bytes.saturating_add(behaviour.weight(&target));
-                    let place = builder.state(behaviour.mark(&target)?);
+                    let place = builder.state(Mark::plain());
                     places.insert(target.clone(), place);
                     states.push(target);
                     place
@@ -286,6 +292,8 @@ pub fn generate<B: Behaviour>(
             };
             found.push((label, to));
         }
+        // Right behind its steps, when its moves are at hand.
+        builder.look(next as u32, behaviour.mark(&state)?);
         for (label, to) in found {
             let label = builder.label(label);
             builder.transition(next as u32, label, to);
@@ -294,7 +302,8 @@ pub fn generate<B: Behaviour>(
             next += 1;
         }
     }
-    for state in next..states.len() {
+    for (state, term) in states.iter().enumerate().skip(next) {
+        builder.look(state as u32, behaviour.mark(term)?);
         builder.leave_open(state as u32);
     }
     Ok(Generated { system: builder.finish(0, cut), states })

@@ -109,7 +109,15 @@ impl Walk {
                 self.plain(left);
                 self.plain(right);
                 let closed = left.variables().is_empty() && right.variables().is_empty();
-                self.symmetric &= closed || matches!(relation, Relation::Eq | Relation::Neq);
+                let alike = matches!(relation, Relation::Eq | Relation::Neq);
+                self.symmetric &= closed || alike;
+                if !closed && !alike {
+                    // Not enough for all values, but enough to meet many differences: both sides of each bound.
+                    for bound in [left, right].into_iter().filter(|value| value.as_rational().is_some()) {
+                        let beside = [bound.add(&Value::integer(1)), bound.add(&Value::integer(-1))];
+                        self.mentioned.extend(beside.into_iter().flatten());
+                    }
+                }
             }
             // A time or a count that is read is more than copied.
             Node::Delay(value) | Node::Ran(value, _) => self.symmetric &= value.variables().is_empty(),
