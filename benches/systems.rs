@@ -72,7 +72,8 @@ fn minimised(name: &str, make: fn(u32) -> TransitionSystem) {
         });
         let more = peak().unwrap_or(0).saturating_sub(held);
         let seconds = time.as_secs_f64();
-        let growth = before.map_or(String::new(), |before| format!(", {:.1} times the time of a tenth", seconds / before));
+        let growth =
+            before.map_or(String::new(), |before| format!(", {:.1} times the time of a tenth", seconds / before));
         println!(
             "minimise {name}: {} states, {} transitions to {blocks} states in {seconds:.3} s, {:.0} states/s, {} bytes a \
              state in the arrays, at most {} more while at work{growth}",

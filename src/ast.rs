@@ -28,7 +28,6 @@ pub struct Item {
 
 /// The items of the language.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly every one is of the large kind")]
 pub enum ItemKind {
     /// `param t > 0, p0, n : natural`
     Param(Vec<Parameter>),

@@ -11,6 +11,7 @@ mod judge;
 mod pairs;
 mod partition;
 mod process;
+mod replay;
 mod rounds;
 mod run;
 mod trace;
@@ -190,8 +191,10 @@ impl Task<'_> {
         };
         match trace::traces(&system, self.classes(&class), silent, self.stop) {
             trace::Traced::Same => Verdict::Yes,
-            trace::Traced::TooMany => Verdict::Unknown("there are too many sets of states to compare the traces".into()),
-            trace::Traced::Different(found) => self.no(Some(found), &class, silent, true, false),
+            trace::Traced::TooMany => {
+                Verdict::Unknown("there are too many sets of states to compare the traces".into())
+            }
+            trace::Traced::Different(found) => self.no(Some(*found), &class, silent, true, false),
         }
     }
 

@@ -8,9 +8,10 @@ use std::collections::BTreeSet;
 use common::*;
 use pars::bisimulation::{self, Comparison, Reach};
 use pars::definition::Definitions;
-use pars::equivalence::{Preorder, Verdict, compare_processes};
+use pars::equivalence::{Evidence, Preorder, ProcessAnswer, Verdict, compare_processes};
 use pars::law::Connective;
 use pars::name::Name;
+use pars::stepper::Stepper;
 use pars::term::{Node, Term};
 use pars::transition_system::{Bounds, Inputs};
 use pars::value::Relation;
@@ -119,13 +120,28 @@ impl Dice {
 /// Whether two closed terms are related; none where one has no meaning or it is not decided.
 fn related(left: &Term, right: &Term, relation: Preorder) -> Option<bool> {
     let bounds = Bounds { states: 2_000, ..Bounds::default() };
-    match compare_processes(left, right, &Definitions::default(), relation, &bounds, &|| false).ok()?.verdict {
+    let answer = compare_processes(left, right, &Definitions::default(), relation, &bounds, &|| false).ok()?;
+    match &answer.verdict {
         Verdict::Yes => Some(true),
-        Verdict::No(_) => Some(false),
+        Verdict::No(evidence) => {
+            loads(left, right, &answer, evidence);
+            Some(false)
+        }
         Verdict::Unknown(why) => {
             assert!(!why.contains("difference was found"), "{left} ~ {right}: {why}");
             None
         }
+    }
+}
+
+/// The run of each side loads into the stepper, and leads where the run says.
+fn loads(left: &Term, right: &Term, answer: &ProcessAnswer, evidence: &Evidence) {
+    for (side, term) in [left, right].into_iter().enumerate() {
+        let last = evidence.run.iter().rev().find_map(|step| if side == 0 { step.left } else { step.right });
+        let mut stepper = Stepper::new(term, &Definitions::default()).expect("a meaning");
+        stepper.load(&answer.choices[side].join("\n")).expect("a run");
+        let end = last.map_or(&answer.states[side][0], |state| &answer.states[side][state as usize]);
+        assert_eq!(stepper.state(), end, "{left} and {right}");
     }
 }
 

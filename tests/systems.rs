@@ -66,7 +66,8 @@ fn a_difference_is_shown_by_a_formula_and_a_shortest_run() {
 
 #[test]
 fn files_of_other_tools_are_read_and_written_back() {
-    let spaced = "\u{feff}  des( 0 ,4, 3 )\r\n(0,a,1)\n ( 0 , \"b (1, 2)\" , 2 )\n(1,\"say \\\"x\\\\\\\"\",2)\n\n(2,i,0)\n\n";
+    let spaced =
+        "\u{feff}  des( 0 ,4, 3 )\r\n(0,a,1)\n ( 0 , \"b (1, 2)\" , 2 )\n(1,\"say \\\"x\\\\\\\"\",2)\n\n(2,i,0)\n\n";
     let system = aut::read(spaced).expect("a system");
     let labels: BTreeSet<Label> = system.labels().iter().cloned().collect();
     let act = |text: &str| Label::Act(text.to_string());

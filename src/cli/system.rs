@@ -16,7 +16,9 @@ use crate::progress::Watch;
 use crate::script::{Printer, World, complain, read_file, read_input};
 use crate::session::{Surroundings, evidence_lines};
 use crate::term::Term;
-use crate::transition_system::{Bounds, MOST_DRAWN, TransitionSystem, aut, dot, json as as_json, look, summary, svg, told};
+use crate::transition_system::{
+    Bounds, MOST_DRAWN, TransitionSystem, aut, dot, json as as_json, look, summary, svg, told,
+};
 
 /// How a system is written.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -184,7 +186,7 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<(Transitio
             return Err("a process belongs to a `.pars` file; an `.aut` file is a system itself\n".to_string());
         }
         let system = aut_file(&source, colour)?;
-        let small = request.minimise.then(|| system.quotient(&strong_partition(&system), false));
+        let small = request.minimise.then(|| system.quotient(&strong_partition(&system), false).reachable());
         return Ok((small.unwrap_or(system), unnamed));
     }
     let environment = declared(&source, watch, colour)?;

@@ -113,11 +113,8 @@ impl<R: Ranks> Lost<'_, R> {
         let mut places: HashMap<(u32, u32), Place> = HashMap::new();
         for (rank, pair) in order {
             let plan = &plans[&pair];
-            let place = if rank == 0 {
-                formulas.add(self.atom(pair))
-            } else {
-                self.made(plan, &places, &mut formulas)?
-            };
+            let place =
+                if rank == 0 { formulas.add(self.atom(pair)) } else { self.made(plan, &places, &mut formulas)? };
             places.insert(pair, place);
         }
         let root = *places.get(&(left, right))?;
@@ -139,7 +136,8 @@ impl<R: Ranks> Lost<'_, R> {
     }
 
     fn made(&self, plan: &Plan, places: &HashMap<(u32, u32), Place>, formulas: &mut Formulas) -> Option<Place> {
-        let parts = |pairs: &[(u32, u32)]| pairs.iter().map(|pair| places.get(pair).copied()).collect::<Option<Vec<_>>>();
+        let parts =
+            |pairs: &[(u32, u32)]| pairs.iter().map(|pair| places.get(pair).copied()).collect::<Option<Vec<_>>>();
         let (hold, next) = (parts(&plan.hold)?, parts(&plan.next)?);
         let label = plan.label.clone();
         if self.branching.is_some() {
@@ -212,12 +210,7 @@ impl<R: Ranks> Lost<'_, R> {
     }
 
     /// The challenges with the answers that last longest.
-    fn run(
-        &self,
-        left: u32,
-        right: u32,
-        plans: &HashMap<(u32, u32), Plan>,
-    ) -> Option<(Vec<Played>, Difference)> {
+    fn run(&self, left: u32, right: u32, plans: &HashMap<(u32, u32), Plan>) -> Option<(Vec<Played>, Difference)> {
         let mut steps = Vec::new();
         let mut pair = (left, right);
         // Whether the pair has the right side first.
@@ -249,12 +242,7 @@ impl Plan {
 
 /// The step that one side can take after internal steps within its class, and the other cannot. The pairs of a plan of
 /// the right side have the right side first.
-fn branching_plan(
-    system: &TransitionSystem,
-    history: &History,
-    (one, two): (u32, u32),
-    rank: u32,
-) -> Option<Plan> {
+fn branching_plan(system: &TransitionSystem, history: &History, (one, two): (u32, u32), rank: u32) -> Option<Plan> {
     let before = rank - 1;
     let block = |state: u32| history.block(state, before);
     // The states within the class after internal steps, and those just outside.

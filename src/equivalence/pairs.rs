@@ -52,7 +52,12 @@ struct Search<'s> {
 
 impl Pairs {
     /// Looks into all pairs that matter for this one; none if they are too many.
-    pub(super) fn of(system: &TransitionSystem, rule: Rule, pair: (u32, u32), stop: &dyn Fn() -> bool) -> Option<Pairs> {
+    pub(super) fn of(
+        system: &TransitionSystem,
+        rule: Rule,
+        pair: (u32, u32),
+        stop: &dyn Fn() -> bool,
+    ) -> Option<Pairs> {
         let mut search = Search {
             system,
             rule,

@@ -1,9 +1,10 @@
 //! Closed processes compared by the systems that they are.
 
-use super::run::stands;
+use super::replay::choices;
+use super::run::{RunStep, stands};
 use super::{Preorder, Verdict, decide, strong_partition};
 use crate::definition::Definitions;
-use crate::model::State;
+use crate::model::{Model, State};
 use crate::term::Term;
 use crate::transition_system::{
     Bounds, Clock, Generated, Inputs, Process, TransitionSystem, Trouble, generate, generate_pair,
@@ -21,6 +22,9 @@ pub struct ProcessAnswer {
     pub states: [Vec<State>; 2],
     /// The number of states of each.
     pub sizes: [usize; 2],
+    /// For "no", the choices that lead each side through the run, as the stepper saves them; none where the side stands
+    /// still.
+    pub choices: [Vec<String>; 2],
 }
 
 /// The system of one closed process, for people or for comparing it with itself; what is read is one of a few values.
@@ -80,7 +84,8 @@ pub fn compare_processes(
         let enough = !reads || (!traces && inputs.suffice(&processes, [&one.states, &two.states]));
         let settled = !matches!(verdict, Verdict::Yes) || enough;
         let verdict = if settled { verdict } else { Verdict::Unknown(untried(&inputs)) };
-        let answer = ProcessAnswer { verdict, states: [one.states, two.states], sizes };
+        let choices = replayed(&verdict, &inputs, definitions, [&one.states, &two.states], relation);
+        let answer = ProcessAnswer { verdict, states: [one.states, two.states], sizes, choices };
         let more_helps = inputs.symmetric && !traces;
         last = Some(answer);
         if settled || !more_helps {
@@ -88,6 +93,25 @@ pub fn compare_processes(
         }
     }
     last.ok_or(Trouble::Coarse)
+}
+
+/// The choices of each side.
+fn replayed(
+    verdict: &Verdict,
+    inputs: &Inputs,
+    definitions: &Definitions,
+    states: [&[State]; 2],
+    relation: Preorder,
+) -> [Vec<String>; 2] {
+    let Verdict::No(evidence) = verdict else { return [Vec::new(), Vec::new()] };
+    let model = Model::new(definitions);
+    let side = |side: usize| {
+        let state = |number: u32| states[side].get(number as usize).cloned();
+        let after = |step: &RunStep| (if side == 0 { step.left } else { step.right }).and_then(state);
+        let start = states[side].first()?;
+        choices(&model, inputs, start, &evidence.run, &after, relation.is_weak())
+    };
+    [side(0).unwrap_or_default(), side(1).unwrap_or_default()]
 }
 
 fn untried(inputs: &Inputs) -> String {

@@ -34,7 +34,8 @@ impl History {
     pub(super) fn of(system: &TransitionSystem, kind: Kind, pair: Option<(u32, u32)>) -> History {
         let mut worker = Worker::new(system, kind);
         let mut changed: Vec<u32> = (0..system.states() as u32).collect();
-        let apart = |worker: &Worker| pair.is_some_and(|(one, two)| worker.blocks.block(one) != worker.blocks.block(two));
+        let apart =
+            |worker: &Worker| pair.is_some_and(|(one, two)| worker.blocks.block(one) != worker.blocks.block(two));
         let mut rounds = 0;
         while !changed.is_empty() && !apart(&worker) {
             rounds += 1;

@@ -1,8 +1,8 @@
 //! Evidence made concrete, and judged anew on the behaviours themselves before anybody sees it.
 
+use super::Preorder;
 use super::evidence::{Difference, Found};
 use super::formula::{Formulas, Place};
-use super::Preorder;
 use super::judge::{Doubt, Judge};
 use crate::transition_system::{Behaviour, Label, TransitionSystem};
 

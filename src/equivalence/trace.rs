@@ -14,7 +14,7 @@ const MOST_HELD: usize = 40_000_000;
 /// What came of it.
 pub(super) enum Traced {
     Same,
-    Different(Found),
+    Different(Box<Found>),
     TooMany,
 }
 
@@ -92,7 +92,7 @@ pub(super) fn traces(
     let search = Search { system, silent: system.label_number(&Label::Tau).filter(|_| silent) };
     let (one, two) = (search.by_mark(left), search.by_mark(right));
     if let Some((from_left, mark)) = only_one(&one, &two) {
-        return Traced::Different(search.found(&[], (from_left, true), mark, (left, right)));
+        return Traced::Different(Box::new(search.found(&[], (from_left, true), mark, (left, right))));
     }
     let mut pairs: Vec<Pair> = Vec::new();
     let mut known: HashMap<(Set, Set), ()> = HashMap::new();
@@ -120,7 +120,7 @@ pub(super) fn traces(
             // Where the other side has the label too, it is what is seen after it that differs.
             let other = if from_left { &two } else { &one };
             let seen_differs = other.keys().any(|(label, _)| *label == seen.0);
-            return Traced::Different(search.found(&word, (from_left, seen_differs), last, (left, right)));
+            return Traced::Different(Box::new(search.found(&word, (from_left, seen_differs), last, (left, right))));
         }
         for (seen, states) in one {
             let others = two.get(&seen).cloned().unwrap_or_default();

@@ -314,9 +314,7 @@ impl Environment {
                 subject.and_then(|subject| Some(Lowered::Project(subject, shown?)))
             }
             ast::ItemKind::Lts(term, limits) => lowerer.subject(term).map(|term| Lowered::Lts(term, *limits)),
-            ast::ItemKind::Minimise(term, limits) => {
-                lowerer.subject(term).map(|term| Lowered::Minimise(term, *limits))
-            }
+            ast::ItemKind::Minimise(term, limits) => lowerer.subject(term).map(|term| Lowered::Minimise(term, *limits)),
             ast::ItemKind::Alike(left, right, relation, limits) => {
                 let (left, right) = (lowerer.subject(left), lowerer.subject(right));
                 left.and_then(|left| Some(Lowered::Alike(left, right?, *relation, *limits)))

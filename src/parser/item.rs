@@ -258,7 +258,8 @@ impl Parser<'_> {
         }
         let mut values = Vec::new();
         loop {
-            let name = self.small("`proved`, `refuted`, `open`, `yes`, `no`, `unknown`, `= P`, or a value such as `t1 = 10`")?;
+            let name =
+                self.small("`proved`, `refuted`, `open`, `yes`, `no`, `unknown`, `= P`, or a value such as `t1 = 10`")?;
             self.require(Kind::Equal, "`=` and a value")?;
             values.push((name, self.value()?));
             if !self.accept(Kind::Comma) {

@@ -25,7 +25,7 @@ impl Parser<'_> {
         let diagnostic = Diagnostic::error("P0220", format!("there is no relation `{}`", found.name))
             .label(found.span, "this relation")
             .note(format!("the relations are {}", names.join(", ")));
-        match nearest(found.name.as_str(), names.into_iter()) {
+        match nearest(found.name.as_str(), names) {
             Some(near) => self.fail(diagnostic.edit(format!("did you mean `{near}`?"), found.span, near)),
             None => self.fail(diagnostic),
         }

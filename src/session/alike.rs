@@ -101,6 +101,11 @@ impl Run<'_, '_> {
                 let mut lines = vec![format!("no: {} ({sizes})", relation.says(false))];
                 let name = |side: usize, state: u32| named(answer.states[side].get(state as usize));
                 lines.extend(evidence_lines(evidence, &name));
+                for (side, choices) in ["left", "right"].into_iter().zip(&answer.choices) {
+                    if !choices.is_empty() && choices.len() <= MOST_TOLD {
+                        lines.push(format!("for the stepper, {side}: {}", choices.join(", ")));
+                    }
+                }
                 ("no", lines)
             }
             Verdict::Unknown(why) => ("unknown", vec![format!("unknown: {why}")]),
@@ -149,13 +154,16 @@ pub fn evidence_lines(evidence: &Evidence, name: &dyn Fn(usize, u32) -> String) 
             continue;
         }
         let states = [left.map(|state| ("left", name(0, state))), right.map(|state| ("right", name(1, state)))];
-        let states: Vec<String> = states.into_iter().flatten().map(|(side, state)| format!("{side}: {state}")).collect();
+        let states: Vec<String> =
+            states.into_iter().flatten().map(|(side, state)| format!("{side}: {state}")).collect();
         let who = if matches!(label, Label::Wait(_)) { "both".to_string() } else { side(left_moves).to_string() };
         lines.push(format!("{who}: {label}; then {}", states.join(", ")));
     }
     lines.push(match &evidence.difference {
         Difference::Looks(one, two) => format!("the left side is {one}, the right side is {two}"),
-        Difference::Step(left, label) => format!("the {} side can do {label}, the {} side cannot", side(*left), side(!left)),
+        Difference::Step(left, label) => {
+            format!("the {} side can do {label}, the {} side cannot", side(*left), side(!left))
+        }
     });
     lines
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::compare::theory;
 use super::alike::Answered;
+use super::compare::theory;
 use super::reading::{Question, Run, Waiting};
 use crate::fact::Context;
 use crate::lower::{Environment, Expectation, Subject};

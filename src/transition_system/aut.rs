@@ -208,7 +208,8 @@ fn quoted(text: &str) -> String {
 /// The system as text. A bound that was hit cannot be written down: the caller must say so beside it.
 pub fn write(system: &TransitionSystem) -> String {
     let labels: Vec<String> = system.labels().iter().map(|label| quoted(&label.to_string())).collect();
-    let loops: Vec<Vec<String>> = system.marks().iter().map(|mark| seen(mark).iter().map(|text| quoted(text)).collect()).collect();
+    let loops: Vec<Vec<String>> =
+        system.marks().iter().map(|mark| seen(mark).iter().map(|text| quoted(text)).collect()).collect();
     let mut lines = String::new();
     let mut count = 0;
     for state in 0..system.states() as u32 {

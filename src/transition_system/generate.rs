@@ -122,7 +122,14 @@ pub struct Process<'a> {
 impl<'a> Process<'a> {
     /// This term under these definitions; what it reads from outside is one of the inputs.
     pub fn new(term: Term, definitions: &'a Definitions, clock: Clock, inputs: Inputs) -> Process<'a> {
-        Process { model: Model::new(definitions), term, clock, inputs, reads: Cell::new(false), last: RefCell::new(None) }
+        Process {
+            model: Model::new(definitions),
+            term,
+            clock,
+            inputs,
+            reads: Cell::new(false),
+            last: RefCell::new(None),
+        }
     }
 
     /// Whether a state was met that reads from outside.
@@ -135,13 +142,7 @@ impl<'a> Process<'a> {
         &self.inputs
     }
 
-    fn time(
-        &self,
-        state: &State,
-        moves: &[Move],
-        offers: bool,
-        all: &mut Vec<(Label, State)>,
-    ) -> Result<(), Trouble> {
+    fn time(&self, state: &State, moves: &[Move], offers: bool, all: &mut Vec<(Label, State)>) -> Result<(), Trouble> {
         let patience = state.patience(moves);
         *self.last.borrow_mut() = Some((state.clone(), patience.clone()));
         match (&self.clock, patience) {
@@ -313,7 +314,6 @@ pub fn generate<B: Behaviour>(
 ///
 /// # Errors
 /// [`Trouble`] where a state that is reached has no meaning, or the delays have no common measure.
-#[expect(clippy::type_complexity, reason = "a pair of processes and a pair of systems")]
 pub fn generate_pair<'a>(
     terms: [&Term; 2],
     definitions: &'a Definitions,
@@ -327,14 +327,13 @@ pub fn generate_pair<'a>(
     let mut last = Trouble::Coarse;
     for _ in 0..MOST_GRAINS {
         let clock = Clock::Ticks { tick: tick.clone(), fine };
-        let [left, right] =
-            terms.map(|term| Process::new(term.clone(), definitions, clock.clone(), inputs.clone()));
+        let [left, right] = terms.map(|term| Process::new(term.clone(), definitions, clock.clone(), inputs.clone()));
         let made = generate(&left, bounds, stop).and_then(|one| Ok((one, generate(&right, bounds, stop)?)));
         match made {
             Ok((one, two)) => return Ok(([left, right], [one, two])),
             Err(Trouble::Coarse) if !fine => {
                 fine = true;
-                tick = tick / BigRational::from_integer(2.into());
+                tick /= BigRational::from_integer(2.into());
             }
             Err(Trouble::Grain(finer)) if !finer.is_zero() => {
                 last = Trouble::Grain(finer.clone());

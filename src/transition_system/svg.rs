@@ -111,6 +111,9 @@ fn rows(system: &TransitionSystem, edges: &BTreeMap<(u32, u32), Vec<String>>) ->
     rows
 }
 
+/// Where labels may stand, and the labels.
+type Wanted = (Vec<(f64, f64)>, Vec<String>);
+
 struct Picture {
     body: String,
     place: Vec<(f64, f64)>,
@@ -119,7 +122,7 @@ struct Picture {
     /// What is covered already: left, top, right, bottom.
     taken: Vec<[f64; 4]>,
     /// Labels with the places where they may stand, the best first.
-    wanted: Vec<(Vec<(f64, f64)>, Vec<String>)>,
+    wanted: Vec<Wanted>,
 }
 
 impl Picture {
@@ -208,7 +211,10 @@ impl Picture {
             let covers = |(x, y): (f64, f64)| [x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0];
             let free = |place: &&(f64, f64)| {
                 let [left, top, right, bottom] = covers(**place);
-                !self.taken.iter().any(|other| left < other[2] && other[0] < right && top < other[3] && other[1] < bottom)
+                !self
+                    .taken
+                    .iter()
+                    .any(|other| left < other[2] && other[0] < right && top < other[3] && other[1] < bottom)
             };
             let Some(place) = places.iter().find(free).or(places.first()).copied() else { continue };
             self.taken.push(covers(place));

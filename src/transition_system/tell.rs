@@ -43,6 +43,9 @@ impl TransitionSystem {
         while next < open.len() {
             let state = open[next];
             next += 1;
+            if self.is_open(state) {
+                builder.leave_open(number[state as usize]);
+            }
             for (label, to) in self.steps(state) {
                 let (mut label, mut to) = (self.label(*label).clone(), *to);
                 if let Label::Wait(time) = &mut label {
@@ -60,13 +63,35 @@ impl TransitionSystem {
                 }
                 if number[to as usize] == u32::MAX {
                     number[to as usize] = builder.state(self.mark(to).clone());
-                    if self.is_open(to) {
-                        builder.leave_open(number[to as usize]);
-                    }
                     open.push(to);
                 }
                 let label = builder.label(label);
                 builder.transition(number[state as usize], label, number[to as usize]);
+            }
+        }
+        builder.finish(0, self.cut)
+    }
+
+    /// The system without the states that cannot be reached.
+    pub fn reachable(&self) -> TransitionSystem {
+        let mut number = vec![u32::MAX; self.states()];
+        let mut builder = Builder::new();
+        let labels: Vec<u32> = self.labels().iter().map(|label| builder.label(label.clone())).collect();
+        number[self.initial() as usize] = builder.state(self.mark(self.initial()).clone());
+        let mut open = vec![self.initial()];
+        let mut next = 0;
+        while next < open.len() {
+            let state = open[next];
+            next += 1;
+            if self.is_open(state) {
+                builder.leave_open(number[state as usize]);
+            }
+            for (label, to) in self.steps(state) {
+                if number[*to as usize] == u32::MAX {
+                    number[*to as usize] = builder.state(self.mark(*to).clone());
+                    open.push(*to);
+                }
+                builder.transition(number[state as usize], labels[*label as usize], number[*to as usize]);
             }
         }
         builder.finish(0, self.cut)

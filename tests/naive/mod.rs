@@ -135,9 +135,8 @@ impl World {
                     continue;
                 }
                 for label in self.labels(silent).into_iter().filter(|label| !silent || *label != Label::Tau) {
-                    let step = |set: &BTreeSet<u32>| {
-                        closed(set.iter().flat_map(|state| self.after(*state, &label)).collect())
-                    };
+                    let step =
+                        |set: &BTreeSet<u32>| closed(set.iter().flat_map(|state| self.after(*state, &label)).collect());
                     open.push((step(&one), step(&two)));
                 }
             }
