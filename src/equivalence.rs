@@ -110,6 +110,9 @@ struct Task<'t> {
     stop: &'t dyn Fn() -> bool,
 }
 
+/// The bytes that a weak step takes while the systems are compared, about.
+const WEAK_BYTES: usize = 100;
+
 const UNFOLLOWED: &str = "a difference was found, but no run that shows it";
 
 impl Task<'_> {
@@ -156,7 +159,7 @@ impl Task<'_> {
         if one == two {
             return Verdict::Yes;
         }
-        let most = self.bounds.bytes / 40;
+        let most = self.bounds.bytes / WEAK_BYTES;
         let Some(saturated) = weak::saturated(&quotient, most) else {
             let most = self.bounds.bytes >> 20;
             return Verdict::Unknown(format!("{most} MiB of memory are not enough for the weak steps"));
@@ -203,8 +206,9 @@ impl Task<'_> {
         let quotient = self.union.quotient(&class, false);
         let (one, two) = self.classes(&class);
         let (one, two) = if turned { (two, one) } else { (one, two) };
-        let Some(ranks) = Pairs::of(&quotient, rule, (one, two), self.stop) else {
-            return Verdict::Unknown(format!("more than {} pairs of states are to be compared", pairs::MOST_PAIRS));
+        let ranks = match Pairs::of(&quotient, rule, (one, two), self.bounds.bytes, self.stop) {
+            Ok(ranks) => ranks,
+            Err(pairs) => return Verdict::Unknown(format!("{pairs} pairs of states were not enough")),
         };
         if ranks.rank(one, two).is_none() {
             return Verdict::Yes;

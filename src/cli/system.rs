@@ -246,7 +246,7 @@ fn answer_json(files: [&Path; 2], relation: Preorder, word: &str, verdict: &Verd
     let names = files.map(|path| path.display().to_string());
     let mut object = json!({ "files": names, "kind": relation.name(), "verdict": word, "trace": lines });
     if let (Verdict::No(evidence), Some(map)) = (verdict, object.as_object_mut()) {
-        map.insert("formula".into(), json!(evidence.formula()));
+        map.insert("formula".into(), json!(evidence.formula(1 << 20)));
         map.insert("holds".into(), json!(if evidence.holds_left { "left" } else { "right" }));
         map.insert("run".into(), json!(run_json(evidence)));
     }

@@ -47,8 +47,13 @@ pub struct Formulas {
     places: HashMap<Node, Place>,
 }
 
-/// The longest formula that is printed in full, in letters.
-const LONGEST: usize = 1_500;
+/// A piece of a formula that is still to be written.
+enum Piece<'f> {
+    Text(&'static str),
+    Label(&'f Label),
+    /// A part, and whether it stands inside another.
+    Part(Place, bool),
+}
 
 impl Formulas {
     /// The place of a formula, which is added if it is new.
@@ -95,79 +100,73 @@ impl Formulas {
         self.nodes.len()
     }
 
-    /// The formula as text, cut where it gets too long to read.
-    pub fn text(&self, root: Place) -> String {
-        enum Piece<'f> {
-            Text(&'static str),
-            Label(&'f Label),
-            Part(Place, bool),
-        }
+    /// The formula as text, cut where it has more than this many letters.
+    pub fn text(&self, root: Place, longest: usize) -> String {
         let mut out = String::new();
         let mut open = vec![Piece::Part(root, false)];
         while let Some(piece) = open.pop() {
-            if out.len() > LONGEST {
+            if out.len() > longest {
                 out.push_str(" …");
                 return out;
             }
-            let (place, inside) = match piece {
-                Piece::Text(text) => {
-                    out.push_str(text);
-                    continue;
-                }
+            match piece {
+                Piece::Text(text) => out.push_str(text),
                 Piece::Label(label) => {
                     let _ = write!(out, "<{label}> ");
-                    continue;
                 }
-                Piece::Part(place, inside) => (place, inside),
-            };
-            match self.node(place) {
-                Node::True => out.push_str("true"),
-                Node::False => out.push_str("false"),
-                Node::Ends(ending) => out.push_str(&ending.to_string()),
-                Node::Shows(shown) => out.push_str(&format!("shows {shown}")),
-                Node::Hides(shown) => out.push_str(&format!("not shows {shown}")),
-                Node::Looks(mark) => out.push_str(&format!("[{mark}]")),
-                Node::Some(weak, label, _) | Node::All(weak, label, _) => {
-                    let some = matches!(self.node(place), Node::Some(..));
-                    let (label, next) = self.waits(place, label);
-                    let signs = match (some, weak) {
-                        (true, false) => ["<", ">"],
-                        (true, true) => ["<<", ">>"],
-                        (false, false) => ["[", "]"],
-                        (false, true) => ["[[", "]]"],
-                    };
-                    let _ = write!(out, "{}{label}{}", signs[0], signs[1]);
-                    if *self.node(next) != Node::True {
-                        out.push(' ');
-                        open.push(Piece::Part(next, true));
-                    } else if !some {
-                        out.push_str(" true");
-                    }
-                }
-                Node::And(parts) | Node::Or(parts) => {
-                    let word = if matches!(self.node(place), Node::And(_)) { " and " } else { " or " };
-                    let mut pieces = vec![Piece::Text(if inside { "(" } else { "" })];
-                    for (index, part) in parts.iter().enumerate() {
-                        pieces.push(Piece::Text(if index > 0 { word } else { "" }));
-                        pieces.push(Piece::Part(*part, true));
-                    }
-                    pieces.push(Piece::Text(if inside { ")" } else { "" }));
-                    open.extend(pieces.into_iter().rev());
-                }
-                Node::Not(part) => {
-                    out.push_str("not ");
-                    open.push(Piece::Part(*part, true));
-                }
-                Node::Until(hold, label, next) => {
-                    out.push('(');
-                    open.extend([Piece::Text(")"), Piece::Part(*next, true), Piece::Label(label)]);
-                    if *self.node(*hold) != Node::True {
-                        open.extend([Piece::Text(" "), Piece::Part(*hold, true)]);
-                    }
-                }
+                Piece::Part(place, inside) => self.part(place, inside, &mut out, &mut open),
             }
         }
         out
+    }
+
+    /// Writes how a part begins, and notes what follows, the last first.
+    fn part<'f>(&'f self, place: Place, inside: bool, out: &mut String, open: &mut Vec<Piece<'f>>) {
+        match self.node(place) {
+            Node::True => out.push_str("true"),
+            Node::False => out.push_str("false"),
+            Node::Ends(ending) => out.push_str(&ending.to_string()),
+            Node::Shows(shown) => out.push_str(&format!("shows {shown}")),
+            Node::Hides(shown) => out.push_str(&format!("not shows {shown}")),
+            Node::Looks(mark) => out.push_str(&format!("{{{mark}}}")),
+            Node::Some(weak, label, _) | Node::All(weak, label, _) => {
+                let some = matches!(self.node(place), Node::Some(..));
+                let (label, next) = self.waits(place, label);
+                let signs = match (some, weak) {
+                    (true, false) => ["<", ">"],
+                    (true, true) => ["<<", ">>"],
+                    (false, false) => ["[", "]"],
+                    (false, true) => ["[[", "]]"],
+                };
+                let _ = write!(out, "{}{label}{}", signs[0], signs[1]);
+                // `<a>` alone says that there is such a step.
+                if !some || *self.node(next) != Node::True {
+                    out.push(' ');
+                    open.push(Piece::Part(next, true));
+                }
+            }
+            Node::And(parts) | Node::Or(parts) => {
+                let word = if matches!(self.node(place), Node::And(_)) { " and " } else { " or " };
+                let mut pieces = vec![Piece::Text(if inside { "(" } else { "" })];
+                for (index, part) in parts.iter().enumerate() {
+                    pieces.push(Piece::Text(if index > 0 { word } else { "" }));
+                    pieces.push(Piece::Part(*part, true));
+                }
+                pieces.push(Piece::Text(if inside { ")" } else { "" }));
+                open.extend(pieces.into_iter().rev());
+            }
+            Node::Not(part) => {
+                out.push_str("not ");
+                open.push(Piece::Part(*part, true));
+            }
+            Node::Until(hold, label, next) => {
+                out.push('(');
+                open.extend([Piece::Text(")"), Piece::Part(*next, true), Piece::Label(label)]);
+                if *self.node(*hold) != Node::True {
+                    open.extend([Piece::Text(" "), Piece::Part(*hold, true)]);
+                }
+            }
+        }
     }
 
     /// Steps of time that follow one another, as one.

@@ -36,7 +36,9 @@ pub(super) struct Pairs {
 }
 
 /// The most pairs that are looked into.
-pub(super) const MOST_PAIRS: usize = 4_000_000;
+const MOST_PAIRS: usize = 4_000_000;
+/// The bytes that a pair with its challenges takes, about.
+const PAIR_BYTES: usize = 256;
 
 struct Search<'s> {
     system: &'s TransitionSystem,
@@ -51,13 +53,18 @@ struct Search<'s> {
 }
 
 impl Pairs {
-    /// Looks into all pairs that matter for this one; none if they are too many.
+    /// Looks into all pairs that matter for this one, with no more than so many bytes.
+    ///
+    /// # Errors
+    /// The number of pairs that were not enough.
     pub(super) fn of(
         system: &TransitionSystem,
         rule: Rule,
         pair: (u32, u32),
+        bytes: usize,
         stop: &dyn Fn() -> bool,
-    ) -> Option<Pairs> {
+    ) -> Result<Pairs, usize> {
+        let most = MOST_PAIRS.min(bytes / PAIR_BYTES);
         let mut search = Search {
             system,
             rule,
@@ -71,11 +78,11 @@ impl Pairs {
         let mut next = 0;
         let mut level = Vec::new();
         while next < search.pairs.len() {
-            if search.pairs.len() > MOST_PAIRS || search.challenges.len() > 8 * MOST_PAIRS {
-                return None;
+            if search.pairs.len() > most || search.challenges.len() > 8 * most {
+                return Err(most);
             }
             if next % 4096 == 0 && stop() {
-                return None;
+                return Err(next);
             }
             let (one, two) = search.pairs[next];
             if !rule.agrees(system.mark(one), system.mark(two)) {
@@ -87,7 +94,7 @@ impl Pairs {
             next += 1;
         }
         search.spread(level);
-        Some(Pairs { places: search.places, ranks: search.ranks })
+        Ok(Pairs { places: search.places, ranks: search.ranks })
     }
 
     /// In how many steps the second fails to answer the first; none if it never does, or the pair was not met.

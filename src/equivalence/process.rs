@@ -22,6 +22,9 @@ pub struct ProcessAnswer {
     pub states: [Vec<State>; 2],
     /// The number of states of each.
     pub sizes: [usize; 2],
+    /// Whether communications are offered while delays run: then they were tried at every end of a delay and at one moment
+    /// between any two, so that "yes" says nothing of several communications in between.
+    pub between: bool,
     /// For "no", the choices that lead each side through the run, as the stepper saves them; none where the side stands
     /// still.
     pub choices: [Vec<String>; 2],
@@ -85,7 +88,8 @@ pub fn compare_processes(
         let settled = !matches!(verdict, Verdict::Yes) || enough;
         let verdict = if settled { verdict } else { Verdict::Unknown(untried(&inputs)) };
         let choices = replayed(&verdict, &inputs, definitions, [&one.states, &two.states], relation);
-        let answer = ProcessAnswer { verdict, states: [one.states, two.states], sizes, choices };
+        let between = processes[0].is_fine();
+        let answer = ProcessAnswer { verdict, states: [one.states, two.states], sizes, between, choices };
         let more_helps = inputs.symmetric && !traces;
         last = Some(answer);
         if settled || !more_helps {

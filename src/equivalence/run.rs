@@ -35,9 +35,9 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// The formula as text.
-    pub fn formula(&self) -> String {
-        self.formulas.text(self.root)
+    /// The formula as text, cut where it has more than this many letters.
+    pub fn formula(&self, longest: usize) -> String {
+        self.formulas.text(self.root, longest)
     }
 }
 

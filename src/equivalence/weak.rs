@@ -53,9 +53,8 @@ pub(super) fn without_cycles(system: &TransitionSystem) -> (TransitionSystem, Ve
     (system.quotient(&group, true), group)
 }
 
-/// The system whose steps are those of this one with any number of internal steps before and behind; an internal step
-/// is any number of them, none included. None if it would have more transitions than this.
-pub(super) fn saturated(system: &TransitionSystem, most: usize) -> Option<TransitionSystem> {
+/// For each state those that internal steps lead to, itself included; none if they are more than this in all.
+fn closures(system: &TransitionSystem, most: usize) -> Option<Vec<Vec<u32>>> {
     let states = system.states();
     let order = system.components();
     let mut by_number: Vec<u32> = (0..states as u32).collect();
@@ -85,6 +84,14 @@ pub(super) fn saturated(system: &TransitionSystem, most: usize) -> Option<Transi
         }
         at = end;
     }
+    Some(closure)
+}
+
+/// The system whose steps are those of this one with any number of internal steps before and behind; an internal step
+/// is any number of them, none included. None if it would have more transitions than this.
+pub(super) fn saturated(system: &TransitionSystem, most: usize) -> Option<TransitionSystem> {
+    let states = system.states();
+    let closure = closures(system, most)?;
     let mut builder = Builder::new();
     for state in 0..states as u32 {
         builder.state(system.mark(state).clone());
@@ -102,6 +109,9 @@ pub(super) fn saturated(system: &TransitionSystem, most: usize) -> Option<Transi
             if found.len() > 1 << 22 {
                 found.sort_unstable();
                 found.dedup();
+                if found.len() > most {
+                    return None;
+                }
             }
         }
         found.sort_unstable();

@@ -96,7 +96,13 @@ impl Run<'_, '_> {
         };
         let sizes = format!("{} and {} states", answer.sizes[0], answer.sizes[1]);
         let (verdict, lines) = match &answer.verdict {
-            Verdict::Yes => ("yes", vec![format!("yes: {} ({sizes})", relation.says(true))]),
+            Verdict::Yes => ("yes", {
+                let mut lines = vec![format!("yes: {} ({sizes})", relation.says(true))];
+                if answer.between && left != right {
+                    lines.push("as far as at most one communication happens between two ends of delays".to_string());
+                }
+                lines
+            }),
             Verdict::No(evidence) => {
                 let mut lines = vec![format!("no: {} ({sizes})", relation.says(false))];
                 let name = |side: usize, state: u32| named(answer.states[side].get(state as usize));
@@ -127,13 +133,16 @@ fn named(state: Option<&State>) -> String {
     }
 }
 
+/// The longest formula that is shown in full, in letters.
+const LONGEST: usize = 1_500;
 /// Steps of a run that are told; of a longer one, the first and the last.
 const MOST_TOLD: usize = 40;
 
 /// Why two systems differ, a line each; `name` says what a state of the left (0) or right (1) system is.
 pub fn evidence_lines(evidence: &Evidence, name: &dyn Fn(usize, u32) -> String) -> Vec<String> {
     let side = |left: bool| if left { "left" } else { "right" };
-    let mut lines = vec![format!("the {} side alone satisfies {}", side(evidence.holds_left), evidence.formula())];
+    let mut lines =
+        vec![format!("the {} side alone satisfies {}", side(evidence.holds_left), evidence.formula(LONGEST))];
     let mut told: Vec<(bool, Label, Option<u32>, Option<u32>)> = Vec::new();
     for step in &evidence.run {
         match (told.last_mut(), &step.label) {

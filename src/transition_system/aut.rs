@@ -134,7 +134,8 @@ impl<'t> Reader<'t> {
         }
     }
 
-    fn read(&mut self) -> Result<TransitionSystem, Failure> {
+    /// `des (initial, transitions, states)`: the three numbers.
+    fn header(&mut self) -> Result<(u64, u64, u64), Failure> {
         self.skip();
         if !self.rest().starts_with("des") {
             return self.wrong("`des (initial, transitions, states)`");
@@ -159,6 +160,11 @@ impl<'t> Reader<'t> {
         if states > 64 + 1_000_000 + 16 * self.text.len() as u64 {
             return Err((states_at, format!("{states} states, which this text does not describe")));
         }
+        Ok((initial, count, states))
+    }
+
+    fn read(&mut self) -> Result<TransitionSystem, Failure> {
+        let (initial, count, states) = self.header()?;
         let mut builder = Builder::new();
         (0..states).for_each(|_| {
             builder.state(Mark::plain());

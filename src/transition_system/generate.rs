@@ -137,6 +137,11 @@ impl<'a> Process<'a> {
         self.reads.get()
     }
 
+    /// Whether its ticks leave a moment between any two events, as is needed where it offers something meanwhile.
+    pub fn is_fine(&self) -> bool {
+        matches!(self.clock, Clock::Ticks { fine: true, .. })
+    }
+
     /// What it may read.
     pub fn inputs(&self) -> &Inputs {
         &self.inputs
