@@ -8,7 +8,9 @@ const MOST_TOLD: usize = 24;
 /// Each state with its steps; of a large system, where to see them. `name` says what a state is.
 pub fn told(system: &TransitionSystem, name: &dyn Fn(u32) -> String) -> Vec<String> {
     if system.states() > MOST_TOLD {
-        return Vec::new();
+        return vec![format!(
+            "more than {MOST_TOLD} states: `pars lts` writes them all with `--format aut`, or draws them"
+        )];
     }
     let mut lines = Vec::new();
     for state in 0..system.states() as u32 {
