@@ -5,6 +5,7 @@ use num_rational::BigRational;
 use crate::diagnostic::Span;
 use crate::law::{Connective, Fact};
 use crate::name::Name;
+use crate::preorder::Preorder;
 use crate::value::Relation;
 
 /// A name where it stands.
@@ -27,7 +28,6 @@ pub struct Item {
 
 /// The items of the language.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly every one is of the large kind")]
 pub enum ItemKind {
     /// `param t > 0, p0, n : natural`
     Param(Vec<Parameter>),
@@ -51,6 +51,12 @@ pub enum ItemKind {
     Flow(Ident),
     /// `project P to {At}`
     Project(Term, Vec<Ident>),
+    /// `lts P`
+    Lts(Term, Limits),
+    /// `minimise P`
+    Minimise(Term, Limits),
+    /// `compare P ~ Q weak`
+    Alike(Term, Term, Preorder, Limits),
     /// `expect …`
     Expect(Expect),
     /// `import "file"`
@@ -59,6 +65,15 @@ pub enum ItemKind {
     Law(Box<LawItem>),
     /// `exercise name "title" …`
     Exercise(Box<ExerciseItem>),
+}
+
+/// `bound 1000 memory 64`: how much may be built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limits {
+    /// The most states.
+    pub states: Option<usize>,
+    /// The most memory, in MiB.
+    pub memory: Option<usize>,
 }
 
 /// One entry of `param`.
@@ -140,7 +155,7 @@ pub struct CalcStep {
 /// What a claim or a simplification is expected to give.
 #[derive(Clone, Debug)]
 pub enum Expect {
-    /// `expect proved`, `refuted`, `open`
+    /// `expect proved`, `refuted`, `open`, `yes`, `no`, `unknown`
     Verdict(Ident),
     /// `expect = P`
     Term(Term),

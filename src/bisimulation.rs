@@ -22,6 +22,7 @@ use crate::model::{Meaningless, Outcome, State, explore::Label};
 use crate::term::Term;
 use crate::value::Value;
 
+pub(crate) use grain::{common_divisor, grain};
 pub use run::replay;
 
 /// How two terms compare.

@@ -3,6 +3,7 @@
 mod exercise;
 mod lint;
 mod step;
+mod system;
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::codes;
+use crate::preorder::Preorder;
 use crate::printer::format;
 use crate::progress::Watch;
 use crate::proof_file::check_file;
@@ -93,6 +95,45 @@ enum Command {
         #[arg(required = true)]
         files: Vec<PathBuf>,
     },
+    /// The transition system of a process or a file: what it can do, or the system itself. Exit code 4 when a bound is
+    /// hit.
+    Lts {
+        /// An `.aut` file, or a `.pars` file that declares the process.
+        file: PathBuf,
+        /// The system or process of a `.pars` file; the only system in it when it is left out.
+        process: Option<String>,
+        /// How to write it.
+        #[arg(long, value_enum, default_value = "text")]
+        format: system::Format,
+        /// The smallest system that is strongly bisimilar to it.
+        #[arg(long)]
+        minimise: bool,
+        /// The most states.
+        #[arg(long, value_name = "N")]
+        bound: Option<usize>,
+        /// The most memory, in MiB.
+        #[arg(long, value_name = "MIB")]
+        memory: Option<usize>,
+        /// Where to write it.
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Compare two `.aut` files. Exit code: 0 yes, 1 no, 2 usage, 3 bad input, 4 unknown.
+    Compare {
+        /// The left system.
+        left: PathBuf,
+        /// The right system.
+        right: PathBuf,
+        /// strong, weak, branching, trace, weak-trace, simulation, simulation-equivalence or refinement.
+        #[arg(long = "as", value_name = "RELATION", value_parser = system::relation, default_value = "strong")]
+        relation: Preorder,
+        /// The most memory, in MiB.
+        #[arg(long, value_name = "MIB")]
+        memory: Option<usize>,
+        /// One JSON object.
+        #[arg(long)]
+        json: bool,
+    },
     /// Explain the code of an error, such as P0204.
     Explain {
         /// The code; all codes when it is left out.
@@ -141,6 +182,13 @@ pub fn run() -> u8 {
         Some(Command::Step { replay: Some(trace), .. }) => step::replay(&trace, watch, colour),
         Some(Command::Step { file, name, with, .. }) => {
             step::step(file.as_deref(), name.as_deref(), with.as_deref(), watch, colour)
+        }
+        Some(Command::Lts { file, process, format, minimise, bound, memory, output }) => {
+            let request = system::Request { file, term: process, format, minimise, bound, memory, output };
+            system::lts(&request, &watch, colour)
+        }
+        Some(Command::Compare { left, right, relation, memory, json }) => {
+            system::compare_files([&left, &right], relation, memory, json, &watch, colour)
         }
         Some(Command::Explain { code }) => explain(code.as_deref()),
     }

@@ -27,6 +27,12 @@ pub enum Keyword {
     Flow,
     /// `project`
     Project,
+    /// `lts`
+    Lts,
+    /// `minimise`
+    Minimise,
+    /// `compare`
+    Compare,
     /// `expect`
     Expect,
     /// `import`
@@ -58,8 +64,8 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first fifteen begin an item.
-    pub const ALL: [(Keyword, &'static str); 25] = [
+    /// All of them with their spelling; the first eighteen begin an item.
+    pub const ALL: [(Keyword, &'static str); 28] = [
         (Keyword::Exercise, "exercise"),
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
@@ -72,6 +78,9 @@ impl Keyword {
         (Keyword::Period, "period"),
         (Keyword::Flow, "flow"),
         (Keyword::Project, "project"),
+        (Keyword::Lts, "lts"),
+        (Keyword::Minimise, "minimise"),
+        (Keyword::Compare, "compare"),
         (Keyword::Expect, "expect"),
         (Keyword::Import, "import"),
         (Keyword::Law, "law"),
@@ -99,7 +108,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(15).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(18).any(|(keyword, _)| *keyword == self)
     }
 }
 
@@ -176,6 +185,8 @@ pub enum Kind {
     Star,
     /// `/`
     Slash,
+    /// `~`, between two processes that are compared
+    Tilde,
     /// A character that the language does not use; reported already.
     Unknown,
     /// The end of the text.
@@ -448,6 +459,7 @@ fn single(letter: char) -> Kind {
         '-' | '−' => Kind::Minus,
         '*' | '·' | '×' | '⋅' => Kind::Star,
         '/' => Kind::Slash,
+        '~' => Kind::Tilde,
         '↓' => Kind::Word(Keyword::To),
         _ => Kind::Unknown,
     }

@@ -17,6 +17,7 @@ pub mod proof;
 pub mod kernel;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──
 pub mod diagnostic;
+pub mod preorder;
 pub mod lexer;
 pub mod ast;
 pub mod parser;
@@ -28,6 +29,8 @@ pub mod proof_file;
 // ── engine: every answer comes with its proof ──
 pub mod model;
 pub mod bisimulation;
+pub mod transition_system;
+pub mod equivalence;
 pub mod refute;
 pub mod stepper;
 pub mod absence;

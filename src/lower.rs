@@ -24,6 +24,7 @@ use crate::definition::Definitions;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::law::{Condition, Connective, Law, Laws};
 use crate::name::Name;
+use crate::preorder::Preorder;
 use crate::term::{Node, Term};
 use crate::value::Value;
 
@@ -164,6 +165,12 @@ pub enum Lowered {
     Flow(Name),
     /// `project P to {…}`: without `Delay`, which always stays
     Project(Subject, BTreeSet<Name>),
+    /// `lts P`
+    Lts(Subject, ast::Limits),
+    /// `minimise P`
+    Minimise(Subject, ast::Limits),
+    /// `compare P ~ Q`
+    Alike(Subject, Subject, Preorder, ast::Limits),
     /// `expect …`
     Expect(Expectation),
     /// `import "file"`
@@ -192,6 +199,8 @@ pub enum Expectation {
     Refuted,
     /// The claim is left open.
     Open,
+    /// The answer is `yes`, `no` or `unknown`.
+    Answer(Name),
     /// The simplification gives this.
     Term(Term),
     /// These values are found.

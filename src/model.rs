@@ -128,12 +128,14 @@ pub struct Model<'a> {
     definitions: &'a Definitions,
     bound: RefCell<HashMap<Name, Rc<BTreeSet<Name>>>>,
     account: account::Account,
+    /// What parts that stand side by side have become, where no name is bound around them.
+    settled: RefCell<HashMap<Term, State>>,
 }
 
 impl<'a> Model<'a> {
     /// The meaning under these definitions.
     pub fn new(definitions: &'a Definitions) -> Model<'a> {
-        Model { definitions, bound: RefCell::default(), account: RefCell::default() }
+        Model { definitions, bound: RefCell::default(), account: RefCell::default(), settled: RefCell::default() }
     }
 
     /// The definitions that calls refer to.

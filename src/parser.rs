@@ -5,6 +5,7 @@
 mod claim;
 mod exercise;
 mod item;
+mod system;
 mod term;
 mod value;
 

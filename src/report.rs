@@ -111,6 +111,8 @@ pub struct Answer {
     pub lines: Vec<String>,
     /// What was expected of it.
     pub expected: Vec<Expected>,
+    /// `yes`, `no` or `unknown`, where the question asks for that.
+    pub verdict: Option<&'static str>,
 }
 
 impl Report {
@@ -140,7 +142,7 @@ impl Output {
     pub fn exit_code(&self) -> u8 {
         match self {
             Output::Claim(report) => report.exit_code(),
-            Output::Answer(answer) => u8::from(answer.expected.iter().any(|expected| !expected.met)),
+            Output::Answer(answer) => answer.exit_code(),
             Output::Trouble(_, diagnostics) => {
                 let wrong = diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
                 if wrong { 3 } else { 0 }
@@ -322,6 +324,17 @@ fn pairs(values: &[(Name, Value)]) -> Json {
 }
 
 impl Answer {
+    /// The exit code that it asks for: 1 for what was not expected, 4 for `unknown`.
+    pub fn exit_code(&self) -> u8 {
+        let met = self.expected.iter().all(|expected| expected.met);
+        match self.verdict {
+            None | Some("yes") => u8::from(!met),
+            Some(_) if met && !self.expected.is_empty() => 0,
+            Some("unknown") => 4,
+            Some(_) => 1,
+        }
+    }
+
     fn text(&self, paint: Paint) -> String {
         let mut out = String::new();
         let question = self.question.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -342,6 +355,9 @@ impl Answer {
         });
         if let (false, Some(map)) = (self.expected.is_empty(), object.as_object_mut()) {
             map.insert("expected".to_string(), json!(expected(&self.expected)));
+        }
+        if let (Some(verdict), Some(map)) = (self.verdict, object.as_object_mut()) {
+            map.insert("verdict".to_string(), json!(verdict));
         }
         object
     }

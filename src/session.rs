@@ -2,6 +2,7 @@
 //!
 //! It reads no file and prints nothing: what surrounds it finds imports, says when to stop, and takes the answers.
 
+mod alike;
 mod claim;
 mod compare;
 mod question;
@@ -27,7 +28,9 @@ use crate::proof_file;
 use crate::report::{Output, Report, Verdict};
 use crate::term::Term;
 
+pub use alike::evidence_lines;
 pub use compare::run_lines;
+
 use reading::Run;
 
 /// What a session asks of the world around it.

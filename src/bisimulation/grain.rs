@@ -11,7 +11,7 @@ use crate::definition::Definitions;
 use crate::term::{Node, Term};
 
 /// Half of the greatest common divisor of all constant delays in the terms and in what they call; 1/2 without any.
-pub(super) fn grain(terms: [&Term; 2], definitions: &Definitions) -> BigRational {
+pub(crate) fn grain(terms: [&Term; 2], definitions: &Definitions) -> BigRational {
     let mut divisor = BigRational::zero();
     let mut called = BTreeSet::new();
     let mut open: Vec<&Term> = terms.to_vec();
@@ -38,7 +38,8 @@ pub(super) fn grain(terms: [&Term; 2], definitions: &Definitions) -> BigRational
     divisor / BigRational::from_integer(BigInt::from(2))
 }
 
-fn common_divisor(left: &BigRational, right: &BigRational) -> BigRational {
+/// The greatest number of which both are whole multiples.
+pub(crate) fn common_divisor(left: &BigRational, right: &BigRational) -> BigRational {
     let denominator = left.denom().lcm(right.denom());
     let numerator = |number: &BigRational| number.numer() * (&denominator / number.denom());
     BigRational::new(numerator(left).gcd(&numerator(right)), denominator.clone())

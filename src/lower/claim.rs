@@ -277,6 +277,7 @@ impl Lowerer<'_> {
             ast::Expect::Verdict(word) => match word.name.as_str() {
                 "proved" => Expectation::Proved,
                 "refuted" => Expectation::Refuted,
+                "yes" | "no" | "unknown" => Expectation::Answer(word.name.clone()),
                 _ => Expectation::Open,
             },
             ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
@@ -313,6 +314,12 @@ impl Environment {
                 let subject = lowerer.subject(term);
                 let shown = lowerer.shown(shown);
                 subject.and_then(|subject| Some(Lowered::Project(subject, shown?)))
+            }
+            ast::ItemKind::Lts(term, limits) => lowerer.subject(term).map(|term| Lowered::Lts(term, *limits)),
+            ast::ItemKind::Minimise(term, limits) => lowerer.subject(term).map(|term| Lowered::Minimise(term, *limits)),
+            ast::ItemKind::Alike(left, right, relation, limits) => {
+                let (left, right) = (lowerer.subject(left), lowerer.subject(right));
+                left.and_then(|left| Some(Lowered::Alike(left, right?, *relation, *limits)))
             }
             ast::ItemKind::Expect(expect) => {
                 lowerer.free = true;

@@ -12,6 +12,8 @@ use crate::value::{Relation, Value};
 
 /// How deep terms may stand inside one another, and how often definitions may be unfolded without anything happening.
 const DEEPEST: usize = 200;
+/// How many settled parts are remembered.
+const MOST_SETTLED: usize = 10_000;
 /// How many copies of a power may end at once in a row.
 const MOST_COPIES: u64 = 10_000;
 
@@ -24,6 +26,17 @@ pub enum Scope<'s> {
 }
 
 impl Scope<'_> {
+    fn is_empty(&self) -> bool {
+        let mut scope = self;
+        while let Scope::Inner(results, outer) = scope {
+            if !results.is_empty() {
+                return false;
+            }
+            scope = outer;
+        }
+        true
+    }
+
     fn get(&self, name: &Name) -> Option<&Value> {
         let mut scope = self;
         while let Scope::Inner(results, outer) = scope {
@@ -205,11 +218,29 @@ impl Model<'_> {
         Ok(State::Stopped(results))
     }
 
+    /// One of several parts side by side: most of them stay as they are while one moves.
+    fn settle_part(&self, part: &Term, scope: &Scope, depth: usize) -> Result<State, Meaningless> {
+        // An account is kept of what is decided, so all of it is decided anew.
+        if !scope.is_empty() || self.account.borrow().is_some() {
+            return self.settle(part, scope, depth);
+        }
+        if let Some(state) = self.settled.borrow().get(part) {
+            return Ok(state.clone());
+        }
+        let state = self.settle(part, scope, depth)?;
+        let mut settled = self.settled.borrow_mut();
+        if settled.len() >= MOST_SETTLED {
+            settled.clear();
+        }
+        settled.insert(part.clone(), state.clone());
+        Ok(state)
+    }
+
     fn settle_parallel(&self, parts: &[Term], scope: &Scope, depth: usize) -> Result<State, Meaningless> {
         let mut running = Vec::new();
         let mut stopped: Option<Results> = None;
         for part in parts {
-            match self.settle(part, scope, depth + 1)? {
+            match self.settle_part(part, scope, depth + 1)? {
                 State::Stopped(results) => unite(stopped.get_or_insert_default(), results)?,
                 State::Aborted => {}
                 State::Running(part) => running.push(part),
@@ -232,7 +263,7 @@ impl Model<'_> {
         let mut stopped: Option<Results> = None;
         let mut ended = Vec::new();
         for part in parts {
-            match self.settle(part, scope, depth + 1)? {
+            match self.settle_part(part, scope, depth + 1)? {
                 State::Stopped(results) => {
                     unite(stopped.get_or_insert_default(), results)?;
                     ended.push((part.clone(), true));

@@ -50,6 +50,15 @@ impl Parser<'_> {
                 self.require(Kind::Word(Keyword::To), "`to` and the observers to keep, as in `project Sys to {At}`")?;
                 ItemKind::Project(term, self.shown()?)
             }
+            Keyword::Lts => {
+                let term = self.term()?;
+                ItemKind::Lts(term, self.limits()?)
+            }
+            Keyword::Minimise => {
+                let term = self.term()?;
+                ItemKind::Minimise(term, self.limits()?)
+            }
+            Keyword::Compare => self.alike()?,
             Keyword::Expect => ItemKind::Expect(self.expectation()?),
             Keyword::Import => {
                 let text = self.require(Kind::Text, "the name of a file in quotes")?.span.of(self.text);
@@ -243,13 +252,15 @@ impl Parser<'_> {
         if self.accept(Kind::Equal) {
             return Ok(Expect::Term(self.term()?));
         }
-        let verdict = matches!(self.spelling(), "proved" | "refuted" | "open") && self.ahead(1).kind != Kind::Equal;
+        let verdict = matches!(self.spelling(), "proved" | "refuted" | "open" | "yes" | "no" | "unknown")
+            && self.ahead(1).kind != Kind::Equal;
         if verdict {
             return Ok(Expect::Verdict(self.ident()));
         }
         let mut values = Vec::new();
         loop {
-            let name = self.small("`proved`, `refuted`, `open`, `= P`, or a value such as `t1 = 10`")?;
+            let name =
+                self.small("`proved`, `refuted`, `open`, `yes`, `no`, `unknown`, `= P`, or a value such as `t1 = 10`")?;
             self.require(Kind::Equal, "`=` and a value")?;
             values.push((name, self.value()?));
             if !self.accept(Kind::Comma) {

@@ -3,7 +3,7 @@
 use super::command::COMMANDS;
 use crate::diagnostic::nearest;
 
-const TOPICS: [(&str, &str); 8] = [
+const TOPICS: [(&str, &str); 9] = [
     (
         "processes",
         "Stop  Abort  Idle            end well, end badly, wait for ever
@@ -51,6 +51,16 @@ prove Sys satisfies Goal\n",
     ),
     ("stepping", crate::walk::HELP),
     ("exercises", crate::exercise::HELP),
+    (
+        "comparing",
+        "lts P                        what P can do: states, steps, deadlocks, livelocks
+lts P bound 1000 memory 64   up to so many states and MiB
+minimise P                   the smallest system that is strongly bisimilar
+compare P ~ Q                strongly bisimilar? yes, no with a formula and a run, or unknown
+compare P ~ Q weak           or branching, trace, weak-trace, simulation, simulation-equivalence, refinement
+expect yes | no | unknown    behind the question
+`pars lts` and `pars compare` do the same with .aut files, and draw\n",
+    ),
     (
         "laws",
         "`:laws` lists the laws, `:laws word` those that mention a word, `:law name` shows one.

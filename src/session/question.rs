@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::alike::Answered;
 use super::compare::theory;
 use super::reading::{Question, Run, Waiting};
 use crate::fact::Context;
@@ -9,12 +10,13 @@ use crate::lower::{Environment, Expectation, Subject};
 use crate::name::Name;
 use crate::proof::{Proof, Script, Statement, Step};
 use crate::prove::pruned;
-use crate::report::{Answer, Expected};
+use crate::report::{Answer, Expected, Output};
 use crate::simplify::Simplifier;
 use crate::term::{Node, Term};
 
 impl Run<'_, '_> {
-    pub(super) fn question(&mut self, waiting: &Waiting) -> Answer {
+    pub(super) fn question(&mut self, waiting: &Waiting) -> Output {
+        let mut answered = Answered::default();
         let (kind, lines, expected) = match &waiting.question {
             Question::Simplify(term) => self.simplified("simplify", term, waiting),
             Question::Project(subject, shown) => {
@@ -25,9 +27,26 @@ impl Run<'_, '_> {
             Question::Period(name) => ("period", self.period(name, waiting), Run::unmet(&waiting.expected)),
             Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
             Question::Claim(_) => ("claim", Vec::new(), Vec::new()),
+            Question::Lts(subject, limits) => {
+                answered = self.transition_system(&subject_term(subject, &waiting.environment), *limits, waiting);
+                ("lts", std::mem::take(&mut answered.lines), Run::unmet(&waiting.expected))
+            }
+            Question::Minimise(subject, limits) => {
+                answered = self.minimised(&subject_term(subject, &waiting.environment), *limits, waiting);
+                ("minimise", std::mem::take(&mut answered.lines), Run::unmet(&waiting.expected))
+            }
+            Question::Alike(left, right, relation, limits) => {
+                let terms = [left, right].map(|subject| subject_term(subject, &waiting.environment));
+                answered = self.alike(&terms, *relation, *limits, waiting);
+                ("compare", std::mem::take(&mut answered.lines), answered.expected(&waiting.expected))
+            }
         };
         let (file, line, question) = (waiting.file.clone(), waiting.line, waiting.text.clone());
-        Answer { file, line, kind, question, lines, expected }
+        if !answered.diagnostics.is_empty() {
+            return Output::Trouble(waiting.source.clone(), answered.diagnostics);
+        }
+        let verdict = answered.verdict;
+        Output::Answer(Box::new(Answer { file, line, kind, question, lines, expected, verdict }))
     }
 
     fn simplified(

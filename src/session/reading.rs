@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use super::{Emit, Record, State, Surroundings, at};
 use crate::admission::admit;
-use crate::ast::Item;
+use crate::ast::{Item, Limits};
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
 use crate::lower::{By, Claim, ClaimKind, Environment, Exercise, Expectation, Lowered, Subject};
 use crate::name::Name;
+use crate::preorder::Preorder;
 use crate::report::{Expected, Output};
 use crate::simplify::alone;
 
@@ -26,6 +27,19 @@ pub(super) enum Question {
     Flow(Name),
     /// `project P to {…}`
     Project(Subject, BTreeSet<Name>),
+    /// `lts P`
+    Lts(Subject, Limits),
+    /// `minimise P`
+    Minimise(Subject, Limits),
+    /// `compare P ~ Q`
+    Alike(Subject, Subject, Preorder, Limits),
+}
+
+impl Question {
+    /// Whether it is answered by a transition system.
+    fn is_about_systems(&self) -> bool {
+        matches!(self, Question::Lts(..) | Question::Minimise(..) | Question::Alike(..))
+    }
 }
 
 /// A question that waits for what is expected of it.
@@ -33,6 +47,7 @@ pub(super) struct Waiting {
     pub(super) question: Question,
     pub(super) environment: Environment,
     pub(super) source: Source,
+    pub(super) span: Span,
     pub(super) file: String,
     pub(super) line: usize,
     pub(super) text: String,
@@ -85,6 +100,9 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Flow(name) => Question::Flow(name),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
             Lowered::Exercise(exercise) => Question::Claim(self.exercise(environment, exercise, item.span)),
+            Lowered::Lts(subject, limits) => Question::Lts(subject, limits),
+            Lowered::Minimise(subject, limits) => Question::Minimise(subject, limits),
+            Lowered::Alike(left, right, relation, limits) => Question::Alike(left, right, relation, limits),
             Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
             Lowered::Law(law) => {
                 let interrupted = || self.surroundings.interrupted();
@@ -109,11 +127,14 @@ impl<'r, 'e> Run<'r, 'e> {
             environment.laws = alone(&environment.laws, &laws);
         }
         // The places of a calculation's steps are looked up in the whole text.
-        let calculated = matches!(&question, Question::Claim(claim) if by_lines(claim));
+        let calculated = match &question {
+            Question::Claim(claim) => by_lines(claim),
+            question => question.is_about_systems(),
+        };
         let shown = if calculated { source.clone() } else { Source::default() };
         let file = source.name.clone();
-        let expected = Vec::new();
-        self.waiting = Some(Waiting { question, environment, source: shown, file, line, text, expected });
+        let (expected, span) = (Vec::new(), item.span);
+        self.waiting = Some(Waiting { question, environment, source: shown, span, file, line, text, expected });
     }
 
     /// Keeps an exercise; what it asks to show must be provable by the laws that it allows.
@@ -211,7 +232,7 @@ impl<'r, 'e> Run<'r, 'e> {
                 let record = self.claim(claim, &waiting);
                 (Output::Claim(Box::new(record.report.clone())), Some(record))
             }
-            _ => (Output::Answer(Box::new(self.question(&waiting))), None),
+            _ => (self.question(&waiting), None),
         };
         self.surroundings.ends();
         self.stopped = self.surroundings.interrupted();

@@ -1,0 +1,219 @@
+//! Equivalences and preorders of transition systems, each answer with its evidence.
+//!
+//! Strong bisimilarity is decided by partition refinement in O(m log n); weak bisimilarity, which compares endings
+//! exactly (`=c`), on the saturated branching quotient; branching bisimilarity by refinement in rounds; traces by sets
+//! of states; simulation and refinement by pairs. "No" carries a formula that holds of one side alone and a shortest
+//! run that tells the sides apart, both judged anew on the behaviours themselves; what does not stand is not shown.
+
+mod evidence;
+mod formula;
+mod judge;
+mod pairs;
+mod partition;
+mod process;
+mod replay;
+mod rounds;
+mod run;
+mod trace;
+mod weak;
+
+use crate::transition_system::{Bounds, TransitionSystem};
+
+pub use evidence::Difference;
+pub use formula::{Formulas, Node, Place};
+pub use partition::strong_partition;
+pub use process::{ProcessAnswer, compare_processes, minimised_system, system_of};
+pub use run::{Evidence, RunStep};
+
+pub use crate::preorder::Preorder;
+
+use evidence::{Found, Lost};
+use pairs::{Pairs, Rule};
+use rounds::{History, Kind};
+use run::Concrete;
+
+/// An answer.
+#[derive(Clone, Debug)]
+pub enum Verdict {
+    /// The two are related.
+    Yes,
+    /// They are not, for this reason.
+    No(Box<Evidence>),
+    /// Not decided, for this reason.
+    Unknown(String),
+}
+
+/// Compares two systems from the states in which they begin.
+pub fn compare(
+    left: &TransitionSystem,
+    right: &TransitionSystem,
+    relation: Preorder,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Verdict {
+    let verdict = decide(left, right, relation, bounds, stop);
+    let Verdict::No(evidence) = &verdict else { return verdict };
+    let here = |system: &TransitionSystem, state: u32| ((state as usize) < system.states()).then_some(state);
+    let (one, two) = (|state| here(left, state), |state| here(right, state));
+    match run::stands(evidence, [left, right], [&one, &two], relation) {
+        Ok(true) if left.cut.is_none() && right.cut.is_none() => verdict,
+        Ok(true) => Verdict::Unknown(cut(left, right)),
+        Ok(false) => Verdict::Unknown("a difference was found that did not stand up to being checked".into()),
+        Err(_) => Verdict::Unknown("a difference was found, but checking it takes too much".into()),
+    }
+}
+
+/// What is missing of systems that are not whole.
+fn cut(left: &TransitionSystem, right: &TransitionSystem) -> String {
+    left.cut.or(right.cut).map_or_else(String::new, |cut| cut.to_string())
+}
+
+/// Compares two systems; the evidence is not judged yet. Where a system is not whole, "yes" is unknown.
+fn decide(
+    left: &TransitionSystem,
+    right: &TransitionSystem,
+    relation: Preorder,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Verdict {
+    if left.states().saturating_add(right.states()) >= u32::MAX as usize {
+        return Verdict::Unknown("the systems have too many states".into());
+    }
+    let (union, second) = left.union(right);
+    let pair = (union.initial(), second);
+    let first = left.states() as u32;
+    let task = Task { union: &union, pair, first, bounds, stop };
+    let verdict = match relation {
+        Preorder::Strong => task.strong(),
+        Preorder::Weak => task.weak(),
+        Preorder::Branching => task.branching(),
+        Preorder::Trace => task.traces(false),
+        Preorder::WeakTrace => task.traces(true),
+        Preorder::Simulation => task.pairs(Rule::Simulates, false),
+        Preorder::Refinement => task.pairs(Rule::Refines, false),
+        Preorder::SimulationEquivalence => match task.pairs(Rule::Simulates, false) {
+            Verdict::Yes => task.pairs(Rule::Simulates, true),
+            other => other,
+        },
+    };
+    match verdict {
+        Verdict::Yes if union.cut.is_some() => Verdict::Unknown(cut(left, right)),
+        verdict => verdict,
+    }
+}
+
+struct Task<'t> {
+    union: &'t TransitionSystem,
+    pair: (u32, u32),
+    first: u32,
+    bounds: &'t Bounds,
+    stop: &'t dyn Fn() -> bool,
+}
+
+/// The bytes that a weak step takes while the systems are compared, about.
+const WEAK_BYTES: usize = 100;
+
+const UNFOLLOWED: &str = "a difference was found, but no run that shows it";
+
+impl Task<'_> {
+    /// The answer from what was found between classes of states.
+    fn no(&self, found: Option<Found>, class: &[u32], weak: bool, alone: bool, turned: bool) -> Verdict {
+        let concrete = Concrete { union: self.union, right: self.pair.1, class, weak, alone, turned };
+        match found.and_then(|found| concrete.evidence(found, self.first)) {
+            Some(evidence) => Verdict::No(Box::new(evidence)),
+            None => Verdict::Unknown(UNFOLLOWED.into()),
+        }
+    }
+
+    fn classes(&self, class: &[u32]) -> (u32, u32) {
+        (class[self.pair.0 as usize], class[self.pair.1 as usize])
+    }
+
+    fn strong(&self) -> Verdict {
+        let class = strong_partition(self.union);
+        let (one, two) = self.classes(&class);
+        if one == two {
+            return Verdict::Yes;
+        }
+        let quotient = self.union.quotient(&class, false);
+        self.lost_bisimulation(&quotient, &class, (one, two), false)
+    }
+
+    /// Evidence for two classes of a quotient that are not bisimilar.
+    fn lost_bisimulation(
+        &self,
+        quotient: &TransitionSystem,
+        class: &[u32],
+        (one, two): (u32, u32),
+        weak: bool,
+    ) -> Verdict {
+        let ranks = History::of(quotient, Kind::Strong, Some((one, two)));
+        let lost = Lost { system: quotient, ranks: &ranks, both: true, weak, branching: None };
+        self.no(lost.evidence(one, two), class, weak, false, false)
+    }
+
+    fn weak(&self) -> Verdict {
+        let observed = weak::observed(self.union);
+        let (quotient, class) = weak::branching_quotient(&observed);
+        let (one, two) = self.classes(&class);
+        if one == two {
+            return Verdict::Yes;
+        }
+        let most = self.bounds.bytes / WEAK_BYTES;
+        let Some(saturated) = weak::saturated(&quotient, most) else {
+            let most = self.bounds.bytes >> 20;
+            return Verdict::Unknown(format!("{most} MiB of memory are not enough for the weak steps"));
+        };
+        let parts = strong_partition(&saturated);
+        if parts[one as usize] == parts[two as usize] {
+            return Verdict::Yes;
+        }
+        self.lost_bisimulation(&saturated, &class, (one, two), true)
+    }
+
+    fn branching(&self) -> Verdict {
+        let observed = weak::observed(self.union);
+        let (acyclic, class) = weak::without_cycles(&observed);
+        let (one, two) = self.classes(&class);
+        let history = History::of(&acyclic, Kind::Branching, Some((one, two)));
+        if history.rank(one, two).is_none() {
+            return Verdict::Yes;
+        }
+        let lost = Lost { system: &acyclic, ranks: &history, both: true, weak: true, branching: Some(&history) };
+        self.no(lost.evidence(one, two), &class, true, false, false)
+    }
+
+    fn traces(&self, silent: bool) -> Verdict {
+        let observed;
+        let (system, class) = if silent {
+            observed = weak::observed(self.union);
+            weak::branching_quotient(&observed)
+        } else {
+            let class = strong_partition(self.union);
+            (self.union.quotient(&class, false), class)
+        };
+        match trace::traces(&system, self.classes(&class), silent, self.stop) {
+            trace::Traced::Same => Verdict::Yes,
+            trace::Traced::TooMany => {
+                Verdict::Unknown("there are too many sets of states to compare the traces".into())
+            }
+            trace::Traced::Different(found) => self.no(Some(*found), &class, silent, true, false),
+        }
+    }
+
+    fn pairs(&self, rule: Rule, turned: bool) -> Verdict {
+        let class = strong_partition(self.union);
+        let quotient = self.union.quotient(&class, false);
+        let (one, two) = self.classes(&class);
+        let (one, two) = if turned { (two, one) } else { (one, two) };
+        let ranks = match Pairs::of(&quotient, rule, (one, two), self.bounds.bytes, self.stop) {
+            Ok(ranks) => ranks,
+            Err(pairs) => return Verdict::Unknown(format!("{pairs} pairs of states were not enough")),
+        };
+        if ranks.rank(one, two).is_none() {
+            return Verdict::Yes;
+        }
+        let lost = Lost { system: &quotient, ranks: &ranks, both: rule.both(), weak: false, branching: None };
+        self.no(lost.evidence(one, two), &class, false, false, turned)
+    }
+}

@@ -1,0 +1,147 @@
+//! Closed processes compared by the systems that they are.
+
+use super::replay::choices;
+use super::run::{RunStep, stands};
+use super::{Preorder, Verdict, decide, strong_partition};
+use crate::definition::Definitions;
+use crate::model::{Model, State};
+use crate::term::Term;
+use crate::transition_system::{
+    Bounds, Clock, Generated, Inputs, Process, TransitionSystem, Trouble, generate, generate_pair,
+};
+
+/// How many foreign values are tried first for what is read from outside, and at most.
+const OTHERS: [usize; 3] = [2, 3, 5];
+
+/// What came of comparing two processes.
+#[derive(Clone, Debug)]
+pub struct ProcessAnswer {
+    /// The answer.
+    pub verdict: Verdict,
+    /// What the states of each system are, for the run.
+    pub states: [Vec<State>; 2],
+    /// The number of states of each.
+    pub sizes: [usize; 2],
+    /// Whether communications are offered while delays run: then they were tried at every end of a delay and at one moment
+    /// between any two, so that "yes" says nothing of several communications in between.
+    pub between: bool,
+    /// For "no", the choices that lead each side through the run, as the stepper saves them; none where the side stands
+    /// still.
+    pub choices: [Vec<String>; 2],
+}
+
+/// The system of one closed process, for people or for comparing it with itself; what is read is one of a few values.
+///
+/// # Errors
+/// [`Trouble`] where a state that is reached has no meaning.
+pub fn system_of(
+    term: &Term,
+    definitions: &Definitions,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Result<Generated<State>, Trouble> {
+    let inputs = Inputs::of(&[term], definitions, OTHERS[0]);
+    generate(&Process::new(term.clone(), definitions, Clock::Events, inputs), bounds, stop)
+}
+
+/// The smallest system that is strongly bisimilar to a closed process, with its time put together, and the number of
+/// states of the process in ticks.
+///
+/// # Errors
+/// [`Trouble`] where a state that is reached has no meaning, or draws at random.
+pub fn minimised_system(
+    term: &Term,
+    definitions: &Definitions,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Result<(TransitionSystem, usize), Trouble> {
+    let inputs = Inputs::of(&[term], definitions, OTHERS[0]);
+    let stopped = Term::stop();
+    let (_, [found, _]) = generate_pair([term, &stopped], definitions, &inputs, bounds, stop)?;
+    let small = found.system.quotient(&strong_partition(&found.system), false);
+    Ok((small.with_time_together(), found.system.states()))
+}
+
+/// Compares two closed processes: both in the same ticks, and what they read from outside is one of a few values. Where
+/// these do not stand for all, "yes" is unknown.
+///
+/// # Errors
+/// [`Trouble`] where a state that is reached has no meaning, or draws at random.
+pub fn compare_processes(
+    left: &Term,
+    right: &Term,
+    definitions: &Definitions,
+    relation: Preorder,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Result<ProcessAnswer, Trouble> {
+    let mut last = None;
+    for others in OTHERS {
+        let inputs = Inputs::of(&[left, right], definitions, others);
+        let (processes, [one, two]) = generate_pair([left, right], definitions, &inputs, bounds, stop)?;
+        let verdict = judged(&processes, [&one, &two], relation, bounds, stop);
+        let sizes = [one.system.states(), two.system.states()];
+        // Sets of states, which traces need, may hold more values than two states do.
+        let traces = relation.is_trace();
+        let reads = processes.iter().any(Process::reads);
+        let enough = !reads || (!traces && inputs.suffice(&processes, [&one.states, &two.states]));
+        let settled = !matches!(verdict, Verdict::Yes) || enough;
+        let verdict = if settled { verdict } else { Verdict::Unknown(untried(&inputs)) };
+        let choices = replayed(&verdict, &inputs, definitions, [&one.states, &two.states], relation);
+        let between = processes[0].is_fine();
+        let answer = ProcessAnswer { verdict, states: [one.states, two.states], sizes, between, choices };
+        let more_helps = inputs.symmetric && !traces;
+        last = Some(answer);
+        if settled || !more_helps {
+            break;
+        }
+    }
+    last.ok_or(Trouble::Coarse)
+}
+
+/// The choices of each side.
+fn replayed(
+    verdict: &Verdict,
+    inputs: &Inputs,
+    definitions: &Definitions,
+    states: [&[State]; 2],
+    relation: Preorder,
+) -> [Vec<String>; 2] {
+    let Verdict::No(evidence) = verdict else { return [Vec::new(), Vec::new()] };
+    let model = Model::new(definitions);
+    let side = |side: usize| {
+        let state = |number: u32| states[side].get(number as usize).cloned();
+        let after = |step: &RunStep| (if side == 0 { step.left } else { step.right }).and_then(state);
+        let start = states[side].first()?;
+        choices(&model, inputs, start, &evidence.run, &after, relation.is_weak())
+    };
+    [side(0).unwrap_or_default(), side(1).unwrap_or_default()]
+}
+
+fn untried(inputs: &Inputs) -> String {
+    let values: Vec<String> = inputs.values.iter().map(ToString::to_string).collect();
+    format!("no difference while only {} are read from outside, which may not stand for all values", values.join(", "))
+}
+
+fn judged(
+    processes: &[Process; 2],
+    generated: [&Generated<State>; 2],
+    relation: Preorder,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Verdict {
+    let [one, two] = generated;
+    let systems: [&TransitionSystem; 2] = [&one.system, &two.system];
+    let verdict = decide(systems[0], systems[1], relation, bounds, stop);
+    let Verdict::No(evidence) = &verdict else { return verdict };
+    let cut = systems[0].cut.or(systems[1].cut);
+    let left = |state: u32| one.states.get(state as usize).cloned();
+    let right = |state: u32| two.states.get(state as usize).cloned();
+    // The model itself is asked, not the systems: so that a difference stands even where a bound was hit.
+    match (stands(evidence, [&processes[0], &processes[1]], [&left, &right], relation), cut) {
+        (Ok(true), _) => verdict,
+        (_, Some(cut)) => Verdict::Unknown(cut.to_string()),
+        (Ok(false), None) => Verdict::Unknown("a difference was found that did not stand up to being checked".into()),
+        (Err(_), None) => Verdict::Unknown("a difference was found, but checking it takes too much".into()),
+    }
+}

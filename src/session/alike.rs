@@ -1,0 +1,178 @@
+//! Questions answered by transition systems: `lts P`, `minimise P`, `compare P ~ Q`.
+
+use super::reading::{Run, Waiting};
+use crate::ast::Limits;
+use crate::diagnostic::Diagnostic;
+use crate::equivalence::{Difference, Evidence, Preorder, Verdict, compare_processes, minimised_system, system_of};
+use crate::lower::Expectation;
+use crate::model::State;
+use crate::report::Expected;
+use crate::term::Term;
+use crate::transition_system::{Bounds, Label, Trouble, look, summary, told};
+
+/// An answer before it is put into words for a person or a program.
+#[derive(Default)]
+pub(super) struct Answered {
+    pub(super) lines: Vec<String>,
+    pub(super) verdict: Option<&'static str>,
+    /// Why there is no answer.
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+impl Answered {
+    /// Which expectations it meets.
+    pub(super) fn expected(&self, expected: &[(Expectation, String)]) -> Vec<Expected> {
+        let met = |expectation: &Expectation| match expectation {
+            Expectation::Answer(word) => Some(word.as_str()) == self.verdict,
+            _ => false,
+        };
+        expected.iter().map(|(one, text)| Expected { text: text.clone(), met: met(one) }).collect()
+    }
+
+    /// There is no answer, since the process has no meaning, or none that steps alone could show.
+    fn trouble(trouble: &Trouble, waiting: &Waiting) -> Answered {
+        let message = match trouble {
+            Trouble::Meaningless(why) => format!("this has no meaning: {why}"),
+            other => format!("steps alone do not say what this does: {other}"),
+        };
+        let diagnostic = Diagnostic::error("P0920", message).label(waiting.span, "asked here");
+        let diagnostic = match trouble {
+            Trouble::Meaningless(why) if why.why.contains("has no value") || why.why.contains("is not a number") => {
+                diagnostic.help("a system is made of closed processes: give each parameter a value, `param t = 1`")
+            }
+            Trouble::Draws => diagnostic.help("`prove P = Q` compares processes that draw at random"),
+            _ => diagnostic,
+        };
+        Answered { diagnostics: vec![diagnostic], ..Answered::default() }
+    }
+}
+
+/// The bounds that were asked for.
+fn bounds(limits: Limits) -> Bounds {
+    let usual = Bounds::default();
+    Bounds {
+        states: limits.states.unwrap_or(usual.states),
+        bytes: limits.memory.map_or(usual.bytes, |megabytes| megabytes.saturating_mul(1 << 20)),
+    }
+}
+
+impl Run<'_, '_> {
+    pub(super) fn transition_system(&self, term: &Term, limits: Limits, waiting: &Waiting) -> Answered {
+        let stop = || self.surroundings.interrupted();
+        match system_of(term, &waiting.environment.definitions, &bounds(limits), &stop) {
+            Err(trouble) => Answered::trouble(&trouble, waiting),
+            Ok(found) => {
+                let mut lines = summary(&found.system);
+                lines.extend(told(&found.system, &|state| named(found.states.get(state as usize))));
+                Answered { lines, ..Answered::default() }
+            }
+        }
+    }
+
+    pub(super) fn minimised(&self, term: &Term, limits: Limits, waiting: &Waiting) -> Answered {
+        let stop = || self.surroundings.interrupted();
+        match minimised_system(term, &waiting.environment.definitions, &bounds(limits), &stop) {
+            Err(trouble) => Answered::trouble(&trouble, waiting),
+            Ok((system, before)) => {
+                let mut lines = vec![format!("from {before} states")];
+                lines.extend(summary(&system));
+                lines.extend(told(&system, &|state| look(system.mark(state))));
+                Answered { lines, ..Answered::default() }
+            }
+        }
+    }
+
+    pub(super) fn alike(&self, terms: &[Term; 2], relation: Preorder, limits: Limits, waiting: &Waiting) -> Answered {
+        let stop = || self.surroundings.interrupted();
+        let definitions = &waiting.environment.definitions;
+        let [left, right] = terms;
+        let answer = match compare_processes(left, right, definitions, relation, &bounds(limits), &stop) {
+            Err(Trouble::Draws) => {
+                let line = "unknown: a side draws at random; `prove P = Q` compares chances".to_string();
+                return Answered { lines: vec![line], verdict: Some("unknown"), diagnostics: Vec::new() };
+            }
+            Err(trouble) => return Answered::trouble(&trouble, waiting),
+            Ok(answer) => answer,
+        };
+        let sizes = format!("{} and {} states", answer.sizes[0], answer.sizes[1]);
+        let (verdict, lines) = match &answer.verdict {
+            Verdict::Yes => ("yes", {
+                let mut lines = vec![format!("yes: {} ({sizes})", relation.says(true))];
+                if answer.between && left != right {
+                    lines.push("as far as at most one communication happens between two ends of delays".to_string());
+                }
+                lines
+            }),
+            Verdict::No(evidence) => {
+                let mut lines = vec![format!("no: {} ({sizes})", relation.says(false))];
+                let name = |side: usize, state: u32| named(answer.states[side].get(state as usize));
+                lines.extend(evidence_lines(evidence, &name));
+                for (side, choices) in ["left", "right"].into_iter().zip(&answer.choices) {
+                    if !choices.is_empty() && choices.len() <= MOST_TOLD {
+                        lines.push(format!("for the stepper, {side}: {}", choices.join(", ")));
+                    }
+                }
+                ("no", lines)
+            }
+            Verdict::Unknown(why) => ("unknown", vec![format!("unknown: {why}")]),
+        };
+        Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() }
+    }
+}
+
+fn named(state: Option<&State>) -> String {
+    match state {
+        Some(State::Stopped(results)) if results.is_empty() => "has stopped".to_string(),
+        Some(State::Stopped(results)) => {
+            let results: Vec<String> = results.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            format!("has stopped with {}", results.join(", "))
+        }
+        Some(State::Aborted) => "has aborted".to_string(),
+        Some(State::Running(term)) => term.to_string(),
+        None => String::new(),
+    }
+}
+
+/// The longest formula that is shown in full, in letters.
+const LONGEST: usize = 1_500;
+/// Steps of a run that are told; of a longer one, the first and the last.
+const MOST_TOLD: usize = 40;
+
+/// Why two systems differ, a line each; `name` says what a state of the left (0) or right (1) system is.
+pub fn evidence_lines(evidence: &Evidence, name: &dyn Fn(usize, u32) -> String) -> Vec<String> {
+    let side = |left: bool| if left { "left" } else { "right" };
+    let mut lines =
+        vec![format!("the {} side alone satisfies {}", side(evidence.holds_left), evidence.formula(LONGEST))];
+    let mut told: Vec<(bool, Label, Option<u32>, Option<u32>)> = Vec::new();
+    for step in &evidence.run {
+        match (told.last_mut(), &step.label) {
+            // Time passes for both, so that it does not matter who moves.
+            (Some((_, Label::Wait(time), left, right)), Label::Wait(more)) => {
+                *time += more;
+                (*left, *right) = (step.left, step.right);
+            }
+            _ => told.push((step.left_moves, step.label.clone(), step.left, step.right)),
+        }
+    }
+    let count = told.len();
+    for (place, (left_moves, label, left, right)) in told.into_iter().enumerate() {
+        if count > MOST_TOLD && place == MOST_TOLD / 2 {
+            lines.push(format!("… {} steps more …", count - MOST_TOLD));
+        }
+        if count > MOST_TOLD && (MOST_TOLD / 2..count - MOST_TOLD / 2).contains(&place) {
+            continue;
+        }
+        let states = [left.map(|state| ("left", name(0, state))), right.map(|state| ("right", name(1, state)))];
+        let states: Vec<String> =
+            states.into_iter().flatten().map(|(side, state)| format!("{side}: {state}")).collect();
+        let who = if matches!(label, Label::Wait(_)) { "both".to_string() } else { side(left_moves).to_string() };
+        lines.push(format!("{who}: {label}; then {}", states.join(", ")));
+    }
+    lines.push(match &evidence.difference {
+        Difference::Looks(one, two) => format!("the left side is {one}, the right side is {two}"),
+        Difference::Step(left, label) => {
+            format!("the {} side can do {label}, the {} side cannot", side(*left), side(!left))
+        }
+    });
+    lines
+}

@@ -1,0 +1,351 @@
+//! Systems from behaviours, breadth first, up to a bound; closed processes are behaviours.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::fmt;
+use std::hash::Hash;
+
+use num_rational::BigRational;
+use num_traits::Zero;
+
+use super::{Bounds, Builder, Cut, Ending, Inputs, Label, Mark, TransitionSystem};
+use crate::bisimulation::{common_divisor, grain};
+use crate::definition::Definitions;
+use crate::model::{Action, Meaningless, Model, Move, Outcome, Patience, State};
+use crate::term::{Node, Term};
+
+/// How often a pair of processes is generated anew with finer steps of time.
+const MOST_GRAINS: usize = 40;
+
+/// Why a system could not be made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// A state that is reached has no meaning.
+    Meaningless(Meaningless),
+    /// A delay ends between two ticks: the ticks must divide this too.
+    Grain(BigRational),
+    /// A communication is offered while a delay runs: it may be taken up between two ticks.
+    Coarse,
+    /// It draws at random: steps alone do not say what it does.
+    Draws,
+}
+
+impl From<Meaningless> for Trouble {
+    fn from(why: Meaningless) -> Trouble {
+        Trouble::Meaningless(why)
+    }
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Trouble::Meaningless(why) => why.fmt(f),
+            Trouble::Grain(_) | Trouble::Coarse => f.write_str("its delays have no common measure"),
+            Trouble::Draws => f.write_str("it draws at random"),
+        }
+    }
+}
+
+/// Something with states, steps, and what can be seen of a state.
+pub trait Behaviour {
+    /// Its states.
+    type State: Clone + Eq + Hash;
+
+    /// The state in which it begins.
+    ///
+    /// # Errors
+    /// [`Trouble`] where it has no meaning.
+    fn start(&self) -> Result<Self::State, Trouble>;
+
+    /// What can be seen of a state.
+    ///
+    /// # Errors
+    /// [`Trouble`] where it has no meaning.
+    fn mark(&self, state: &Self::State) -> Result<Mark, Trouble>;
+
+    /// All steps of a state.
+    ///
+    /// # Errors
+    /// [`Trouble`] where one leads to a state without a meaning.
+    fn steps(&self, state: &Self::State) -> Result<Vec<(Label, Self::State)>, Trouble>;
+
+    /// The bytes that a state takes, estimated from above.
+    fn weight(&self, state: &Self::State) -> usize;
+}
+
+impl Behaviour for TransitionSystem {
+    type State = u32;
+
+    fn start(&self) -> Result<u32, Trouble> {
+        Ok(self.initial())
+    }
+
+    fn mark(&self, state: &u32) -> Result<Mark, Trouble> {
+        Ok(TransitionSystem::mark(self, *state).clone())
+    }
+
+    fn steps(&self, state: &u32) -> Result<Vec<(Label, u32)>, Trouble> {
+        Ok(TransitionSystem::steps(self, *state).iter().map(|(label, to)| (self.label(*label).clone(), *to)).collect())
+    }
+
+    fn weight(&self, _: &u32) -> usize {
+        4
+    }
+}
+
+/// How time becomes steps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Clock {
+    /// From one event to the next: for people. A process for which nothing is to come has no step of time.
+    Events,
+    /// In ticks of one length, and without end where nothing is to come: for comparing, since every process then
+    /// counts the same time in the same steps.
+    Ticks {
+        /// The length of a tick.
+        tick: BigRational,
+        /// Whether two ticks lie between any two events, so that something can happen in between.
+        fine: bool,
+    },
+}
+
+/// A closed process as a behaviour.
+pub struct Process<'a> {
+    model: Model<'a>,
+    term: Term,
+    clock: Clock,
+    inputs: Inputs,
+    reads: Cell<bool>,
+    /// The state whose moves were asked for last, with how long it waits.
+    last: RefCell<Option<(State, Patience)>>,
+}
+
+impl<'a> Process<'a> {
+    /// This term under these definitions; what it reads from outside is one of the inputs.
+    pub fn new(term: Term, definitions: &'a Definitions, clock: Clock, inputs: Inputs) -> Process<'a> {
+        Process {
+            model: Model::new(definitions),
+            term,
+            clock,
+            inputs,
+            reads: Cell::new(false),
+            last: RefCell::new(None),
+        }
+    }
+
+    /// Whether a state was met that reads from outside.
+    pub fn reads(&self) -> bool {
+        self.reads.get()
+    }
+
+    /// Whether its ticks leave a moment between any two events, as is needed where it offers something meanwhile.
+    pub fn is_fine(&self) -> bool {
+        matches!(self.clock, Clock::Ticks { fine: true, .. })
+    }
+
+    /// What it may read.
+    pub fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    fn time(&self, state: &State, moves: &[Move], offers: bool, all: &mut Vec<(Label, State)>) -> Result<(), Trouble> {
+        let patience = state.patience(moves);
+        *self.last.borrow_mut() = Some((state.clone(), patience.clone()));
+        match (&self.clock, patience) {
+            (_, Patience::None) | (Clock::Events, Patience::Unbounded) => {}
+            (Clock::Events, Patience::Until(time)) => {
+                let after = self.model.pass(state, &time)?;
+                all.push((Label::Wait(time), after));
+            }
+            (Clock::Ticks { tick, .. }, Patience::Unbounded) => all.push((Label::Wait(tick.clone()), state.clone())),
+            (Clock::Ticks { tick, fine }, Patience::Until(time)) => {
+                if offers && !fine {
+                    return Err(Trouble::Coarse);
+                }
+                if !(&time / tick).is_integer() {
+                    return Err(Trouble::Grain(common_divisor(tick, &time)));
+                }
+                let after = self.model.pass(state, tick)?;
+                all.push((Label::Wait(tick.clone()), after));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Behaviour for Process<'_> {
+    type State = State;
+
+    fn start(&self) -> Result<State, Trouble> {
+        Ok(self.model.state(&self.term)?)
+    }
+
+    fn mark(&self, state: &State) -> Result<Mark, Trouble> {
+        let shown = state.observations().into_iter().map(|(name, values)| {
+            let observer = Term::new(Node::Observe(name, values));
+            observer.to_string()
+        });
+        let ending = match state.outcome() {
+            Outcome::Running => Ending::Running,
+            Outcome::Abort => Ending::Aborted,
+            Outcome::Stop(results) => {
+                let results: Vec<String> = results.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+                Ending::Stopped(results.join(", "))
+            }
+        };
+        let waits = match self.clock {
+            Clock::Events => match &*self.last.borrow() {
+                Some((last, patience)) if last == state => *patience != Patience::None,
+                _ => state.patience(&state.moves()?) != Patience::None,
+            },
+            Clock::Ticks { .. } => ending == Ending::Running,
+        };
+        Ok(Mark { ending, shown: shown.collect(), waits })
+    }
+
+    fn steps(&self, state: &State) -> Result<Vec<(Label, State)>, Trouble> {
+        let moves = state.moves()?;
+        let mut all = Vec::new();
+        let mut offers = false;
+        for step in &moves {
+            let label = match &step.action {
+                Action::Tau(..) => Label::Tau,
+                Action::Out(port, value) => {
+                    offers = true;
+                    Label::Act(format!("{port}!{value}"))
+                }
+                Action::In(port) => {
+                    offers = true;
+                    self.reads.set(true);
+                    for value in &self.inputs.values {
+                        all.push((Label::Act(format!("{port}?{value}")), self.model.state(&step.with(value))?));
+                    }
+                    continue;
+                }
+                Action::Draw(_, Some((values, chance))) if self.clock == Clock::Events => {
+                    let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+                    Label::Act(format!("draw {} ({chance})", values.join(", ")))
+                }
+                Action::Draw(..) => return Err(Trouble::Draws),
+            };
+            all.push((label, self.model.state(&step.next)?));
+        }
+        self.time(state, &moves, offers, &mut all)?;
+        Ok(all)
+    }
+
+    fn weight(&self, state: &State) -> usize {
+        // A node of a term with its shared header, a value, and its place in the table of states.
+        let nodes = match state {
+            State::Running(term) => term.size(),
+            State::Stopped(results) => 1 + results.len(),
+            State::Aborted => 1,
+        };
+        nodes.saturating_mul(256).saturating_add(128)
+    }
+}
+
+/// A system with the states from which it was made.
+#[derive(Clone, Debug)]
+pub struct Generated<S> {
+    /// The system.
+    pub system: TransitionSystem,
+    /// What each of its states is.
+    pub states: Vec<S>,
+}
+
+/// Explores a behaviour breadth first, up to the bounds or until `stop` says so.
+///
+/// # Errors
+/// [`Trouble`] where a state that is reached has no meaning.
+pub fn generate<B: Behaviour>(
+    behaviour: &B,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Result<Generated<B::State>, Trouble> {
+    let most = bounds.states.clamp(1, u32::MAX as usize - 1);
+    let mut builder = Builder::new();
+    let start = behaviour.start()?;
+    builder.state(Mark::plain());
+    let mut bytes = behaviour.weight(&start);
+    let mut states = vec![start.clone()];
+    let mut places: HashMap<B::State, u32> = HashMap::from([(start, 0)]);
+    let (mut next, mut cut) = (0, None);
+    while next < states.len() && cut.is_none() {
+        if next % 256 == 0 && stop() {
+            cut = Some(Cut::Interrupted(states.len()));
+            break;
+        }
+        let state = states[next].clone();
+        let mut found = Vec::new();
+        for (label, target) in behaviour.steps(&state)? {
+            let to = match places.get(&target) {
+                Some(place) => *place,
+                None if states.len() >= most => {
+                    cut = Some(Cut::States(bounds.states));
+                    break;
+                }
+                None if bytes.saturating_add(12 * builder.transitions()) >= bounds.bytes => {
+                    cut = Some(Cut::Memory(bounds.bytes));
+                    break;
+                }
+                None => {
+                    bytes = bytes.saturating_add(behaviour.weight(&target));
+                    let place = builder.state(Mark::plain());
+                    places.insert(target.clone(), place);
+                    states.push(target);
+                    place
+                }
+            };
+            found.push((label, to));
+        }
+        // Right behind its steps, when its moves are at hand.
+        builder.look(next as u32, behaviour.mark(&state)?);
+        for (label, to) in found {
+            let label = builder.label(label);
+            builder.transition(next as u32, label, to);
+        }
+        if cut.is_none() {
+            next += 1;
+        }
+    }
+    for (state, term) in states.iter().enumerate().skip(next) {
+        builder.look(state as u32, behaviour.mark(term)?);
+        builder.leave_open(state as u32);
+    }
+    Ok(Generated { system: builder.finish(0, cut), states })
+}
+
+/// Both terms with the same ticks, made finer as far as needed; the processes say which ticks those are.
+///
+/// # Errors
+/// [`Trouble`] where a state that is reached has no meaning, or the delays have no common measure.
+pub fn generate_pair<'a>(
+    terms: [&Term; 2],
+    definitions: &'a Definitions,
+    inputs: &Inputs,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Result<([Process<'a>; 2], [Generated<State>; 2]), Trouble> {
+    let half = grain(terms, definitions);
+    let mut tick = &half + &half;
+    let mut fine = false;
+    let mut last = Trouble::Coarse;
+    for _ in 0..MOST_GRAINS {
+        let clock = Clock::Ticks { tick: tick.clone(), fine };
+        let [left, right] = terms.map(|term| Process::new(term.clone(), definitions, clock.clone(), inputs.clone()));
+        let made = generate(&left, bounds, stop).and_then(|one| Ok((one, generate(&right, bounds, stop)?)));
+        match made {
+            Ok((one, two)) => return Ok(([left, right], [one, two])),
+            Err(Trouble::Coarse) if !fine => {
+                fine = true;
+                tick /= BigRational::from_integer(2.into());
+            }
+            Err(Trouble::Grain(finer)) if !finer.is_zero() => {
+                last = Trouble::Grain(finer.clone());
+                tick = finer;
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    Err(last)
+}
