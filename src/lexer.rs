@@ -25,6 +25,8 @@ pub enum Keyword {
     Period,
     /// `flow`
     Flow,
+    /// `solve`
+    Solve,
     /// `project`
     Project,
     /// `expect`
@@ -56,8 +58,8 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first fourteen begin an item.
-    pub const ALL: [(Keyword, &'static str); 24] = [
+    /// All of them with their spelling; the first fifteen begin an item.
+    pub const ALL: [(Keyword, &'static str); 25] = [
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
         (Keyword::Proc, "proc"),
@@ -68,6 +70,7 @@ impl Keyword {
         (Keyword::Simplify, "simplify"),
         (Keyword::Period, "period"),
         (Keyword::Flow, "flow"),
+        (Keyword::Solve, "solve"),
         (Keyword::Project, "project"),
         (Keyword::Expect, "expect"),
         (Keyword::Import, "import"),
@@ -96,7 +99,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(14).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(15).any(|(keyword, _)| *keyword == self)
     }
 }
 

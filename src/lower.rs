@@ -12,6 +12,7 @@ mod flow;
 mod graph;
 mod process;
 mod scope;
+mod solve;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,6 +29,7 @@ use crate::value::Value;
 
 pub use declare::Batch;
 pub use flow::Flow;
+pub use solve::Question;
 
 /// Everything that has been declared; cheap to copy, so that any earlier one can be kept.
 #[derive(Clone, Default)]
@@ -161,6 +163,8 @@ pub enum Lowered {
     Period(Name),
     /// `flow Sys`
     Flow(Name),
+    /// `solve …`
+    Solve(Box<Question>),
     /// `project P to {…}`: without `Delay`, which always stays
     Project(Subject, BTreeSet<Name>),
     /// `expect …`
@@ -189,6 +193,8 @@ pub enum Expectation {
     Refuted,
     /// The claim is left open.
     Open,
+    /// What is looked for is never met.
+    Never,
     /// The simplification gives this.
     Term(Term),
     /// These values are found.

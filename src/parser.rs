@@ -4,6 +4,7 @@
 
 mod claim;
 mod item;
+mod solve;
 mod term;
 mod value;
 

@@ -7,6 +7,7 @@ mod compare;
 mod question;
 mod reading;
 mod satisfies;
+mod solve;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;

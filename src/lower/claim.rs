@@ -275,6 +275,7 @@ impl Lowerer<'_> {
             ast::Expect::Verdict(word) => match word.name.as_str() {
                 "proved" => Expectation::Proved,
                 "refuted" => Expectation::Refuted,
+                "never" => Expectation::Never,
                 _ => Expectation::Open,
             },
             ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
@@ -307,6 +308,7 @@ impl Environment {
             }
             ast::ItemKind::Period(name) => lowerer.named(name, "system").map(Lowered::Period),
             ast::ItemKind::Flow(name) => lowerer.named(name, "system").map(Lowered::Flow),
+            ast::ItemKind::Solve(solve) => lowerer.solve(solve).map(|solve| Lowered::Solve(Box::new(solve))),
             ast::ItemKind::Project(term, shown) => {
                 let subject = lowerer.subject(term);
                 let shown = lowerer.shown(shown);

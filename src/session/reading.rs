@@ -23,6 +23,8 @@ pub(super) enum Question {
     Period(Name),
     /// `flow Sys`
     Flow(Name),
+    /// `solve …`
+    Solve(Box<crate::lower::Question>),
     /// `project P to {…}`
     Project(Subject, BTreeSet<Name>),
 }
@@ -81,6 +83,7 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Simplify(term) => Question::Simplify(term),
             Lowered::Period(name) => Question::Period(name),
             Lowered::Flow(name) => Question::Flow(name),
+            Lowered::Solve(solve) => Question::Solve(solve),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
             Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
             Lowered::Law(law) => {
