@@ -5,6 +5,7 @@
 
 mod check;
 mod defined;
+mod pieces;
 mod text;
 
 use crate::assumption::Assumptions;

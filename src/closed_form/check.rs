@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::defined::Defined;
-use super::{Comparison, Form, Piece, Recurrence, Solved, Unchecked, in_class, product};
+use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Relation, Value};
 
 /// The most turns of a periodic form, and the most first terms.
 const MOST_TURNS: usize = 400;
@@ -45,10 +45,10 @@ impl Solved {
     }
 }
 
-struct Induction<'a> {
-    recurrence: &'a Recurrence,
-    forms: &'a [Form],
-    defined: Defined<'a>,
+pub(super) struct Induction<'a> {
+    pub(super) recurrence: &'a Recurrence,
+    pub(super) forms: &'a [Form],
+    pub(super) defined: Defined<'a>,
 }
 
 /// A form that holds from some index on, at an index that lies so many places further.
@@ -103,7 +103,7 @@ impl Induction<'_> {
         }
     }
 
-    fn same(&self, left: &Value, right: &Value) -> bool {
+    pub(super) fn same(&self, left: &Value, right: &Value) -> bool {
         left == right || self.defined.known.decide(Relation::Eq, left, right) == Some(true)
     }
 
@@ -242,54 +242,6 @@ impl Induction<'_> {
         self.defined.known = rounds;
         (0..count).try_for_each(|turn| self.step(count, turn))
     }
-
-    fn pieces(&mut self, pieces: &[Piece]) -> Result<(), Unchecked> {
-        let [sequence] = self.recurrence.sequences.as_slice() else {
-            return Err(failed("a form by pieces is of one sequence"));
-        };
-        let ([start], 0, Some(first)) = (sequence.start.as_slice(), self.recurrence.from, pieces.first()) else {
-            return Err(failed("a form by pieces begins at 0 with one value"));
-        };
-        let index = &self.recurrence.index;
-        let term = self.recurrence.term(&sequence.name, 0);
-        if !first.from.is_zero() || !self.same(&first.form.with(index, &first.from)?, start) {
-            return Err(failed("the form does not give the starting value"));
-        }
-        let count = Value::variable(index);
-        let after = count.add(&Value::one())?;
-        for (place, piece) in pieces.iter().enumerate() {
-            let inside = piece.form.with(index, &after)?;
-            let follows = |until: &Value| self.defined.known.decide(Relation::Lss, &piece.from, until) == Some(true);
-            if !piece.until.as_ref().is_none_or(follows) {
-                return Err(Unchecked(format!("it is not known that the piece from {} is not empty", piece.from)));
-            }
-            let last = match (&piece.until, pieces.get(place + 1)) {
-                (None, None) => None,
-                (Some(until), Some(next)) if *until == next.from => Some((until.sub(&Value::one())?, next)),
-                _ => return Err(failed("the pieces have gaps")),
-            };
-            // Within the piece: from its first index to the one before its last.
-            let mut known = self.defined.known.clone();
-            known.assume(Relation::Gte, &count, &piece.from);
-            if let Some((last, _)) = &last {
-                known.assume(Relation::Lss, &count, last);
-            }
-            let image = sequence.next.with(&term, &piece.form)?;
-            let only = last.as_ref().is_some_and(|(last, _)| *last == piece.from);
-            if !only && !same_throughout(&image, &inside, piece, index, &known)? {
-                return Err(Unchecked(format!("the step within the piece from {} could not be checked", piece.from)));
-            }
-            // From its last index to the next piece.
-            if let Some((last, next)) = last {
-                let image = sequence.next.with(&term, &piece.form.with(index, &last)?)?;
-                let first = next.form.with(index, &next.from)?;
-                if !self.same(&image, &first) {
-                    return Err(Unchecked(format!("{image} at {} is not known to be {first}", next.from)));
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Moved<'_> {
@@ -313,92 +265,6 @@ impl Moved<'_> {
     }
 }
 
-/// Whether two values are equal for all indices of a piece. A power of a number above 1 is known to grow, and
-/// `(-1)^n` is looked at as 1 and as -1.
-fn same_throughout(
-    left: &Value,
-    right: &Value,
-    piece: &Piece,
-    index: &Name,
-    known: &Assumptions,
-) -> Result<bool, Unchecked> {
-    if left == right {
-        return Ok(true);
-    }
-    let sign = Atom::Power(Value::integer(-1), Value::variable(index));
-    let mut known = known.clone();
-    let mut bases = std::collections::BTreeSet::new();
-    collect_bases(left, index, &mut bases);
-    collect_bases(right, index, &mut bases);
-    for base in bases {
-        let power = base.power(&Value::variable(index))?;
-        if base.as_rational().is_some_and(|base| base > num_rational::BigRational::from_integer(1.into())) {
-            if let Ok(least) = base.power(&piece.from) {
-                known.assume(Relation::Gte, &power, &least);
-            }
-            if let Some(Ok(most)) = piece.until.as_ref().map(|until| base.power(until)) {
-                known.assume(Relation::Lte, &power, &most);
-            }
-        }
-    }
-    if left.atoms().contains(&sign) || right.atoms().contains(&sign) || nested(left, &sign) {
-        for side in [1, -1] {
-            let [left, right] = [left, right].map(|value| with_sign(value, index, side));
-            let (left, right) = (left?, right?);
-            if left != right && known.decide(Relation::Eq, &left, &right) != Some(true) {
-                return Ok(false);
-            }
-        }
-        return Ok(true);
-    }
-    Ok(known.decide(Relation::Eq, left, right) == Some(true))
-}
-
-/// The rational bases of powers with the index as exponent.
-fn collect_bases(value: &Value, index: &Name, found: &mut std::collections::BTreeSet<Value>) {
-    for atom in value.atoms().into_iter().filter(|atom| atom.mentions(index)) {
-        match &atom {
-            Atom::Power(base, exponent) if exponent.as_variable() == Some(index) => {
-                found.insert(base.clone());
-            }
-            Atom::Maximum(elements) => elements.iter().for_each(|element| collect_bases(element, index, found)),
-            Atom::Positive(inner) | Atom::Floor(inner) | Atom::Root(inner) => collect_bases(inner, index, found),
-            _ => {}
-        }
-    }
-}
-
-fn nested(value: &Value, sign: &Atom) -> bool {
-    value.atoms().into_iter().any(|atom| match &atom {
-        Atom::Maximum(elements) => elements.iter().any(|element| nested(element, sign)),
-        Atom::Positive(inner) => nested(inner, sign),
-        other => other == sign,
-    })
-}
-
-/// A value with `(-1)^n` replaced by 1 or -1.
-fn with_sign(value: &Value, index: &Name, side: i64) -> Result<Value, Unchecked> {
-    let mut result = value.clone();
-    for atom in value.atoms().into_iter().filter(|atom| atom.mentions(index)) {
-        let image = match &atom {
-            Atom::Power(base, exponent) if *base == Value::integer(-1) && exponent.as_variable() == Some(index) => {
-                Value::integer(side)
-            }
-            Atom::Maximum(elements) => {
-                let mut all = vec![Value::zero()];
-                for element in elements.iter() {
-                    all.push(with_sign(element, index, side)?);
-                }
-                Value::maximum(&all)?
-            }
-            Atom::Positive(inner) => Value::truth(Relation::Gtr, &with_sign(inner, index, side)?, &Value::zero())?,
-            _ => continue,
-        };
-        result = result.with_atom(&atom, &image)?;
-    }
-    Ok(result)
-}
-
 /// The most first terms of any of the forms, which must all be simple.
 fn early(forms: &[Form]) -> Result<usize, Unchecked> {
     let mut most = 0;
@@ -415,6 +281,6 @@ fn whole(number: usize) -> Result<i64, Unchecked> {
     i64::try_from(number).map_err(|_| failed("too many turns"))
 }
 
-fn failed(text: &str) -> Unchecked {
+pub(super) fn failed(text: &str) -> Unchecked {
     Unchecked(text.to_string())
 }

@@ -35,7 +35,7 @@ impl ExponentialPolynomial {
         if pieces.is_empty() || !rational.is_zero() {
             pieces.insert(0, rational.to_string());
         }
-        Ok(pieces.join(" + "))
+        Ok(joined(&pieces, " "))
     }
 }
 
@@ -101,17 +101,31 @@ fn complex(real: &Value, imaginary: &Value) -> String {
     if real.is_zero() { part.trim_start_matches('+').to_string() } else { format!("{real}{part}") }
 }
 
-/// Whether a text has a sign outside all brackets.
+/// Whether a text has a sign outside all brackets, but for one before it.
 fn is_sum(text: &str) -> bool {
     let mut depth = 0usize;
-    text.chars().enumerate().any(|(_, letter)| {
+    let sign = text.chars().enumerate().any(|(place, letter)| {
         match letter {
             '(' => depth += 1,
             ')' => depth = depth.saturating_sub(1),
             _ => {}
         }
-        depth == 0 && matches!(letter, '+' | '-')
-    }) || text.starts_with("if ")
+        place > 0 && depth == 0 && matches!(letter, '+' | '-')
+    });
+    sign || text.starts_with("if ")
+}
+
+/// The sum of some texts: `a - b + c`.
+fn joined(pieces: &[String], space: &str) -> String {
+    let mut text = String::new();
+    for piece in pieces {
+        match (piece.strip_prefix('-').filter(|rest| !is_sum(rest)), text.is_empty()) {
+            (_, true) => text.push_str(piece),
+            (Some(size), false) => text.push_str(&format!("{space}-{space}{size}")),
+            (None, false) => text.push_str(&format!("{space}+{space}{piece}")),
+        }
+    }
+    text
 }
 
 fn over_roots(modulus: &Univariate, row: &[Value], index: &Name) -> String {
@@ -128,7 +142,7 @@ fn over_roots(modulus: &Univariate, row: &[Value], index: &Name) -> String {
                     _ => format!("{text}*{UNKNOWN}^{place}"),
                 }
             });
-            terms.collect::<Vec<_>>().join("+")
+            joined(&terms.collect::<Vec<_>>(), "")
         }
     };
     let polynomial = modulus.text(UNKNOWN);

@@ -174,7 +174,9 @@ fn alone(
     if let Some((factor, input)) = next.linear_in(&name) {
         if !factor.mentions(index) {
             let linear = first_order(&factor, &input, start, index, known)?;
-            return linear.ok_or_else(|| NoClosedForm(format!("no closed form of the sum of {input} is known")));
+            if let Some(linear) = linear {
+                return Ok(linear);
+            }
         }
         return Ok((with_product(&factor, &input, start, index)?, Vec::new()));
     }
