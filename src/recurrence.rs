@@ -258,13 +258,19 @@ impl Pieces<'_> {
 pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptions) -> Reach {
     let mut known = assumptions.clone();
     known.assume_natural(index);
+    match by_shape(closed, index, goal, &known) {
+        Reach::Unknown(why) => tried(closed, index, goal, &known).unwrap_or(Reach::Unknown(why)),
+        found => found,
+    }
+}
+
+/// The same from the shapes of the pieces alone, which costs little; the index is known to be natural.
+fn by_shape(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Reach {
     let mut reason = "there is no piece".to_string();
     for piece in &closed.pieces {
-        match in_piece(piece, closed, index, goal, &known) {
+        match in_piece(piece, closed, index, goal, known) {
             Ok(Reach::Never(why)) => reason = why,
-            Ok(Reach::Unknown(why)) | Err(NoClosedForm(why)) => {
-                return tried(closed, index, goal, &known).unwrap_or(Reach::Unknown(why));
-            }
+            Err(NoClosedForm(why)) => return Reach::Unknown(why),
             Ok(found) => return found,
         }
     }

@@ -94,7 +94,7 @@ fn first_indices_of_systems() {
     let contracting = "solve x(n+1) = y(n), y(n+1) = z(n), z(n+1) = x(n)/3 + y(n)/3 + z(n)/4, \
                        x(0) = 3, y(0) = 5, z(0) = 1 find n with";
     arrives(&format!("{contracting} x(n) >= 6"), "never");
-    arrives(&format!("{contracting} x(n) < 1/100"), "n = 79");
+    arrives(&format!("{contracting} x(n) < 1/100"), "n = 137");
     arrives(&format!("{contracting} x(n) = 0"), "never");
     let fibonacci = "solve f(n+2) = f(n+1) + f(n), f(0) = 0, f(1) = 1 find n with";
     arrives(&format!("{fibonacci} f(n) = 6765"), "n = 20");

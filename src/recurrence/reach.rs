@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::tail::{Tail, tail};
-use super::{Closed, Goal, Reach, first};
+use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Form, Piece, Recurrence, Solved};
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -37,15 +37,28 @@ pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_
         None => Tail::Unknown("nothing bounds its later terms".to_string()),
     };
     match tried(recurrence, wanted, &tail, known) {
-        Reach::Unknown(why) => Reach::Unknown(reason.unwrap_or(why)),
+        Reach::Unknown(why) => match reason {
+            Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
+            _ => Reach::Unknown(why),
+        },
         found => found,
     }
+}
+
+/// Whether there are parameters in it.
+fn symbolic(recurrence: &Recurrence, (_, left, right): Wanted<'_>) -> bool {
+    let mut known: std::collections::BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    known.insert(recurrence.index.clone());
+    let starts = recurrence.sequences.iter().flat_map(|sequence| sequence.start.iter().chain([&sequence.next]));
+    starts.chain([left, right]).any(|value| value.variables().iter().any(|name| !known.contains(name)))
 }
 
 /// By the shape of the sequence, where there is one sequence or a single value for all.
 fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<Reach> {
     let recurrence = solved.recurrence();
     let (relation, left, right) = wanted;
+    let mut natural = known.clone();
+    natural.assume_natural(&recurrence.index);
     let used: Vec<(Name, usize)> = recurrence
         .terms()
         .into_iter()
@@ -60,7 +73,7 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         let pieces = pieces(&solved.forms()[*place], &recurrence.index, recurrence.from)?;
         let closed = Closed { variable: name.clone(), pieces, conditions };
         let goal = Goal::Holds(relation, left.clone(), right.clone());
-        return Some(first(&closed, &recurrence.index, &goal, known));
+        return Some(by_shape(&closed, &recurrence.index, &goal, &natural));
     }
     let mut images = BTreeMap::new();
     for (name, place) in used {
@@ -71,7 +84,7 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
     let from = Value::integer(recurrence.from);
     let closed = Closed { variable: variable.clone(), pieces: vec![Piece { from, until: None, form }], conditions };
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
-    match first(&closed, &recurrence.index, &goal, known) {
+    match by_shape(&closed, &recurrence.index, &goal, &natural) {
         Reach::Never(_) => {
             Some(Reach::Never("the difference of both sides is never of the sign that it needs".to_string()))
         }
