@@ -84,6 +84,13 @@ fn main() {
         }
         own.push(time);
     }
+    let mut kinds: BTreeMap<&str, Vec<Duration>> = BTreeMap::new();
+    for (case, time) in cases.iter().zip(&own) {
+        kinds.entry(&case.kind).or_default().push(*time);
+    }
+    for (kind, mut times) in kinds {
+        println!("  {kind}: median {:?}", median(&mut times));
+    }
     let total: Duration = own.iter().sum();
     let middle = median(&mut own.clone());
     println!("pars: {right}/{} right with the proof, median {middle:?}, total {total:?}", cases.len());

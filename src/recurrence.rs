@@ -16,6 +16,7 @@ mod region;
 mod search;
 mod sequences;
 mod tail;
+mod terms;
 mod turns;
 
 use num_traits::ToPrimitive;
@@ -31,6 +32,7 @@ pub use crate::closed_form::{Comparison, Piece};
 pub use nonlinear::{Behaviour, behaviour};
 pub use reach::reach;
 pub use sequences::solve_all;
+pub use terms::Term;
 
 /// A closed form by pieces.
 #[derive(Clone, Debug, PartialEq, Eq)]

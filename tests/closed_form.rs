@@ -157,11 +157,8 @@ fn wrong_forms_are_turned_away() {
     assert!(!accepted(&[1], "3-f0", turns("1", "1")));
     assert!(!accepted(&[1], "f0+1", turns("1+n", "2+n")), "each turn counts rounds");
     assert!(accepted(&[1], "f0+1", turns("1+2*n", "2+2*n")));
-    let piece = |from: i64, until: Option<i64>, form: &str| Piece {
-        from: int(from),
-        until: until.map(int),
-        form: value(form),
-    };
+    let piece =
+        |from: i64, until: Option<i64>, form: &str| Piece { from: int(from), until: until.map(int), form: value(form) };
     let pieces = |all: &[Piece]| Form::Pieces(all.to_vec());
     let down = "max(f0-3,1)";
     assert!(accepted(&[12], down, pieces(&[piece(0, Some(4), "12-3*n"), piece(4, None, "1")])));

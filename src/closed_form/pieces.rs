@@ -112,9 +112,7 @@ fn settled(value: &Value, known: &Assumptions) -> Result<Value, Unchecked> {
                 for element in elements.iter() {
                     all.push(settled(element, known)?);
                 }
-                let most = |one: &&Value| {
-                    all.iter().all(|other| known.decide(Relation::Gte, one, other) == Some(true))
-                };
+                let most = |one: &&Value| all.iter().all(|other| known.decide(Relation::Gte, one, other) == Some(true));
                 match all.iter().find(most) {
                     Some(most) => most.clone(),
                     None => continue,
@@ -175,4 +173,3 @@ fn with_sign(value: &Value, index: &Name, side: i64) -> Result<Value, Unchecked>
     }
     Ok(result)
 }
-

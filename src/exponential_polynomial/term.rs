@@ -22,7 +22,7 @@ impl ExponentialPolynomial {
     /// # Errors
     /// When it is too large.
     pub fn at(&self, place: u64) -> Result<Value, ValueError> {
-        let mut numbers = Quotient { top: BigInt::zero(), bottom: Factors::default() };
+        let mut numbers = Quotient { top: BigInt::zero(), small: BigInt::one(), bottom: Factors::default() };
         let mut rest = Value::zero();
         for (modulus, rows) in &self.parts {
             let traces = Traces::of(modulus, place)?;
@@ -88,8 +88,7 @@ impl Traces {
         }
         let mut bottom = Factors::default();
         bottom.include(&self.scale, self.place + weights.len() as u64 - 1);
-        bottom.include(&denominator, 1);
-        Quotient { top, bottom }
+        Quotient { top, small: denominator, bottom }
     }
 }
 
@@ -179,6 +178,9 @@ impl Factors {
 /// A fraction whose denominator is known in factors, so that no common divisor of large numbers is needed.
 struct Quotient {
     top: BigInt,
+    /// A divisor that does not grow with n.
+    small: BigInt,
+    /// The rest of the denominator.
     bottom: Factors,
 }
 
@@ -187,7 +189,8 @@ impl Quotient {
         if self.top.is_zero() {
             return other;
         }
-        let (mut own, mut their) = (self.top, other.top);
+        let small = self.small.lcm(&other.small);
+        let (mut own, mut their) = (self.top * (&small / &self.small), other.top * (&small / &other.small));
         let mut bottom = Factors { powers: BTreeMap::new(), unsure: self.bottom.unsure || other.bottom.unsure };
         let all: Vec<&BigInt> = self.bottom.powers.keys().chain(other.bottom.powers.keys()).collect();
         for base in all {
@@ -202,14 +205,23 @@ impl Quotient {
                 }
             }
         }
-        Quotient { top: own + their, bottom }
+        Quotient { top: own + their, small, bottom }
     }
 
     fn reduced(mut self) -> BigRational {
         if self.top.is_zero() {
             return BigRational::zero();
         }
+        let shared = self.small.gcd(&(&self.top % &self.small));
+        self.top /= &shared;
+        self.small /= shared;
         for (base, exponent) in &mut self.bottom.powers {
+            if *base == BigInt::from(2) {
+                let count = self.top.trailing_zeros().unwrap_or(0).min(*exponent);
+                self.top >>= count;
+                *exponent -= count;
+                continue;
+            }
             // Powers of the base with doubled exponents while they divide, then back.
             let mut powers = vec![(base.clone(), 1u64)];
             while let Some((power, count)) = powers.last() {
@@ -228,7 +240,7 @@ impl Quotient {
                 }
             }
         }
-        let bottom = self.bottom.product();
+        let bottom = self.bottom.product() * self.small;
         if self.bottom.unsure { BigRational::new(self.top, bottom) } else { BigRational::new_raw(self.top, bottom) }
     }
 }

@@ -3,6 +3,7 @@
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
+use super::terms::{Term, listed};
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
 use crate::exponential_polynomial::exponentials;
@@ -14,7 +15,7 @@ use crate::value::{Relation, Value};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Behaviour {
     /// The first terms of each sequence, as far as they were computed.
-    pub terms: Vec<Vec<Value>>,
+    pub terms: Vec<Vec<Term>>,
     /// The values that are mapped to themselves, of a single map that does not depend on the index: those that are rational or roots of a
     /// quadratic polynomial.
     pub fixed_points: Vec<Value>,
@@ -26,26 +27,9 @@ pub struct Behaviour {
 
 /// How many terms are listed.
 const LISTED: usize = 20;
-/// The most digits of the terms that are listed, together.
-const MOST_BITS: u64 = 40_000;
-
 /// What is known without a closed form.
 pub fn behaviour(recurrence: &Recurrence, known: &Assumptions) -> Behaviour {
-    let mut result = Behaviour::default();
-    for count in 1..=LISTED {
-        match recurrence.iterate(count) {
-            Ok(terms) => {
-                let bits: u64 =
-                    terms.iter().flatten().filter_map(Value::as_rational).map(|one| one.numer().bits()).sum();
-                let nodes: usize = terms.iter().flatten().map(Value::size).sum();
-                result.terms = terms;
-                if bits > MOST_BITS || nodes > 2_000 {
-                    break;
-                }
-            }
-            Err(_) => break,
-        }
-    }
+    let mut result = Behaviour { terms: listed(recurrence, LISTED), ..Behaviour::default() };
     let [sequence] = recurrence.sequences.as_slice() else { return result };
     let ([start], false) = (sequence.start.as_slice(), sequence.next.mentions(&recurrence.index)) else {
         return result;

@@ -5,7 +5,7 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Solved};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
-use crate::recurrence::{Behaviour, Reach, behaviour, reach, solve_all};
+use crate::recurrence::{Behaviour, Reach, Term, behaviour, reach, solve_all};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
@@ -77,7 +77,7 @@ fn without_form(recurrence: &Recurrence, behaviour: &Behaviour) -> Vec<String> {
     }
     lines.extend(behaviour.motion.clone());
     for (sequence, terms) in recurrence.sequences.iter().zip(&behaviour.terms) {
-        let terms: Vec<String> = terms.iter().map(Value::to_string).collect();
+        let terms: Vec<String> = terms.iter().map(Term::text).collect();
         lines.push(format!("{} from {} on: {}, …", sequence.name, recurrence.from, terms.join(", ")));
     }
     lines
