@@ -143,11 +143,18 @@ impl ExponentialPolynomial {
     /// Whether every coefficient is 0, so that it is 0 for all n.
     pub fn is_zero(&self, known: &Assumptions) -> bool {
         let zero = Value::zero();
-        self.parts
-            .values()
-            .flatten()
-            .flatten()
-            .all(|value| value.is_zero() || known.decide(Relation::Eq, value, &zero) == Some(true))
+        self.is_plainly_zero()
+            || self
+                .parts
+                .values()
+                .flatten()
+                .flatten()
+                .all(|value| known.decide(Relation::Eq, value, &zero) == Some(true))
+    }
+
+    /// Whether every coefficient has the normal form 0.
+    pub fn is_plainly_zero(&self) -> bool {
+        self.parts.is_empty()
     }
 
     /// A value in the index as an exponential polynomial; `None` when it has another form than polynomials in the index times powers

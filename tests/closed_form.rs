@@ -178,6 +178,15 @@ fn divisors_become_conditions() {
     assert!(again.conditions().is_empty());
 }
 
+#[test]
+fn a_parameter_of_the_same_name_is_not_the_index() {
+    let text = "param n > 5, n : natural, a solve r(n+1) = max(r(n) - 3, 1), r(0) = 12 find n with r(n) = 12";
+    arrives(text, "n = 0");
+    let (question, environment) = question(text);
+    let solved = solve_all(question.recurrence, &environment.assumptions).unwrap();
+    assert_eq!(solved.at(&Name::new("r"), 2).unwrap(), int(6));
+}
+
 /// A system with a rational matrix, inputs and starting values.
 fn system(matrix: &[Vec<BigRational>], inputs: &[(i64, i64)], start: &[i64]) -> Recurrence {
     let names: Vec<Name> = (0..matrix.len()).map(|place| Name::new(&format!("x{place}"))).collect();

@@ -27,19 +27,14 @@ impl Solved {
         if forms.len() != recurrence.sequences.len() || forms.is_empty() {
             return Err(failed("the forms are not as many as the sequences"));
         }
-        let mut general = known.clone();
-        conditions.iter().for_each(|(relation, left, right)| general.assume(*relation, left, right));
-        let outer = general.clone();
-        if recurrence.from >= 0 {
-            general.assume_natural(&recurrence.index);
-        }
         let index = recurrence.index.clone();
-        general.assume(Relation::Gte, &Value::variable(&index), &Value::integer(recurrence.from));
-        let defined = Defined { index: &index, known: general, conditions };
+        // The index is bound here: what is assumed of a parameter of this name says nothing about it.
+        let known = &known.without_name(&index);
+        let defined = Defined::new(&index, recurrence.from, known, conditions);
         let mut induction = Induction { recurrence: &recurrence, forms: &forms, defined };
         induction.run()?;
         let conditions = induction.defined.conditions;
-        let mut known = outer;
+        let mut known = known.clone();
         conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
         Ok(Solved { recurrence, forms, conditions, known })
     }
@@ -104,7 +99,7 @@ impl Induction<'_> {
     }
 
     pub(super) fn same(&self, left: &Value, right: &Value) -> bool {
-        left == right || self.defined.known.decide(Relation::Eq, left, right) == Some(true)
+        left == right || self.defined.known().decide(Relation::Eq, left, right) == Some(true)
     }
 
     /// The first terms, by the recurrence itself: the starting values and so many steps.
@@ -118,7 +113,7 @@ impl Induction<'_> {
         for (form, wanted) in self.forms.iter().zip(recurrence.iterate(count)?) {
             for (place, value) in wanted.iter().enumerate() {
                 let at = recurrence.from.saturating_add_unsigned(place as u64);
-                let found = form.at(&recurrence.index, recurrence.from, at, &self.defined.known)?;
+                let found = form.at(&recurrence.index, recurrence.from, at, self.defined.known())?;
                 if !self.same(&found, value) {
                     return Err(Unchecked(format!("the form gives {found} at {at}, and it is {value}")));
                 }
@@ -164,7 +159,7 @@ impl Induction<'_> {
     /// Whether a form is what an expression gives for the forms of the terms in it.
     fn equation(&self, left: &Moved<'_>, next: &Value, images: &[(Name, Moved<'_>)]) -> Result<(), Unchecked> {
         if let Some(difference) = self.difference(left, next, images)? {
-            if difference.is_zero(&self.defined.known) {
+            if difference.is_plainly_zero() || difference.is_zero(self.defined.known()) {
                 return Ok(());
             }
             return Err(failed("the sides differ"));
@@ -236,10 +231,7 @@ impl Induction<'_> {
             first = first.max(early(forms)?);
         }
         self.base(count * (first + 1))?;
-        // From here on the index counts the rounds.
-        let mut rounds = self.defined.known.without(&[self.recurrence.index.clone()].into());
-        rounds.assume_natural(&self.recurrence.index);
-        self.defined.known = rounds;
+        self.defined.count_rounds();
         (0..count).try_for_each(|turn| self.step(count, turn))
     }
 }

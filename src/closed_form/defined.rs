@@ -1,5 +1,7 @@
 //! Where a value is defined: what its denominators must not be.
 
+use std::cell::OnceCell;
+
 use num_bigint::BigInt;
 use num_traits::{One, Zero};
 
@@ -36,11 +38,39 @@ fn polynomial_in(value: &Value, index: &Name) -> Option<Univariate> {
 /// What is being collected: the assumptions, and the conditions that had to be added to them.
 pub(super) struct Defined<'a> {
     pub(super) index: &'a Name,
-    pub(super) known: Assumptions,
+    from: i64,
+    outer: &'a Assumptions,
+    /// The assumptions with the conditions and what is known of the index; most checks do without.
+    general: OnceCell<Assumptions>,
     pub(super) conditions: Vec<Comparison>,
 }
 
-impl Defined<'_> {
+impl<'a> Defined<'a> {
+    pub(super) fn new(index: &'a Name, from: i64, outer: &'a Assumptions, conditions: Vec<Comparison>) -> Defined<'a> {
+        Defined { index, from, outer, general: OnceCell::new(), conditions }
+    }
+
+    /// What is known, of the index too.
+    pub(super) fn known(&self) -> &Assumptions {
+        self.general.get_or_init(|| {
+            let mut general = self.outer.clone();
+            self.conditions.iter().for_each(|(relation, left, right)| general.assume(*relation, left, right));
+            if self.from >= 0 {
+                general.assume_natural(self.index);
+            }
+            if self.from != 0 {
+                general.assume(Relation::Gte, &Value::variable(self.index), &Value::integer(self.from));
+            }
+            general
+        })
+    }
+
+    /// From here on the index counts something else, from 0.
+    pub(super) fn count_rounds(&mut self) {
+        self.from = 0;
+        self.general = OnceCell::new();
+    }
+
     /// Makes sure that a value is defined for every index from this one on: adds conditions on what is free of the
     /// index.
     pub(super) fn value(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
@@ -61,14 +91,14 @@ impl Defined<'_> {
 
     fn not_zero(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
         let zero = Value::zero();
-        match self.known.decide(Relation::Neq, value, &zero) {
+        match self.known().decide(Relation::Neq, value, &zero) {
             Some(true) => return Ok(()),
             Some(false) => return Err(Unchecked("it divides by 0".to_string())),
             None => {}
         }
         if !value.mentions(self.index) {
-            self.known.assume(Relation::Neq, value, &zero);
             self.conditions.push((Relation::Neq, value.clone(), zero));
+            self.general = OnceCell::new();
             return Ok(());
         }
         match first_zero(value, self.index, from) {

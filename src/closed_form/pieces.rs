@@ -23,7 +23,7 @@ impl Induction<'_> {
         let after = count.add(&Value::one())?;
         for (place, piece) in pieces.iter().enumerate() {
             let inside = piece.form.with(index, &after)?;
-            let follows = |until: &Value| self.defined.known.decide(Relation::Lss, &piece.from, until) == Some(true);
+            let follows = |until: &Value| self.defined.known().decide(Relation::Lss, &piece.from, until) == Some(true);
             if !piece.until.as_ref().is_none_or(follows) {
                 return Err(Unchecked(format!("it is not known that the piece from {} is not empty", piece.from)));
             }
@@ -33,7 +33,7 @@ impl Induction<'_> {
                 _ => return Err(failed("the pieces have gaps")),
             };
             // Within the piece: from its first index to the one before its last.
-            let mut known = self.defined.known.clone();
+            let mut known = self.defined.known().clone();
             known.assume(Relation::Gte, &count, &piece.from);
             if let Some((last, _)) = &last {
                 known.assume(Relation::Lss, &count, last);

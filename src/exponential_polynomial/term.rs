@@ -43,7 +43,8 @@ impl ExponentialPolynomial {
                 rest = rest.add(&weight.mul(&Value::rational(traces.weighted(&only).reduced()))?)?;
             }
         }
-        rest.add(&Value::rational(numbers.reduced()))
+        let numbers = Value::rational(numbers.reduced());
+        if rest.is_zero() { Ok(numbers) } else { rest.add(&numbers) }
     }
 }
 

@@ -23,7 +23,7 @@ type Wanted<'a> = (Relation, &'a Value, &'a Value);
 
 /// The least index at which a comparison of terms holds.
 pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions) -> Reach {
-    let known = solved.map_or(known, Solved::known);
+    let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
     let mut reason = None;
     if let Some(solved) = solved.filter(|_| recurrence.from >= 0) {
         match exactly(solved, wanted, known) {

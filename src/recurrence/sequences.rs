@@ -29,10 +29,9 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
     if recurrence.from.abs() > MOST_SHIFT {
         return Err(NoClosedForm(format!("the first index is {}, too far from 0", recurrence.from)));
     }
-    let moved = from_zero(&recurrence)?;
-    let mut general = known.clone();
-    general.assume_natural(&recurrence.index);
-    let (forms, conditions) = found(&moved, known, &general)?;
+    let moved = if recurrence.from == 0 { recurrence.clone() } else { from_zero(&recurrence)? };
+    let known = &known.without_name(&recurrence.index);
+    let (forms, conditions) = found(&moved, known)?;
     let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
     Ok(Solved::check(recurrence, forms, conditions, known)?)
 }
@@ -72,7 +71,7 @@ fn begins(form: Form, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
 type Found = (Vec<Form>, Vec<Comparison>);
 
 /// The forms of a recurrence that begins at 0.
-fn found(recurrence: &Recurrence, known: &Assumptions, general: &Assumptions) -> Result<Found, NoClosedForm> {
+fn found(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
     let count = cycle(recurrence);
     if count > 1 {
         return Ok((in_turns(recurrence, count, known)?, Vec::new()));
@@ -81,18 +80,14 @@ fn found(recurrence: &Recurrence, known: &Assumptions, general: &Assumptions) ->
         return Ok((system.forms()?, Vec::new()));
     }
     if let [sequence] = recurrence.sequences.as_slice() {
-        let (form, conditions) = alone(sequence, recurrence, known, general)?;
+        let (form, conditions) = alone(sequence, recurrence, known)?;
         return Ok((vec![form], conditions));
     }
-    one_after_the_other(recurrence, known, general)
+    one_after_the_other(recurrence, known)
 }
 
 /// Sequences of which each depends on itself and earlier ones only.
-fn one_after_the_other(
-    recurrence: &Recurrence,
-    known: &Assumptions,
-    general: &Assumptions,
-) -> Result<Found, NoClosedForm> {
+fn one_after_the_other(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
     let mut rest: Vec<usize> = (0..recurrence.sequences.len()).collect();
     let mut forms: Vec<Option<Form>> = vec![None; rest.len()];
     let mut conditions = Vec::new();
@@ -120,7 +115,7 @@ fn one_after_the_other(
         };
         rest.retain(|other| *other != place);
         let single = Recurrence { index: open.index.clone(), from: 0, sequences: vec![open.sequences[place].clone()] };
-        let (mut own, more) = found(&single, known, general)?;
+        let (mut own, more) = found(&single, known)?;
         conditions.extend(more);
         let Some(form) = own.pop() else { continue };
         for (name, _, offset) in variables.iter().filter(|(_, own, _)| *own == place) {
@@ -160,7 +155,6 @@ fn alone(
     sequence: &Sequence,
     recurrence: &Recurrence,
     known: &Assumptions,
-    general: &Assumptions,
 ) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
     let index = &recurrence.index;
     let [start] = sequence.start.as_slice() else {
@@ -170,6 +164,8 @@ fn alone(
         )));
     };
     let name = recurrence.term(&sequence.name, 0);
+    let mut general = known.clone();
+    general.assume_natural(index);
     let next = general.simplify(&sequence.next);
     if let Some((factor, input)) = next.linear_in(&name) {
         if !factor.mentions(index) {
