@@ -5,6 +5,8 @@
 //! found exactly, and there the next piece begins. Each form is checked, base and step, before it is returned.
 
 mod affine;
+mod cycle;
+mod dominant;
 mod inhomogeneous;
 mod linear;
 mod matrix;

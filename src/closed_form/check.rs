@@ -73,7 +73,14 @@ impl Induction<'_> {
     /// Everything that is used must be defined.
     fn divisors(&mut self) -> Result<(), Unchecked> {
         let from = self.recurrence.from;
+        let terms = self.recurrence.terms();
         for sequence in &self.recurrence.sequences {
+            let below = sequence.next.denominator();
+            if let Some((name, ..)) =
+                terms.iter().find(|(name, ..)| below.as_ref().is_some_and(|below| below.mentions(name)))
+            {
+                return Err(Unchecked(format!("it divides by {name}, which may be 0")));
+            }
             self.defined.value(&sequence.next, from)?;
             for value in &sequence.start {
                 self.defined.value(value, from)?;

@@ -63,11 +63,19 @@ fn turns(forms: &[Form], name: &Name, index: &Name, from: i64) -> Vec<String> {
             _ if offset > 0 => format!("{}*{index}+{offset}", forms.len()),
             _ => format!("{}*{index}{offset}", forms.len()),
         };
-        let own = form_lines(form, &Name::new("\u{1}"), index, 0);
-        lines.extend(own.into_iter().map(|line| {
-            line.replace(&format!("\u{1}({index})"), &format!("{name}({place})"))
-                .replace('\u{1}', &format!("{name}:{turn}"))
-        }));
+        let (early, text) = match form {
+            Form::Value(early, value) => (early.as_slice(), value.to_string()),
+            Form::Sum(early, sum) => (early.as_slice(), sum.text(index).unwrap_or_else(|error| error.to_string())),
+            _ => continue,
+        };
+        lines.extend(
+            early
+                .iter()
+                .enumerate()
+                .map(|(round, value)| format!("{name}({}) = {value}", offset + (round * forms.len()) as i64)),
+        );
+        let range = if early.is_empty() { String::new() } else { format!(" for {} <= {index}", early.len()) };
+        lines.push(format!("{name}({place}) = {text}{range}"));
     }
     lines
 }
@@ -92,13 +100,17 @@ fn factorials(ratio: &Value, index: &Name, from: i64) -> Option<Value> {
         // A power c^n in the ratio is c^(0 + 1 + … ) in the product.
         let parts: Vec<_> = exponentials(&part, index)?.into_iter().collect();
         let [(base, coefficients)] = parts.as_slice() else { return None };
-        if !base.as_rational().is_some_and(|base| base.is_one()) {
-            return None;
-        }
+        let base = base.as_rational()?;
         let coefficients: Vec<BigRational> = coefficients.iter().map(Value::as_rational).collect::<Option<_>>()?;
         let polynomial = Univariate::new(coefficients);
         let lead = Value::rational(polynomial.coefficient(polynomial.degree()));
         let mut factor = lead.power(&count).ok()?;
+        if !base.is_one() {
+            let n = Value::variable(index);
+            let twice = n.mul(&n).ok()?.sub(&n).ok()?.sub(&Value::integer(from * (from - 1))).ok()?;
+            let sum = twice.mul(&Value::fraction(1, 2).ok()?).ok()?;
+            factor = factor.mul(&Value::rational(base).power(&sum).ok()?).ok()?;
+        }
         for (linear, times) in polynomial.factors() {
             let shift = (linear.degree() == 1).then(|| linear.coefficient(0))?;
             let first = &shift + BigRational::from_integer(BigInt::from(from));

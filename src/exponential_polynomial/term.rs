@@ -12,7 +12,7 @@ use crate::univariate::Univariate;
 use crate::value::{Value, ValueError};
 
 /// The most bits of a term.
-const MOST_BITS: u64 = 1 << 31;
+const MOST_BITS: u64 = 1 << 25;
 /// Divisors that are looked for in a denominator.
 const MOST_FACTOR: u32 = 10_000;
 

@@ -14,6 +14,9 @@ use crate::value::{Relation, Value};
 /// The most first values of one sequence.
 const MOST_ORDER: usize = 60;
 
+/// The most equations, first values among them.
+const MOST_EQUATIONS: usize = 400;
+
 /// `solve … find …`
 #[derive(Clone, Debug)]
 pub struct Question {
@@ -37,6 +40,9 @@ impl Lowerer<'_> {
     pub(super) fn solve(&mut self, solve: &ast::Solve) -> Option<Question> {
         let names: Vec<Name> = solve.equations.iter().filter_map(|(left, _)| called(left)).collect();
         let mut equations = Equations::default();
+        if let Some((left, _)) = solve.equations.get(MOST_EQUATIONS) {
+            return self.wrong(left.span, format!("there are more than {MOST_EQUATIONS} equations"));
+        }
         for (left, right) in &solve.equations {
             self.equation(left, right, &mut equations)?;
         }
@@ -277,7 +283,12 @@ impl Lowerer<'_> {
         let earlier: Vec<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
         for (place, (name, _, right)) in equations.steps.iter().enumerate() {
             for _ in 0..next.len() {
-                for (term, image) in &next {
+                let used = |(term, _): &&(Name, Value)| recurrence.sequences[place].next.mentions(term);
+                let mentioned: Vec<(Name, Value)> = next.iter().filter(used).cloned().collect();
+                if mentioned.is_empty() {
+                    break;
+                }
+                for (term, image) in &mentioned {
                     let value = recurrence.sequences[place].next.with(term, image);
                     recurrence.sequences[place].next = self.checked(value, right.span)?;
                 }

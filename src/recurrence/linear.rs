@@ -17,7 +17,7 @@ use crate::univariate::Univariate;
 use crate::value::{Value, ValueError};
 
 /// The most variables of a system, and the most terms that are needed of it.
-const MOST_VARIABLES: usize = 120;
+pub(super) const MOST_VARIABLES: usize = 24;
 
 /// A system `s(n+1) = A s(n) + b(n)`, where the state s has as many places for each sequence as its order.
 pub(super) struct System {

@@ -17,6 +17,8 @@ use crate::value::{Relation, Value};
 /// The terms that are compared one by one, at most, and the bits that they may have together.
 const MOST_TERMS: u64 = 20_000;
 const MOST_BITS: u64 = 1 << 26;
+/// The bits of the longest of them.
+const LONGEST: u64 = 1 << 16;
 
 /// A comparison of expressions in the terms of offset 0.
 type Wanted<'a> = (Relation, &'a Value, &'a Value);
@@ -183,7 +185,9 @@ fn tried(recurrence: &Recurrence, (relation, left, right): Wanted<'_>, tail: &Ta
         }
         state = next;
         at += 1;
-        if bits > MOST_BITS || count == MOST_TERMS {
+        let longest =
+            state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits().max(one.denom().bits())).max();
+        if bits > MOST_BITS || longest.is_some_and(|longest| longest > LONGEST) || count == MOST_TERMS {
             break;
         }
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::cycle::repeating;
 use super::inhomogeneous::first_order;
 use super::linear::System;
 use super::product::with_product;
@@ -14,6 +15,9 @@ use crate::value::{Relation, Value};
 
 /// The furthest from 0 that a first index may lie.
 const MOST_SHIFT: i64 = 1000;
+
+/// The most terms on which a next one may depend.
+const MOST_TERMS: usize = 150;
 
 impl From<Unchecked> for NoClosedForm {
     fn from(unchecked: Unchecked) -> NoClosedForm {
@@ -29,9 +33,18 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
     if recurrence.from.abs() > MOST_SHIFT {
         return Err(NoClosedForm(format!("the first index is {}, too far from 0", recurrence.from)));
     }
+    let size = recurrence.terms().len();
+    if size > MOST_TERMS {
+        return Err(NoClosedForm(format!(
+            "{size} terms depend on each other, and no more than {MOST_TERMS} are looked at"
+        )));
+    }
     let moved = if recurrence.from == 0 { recurrence.clone() } else { from_zero(&recurrence)? };
     let known = &known.without_name(&recurrence.index);
-    let (forms, conditions) = found(&moved, known)?;
+    let (forms, conditions) = match found(&moved, known) {
+        Ok(found) => found,
+        Err(reason) => (repeating(&moved).ok_or(reason)?, Vec::new()),
+    };
     let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
     Ok(Solved::check(recurrence, forms, conditions, known)?)
 }
@@ -143,6 +156,9 @@ fn coupled(group: &Recurrence, names: &[&str]) -> String {
         variables.iter().all(|(name, ..)| !sequence.next.mentions(name) || sequence.next.linear_in(name).is_some())
     });
     let names = names.join(", ");
+    if variables.len() > super::linear::MOST_VARIABLES {
+        return format!("{} terms depend on each other, too many", variables.len());
+    }
     if linear {
         format!("{names} depend on each other, and not all of their coefficients are rational numbers")
     } else {

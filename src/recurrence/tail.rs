@@ -5,6 +5,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
+use super::dominant::{between, dominant, with_squared_roots};
 use crate::exponential_polynomial::{ExponentialPolynomial, middle_and_square};
 use crate::univariate::Univariate;
 use crate::value::{Relation, Value};
@@ -119,7 +120,7 @@ fn outgrown(parts: &[Part], main: usize, at: u64) -> bool {
 }
 
 /// A number that is not less, with a short numerator; no more than 1 for a number that is not.
-fn rounded_up(number: &BigRational) -> BigRational {
+pub(super) fn rounded_up(number: &BigRational) -> BigRational {
     let scale = BigInt::one() << PRECISION;
     let up = BigRational::new((number * BigRational::from_integer(scale.clone())).ceil().to_integer(), scale);
     if *number <= BigRational::one() { up.min(BigRational::one()) } else { up }
@@ -136,7 +137,7 @@ fn parts(sum: &ExponentialPolynomial) -> Option<Vec<Part>> {
             match modulus.degree() {
                 1 => all.push(rational(&-modulus.coefficient(0), &numbers[0], power)),
                 2 => all.extend(quadratic(modulus, &numbers, power)),
-                _ => all.push(higher(modulus, &numbers, power)),
+                _ => all.extend(higher(modulus, &numbers, power)),
             }
         }
     }
@@ -188,27 +189,26 @@ fn sized((low, high): (BigRational, BigRational)) -> ((BigRational, BigRational)
     }
 }
 
-fn higher(modulus: &Univariate, numbers: &[BigRational], power: usize) -> Part {
-    let size = largest_root(modulus);
-    let mut weight = BigRational::zero();
-    for number in numbers.iter().rev() {
-        weight = weight * &size + number.abs();
-    }
-    weight *= BigRational::from_integer(modulus.degree().into());
-    Part { size: (BigRational::zero(), size), root: None, weight: (BigRational::zero(), weight), sign: None, power }
+fn higher(modulus: &Univariate, numbers: &[BigRational], power: usize) -> Vec<Part> {
+    let largest = largest_root(modulus);
+    let bound = |size: BigRational, count: usize| {
+        let mut weight = BigRational::zero();
+        for number in numbers.iter().rev() {
+            weight = weight * &size + number.abs();
+        }
+        weight *= BigRational::from_integer(count.into());
+        Part { size: (BigRational::zero(), size), root: None, weight: (BigRational::zero(), weight), sign: None, power }
+    };
+    let Some(found) = dominant(modulus, &largest) else { return vec![bound(largest, modulus.degree())] };
+    let (weight, sign) = sized(between(numbers, &found.low, &found.high));
+    let (size, root) = sized((found.low, found.high));
+    vec![Part { size, root, weight, sign, power }, bound(found.others, modulus.degree() - 1)]
 }
 
 /// A bound of the sizes of all roots of a monic polynomial: that of Fujiwara, for a power of the roots (Graeffe).
 fn largest_root(modulus: &Univariate) -> BigRational {
     let degree = modulus.degree();
-    let mut squared = modulus.clone();
-    for _ in 0..SQUARINGS {
-        let alternating =
-            |(place, number): (usize, &BigRational)| if place % 2 == 1 { -number } else { number.clone() };
-        let mirrored = Univariate::new(squared.coefficients().iter().enumerate().map(alternating).collect());
-        let product = squared.times(&mirrored);
-        squared = Univariate::new((0..=degree).map(|place| product.coefficient(2 * place)).collect()).monic();
-    }
+    let squared = with_squared_roots(modulus, SQUARINGS);
     let sizes = (1..=degree).map(|back| {
         let number = squared.coefficient(degree - back).abs();
         root_bounds(&number, u32::try_from(back).unwrap_or(1)).1
@@ -218,7 +218,7 @@ fn largest_root(modulus: &Univariate) -> BigRational {
 }
 
 /// Numbers between which a root of a number that is not negative lies.
-fn root_bounds(number: &BigRational, order: u32) -> (BigRational, BigRational) {
+pub(super) fn root_bounds(number: &BigRational, order: u32) -> (BigRational, BigRational) {
     let bits = PRECISION * 4;
     let scale = BigInt::one() << (bits * order) as usize;
     let scaled = (number * BigRational::from_integer(scale)).floor().to_integer();
