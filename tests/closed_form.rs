@@ -102,6 +102,9 @@ fn first_indices_of_systems() {
     arrives(&format!("{fibonacci} f(n) < 0"), "never");
     let spiral = "solve x(n+1) = x(n) - 4*y(n), y(n+1) = 4*x(n) + y(n), x(0) = 3, y(0) = 5 find n with";
     arrives(&format!("{spiral} abs(x(n)) + abs(y(n)) > 1000000"), "n = 9");
+    let tribonacci = "solve f(n+3) = f(n+2) + f(n+1) + f(n), f(0) = 0, f(1) = 0, f(2) = 1 find n with";
+    arrives(&format!("{tribonacci} f(n) = 504"), "n = 13");
+    arrives(&format!("{tribonacci} f(n) = 505"), "never");
     let late = "solve h(n+1) = 2*h(n), h(3) = 1 find n with";
     arrives(&format!("{late} h(n) = 4"), "n = 5");
     arrives(&format!("{late} h(n) = 1/2"), "never");
@@ -152,6 +155,8 @@ fn wrong_forms_are_turned_away() {
     assert!(!accepted(&[3], "(n+2)*f0", Form::Product(ratio.clone(), product.mul(&int(3)).unwrap())));
     assert!(!accepted(&[1], "n*f0", Form::Product(value("1/n"), int(1).div(&product).unwrap())), "divides by 0");
     assert!(!accepted(&[1], "f0/(n-3)", Form::Product(value("1/(n-3)"), product.clone())), "not defined at 3");
+    let own = Value::variable(&pars::closed_form::term(&Name::new("f"), &n(), 0));
+    assert!(!accepted(&[1], "f0", Form::Value(vec![int(1)], own)), "the form is the sequence itself");
     let turns = |one: &str, other: &str| Form::Turns(vec![plain(one), plain(other)]);
     assert!(accepted(&[1], "3-f0", turns("1", "2")));
     assert!(!accepted(&[1], "3-f0", turns("1", "1")));
@@ -166,6 +171,21 @@ fn wrong_forms_are_turned_away() {
     assert!(!accepted(&[12], down, pieces(&[piece(0, Some(3), "12-3*n"), piece(3, None, "1")])));
     assert!(!accepted(&[12], down, pieces(&[piece(0, None, "12-3*n")])));
     assert!(!accepted(&[12], down, pieces(&[piece(0, Some(4), "12-3*n"), piece(5, None, "1")])), "a gap");
+}
+
+#[test]
+fn conditions_are_free_of_the_index() {
+    let recurrence = Recurrence { index: n(), from: 0, sequences: vec![sequence("f", &[1], "2*f0")] };
+    let forged = vec![(Relation::Eq, value("n"), int(0))];
+    let form = Form::Value(Vec::new(), int(1));
+    assert!(Solved::check(recurrence.clone(), vec![form], forged, &Assumptions::default()).is_err());
+    let late = Form::Pieces(vec![Piece { from: int(0), until: None, form: value("2^n") }]);
+    assert!(Solved::check(recurrence.clone(), vec![late], Vec::new(), &Assumptions::default()).is_ok());
+    let own = Form::Pieces(vec![
+        Piece { from: int(0), until: Some(value("n+1")), form: value("2^n") },
+        Piece { from: value("n+1"), until: None, form: int(7) },
+    ]);
+    assert!(Solved::check(recurrence, vec![own], Vec::new(), &Assumptions::default()).is_err());
 }
 
 #[test]
@@ -211,7 +231,10 @@ fn entry() -> impl Strategy<Value = BigRational> {
     prop_oneof![2 => Just(BigRational::from_integer(0.into())), 3 => number]
 }
 
-fn systems() -> impl Strategy<Value = (Vec<Vec<BigRational>>, Vec<(i64, i64)>, Vec<i64>)> {
+/// A matrix, an input for each row, and the starting values.
+type Drawn = (Vec<Vec<BigRational>>, Vec<(i64, i64)>, Vec<i64>);
+
+fn systems() -> impl Strategy<Value = Drawn> {
     (1usize..=6).prop_flat_map(|size| {
         let matrix = prop::collection::vec(prop::collection::vec(entry(), size), size);
         let input = prop_oneof![3 => Just((0i64, 1i64)), 1 => (-2i64..=2, -1i64..=2)];

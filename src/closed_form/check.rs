@@ -1,6 +1,6 @@
 //! The induction: the forms give the starting values, and from every index on to the next what the recurrence says.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::defined::Defined;
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
@@ -27,6 +27,7 @@ impl Solved {
         if forms.len() != recurrence.sequences.len() || forms.is_empty() {
             return Err(failed("the forms are not as many as the sequences"));
         }
+        names(&recurrence, &forms, &conditions)?;
         let index = recurrence.index.clone();
         // The index is bound here: what is assumed of a parameter of this name says nothing about it.
         let known = &known.without_name(&index);
@@ -230,7 +231,7 @@ impl Induction<'_> {
         let all: Option<Vec<&Vec<Form>>> =
             self.forms.iter().map(|form| if let Form::Turns(forms) = form { Some(forms) } else { None }).collect();
         let all = all.ok_or_else(|| failed("the forms are of different kinds"))?;
-        if count < 2 || count > MOST_TURNS || all.iter().any(|forms| forms.len() != count) {
+        if !(2..=MOST_TURNS).contains(&count) || all.iter().any(|forms| forms.len() != count) {
             return Err(failed("the turns do not fit"));
         }
         let mut first = 0;
@@ -262,6 +263,43 @@ impl Moved<'_> {
         let value = value.ok_or_else(|| failed("it is a sum over roots, and the equation is not linear"))?;
         Ok(value.with(index, &Value::variable(index).add(&Value::integer(whole(self.by)?))?)?)
     }
+}
+
+/// First values, conditions and the ends of pieces are free of the index, and nothing but an equation has terms in it.
+fn names(recurrence: &Recurrence, forms: &[Form], conditions: &[Comparison]) -> Result<(), Unchecked> {
+    let terms: BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    let fixed = |value: &Value| {
+        let variables = value.variables();
+        !variables.contains(&recurrence.index) && !variables.contains(&product()) && variables.is_disjoint(&terms)
+    };
+    let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
+    let sides = conditions.iter().flat_map(|(_, left, right)| [left, right]);
+    if !starts.chain(sides).all(fixed) {
+        return Err(failed("a first value or condition depends on the index"));
+    }
+    let mut rest: Vec<&Form> = forms.iter().collect();
+    while let Some(form) = rest.pop() {
+        let free = |value: &Value| value.variables().is_disjoint(&terms);
+        let fine = match form {
+            Form::Value(early, value) => early.iter().all(fixed) && free(value) && !value.mentions(&product()),
+            Form::Sum(early, sum) => {
+                early.iter().all(fixed) && sum.parts().all(|(_, rows)| rows.iter().flatten().all(fixed))
+            }
+            Form::Product(ratio, value) => free(ratio) && free(value),
+            Form::Turns(forms) => {
+                rest.extend(forms);
+                true
+            }
+            Form::Pieces(pieces) => {
+                let ends = pieces.iter().flat_map(|piece| [Some(&piece.from), piece.until.as_ref()]).flatten();
+                ends.into_iter().all(fixed) && pieces.iter().all(|piece| free(&piece.form))
+            }
+        };
+        if !fine {
+            return Err(failed("the form depends on what it may not depend on"));
+        }
+    }
+    Ok(())
 }
 
 /// The most first terms of any of the forms, which must all be simple.

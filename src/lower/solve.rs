@@ -60,6 +60,11 @@ impl Lowerer<'_> {
             if start.len() > MOST_ORDER {
                 return self.wrong(name.span, format!("`{}` has more than {MOST_ORDER} first values", name.name));
             }
+            if start.iter().any(|value| value.mentions(&index.name)) {
+                let text =
+                    format!("a first value of `{}` depends on `{}`, which counts the terms", name.name, index.name);
+                return self.wrong(name.span, text);
+            }
             let shift = i64::try_from(start.len()).ok()? - offset;
             let next = self.right_side(right, &names, &index.name, shift)?;
             sequences.push(Sequence { name: name.name.clone(), start, next });

@@ -20,11 +20,9 @@ pub(super) fn characteristic(matrix: &[Vec<BigRational>]) -> Univariate {
                 continue;
             }
             let factor = &a[row][column] / &a[column + 1][column];
-            for at in column..size {
-                if !a[column + 1][at].is_zero() {
-                    let change = &factor * &a[column + 1][at];
-                    a[row][at] -= change;
-                }
+            let pivot = a[column + 1].clone();
+            for (number, other) in a[row].iter_mut().zip(&pivot).skip(column).filter(|(_, other)| !other.is_zero()) {
+                *number -= &factor * other;
             }
             for other in &mut a {
                 if !other[row].is_zero() {

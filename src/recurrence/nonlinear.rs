@@ -79,7 +79,7 @@ fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, 
     if points.iter().any(|point| known.decide(Relation::Eq, start, point) == Some(true)) {
         return Some(format!("it stays {start}"));
     }
-    if !all || !map.denominator()?.as_rational().is_some_and(|number| !number.is_zero()) {
+    if !all || map.denominator()?.as_rational().is_none_or(|number| number.is_zero()) {
         return None;
     }
     let low = points.iter().rev().find(|point| known.decide(Relation::Lss, point, start) == Some(true));

@@ -105,7 +105,7 @@ fn power(bounds: &Bounds, exponent: u32) -> Bounds {
     let [one, other] = ends;
     let (low, high) = if one < other { (one, other) } else { (other, one) };
     let within = bounds.0.is_negative() && bounds.1.is_positive();
-    if exponent % 2 == 0 && within { (BigRational::zero(), high) } else { (low, high) }
+    if exponent.is_multiple_of(2) && within { (BigRational::zero(), high) } else { (low, high) }
 }
 
 /// Bounds further out, with few bits; `None` when the number is too large.
