@@ -23,6 +23,8 @@ pub enum Term {
 const MOST_BITS: u64 = 2_000;
 /// The bits to which bounds are rounded.
 const PRECISION: u64 = 600;
+/// The most bits of a power of bounds.
+const LONGEST: u64 = 200_000;
 /// The longest text of an exact term.
 const WIDEST: usize = 40;
 /// The digits of other terms.
@@ -78,7 +80,7 @@ fn evaluated(value: &Value, known: &BTreeMap<Name, Bounds>) -> Option<Bounds> {
             let mut product = (number.clone(), number.clone());
             for (atom, exponent) in monomial.factors() {
                 let Atom::Variable(name) = atom else { return None };
-                product = times(&product, &power(known.get(name)?, *exponent));
+                product = times(&product, &power(known.get(name)?, *exponent)?);
             }
             sum = (sum.0 + product.0, sum.1 + product.1);
         }
@@ -98,14 +100,18 @@ fn times(left: &Bounds, right: &Bounds) -> Bounds {
     (least, most)
 }
 
-/// A power, which is not negative where the exponent is even.
-fn power(bounds: &Bounds, exponent: u32) -> Bounds {
+/// A power, which is not negative where the exponent is even; `None` when it is too large.
+fn power(bounds: &Bounds, exponent: u32) -> Option<Bounds> {
+    let bits = |number: &BigRational| number.numer().bits() + number.denom().bits();
+    if (bits(&bounds.0) + bits(&bounds.1)).saturating_mul(exponent.into()) > LONGEST {
+        return None;
+    }
     let ends =
         [num_traits::pow(bounds.0.clone(), exponent as usize), num_traits::pow(bounds.1.clone(), exponent as usize)];
     let [one, other] = ends;
     let (low, high) = if one < other { (one, other) } else { (other, one) };
     let within = bounds.0.is_negative() && bounds.1.is_positive();
-    if exponent.is_multiple_of(2) && within { (BigRational::zero(), high) } else { (low, high) }
+    Some(if exponent.is_multiple_of(2) && within { (BigRational::zero(), high) } else { (low, high) })
 }
 
 /// Bounds further out, with few bits; `None` when the number is too large.
