@@ -101,6 +101,14 @@ impl Assumptions {
         rest
     }
 
+    /// Without everything that mentions this name.
+    pub fn without_name(&self, name: &Name) -> Assumptions {
+        if self.naturals.contains(name) || self.stated.iter().any(|(_, value)| value.mentions(name)) {
+            return self.without(&BTreeSet::from([name.clone()]));
+        }
+        self.clone()
+    }
+
     /// The facts, each a value and its relation to 0: one of `=`, `!=`, `>`, `>=`.
     pub fn iter(&self) -> impl Iterator<Item = (Relation, Value)> + '_ {
         self.stated.iter().cloned()

@@ -49,6 +49,8 @@ pub enum ItemKind {
     Period(Ident),
     /// `flow Sys`
     Flow(Ident),
+    /// `solve r(n+1) = 2*r(n), r(0) = 1`
+    Solve(Box<Solve>),
     /// `project P to {At}`
     Project(Term, Vec<Ident>),
     /// `lts P`
@@ -161,6 +163,28 @@ pub enum Expect {
     Term(Term),
     /// `expect t1 = 10, n = 100`
     Values(Vec<(Ident, Value)>),
+}
+
+/// A recurrence to be solved.
+#[derive(Clone, Debug)]
+pub struct Solve {
+    /// `r(n+1) = 2*r(n)` and `r(0) = 1`, in any order.
+    pub equations: Vec<(Value, Value)>,
+    /// What is looked for.
+    pub find: Option<Find>,
+}
+
+/// `find n with r(n) >= 10`
+#[derive(Clone, Debug)]
+pub struct Find {
+    /// The index.
+    pub index: Ident,
+    /// The comparison.
+    pub relation: Relation,
+    /// Its left side.
+    pub left: Value,
+    /// Its right side.
+    pub right: Value,
 }
 
 /// A law as written in a rule file.

@@ -25,6 +25,8 @@ pub enum Keyword {
     Period,
     /// `flow`
     Flow,
+    /// `solve`
+    Solve,
     /// `project`
     Project,
     /// `lts`
@@ -64,8 +66,8 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first eighteen begin an item.
-    pub const ALL: [(Keyword, &'static str); 28] = [
+    /// All of them with their spelling; the first nineteen begin an item.
+    pub const ALL: [(Keyword, &'static str); 29] = [
         (Keyword::Exercise, "exercise"),
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
@@ -77,6 +79,7 @@ impl Keyword {
         (Keyword::Simplify, "simplify"),
         (Keyword::Period, "period"),
         (Keyword::Flow, "flow"),
+        (Keyword::Solve, "solve"),
         (Keyword::Project, "project"),
         (Keyword::Lts, "lts"),
         (Keyword::Minimise, "minimise"),
@@ -108,7 +111,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(18).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(19).any(|(keyword, _)| *keyword == self)
     }
 }
 

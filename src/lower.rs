@@ -13,6 +13,7 @@ mod flow;
 mod graph;
 mod process;
 mod scope;
+mod solve;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,6 +31,7 @@ use crate::value::Value;
 
 pub use declare::Batch;
 pub use flow::Flow;
+pub use solve::Question;
 
 /// Everything that has been declared; cheap to copy, so that any earlier one can be kept.
 #[derive(Clone, Default)]
@@ -163,6 +165,8 @@ pub enum Lowered {
     Period(Name),
     /// `flow Sys`
     Flow(Name),
+    /// `solve …`
+    Solve(Box<Question>),
     /// `project P to {…}`: without `Delay`, which always stays
     Project(Subject, BTreeSet<Name>),
     /// `lts P`
@@ -201,6 +205,8 @@ pub enum Expectation {
     Open,
     /// The answer is `yes`, `no` or `unknown`.
     Answer(Name),
+    /// What is looked for is never met.
+    Never,
     /// The simplification gives this.
     Term(Term),
     /// These values are found.

@@ -6,6 +6,7 @@ mod claim;
 mod exercise;
 mod item;
 mod system;
+mod solve;
 mod term;
 mod value;
 

@@ -7,6 +7,7 @@ mod divisor;
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{Hash, Hasher};
 
 use num_bigint::BigInt;
 use num_integer::Integer;
@@ -25,8 +26,21 @@ pub const MOST_DEGREE: u64 = 1_000_000;
 pub struct Monomial<A>(Vec<(A, u32)>);
 
 /// A sum of rational multiples of monomials: falling order, no coefficient 0.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Polynomial<A: Ord>(Vec<(Monomial<A>, BigRational)>);
+
+/// By the digits of the coefficients: a rational number hashes itself by its continued fraction, whose depth grows with
+/// its length.
+impl<A: Ord + Hash> Hash for Polynomial<A> {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_usize(self.0.len());
+        for (monomial, number) in &self.0 {
+            monomial.hash(state);
+            number.numer().hash(state);
+            number.denom().hash(state);
+        }
+    }
+}
 
 /// How much work may still be done; whoever runs out gives up, so nothing hangs.
 #[derive(Debug)]

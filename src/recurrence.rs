@@ -5,8 +5,23 @@
 //! found exactly, and there the next piece begins. Each form is checked, base and step, before it is returned.
 
 mod affine;
+mod cycle;
+mod dominant;
+mod inhomogeneous;
+mod linear;
+mod matrix;
+mod nonlinear;
+mod powers;
+mod product;
+mod reach;
 mod region;
 mod search;
+mod sequences;
+mod tail;
+mod terms;
+mod turns;
+
+use num_traits::ToPrimitive;
 
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -15,8 +30,11 @@ use affine::affine_pieces;
 use region::{Guard, resolve, solutions};
 use search::{Entry, Interval, enter};
 
-/// What must hold for a result to be right.
-pub type Comparison = (Relation, Value, Value);
+pub use crate::closed_form::{Comparison, Piece};
+pub use nonlinear::{Behaviour, behaviour};
+pub use reach::reach;
+pub use sequences::solve_all;
+pub use terms::Term;
 
 /// A closed form by pieces.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,17 +45,6 @@ pub struct Closed {
     pub pieces: Vec<Piece>,
     /// What must hold for it to be right.
     pub conditions: Vec<Comparison>,
-}
-
-/// One piece of a closed form.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Piece {
-    /// The first index.
-    pub from: Value,
-    /// The index after the last; none for the last piece.
-    pub until: Option<Value>,
-    /// The value at an index, counted from the start of the recurrence.
-    pub form: Value,
 }
 
 /// There is no closed form, and why.
@@ -255,13 +262,19 @@ impl Pieces<'_> {
 pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptions) -> Reach {
     let mut known = assumptions.clone();
     known.assume_natural(index);
+    match by_shape(closed, index, goal, &known) {
+        Reach::Unknown(why) => tried(closed, index, goal, &known).unwrap_or(Reach::Unknown(why)),
+        found => found,
+    }
+}
+
+/// The same from the shapes of the pieces alone, which costs little; the index is known to be natural.
+fn by_shape(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Reach {
     let mut reason = "there is no piece".to_string();
     for piece in &closed.pieces {
-        match in_piece(piece, closed, index, goal, &known) {
+        match in_piece(piece, closed, index, goal, known) {
             Ok(Reach::Never(why)) => reason = why,
-            Ok(Reach::Unknown(why)) | Err(NoClosedForm(why)) => {
-                return tried(closed, index, goal, &known).unwrap_or(Reach::Unknown(why));
-            }
+            Err(NoClosedForm(why)) => return Reach::Unknown(why),
             Ok(found) => return found,
         }
     }
@@ -270,7 +283,8 @@ pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptio
 
 /// The first index at which the goal is decided to hold, where it is decided not to at all earlier ones.
 fn tried(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Option<Reach> {
-    for number in 0..MOST_TRIED {
+    let from = closed.pieces.first()?.from.as_rational()?.to_integer().to_i64()?;
+    for number in from..from.checked_add(MOST_TRIED)? {
         let at = Value::integer(number);
         let value = closed.at(index, &at, known)?;
         let met = match goal {

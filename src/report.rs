@@ -103,7 +103,7 @@ pub struct Answer {
     pub file: String,
     /// The line in which it begins.
     pub line: usize,
-    /// `simplify`, `period`, `flow`, `project`
+    /// `simplify`, `period`, `flow`, `solve`, `project`
     pub kind: &'static str,
     /// As written.
     pub question: String,

@@ -8,6 +8,7 @@ mod compare;
 mod question;
 mod reading;
 mod satisfies;
+mod solve;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;

@@ -278,6 +278,7 @@ impl Lowerer<'_> {
                 "proved" => Expectation::Proved,
                 "refuted" => Expectation::Refuted,
                 "yes" | "no" | "unknown" => Expectation::Answer(word.name.clone()),
+                "never" => Expectation::Never,
                 _ => Expectation::Open,
             },
             ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
@@ -310,6 +311,7 @@ impl Environment {
             }
             ast::ItemKind::Period(name) => lowerer.named(name, "system").map(Lowered::Period),
             ast::ItemKind::Flow(name) => lowerer.named(name, "system").map(Lowered::Flow),
+            ast::ItemKind::Solve(solve) => lowerer.solve(solve).map(|solve| Lowered::Solve(Box::new(solve))),
             ast::ItemKind::Project(term, shown) => {
                 let subject = lowerer.subject(term);
                 let shown = lowerer.shown(shown);

@@ -10,7 +10,7 @@ use crate::name::Name;
 use crate::value::{Value, ValueError};
 
 /// The functions of the language, with how many arguments they take; none: any number but zero.
-pub(super) const FUNCTIONS: [(&str, Option<usize>); 9] = [
+pub(super) const FUNCTIONS: [(&str, Option<usize>); 10] = [
     ("abs", Some(1)),
     ("min", None),
     ("max", None),
@@ -19,6 +19,7 @@ pub(super) const FUNCTIONS: [(&str, Option<usize>); 9] = [
     ("clamp", Some(3)),
     ("floor", Some(1)),
     ("ceil", Some(1)),
+    ("mod", Some(2)),
     ("sqrt", Some(1)),
 ];
 
@@ -349,6 +350,7 @@ fn basic_function(name: &str, values: &[Value]) -> Result<Value, ValueError> {
         ("floor", [x]) => x.floor(),
         ("ceil", [x]) => x.ceiling(),
         ("sqrt", [x]) => x.sqrt(),
+        ("mod", [x, y]) => x.sub(&y.mul(&x.div(y)?.floor()?)?),
         ("clamp", [x, low, high]) => Value::clamp(x, low, high),
         _ => Err(ValueError(format!("`{name}` cannot be computed"))),
     }

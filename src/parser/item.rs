@@ -45,6 +45,7 @@ impl Parser<'_> {
             Keyword::Simplify => ItemKind::Simplify(self.term()?),
             Keyword::Period => ItemKind::Period(self.capital("the name of a system")?),
             Keyword::Flow => ItemKind::Flow(self.capital("the name of a system")?),
+            Keyword::Solve => ItemKind::Solve(Box::new(self.solve()?)),
             Keyword::Project => {
                 let term = self.chain()?;
                 self.require(Kind::Word(Keyword::To), "`to` and the observers to keep, as in `project Sys to {At}`")?;
@@ -252,15 +253,17 @@ impl Parser<'_> {
         if self.accept(Kind::Equal) {
             return Ok(Expect::Term(self.term()?));
         }
-        let verdict = matches!(self.spelling(), "proved" | "refuted" | "open" | "yes" | "no" | "unknown")
+        let verdict = matches!(self.spelling(), "proved" | "refuted" | "open" | "yes" | "no" | "unknown" | "never")
             && self.ahead(1).kind != Kind::Equal;
         if verdict {
             return Ok(Expect::Verdict(self.ident()));
         }
         let mut values = Vec::new();
         loop {
-            let name =
-                self.small("`proved`, `refuted`, `open`, `yes`, `no`, `unknown`, `= P`, or a value such as `t1 = 10`")?;
+            let name = self.small(
+                "`proved`, `refuted`, `open`, `yes`, `no`, `unknown`, `never`, `= P`, or a value such as `t1 = 10`",
+            )?;
+            let name = if self.at(Kind::OpenRound) { self.term_of(name)? } else { name };
             self.require(Kind::Equal, "`=` and a value")?;
             values.push((name, self.value()?));
             if !self.accept(Kind::Comma) {

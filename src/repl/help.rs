@@ -3,7 +3,7 @@
 use super::command::COMMANDS;
 use crate::diagnostic::nearest;
 
-const TOPICS: [(&str, &str); 9] = [
+const TOPICS: [(&str, &str); 10] = [
     (
         "processes",
         "Stop  Abort  Idle            end well, end badly, wait for ever
@@ -23,7 +23,7 @@ proc T_u = P_u ; T_{u+1}     a definition; one that calls itself is a loop\n",
     ),
     (
         "values",
-        "1/10  0.1  x  ?x  (x, y)  + - * / ^  abs min max clamp norm floor ceil sqrt
+        "1/10  0.1  x  ?x  (x, y)  + - * / ^  abs min max clamp norm floor ceil sqrt mod
 if x > 0 then x else 0
 param t > 0, n : natural     a parameter with what is assumed of it
 fn s(d) = d / t              a function; without `= …` it is left open
@@ -60,6 +60,13 @@ compare P ~ Q                strongly bisimilar? yes, no with a formula and a ru
 compare P ~ Q weak           or branching, trace, weak-trace, simulation, simulation-equivalence, refinement
 expect yes | no | unknown    behind the question
 `pars lts` and `pars compare` do the same with .aut files, and draw\n",
+    ),
+    (
+        "recurrences",
+        "solve r(n+1) = 2*r(n) + 3, r(0) = 1       the closed form, checked by induction
+solve f(n+2) = f(n+1) + f(n), f(0) = 0, f(1) = 1 find n with f(n) >= 1000
+solve x(n+1) = x(n) + v*t, y(n+1) = y(n)/2, x(0) = 0, y(0) = 1
+expect r = 4*2^n - 3, r(10) = 4093, n = 17 | never | open     behind it\n",
     ),
     (
         "laws",

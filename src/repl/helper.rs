@@ -16,7 +16,7 @@ use crate::parser::parse_input;
 use crate::session::Session;
 
 /// Words of the language that may be completed.
-const WORDS: [&str; 34] = [
+const WORDS: [&str; 35] = [
     "param",
     "fn",
     "proc",
@@ -27,6 +27,7 @@ const WORDS: [&str; 34] = [
     "simplify",
     "period",
     "flow",
+    "solve",
     "project",
     "expect",
     "import",

@@ -27,7 +27,9 @@ pub(super) fn expectations(
             Expectation::Proved => result.push(verdict(Verdict::Proved)),
             Expectation::Refuted => result.push(verdict(Verdict::Refuted)),
             Expectation::Open => result.push(verdict(Verdict::Open)),
-            Expectation::Term(_) | Expectation::Answer(_) => result.push(Expected { text: text.clone(), met: false }),
+            Expectation::Term(_) | Expectation::Answer(_) | Expectation::Never => {
+                result.push(Expected { text: text.clone(), met: false })
+            }
             Expectation::Values(values) => result.extend(values.iter().map(|(name, value)| {
                 let found = report.values.iter().find(|(found, _)| same_name(found, name));
                 let met = found.is_some_and(|(_, found)| {

@@ -26,6 +26,10 @@ impl Run<'_, '_> {
             }
             Question::Period(name) => ("period", self.period(name, waiting), Run::unmet(&waiting.expected)),
             Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
+            Question::Solve(solve) => {
+                let (lines, expected) = super::solve::answer(solve, waiting);
+                ("solve", lines, expected)
+            }
             Question::Claim(_) => ("claim", Vec::new(), Vec::new()),
             Question::Lts(subject, limits) => {
                 answered = self.transition_system(&subject_term(subject, &waiting.environment), *limits, waiting);

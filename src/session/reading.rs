@@ -25,6 +25,8 @@ pub(super) enum Question {
     Period(Name),
     /// `flow Sys`
     Flow(Name),
+    /// `solve …`
+    Solve(Box<crate::lower::Question>),
     /// `project P to {…}`
     Project(Subject, BTreeSet<Name>),
     /// `lts P`
@@ -98,6 +100,7 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Simplify(term) => Question::Simplify(term),
             Lowered::Period(name) => Question::Period(name),
             Lowered::Flow(name) => Question::Flow(name),
+            Lowered::Solve(solve) => Question::Solve(solve),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
             Lowered::Exercise(exercise) => Question::Claim(self.exercise(environment, exercise, item.span)),
             Lowered::Lts(subject, limits) => Question::Lts(subject, limits),

@@ -1,0 +1,323 @@
+//! The induction: the forms give the starting values, and from every index on to the next what the recurrence says.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::defined::Defined;
+use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
+use crate::assumption::Assumptions;
+use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// The most turns of a periodic form, and the most first terms.
+const MOST_TURNS: usize = 400;
+
+impl Solved {
+    /// The forms with the recurrence, if they can be shown to solve it under the assumptions and conditions. A
+    /// divisor that is free of the index and not known to differ from 0 becomes a condition.
+    ///
+    /// # Errors
+    /// Where the induction fails.
+    pub fn check(
+        recurrence: Recurrence,
+        forms: Vec<Form>,
+        conditions: Vec<Comparison>,
+        known: &Assumptions,
+    ) -> Result<Solved, Unchecked> {
+        if forms.len() != recurrence.sequences.len() || forms.is_empty() {
+            return Err(failed("the forms are not as many as the sequences"));
+        }
+        names(&recurrence, &forms, &conditions)?;
+        let index = recurrence.index.clone();
+        // The index is bound here: what is assumed of a parameter of this name says nothing about it.
+        let known = &known.without_name(&index);
+        let defined = Defined::new(&index, recurrence.from, known, conditions);
+        let mut induction = Induction { recurrence: &recurrence, forms: &forms, defined };
+        induction.run()?;
+        let conditions = induction.defined.conditions;
+        let mut known = known.clone();
+        conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+        Ok(Solved { recurrence, forms, conditions, known })
+    }
+}
+
+pub(super) struct Induction<'a> {
+    pub(super) recurrence: &'a Recurrence,
+    pub(super) forms: &'a [Form],
+    pub(super) defined: Defined<'a>,
+}
+
+/// A form that holds from some index on, at an index that lies so many places further.
+struct Moved<'a> {
+    form: &'a Form,
+    by: usize,
+}
+
+impl Induction<'_> {
+    fn run(&mut self) -> Result<(), Unchecked> {
+        self.divisors()?;
+        match self.forms {
+            [Form::Product(ratio, value)] => {
+                self.base(0)?;
+                self.product(ratio, value)
+            }
+            [Form::Pieces(pieces)] => self.pieces(pieces),
+            [Form::Turns(first), ..] => self.turns(first.len()),
+            _ => {
+                let early = early(self.forms)?;
+                self.base(early)?;
+                self.step(1, 0)
+            }
+        }
+    }
+
+    /// Everything that is used must be defined.
+    fn divisors(&mut self) -> Result<(), Unchecked> {
+        let from = self.recurrence.from;
+        let terms = self.recurrence.terms();
+        for sequence in &self.recurrence.sequences {
+            let below = sequence.next.denominator();
+            if let Some((name, ..)) =
+                terms.iter().find(|(name, ..)| below.as_ref().is_some_and(|below| below.mentions(name)))
+            {
+                return Err(Unchecked(format!("it divides by {name}, which may be 0")));
+            }
+            self.defined.value(&sequence.next, from)?;
+            for value in &sequence.start {
+                self.defined.value(value, from)?;
+            }
+        }
+        for form in self.forms {
+            self.form_divisors(form, from)?;
+        }
+        Ok(())
+    }
+
+    fn form_divisors(&mut self, form: &Form, from: i64) -> Result<(), Unchecked> {
+        match form {
+            Form::Value(early, value) => self.defined.value(value, from.saturating_add_unsigned(early.len() as u64)),
+            Form::Sum(_, sum) => self.defined.sum(sum, from),
+            Form::Product(ratio, value) => {
+                self.defined.value(ratio, from)?;
+                self.defined.value(value, from)
+            }
+            Form::Turns(forms) => forms.iter().try_for_each(|form| self.form_divisors(form, 0)),
+            Form::Pieces(pieces) => pieces.iter().try_for_each(|piece| self.defined.value(&piece.form, from)),
+        }
+    }
+
+    pub(super) fn same(&self, left: &Value, right: &Value) -> bool {
+        left == right || self.defined.known().decide(Relation::Eq, left, right) == Some(true)
+    }
+
+    /// The first terms, by the recurrence itself: the starting values and so many steps.
+    fn base(&self, steps: usize) -> Result<(), Unchecked> {
+        let recurrence = self.recurrence;
+        if steps > MOST_TURNS {
+            return Err(failed("there are too many first terms"));
+        }
+        let longest = recurrence.sequences.iter().map(|sequence| sequence.start.len()).max().unwrap_or(0);
+        let count = longest + steps;
+        for (form, wanted) in self.forms.iter().zip(recurrence.iterate(count)?) {
+            for (place, value) in wanted.iter().enumerate() {
+                let at = recurrence.from.saturating_add_unsigned(place as u64);
+                let found = form.at(&recurrence.index, recurrence.from, at, self.defined.known())?;
+                if !self.same(&found, value) {
+                    return Err(Unchecked(format!("the form gives {found} at {at}, and it is {value}")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The step from `count*n + turn` on, for all n for which the forms hold.
+    fn step(&self, count: usize, turn: usize) -> Result<(), Unchecked> {
+        let recurrence = self.recurrence;
+        let from = if count == 1 { 0 } else { recurrence.from };
+        let (many, offset) = (whole(count)?, from.saturating_add_unsigned(turn as u64));
+        let images = recurrence
+            .terms()
+            .into_iter()
+            .map(|(name, place, offset)| Ok((name, self.moved(place, count, turn + offset)?)))
+            .collect::<Result<Vec<_>, Unchecked>>()?;
+        for (place, sequence) in recurrence.sequences.iter().enumerate() {
+            let next = if count == 1 {
+                sequence.next.clone()
+            } else {
+                in_class(&sequence.next, &recurrence.index, many, offset)?
+            };
+            let left = self.moved(place, count, turn + sequence.start.len())?;
+            self.equation(&left, &next, &images).map_err(|Unchecked(reason)| {
+                Unchecked(format!("the step of {} could not be checked: {reason}", sequence.name))
+            })?;
+        }
+        Ok(())
+    }
+
+    fn moved(&self, place: usize, count: usize, offset: usize) -> Result<Moved<'_>, Unchecked> {
+        match &self.forms[place] {
+            Form::Turns(forms) if forms.len() == count => {
+                Ok(Moved { form: &forms[offset % count], by: offset / count })
+            }
+            form @ (Form::Value(..) | Form::Sum(..)) if count == 1 => Ok(Moved { form, by: offset }),
+            _ => Err(failed("the forms are of different kinds")),
+        }
+    }
+
+    /// Whether a form is what an expression gives for the forms of the terms in it.
+    fn equation(&self, left: &Moved<'_>, next: &Value, images: &[(Name, Moved<'_>)]) -> Result<(), Unchecked> {
+        if let Some(difference) = self.difference(left, next, images)? {
+            if difference.is_plainly_zero() || difference.is_zero(self.defined.known()) {
+                return Ok(());
+            }
+            return Err(failed("the sides differ"));
+        }
+        let index = &self.recurrence.index;
+        let mut substitution = BTreeMap::new();
+        for (name, moved) in images {
+            substitution.insert(name.clone(), moved.value(index)?);
+        }
+        let (left, right) = (left.value(index)?, next.substitute(&substitution)?);
+        if self.same(&left, &right) {
+            return Ok(());
+        }
+        Err(Unchecked(format!("{left} is not known to be {right}")))
+    }
+
+    /// The difference of both sides as an exponential polynomial; `None` if it is none.
+    fn difference(
+        &self,
+        left: &Moved<'_>,
+        next: &Value,
+        images: &[(Name, Moved<'_>)],
+    ) -> Result<Option<ExponentialPolynomial>, Unchecked> {
+        let index = &self.recurrence.index;
+        let Some(mut difference) = left.sum(index)? else { return Ok(None) };
+        let mut rest = next.clone();
+        for (name, moved) in images {
+            if !rest.mentions(name) {
+                continue;
+            }
+            let Some((factor, constant)) = rest.linear_in(name) else { return Ok(None) };
+            if factor.mentions(index) || images.iter().any(|(other, _)| factor.mentions(other)) {
+                return Ok(None);
+            }
+            let Some(sum) = moved.sum(index)? else { return Ok(None) };
+            difference = difference.plus(&sum.scale(&factor.neg()?)?)?;
+            rest = constant;
+        }
+        let Some(constant) = ExponentialPolynomial::of(&rest, index) else { return Ok(None) };
+        Ok(Some(difference.plus(&constant.scale(&Value::integer(-1))?)?))
+    }
+
+    fn product(&self, ratio: &Value, value: &Value) -> Result<(), Unchecked> {
+        let (index, recurrence, whole) = (&self.recurrence.index, self.recurrence, product());
+        let [sequence] = recurrence.sequences.as_slice() else {
+            return Err(failed("a form with a product is of one sequence"));
+        };
+        // What divides by the product would say nothing where it is 0.
+        let divides = value.denominator().is_none_or(|denominator| denominator.mentions(&whole));
+        if divides || ratio.mentions(&whole) || sequence.start.len() != 1 {
+            return Err(failed("the form divides by its product"));
+        }
+        let next = Value::variable(index).add(&Value::one())?;
+        let grown = Value::variable(&whole).mul(ratio)?;
+        let left = value.with(index, &next)?.with(&whole, &grown)?;
+        let right = sequence.next.with(&recurrence.term(&sequence.name, 0), value)?;
+        if self.same(&left, &right) { Ok(()) } else { Err(failed("the step of the product differs")) }
+    }
+
+    fn turns(&mut self, count: usize) -> Result<(), Unchecked> {
+        let all: Option<Vec<&Vec<Form>>> =
+            self.forms.iter().map(|form| if let Form::Turns(forms) = form { Some(forms) } else { None }).collect();
+        let all = all.ok_or_else(|| failed("the forms are of different kinds"))?;
+        if !(2..=MOST_TURNS).contains(&count) || all.iter().any(|forms| forms.len() != count) {
+            return Err(failed("the turns do not fit"));
+        }
+        let mut first = 0;
+        for forms in &all {
+            first = first.max(early(forms)?);
+        }
+        self.base(count * (first + 1))?;
+        self.defined.count_rounds();
+        (0..count).try_for_each(|turn| self.step(count, turn))
+    }
+}
+
+impl Moved<'_> {
+    fn sum(&self, index: &Name) -> Result<Option<ExponentialPolynomial>, Unchecked> {
+        let sum = match self.form {
+            Form::Sum(_, sum) => Some(sum.clone()),
+            Form::Value(_, value) => ExponentialPolynomial::of(value, index),
+            _ => None,
+        };
+        sum.map(|sum| (0..self.by).try_fold(sum, |sum, _| sum.next())).transpose().map_err(Unchecked::from)
+    }
+
+    fn value(&self, index: &Name) -> Result<Value, Unchecked> {
+        let value = match self.form {
+            Form::Value(_, value) => Some(value.clone()),
+            Form::Sum(_, sum) => sum.value(index),
+            _ => None,
+        };
+        let value = value.ok_or_else(|| failed("it is a sum over roots, and the equation is not linear"))?;
+        Ok(value.with(index, &Value::variable(index).add(&Value::integer(whole(self.by)?))?)?)
+    }
+}
+
+/// First values, conditions and the ends of pieces are free of the index, and nothing but an equation has terms in it.
+fn names(recurrence: &Recurrence, forms: &[Form], conditions: &[Comparison]) -> Result<(), Unchecked> {
+    let terms: BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    let fixed = |value: &Value| {
+        let variables = value.variables();
+        !variables.contains(&recurrence.index) && !variables.contains(&product()) && variables.is_disjoint(&terms)
+    };
+    let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
+    let sides = conditions.iter().flat_map(|(_, left, right)| [left, right]);
+    if !starts.chain(sides).all(fixed) {
+        return Err(failed("a first value or condition depends on the index"));
+    }
+    let mut rest: Vec<&Form> = forms.iter().collect();
+    while let Some(form) = rest.pop() {
+        let free = |value: &Value| value.variables().is_disjoint(&terms);
+        let fine = match form {
+            Form::Value(early, value) => early.iter().all(fixed) && free(value) && !value.mentions(&product()),
+            Form::Sum(early, sum) => {
+                early.iter().all(fixed) && sum.parts().all(|(_, rows)| rows.iter().flatten().all(fixed))
+            }
+            Form::Product(ratio, value) => free(ratio) && free(value),
+            Form::Turns(forms) => {
+                rest.extend(forms);
+                true
+            }
+            Form::Pieces(pieces) => {
+                let ends = pieces.iter().flat_map(|piece| [Some(&piece.from), piece.until.as_ref()]).flatten();
+                ends.into_iter().all(fixed) && pieces.iter().all(|piece| free(&piece.form))
+            }
+        };
+        if !fine {
+            return Err(failed("the form depends on what it may not depend on"));
+        }
+    }
+    Ok(())
+}
+
+/// The most first terms of any of the forms, which must all be simple.
+fn early(forms: &[Form]) -> Result<usize, Unchecked> {
+    let mut most = 0;
+    for form in forms {
+        match form {
+            Form::Value(early, _) | Form::Sum(early, _) => most = most.max(early.len()),
+            _ => return Err(failed("the forms are of different kinds")),
+        }
+    }
+    Ok(most)
+}
+
+fn whole(number: usize) -> Result<i64, Unchecked> {
+    i64::try_from(number).map_err(|_| failed("too many turns"))
+}
+
+pub(super) fn failed(text: &str) -> Unchecked {
+    Unchecked(text.to_string())
+}

@@ -1,0 +1,129 @@
+//! Where a value is defined: what its denominators must not be.
+
+use std::cell::OnceCell;
+
+use num_bigint::BigInt;
+use num_traits::{One, Zero};
+
+use super::{Comparison, Unchecked};
+use crate::assumption::Assumptions;
+use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
+use crate::name::Name;
+use crate::polynomial::Polynomial;
+use crate::univariate::Univariate;
+use crate::value::{Atom, Relation, Value};
+
+/// The least integer from a number on at which a polynomial in the index, with rational coefficients, is 0; the inner
+/// option is none when there is no such integer, the outer one when the value is no such polynomial.
+pub fn first_zero(value: &Value, index: &Name, from: i64) -> Option<Option<BigInt>> {
+    let polynomial = polynomial_in(value, index)?;
+    let from = BigInt::from(from);
+    let linear = polynomial.factors().into_iter().filter(|(factor, _)| factor.degree() == 1);
+    let roots = linear.map(|(factor, _)| -factor.coefficient(0)).filter(|root| root.is_integer());
+    Some(roots.map(|root| root.to_integer()).filter(|root| *root >= from).min())
+}
+
+/// A value as a polynomial in the index with rational coefficients.
+fn polynomial_in(value: &Value, index: &Name) -> Option<Univariate> {
+    let parts = exponentials(value, index)?;
+    match parts.into_iter().collect::<Vec<_>>().as_slice() {
+        [] => Some(Univariate::zero()),
+        [(base, coefficients)] if base.as_rational().is_some_and(|base| base.is_one()) => {
+            coefficients.iter().map(Value::as_rational).collect::<Option<Vec<_>>>().map(Univariate::new)
+        }
+        _ => None,
+    }
+}
+
+/// What is being collected: the assumptions, and the conditions that had to be added to them.
+pub(super) struct Defined<'a> {
+    pub(super) index: &'a Name,
+    from: i64,
+    outer: &'a Assumptions,
+    /// The assumptions with the conditions and what is known of the index; most checks do without.
+    general: OnceCell<Assumptions>,
+    pub(super) conditions: Vec<Comparison>,
+}
+
+impl<'a> Defined<'a> {
+    pub(super) fn new(index: &'a Name, from: i64, outer: &'a Assumptions, conditions: Vec<Comparison>) -> Defined<'a> {
+        Defined { index, from, outer, general: OnceCell::new(), conditions }
+    }
+
+    /// What is known, of the index too.
+    pub(super) fn known(&self) -> &Assumptions {
+        self.general.get_or_init(|| {
+            let mut general = self.outer.clone();
+            self.conditions.iter().for_each(|(relation, left, right)| general.assume(*relation, left, right));
+            if self.from >= 0 {
+                general.assume_natural(self.index);
+            }
+            if self.from != 0 {
+                general.assume(Relation::Gte, &Value::variable(self.index), &Value::integer(self.from));
+            }
+            general
+        })
+    }
+
+    /// From here on the index counts something else, from 0.
+    pub(super) fn count_rounds(&mut self) {
+        self.from = 0;
+        self.general = OnceCell::new();
+    }
+
+    /// Makes sure that a value is defined for every index from this one on: adds conditions on what is free of the
+    /// index.
+    pub(super) fn value(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
+        for part in divisors(value)? {
+            self.not_zero(&part, from)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn sum(&mut self, sum: &ExponentialPolynomial, from: i64) -> Result<(), Unchecked> {
+        for (_, rows) in sum.parts() {
+            for value in rows.iter().flatten() {
+                self.value(value, from)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn not_zero(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
+        let zero = Value::zero();
+        match self.known().decide(Relation::Neq, value, &zero) {
+            Some(true) => return Ok(()),
+            Some(false) => return Err(Unchecked("it divides by 0".to_string())),
+            None => {}
+        }
+        if !value.mentions(self.index) {
+            self.conditions.push((Relation::Neq, value.clone(), zero));
+            self.general = OnceCell::new();
+            return Ok(());
+        }
+        match first_zero(value, self.index, from) {
+            Some(None) => Ok(()),
+            Some(Some(root)) => Err(Unchecked(format!("it divides by 0 at {} = {root}", self.index))),
+            None => Err(Unchecked(format!("it must be known whether {value} is ever 0"))),
+        }
+    }
+}
+
+/// What a value divides by, in factors; powers by their bases.
+fn divisors(value: &Value) -> Result<Vec<Value>, Unchecked> {
+    let Some((_, denominator)) = value.polynomials() else { return Ok(Vec::new()) };
+    let content = denominator.monomial_content();
+    let rest = denominator.without(&content);
+    let mut all = Vec::new();
+    if rest.as_constant().is_none_or(|number| number.is_zero()) {
+        all.push(Value::from_polynomials(rest, Polynomial::one())?);
+    }
+    for (atom, _) in content.factors() {
+        match atom {
+            Atom::Power(base, _) if base.as_rational().is_some_and(|base| !base.is_zero()) => {}
+            Atom::Power(base, _) => all.push(base.clone()),
+            other => all.push(other.value()?),
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,53 @@
+//! `solve r(n+1) = 2*r(n) + 3, r(0) = 1 find n with r(n) >= 100`
+
+use super::{Parse, Parser, Role};
+use crate::ast::{Find, Ident, Solve};
+use crate::lexer::Kind;
+use crate::name::Name;
+
+impl Parser<'_> {
+    pub(super) fn solve(&mut self) -> Parse<Solve> {
+        let mut equations = Vec::new();
+        loop {
+            let left = self.value()?;
+            self.require(Kind::Equal, "`=` and the next term or the first value")?;
+            equations.push((left, self.value()?));
+            if !self.accept(Kind::Comma) {
+                break;
+            }
+        }
+        let find = if self.at_spelling("find") { Some(self.find()?) } else { None };
+        Ok(Solve { equations, find })
+    }
+
+    fn find(&mut self) -> Parse<Find> {
+        self.advance();
+        let index = self.small("the name of the index, as in `find n with r(n) = 10`")?;
+        if !self.at_spelling("with") {
+            return self.unexpected("`with` and a comparison, as in `find n with r(n) = 10`");
+        }
+        self.advance();
+        let left = self.value()?;
+        let Some(relation) = self.relation() else {
+            return self.unexpected("a comparison such as `>= 10`");
+        };
+        Ok(Find { index, relation, left, right: self.value()? })
+    }
+
+    /// `r(10)`, a term of a sequence, as a name.
+    pub(super) fn term_of(&mut self, name: Ident) -> Parse<Ident> {
+        self.take(Role::Joining);
+        if self.at(Kind::Minus) {
+            self.take(Role::Opening);
+        }
+        self.require(Kind::Number, "the index of a term, a whole number")?;
+        self.require(Kind::CloseRound, "`)`")?;
+        let span = self.since(name.span.start);
+        let text: String = span.of(self.text).chars().filter(|letter| !letter.is_whitespace()).collect();
+        Ok(Ident { name: Name::new(&text), span })
+    }
+
+    fn at_spelling(&self, word: &str) -> bool {
+        self.at(Kind::Lower) && self.spelling() == word
+    }
+}

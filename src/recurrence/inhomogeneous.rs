@@ -1,0 +1,83 @@
+//! One sequence `x(n+1) = a*x(n) + b(n)`, where a and the parts of b may be symbolic.
+
+use num_rational::BigRational;
+use num_traits::One;
+
+use super::{Comparison, NoClosedForm};
+use crate::assumption::Assumptions;
+use crate::closed_form::Form;
+use crate::exponential_polynomial::exponentials;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// The form, and the conditions under which it is right; `None` if the input is no sum of polynomials times powers.
+pub(super) fn first_order(
+    factor: &Value,
+    input: &Value,
+    start: &Value,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Option<(Form, Vec<Comparison>)>, NoClosedForm> {
+    let Some(parts) = exponentials(input, index) else { return Ok(None) };
+    let count = Value::variable(index);
+    if known.decide(Relation::Eq, factor, &Value::zero()) == Some(true) {
+        let before = input.with(index, &count.sub(&Value::one())?)?;
+        return Ok(Some((Form::Value(vec![start.clone()], before), Vec::new())));
+    }
+    let mut particular = Value::zero();
+    let mut conditions: Vec<Comparison> = Vec::new();
+    for (base, coefficients) in parts {
+        let polynomial = match known.decide(Relation::Eq, &base, factor) {
+            Some(true) => resonant(factor, &coefficients)?,
+            decided => {
+                if decided.is_none() {
+                    conditions.push((Relation::Neq, factor.clone(), base.clone()));
+                }
+                off_resonance(&base, factor, &coefficients)?
+            }
+        };
+        let mut value = Value::zero();
+        for coefficient in polynomial.iter().rev() {
+            value = value.mul(&count)?.add(coefficient)?;
+        }
+        particular = particular.add(&value.mul(&base.power(&count)?)?)?;
+    }
+    let rest = start.sub(&particular.with(index, &Value::zero())?)?;
+    let form = known.simplify(&particular.add(&rest.mul(&factor.power(&count)?)?)?);
+    Ok(Some((Form::Value(Vec::new(), form), conditions)))
+}
+
+/// The polynomial q with `base*q(n+1) - factor*q(n) = p(n)`.
+fn off_resonance(base: &Value, factor: &Value, p: &[Value]) -> Result<Vec<Value>, NoClosedForm> {
+    let mut q = vec![Value::zero(); p.len()];
+    let divisor = base.sub(factor)?;
+    for place in (0..p.len()).rev() {
+        let mut rest = p[place].clone();
+        for (above, value) in q.iter().enumerate().skip(place + 1) {
+            rest = rest.sub(&value.mul(base)?.mul(&binomial(above, place))?)?;
+        }
+        q[place] = rest.div(&divisor)?;
+    }
+    Ok(q)
+}
+
+/// The polynomial q without constant with `factor*(q(n+1) - q(n)) = p(n)`.
+fn resonant(factor: &Value, p: &[Value]) -> Result<Vec<Value>, NoClosedForm> {
+    let mut q = vec![Value::zero(); p.len() + 1];
+    for place in (0..p.len()).rev() {
+        let mut rest = p[place].div(factor)?;
+        for (above, value) in q.iter().enumerate().skip(place + 2) {
+            rest = rest.sub(&value.mul(&binomial(above, place))?)?;
+        }
+        q[place + 1] = rest.mul(&Value::rational(BigRational::new(1.into(), (place + 1).into())))?;
+    }
+    Ok(q)
+}
+
+fn binomial(above: usize, below: usize) -> Value {
+    let mut number = BigRational::one();
+    for step in 0..below {
+        number *= BigRational::new((above - step).into(), (step + 1).into());
+    }
+    Value::rational(number)
+}

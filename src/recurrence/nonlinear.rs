@@ -1,0 +1,110 @@
+//! What is still known of a sequence without closed form: its first terms, its fixed points, how it moves.
+
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+
+use super::terms::{Term, listed};
+use crate::assumption::Assumptions;
+use crate::closed_form::Recurrence;
+use crate::exponential_polynomial::exponentials;
+use crate::name::Name;
+use crate::univariate::Univariate;
+use crate::value::{Relation, Value};
+
+/// What is known of a recurrence, closed form or not.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Behaviour {
+    /// The first terms of each sequence, as far as they were computed.
+    pub terms: Vec<Vec<Term>>,
+    /// The values that are mapped to themselves, of a single map that does not depend on the index: those that are rational or roots of a
+    /// quadratic polynomial.
+    pub fixed_points: Vec<Value>,
+    /// Whether these are all.
+    pub all_fixed_points: bool,
+    /// How the sequence moves, if that is known.
+    pub motion: Option<String>,
+}
+
+/// How many terms are listed.
+const LISTED: usize = 20;
+/// What is known without a closed form.
+pub fn behaviour(recurrence: &Recurrence, known: &Assumptions) -> Behaviour {
+    let mut result = Behaviour { terms: listed(recurrence, LISTED), ..Behaviour::default() };
+    let [sequence] = recurrence.sequences.as_slice() else { return result };
+    let ([start], false) = (sequence.start.as_slice(), sequence.next.mentions(&recurrence.index)) else {
+        return result;
+    };
+    let name = recurrence.term(&sequence.name, 0);
+    let Some((points, all)) = fixed_points(&sequence.next, &name) else { return result };
+    result.motion = motion(&sequence.next, &name, start, &points, all, known);
+    (result.fixed_points, result.all_fixed_points) = (points, all);
+    result
+}
+
+/// The real fixed points of a map that is a quotient of polynomials with rational coefficients, in order, and whether these are all.
+fn fixed_points(map: &Value, name: &Name) -> Option<(Vec<Value>, bool)> {
+    let difference = map.sub(&Value::variable(name)).ok()?;
+    let parts: Vec<_> = exponentials(&difference.numerator()?, name)?.into_iter().collect();
+    let [(base, coefficients)] = parts.as_slice() else { return None };
+    base.as_rational().filter(|base| *base == BigRational::from_integer(1.into()))?;
+    let polynomial = Univariate::new(coefficients.iter().map(Value::as_rational).collect::<Option<_>>()?);
+    let mut points = Vec::new();
+    let mut all = true;
+    for (factor, _) in polynomial.factors() {
+        match factor.degree() {
+            1 => points.push(Value::rational(-factor.coefficient(0))),
+            2 => {
+                let (middle, square) = crate::exponential_polynomial::middle_and_square(&factor);
+                if square.is_positive() {
+                    let distance = Value::rational(square).sqrt().ok()?;
+                    let middle = Value::rational(middle);
+                    points.push(middle.sub(&distance).ok()?);
+                    points.push(middle.add(&distance).ok()?);
+                }
+            }
+            _ => all = false,
+        }
+    }
+    let none = Assumptions::default();
+    let mut sorted: Vec<Value> = Vec::new();
+    for point in points {
+        let place = sorted.iter().position(|other| none.decide(Relation::Lss, &point, other) == Some(true));
+        sorted.insert(place.unwrap_or(sorted.len()), point);
+    }
+    Some((sorted, all))
+}
+
+/// A map that does not fall between two neighbouring fixed points moves what lies between them one way only.
+fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, known: &Assumptions) -> Option<String> {
+    if points.iter().any(|point| known.decide(Relation::Eq, start, point) == Some(true)) {
+        return Some(format!("it stays {start}"));
+    }
+    if !all || map.denominator()?.as_rational().is_none_or(|number| number.is_zero()) {
+        return None;
+    }
+    let low = points.iter().rev().find(|point| known.decide(Relation::Lss, point, start) == Some(true));
+    let high = points.iter().find(|point| known.decide(Relation::Gtr, point, start) == Some(true));
+    // For u < v within the bounds the map must not fall: (map(v) - map(u))/(v - u) >= 0.
+    let (u, gap) = (Name::new("[u]"), Name::new("[gap]"));
+    let (one, step) = (Value::variable(&u), Value::variable(&gap));
+    let other = one.add(&step).ok()?;
+    let slope = map.with(name, &other).ok()?.sub(&map.with(name, &one).ok()?).ok()?.div(&step).ok()?;
+    let mut between = known.clone();
+    between.assume(Relation::Gtr, &step, &Value::zero());
+    if let Some(low) = low {
+        between.assume(Relation::Gte, &one, low);
+    }
+    if let Some(high) = high {
+        between.assume(Relation::Lte, &other, high);
+    }
+    if between.decide(Relation::Gte, &slope, &Value::zero()) != Some(true) {
+        return None;
+    }
+    let grows = known.decide(Relation::Gtr, &map.with(name, start).ok()?, start)?;
+    let bound = if grows { high } else { low };
+    let (verb, way) = if grows { ("grows", "below") } else { ("falls", "above") };
+    Some(match bound {
+        Some(bound) => format!("it {verb} in every step, stays {way} the fixed point {bound} and closes in on it"),
+        None => format!("it {verb} in every step, without bound"),
+    })
+}

@@ -1,0 +1,199 @@
+//! The first index at which terms of sequences compare as wanted.
+//!
+//! A sequence that is linear or geometric is asked exactly, symbols included. Of any other the terms are computed and
+//! compared one by one; that none of the later ones is the first follows from the closed form, where one of its
+//! parts outgrows all others (`tail`).
+
+use std::collections::BTreeMap;
+
+use super::tail::{Tail, tail};
+use super::{Closed, Goal, Reach, by_shape};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Comparison, Form, Piece, Recurrence, Solved};
+use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// The terms that are compared one by one, at most, and the bits that they may have together.
+const MOST_TERMS: u64 = 20_000;
+const MOST_BITS: u64 = 1 << 26;
+/// The bits of the longest of them.
+const LONGEST: u64 = 1 << 16;
+
+/// A comparison of expressions in the terms of offset 0.
+type Wanted<'a> = (Relation, &'a Value, &'a Value);
+
+/// The least index at which a comparison of terms holds.
+pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions) -> Reach {
+    let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
+    let mut reason = None;
+    if let Some(solved) = solved.filter(|_| recurrence.from >= 0) {
+        match exactly(solved, wanted, known) {
+            Some(Reach::Unknown(why)) => reason = Some(why),
+            Some(found) => return found,
+            None => {}
+        }
+    }
+    let tail = match solved.and_then(|solved| Some((solved, difference(solved, wanted)?))) {
+        Some((_, (sum, early))) => tail(&sum, wanted.0, recurrence.from.unsigned_abs() + early),
+        None => Tail::Unknown("nothing bounds its later terms".to_string()),
+    };
+    match tried(recurrence, wanted, &tail, known) {
+        Reach::Unknown(why) => match reason {
+            Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
+            _ => Reach::Unknown(why),
+        },
+        found => found,
+    }
+}
+
+/// Whether there are parameters in it.
+fn symbolic(recurrence: &Recurrence, (_, left, right): Wanted<'_>) -> bool {
+    let mut known: std::collections::BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    known.insert(recurrence.index.clone());
+    let starts = recurrence.sequences.iter().flat_map(|sequence| sequence.start.iter().chain([&sequence.next]));
+    starts.chain([left, right]).any(|value| value.variables().iter().any(|name| !known.contains(name)))
+}
+
+/// By the shape of the sequence, where there is one sequence or a single value for all.
+fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<Reach> {
+    let recurrence = solved.recurrence();
+    let (relation, left, right) = wanted;
+    let mut natural = known.clone();
+    natural.assume_natural(&recurrence.index);
+    let used: Vec<(Name, usize)> = recurrence
+        .terms()
+        .into_iter()
+        .filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)))
+        .map(|(name, place, _)| (name, place))
+        .collect();
+    let conditions: Vec<Comparison> = Vec::new();
+    if let [(name, place)] = used.as_slice()
+        && !left.mentions(&recurrence.index)
+        && !right.mentions(&recurrence.index)
+    {
+        let pieces = pieces(&solved.forms()[*place], &recurrence.index, recurrence.from)?;
+        let closed = Closed { variable: name.clone(), pieces, conditions };
+        let goal = Goal::Holds(relation, left.clone(), right.clone());
+        return Some(by_shape(&closed, &recurrence.index, &goal, &natural));
+    }
+    let mut images = BTreeMap::new();
+    for (name, place) in used {
+        images.insert(name, solved.forms()[place].value(&recurrence.index)?);
+    }
+    let form = left.sub(right).ok()?.substitute(&images).ok()?;
+    let variable = Name::new("[difference]");
+    let from = Value::integer(recurrence.from);
+    let closed = Closed { variable: variable.clone(), pieces: vec![Piece { from, until: None, form }], conditions };
+    let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
+    match by_shape(&closed, &recurrence.index, &goal, &natural) {
+        Reach::Never(_) => {
+            Some(Reach::Never("the difference of both sides is never of the sign that it needs".to_string()))
+        }
+        other => Some(other),
+    }
+}
+
+/// A form by pieces, where it is one.
+fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>> {
+    let (early, value) = match form {
+        Form::Pieces(pieces) => return Some(pieces.clone()),
+        Form::Value(early, value) => (early, value.clone()),
+        Form::Sum(early, sum) => (early, sum.value(index)?),
+        _ => return None,
+    };
+    let mut all = Vec::new();
+    let mut place = from;
+    for term in early {
+        let next = place.checked_add(1)?;
+        all.push(Piece { from: Value::integer(place), until: Some(Value::integer(next)), form: term.clone() });
+        place = next;
+    }
+    all.push(Piece { from: Value::integer(place), until: None, form: value });
+    Some(all)
+}
+
+/// The difference of both sides as an exponential polynomial, and after how many terms it is that.
+fn difference(solved: &Solved, (_, left, right): Wanted<'_>) -> Option<(ExponentialPolynomial, u64)> {
+    let recurrence = solved.recurrence();
+    let mut rest = left.sub(right).ok()?;
+    let mut sum = ExponentialPolynomial::zero();
+    let mut early = 0;
+    for (name, place, _) in recurrence.terms().into_iter().filter(|(.., offset)| *offset == 0) {
+        if !rest.mentions(&name) {
+            continue;
+        }
+        let (factor, constant) = rest.linear_in(&name)?;
+        let (first, own) = match &solved.forms()[place] {
+            Form::Sum(first, own) => (first.len(), own.clone()),
+            Form::Value(first, own) => (first.len(), ExponentialPolynomial::of(own, &recurrence.index)?),
+            _ => return None,
+        };
+        factor.as_rational()?;
+        early = early.max(first as u64);
+        sum = sum.plus(&own.scale(&factor).ok()?).ok()?;
+        rest = constant;
+    }
+    Some((sum.plus(&ExponentialPolynomial::of(&rest, &recurrence.index)?).ok()?, early))
+}
+
+/// Term by term, as far as the tail needs it.
+fn tried(recurrence: &Recurrence, (relation, left, right): Wanted<'_>, tail: &Tail, known: &Assumptions) -> Reach {
+    let variables = recurrence.terms();
+    let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
+    let mut at = recurrence.from;
+    let mut bits = 0u64;
+    let until = match tail {
+        Tail::Never(until, _) => Some(*until),
+        Tail::Unknown(_) => None,
+    };
+    for count in 0..=MOST_TERMS {
+        if let (Tail::Never(_, reason), Some(true)) = (tail, until.map(|until| at.unsigned_abs() >= until && at >= 0)) {
+            return Reach::Never(format!("no term before {} = {at} is, and {reason}", recurrence.index));
+        }
+        let mut images: BTreeMap<Name, Value> =
+            variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();
+        images.insert(recurrence.index.clone(), Value::integer(at));
+        let sides = [left, right].map(|side| side.substitute(&images));
+        let [Ok(one), Ok(other)] = sides else {
+            return Reach::Unknown(format!("it is not defined at {} = {at}", recurrence.index));
+        };
+        match known.decide(relation, &one, &other) {
+            Some(true) => return Reach::At(Value::integer(at), Vec::new()),
+            Some(false) => {}
+            None => {
+                return Reach::Unknown(format!(
+                    "it must be known whether {one} {} {other}, at {} = {at}",
+                    relation.symbol(),
+                    recurrence.index
+                ));
+            }
+        }
+        bits +=
+            state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits() + one.denom().bits()).sum::<u64>();
+        let mut next = Vec::new();
+        for (place, (_, own, offset)) in variables.iter().enumerate() {
+            let sequence = &recurrence.sequences[*own];
+            if offset + 1 < sequence.start.len() {
+                next.push(state[place + 1].clone());
+                continue;
+            }
+            match sequence.next.substitute(&images) {
+                Ok(value) => next.push(value),
+                Err(error) => return Reach::Unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
+            }
+        }
+        state = next;
+        at += 1;
+        let longest =
+            state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits().max(one.denom().bits())).max();
+        if bits > MOST_BITS || longest.is_some_and(|longest| longest > LONGEST) || count == MOST_TERMS {
+            break;
+        }
+    }
+    let why = match tail {
+        Tail::Unknown(why) => why.clone(),
+        Tail::Never(until, _) => format!("it can be met up to {} = {until} only", recurrence.index),
+    };
+    Reach::Unknown(format!("not before {} = {at}; {why}", recurrence.index))
+}

@@ -1,0 +1,221 @@
+//! Recurrences of one or more sequences: which method fits, and the check of what it gives.
+
+use std::collections::BTreeSet;
+
+use super::cycle::repeating;
+use super::inhomogeneous::first_order;
+use super::linear::System;
+use super::product::with_product;
+use super::turns::{cycle, in_turns};
+use super::{Comparison, NoClosedForm, solve};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Form, Piece, Recurrence, Sequence, Solved, Unchecked};
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// The furthest from 0 that a first index may lie.
+const MOST_SHIFT: i64 = 1000;
+
+/// The most terms on which a next one may depend.
+const MOST_TERMS: usize = 150;
+
+impl From<Unchecked> for NoClosedForm {
+    fn from(unchecked: Unchecked) -> NoClosedForm {
+        NoClosedForm(unchecked.0)
+    }
+}
+
+/// Checked closed forms of a recurrence.
+///
+/// # Errors
+/// When none are found, with what stands in the way.
+pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, NoClosedForm> {
+    if recurrence.from.abs() > MOST_SHIFT {
+        return Err(NoClosedForm(format!("the first index is {}, too far from 0", recurrence.from)));
+    }
+    let size = recurrence.terms().len();
+    if size > MOST_TERMS {
+        return Err(NoClosedForm(format!(
+            "{size} terms depend on each other, and no more than {MOST_TERMS} are looked at"
+        )));
+    }
+    let moved = if recurrence.from == 0 { recurrence.clone() } else { from_zero(&recurrence)? };
+    let known = &known.without_name(&recurrence.index);
+    let (forms, conditions) = match found(&moved, known) {
+        Ok(found) => found,
+        Err(reason) => (repeating(&moved).ok_or(reason)?, Vec::new()),
+    };
+    let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
+    Ok(Solved::check(recurrence, forms, conditions, known)?)
+}
+
+/// The same recurrence, counted from 0.
+fn from_zero(recurrence: &Recurrence) -> Result<Recurrence, NoClosedForm> {
+    let index = Value::variable(&recurrence.index).add(&Value::integer(recurrence.from))?;
+    let mut moved = recurrence.clone();
+    moved.from = 0;
+    for sequence in &mut moved.sequences {
+        sequence.next = sequence.next.with(&recurrence.index, &index)?;
+    }
+    Ok(moved)
+}
+
+/// A form that counts from 0, counted as the recurrence does.
+fn begins(form: Form, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
+    let (index, from) = (&recurrence.index, recurrence.from);
+    if from == 0 {
+        return Ok(form);
+    }
+    let place = Value::variable(index).sub(&Value::integer(from))?;
+    Ok(match form {
+        Form::Value(early, value) => Form::Value(early, value.with(index, &place)?),
+        Form::Sum(early, mut sum) => {
+            for _ in 0..from.abs() {
+                sum = if from > 0 { sum.previous()? } else { sum.next()? };
+            }
+            Form::Sum(early, sum)
+        }
+        Form::Product(ratio, value) => Form::Product(ratio.with(index, &place)?, value.with(index, &place)?),
+        Form::Turns(forms) => Form::Turns(forms),
+        Form::Pieces(_) => return Err(NoClosedForm("a map by pieces must begin with the index 0".to_string())),
+    })
+}
+
+type Found = (Vec<Form>, Vec<Comparison>);
+
+/// The forms of a recurrence that begins at 0.
+fn found(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
+    let count = cycle(recurrence);
+    if count > 1 {
+        return Ok((in_turns(recurrence, count, known)?, Vec::new()));
+    }
+    if let Some(system) = System::of(recurrence) {
+        return Ok((system.forms()?, Vec::new()));
+    }
+    if let [sequence] = recurrence.sequences.as_slice() {
+        let (form, conditions) = alone(sequence, recurrence, known)?;
+        return Ok((vec![form], conditions));
+    }
+    one_after_the_other(recurrence, known)
+}
+
+/// Sequences of which each depends on itself and earlier ones only.
+fn one_after_the_other(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
+    let mut rest: Vec<usize> = (0..recurrence.sequences.len()).collect();
+    let mut forms: Vec<Option<Form>> = vec![None; rest.len()];
+    let mut conditions = Vec::new();
+    let mut open = recurrence.clone();
+    let variables = recurrence.terms();
+    while !rest.is_empty() {
+        let free = |place: &usize| {
+            let next = &open.sequences[*place].next;
+            variables.iter().all(|(name, own, _)| own == place || !next.mentions(name))
+        };
+        let Some(place) = rest.iter().copied().find(|place| free(place)) else {
+            let group = Recurrence {
+                index: open.index.clone(),
+                from: 0,
+                sequences: rest.iter().map(|place| open.sequences[*place].clone()).collect(),
+            };
+            let names: Vec<&str> = group.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
+            let Some(system) = System::of(&group) else {
+                return Err(NoClosedForm(coupled(&group, &names)));
+            };
+            for (place, form) in rest.iter().zip(system.forms()?) {
+                forms[*place] = Some(form);
+            }
+            break;
+        };
+        rest.retain(|other| *other != place);
+        let single = Recurrence { index: open.index.clone(), from: 0, sequences: vec![open.sequences[place].clone()] };
+        let (mut own, more) = found(&single, known)?;
+        conditions.extend(more);
+        let Some(form) = own.pop() else { continue };
+        for (name, _, offset) in variables.iter().filter(|(_, own, _)| *own == place) {
+            if !rest.iter().any(|other| open.sequences[*other].next.mentions(name)) {
+                continue;
+            }
+            let value = form.value(&open.index).ok_or_else(|| {
+                NoClosedForm(format!("the form of {} cannot be put into the others", open.sequences[place].name))
+            })?;
+            let offset = Value::integer(i64::try_from(*offset).unwrap_or(i64::MAX));
+            let value = value.with(&open.index, &Value::variable(&open.index).add(&offset)?)?;
+            for other in &rest {
+                open.sequences[*other].next = open.sequences[*other].next.with(name, &value)?;
+            }
+        }
+        forms[place] = Some(form);
+    }
+    Ok((forms.into_iter().flatten().collect(), conditions))
+}
+
+/// Why sequences that depend on each other have no form.
+fn coupled(group: &Recurrence, names: &[&str]) -> String {
+    let variables = group.terms();
+    let linear = group.sequences.iter().all(|sequence| {
+        variables.iter().all(|(name, ..)| !sequence.next.mentions(name) || sequence.next.linear_in(name).is_some())
+    });
+    let names = names.join(", ");
+    if variables.len() > super::linear::MOST_VARIABLES {
+        return format!("{} terms depend on each other, too many", variables.len());
+    }
+    if linear {
+        format!("{names} depend on each other, and not all of their coefficients are rational numbers")
+    } else {
+        format!("{names} depend on each other, and not linearly")
+    }
+}
+
+/// One sequence.
+fn alone(
+    sequence: &Sequence,
+    recurrence: &Recurrence,
+    known: &Assumptions,
+) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
+    let index = &recurrence.index;
+    let [start] = sequence.start.as_slice() else {
+        let order = sequence.start.len();
+        return Err(NoClosedForm(format!(
+            "of the order {order} closed forms are known where the equation is linear with rational coefficients"
+        )));
+    };
+    let name = recurrence.term(&sequence.name, 0);
+    let mut general = known.clone();
+    general.assume_natural(index);
+    let next = general.simplify(&sequence.next);
+    if let Some((factor, input)) = next.linear_in(&name) {
+        if !factor.mentions(index) {
+            let linear = first_order(&factor, &input, start, index, known)?;
+            if let Some(linear) = linear {
+                return Ok(linear);
+            }
+        }
+        return Ok((with_product(&factor, &input, start, index)?, Vec::new()));
+    }
+    if next.mentions(index) {
+        return Err(NoClosedForm(format!("it is not linear in {name} and depends on {index}")));
+    }
+    by_pieces(&next, &name, start, index, known)
+}
+
+/// A map that does not depend on the index.
+fn by_pieces(
+    map: &Value,
+    name: &Name,
+    start: &Value,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
+    let closed = solve(map, name, start, index, known)?;
+    let mut known = known.clone();
+    closed.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+    // A piece of no length is none.
+    let empty = |piece: &Piece| {
+        let equal = |until: &Value| known.decide(Relation::Lte, until, &piece.from) == Some(true);
+        piece.until.as_ref().is_some_and(equal)
+    };
+    let mut pieces = closed.pieces;
+    pieces.retain(|piece| !empty(piece));
+    let unique: BTreeSet<Comparison> = closed.conditions.into_iter().collect();
+    Ok((Form::Pieces(pieces), unique.into_iter().collect()))
+}

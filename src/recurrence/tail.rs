@@ -1,0 +1,243 @@
+//! From which index on an exponential polynomial with rational coefficients keeps its sign, or its distance from 0:
+//! where one real root outgrows all others, by exact rational bounds.
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, Signed, ToPrimitive, Zero};
+
+use super::dominant::{between, dominant, with_squared_roots};
+use crate::exponential_polynomial::{ExponentialPolynomial, middle_and_square};
+use crate::univariate::Univariate;
+use crate::value::{Relation, Value};
+
+/// What is known of all late terms.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Tail {
+    /// From this index on the comparison with 0 never holds, and why.
+    Never(u64, String),
+    /// Nothing, and why.
+    Unknown(String),
+}
+
+/// The latest index from which on a bound is looked for.
+const MOST: u64 = 4_096;
+/// The bits of a bound.
+const PRECISION: u32 = 40;
+/// How often the roots of a polynomial of higher degree are squared to bound them.
+const SQUARINGS: u32 = 5;
+
+/// `c * n^power * x^n` for one root, or a bound of it for several.
+struct Part {
+    /// Between these lies the size of the root.
+    size: (BigRational, BigRational),
+    /// Whether the root is positive, if it is real and known.
+    root: Option<bool>,
+    /// Between these lies the size of the coefficient.
+    weight: (BigRational, BigRational),
+    /// Whether the coefficient is positive, if it is real and known.
+    sign: Option<bool>,
+    power: usize,
+}
+
+/// From which index on, not before `from`, a sum is never in the relation to 0.
+pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {
+    let Some(parts) = parts(sum) else {
+        return Tail::Unknown("its coefficients are no numbers".to_string());
+    };
+    let largest = (0..parts.len()).find(|place| {
+        let main = &parts[*place];
+        let less = |(other, part): (usize, &Part)| {
+            other == *place
+                || part.size.1 < main.size.0
+                || (part.power < main.power && part.size == main.size && part.size.0 == part.size.1)
+        };
+        main.sign.is_some() && main.root.is_some() && parts.iter().enumerate().all(less)
+    });
+    let Some(place) = largest else {
+        return Tail::Unknown("no real root of its characteristic polynomial outgrows all others".to_string());
+    };
+    let main = &parts[place];
+    let positive = match (main.root, main.sign) {
+        (Some(true), sign) => sign,
+        _ => None,
+    };
+    let never = match (relation, positive) {
+        (Relation::Eq, _) => true,
+        (Relation::Gtr | Relation::Gte, Some(positive)) => !positive,
+        (Relation::Lss | Relation::Lte, Some(positive)) => positive,
+        _ => false,
+    };
+    if !never {
+        return Tail::Unknown("it holds for late terms, or for some of them".to_string());
+    }
+    let mut at = from.max(1);
+    while at <= MOST {
+        if outgrown(&parts, place, at) {
+            let (verb, what) = match (relation, positive) {
+                (Relation::Eq, _) => ("stays away from", "their difference"),
+                (_, Some(true)) => ("stays above", "the difference of both sides"),
+                _ => ("stays below", "the difference of both sides"),
+            };
+            let root = bound_text(&main.size);
+            return Tail::Never(
+                at,
+                format!("from there on {what} {verb} 0: its part with the root of size {root} outgrows all others"),
+            );
+        }
+        at *= 2;
+    }
+    Tail::Unknown("its parts are too close to each other".to_string())
+}
+
+fn bound_text(size: &(BigRational, BigRational)) -> String {
+    if size.0 == size.1 {
+        return size.0.to_string();
+    }
+    let thousand = BigRational::from_integer(1000.into());
+    let rounded = (&size.0 * &thousand).round() / thousand;
+    format!("about {rounded}")
+}
+
+/// Whether from an index on one part is larger than the sum of all others.
+fn outgrown(parts: &[Part], main: usize, at: u64) -> bool {
+    let own = &parts[main];
+    let (count, next) = (BigRational::from_integer(at.into()), BigRational::from_integer((at + 1).into()));
+    let Some(exponent) = at.to_i32() else { return false };
+    let mut sum = BigRational::zero();
+    for (_, part) in parts.iter().enumerate().filter(|(place, _)| *place != main) {
+        let ratio = &part.size.1 / &own.size.0;
+        let degree = part.power as i32 - own.power as i32;
+        // Their quotient must fall from here on.
+        if (&next / &count).pow(degree) * &ratio > BigRational::one() {
+            return false;
+        }
+        sum += &part.weight.1 * count.pow(degree) * rounded_up(&ratio).pow(exponent);
+        if sum >= own.weight.0 {
+            return false;
+        }
+    }
+    sum < own.weight.0
+}
+
+/// A number that is not less, with a short numerator; no more than 1 for a number that is not.
+pub(super) fn rounded_up(number: &BigRational) -> BigRational {
+    let scale = BigInt::one() << PRECISION;
+    let up = BigRational::new((number * BigRational::from_integer(scale.clone())).ceil().to_integer(), scale);
+    if *number <= BigRational::one() { up.min(BigRational::one()) } else { up }
+}
+
+fn parts(sum: &ExponentialPolynomial) -> Option<Vec<Part>> {
+    let mut all = Vec::new();
+    for (modulus, rows) in sum.parts() {
+        for (power, row) in rows.iter().enumerate() {
+            let numbers = row.iter().map(Value::as_rational).collect::<Option<Vec<_>>>()?;
+            if numbers.iter().all(BigRational::is_zero) {
+                continue;
+            }
+            match modulus.degree() {
+                1 => all.push(rational(&-modulus.coefficient(0), &numbers[0], power)),
+                2 => all.extend(quadratic(modulus, &numbers, power)),
+                _ => all.extend(higher(modulus, &numbers, power)),
+            }
+        }
+    }
+    Some(all)
+}
+
+fn rational(root: &BigRational, coefficient: &BigRational, power: usize) -> Part {
+    let (size, weight) = (root.abs(), coefficient.abs());
+    Part {
+        size: (size.clone(), size),
+        root: Some(root.is_positive()),
+        weight: (weight.clone(), weight),
+        sign: Some(coefficient.is_positive()),
+        power,
+    }
+}
+
+fn quadratic(modulus: &Univariate, numbers: &[BigRational], power: usize) -> Vec<Part> {
+    let (middle, square) = middle_and_square(modulus);
+    let inner = &numbers[0] + &numbers[1] * &middle;
+    if square.is_negative() {
+        let size = root_bounds(&modulus.coefficient(0), 2);
+        let distance = root_bounds(&-square, 2).1;
+        let weight = (inner.abs() + numbers[1].abs() * distance) * BigRational::from_integer(2.into());
+        return vec![Part { size, root: None, weight: (BigRational::zero(), weight), sign: None, power }];
+    }
+    let distance = root_bounds(&square, 2);
+    let part = |side: BigRational| {
+        let between = |base: &BigRational, factor: &BigRational| {
+            let ends = [base + factor * &side * &distance.0, base + factor * &side * &distance.1];
+            let [one, other] = ends;
+            if one < other { (one, other) } else { (other, one) }
+        };
+        let (size, root) = sized(between(&middle, &BigRational::one()));
+        let (weight, sign) = sized(between(&inner, &numbers[1]));
+        Part { size, root, weight, sign, power }
+    };
+    vec![part(BigRational::one()), part(-BigRational::one())]
+}
+
+/// The size of a number between two others, and whether it is positive.
+fn sized((low, high): (BigRational, BigRational)) -> ((BigRational, BigRational), Option<bool>) {
+    if low.is_positive() {
+        ((low, high), Some(true))
+    } else if high.is_negative() {
+        ((-high, -low), Some(false))
+    } else {
+        ((BigRational::zero(), high.max(-low)), None)
+    }
+}
+
+fn higher(modulus: &Univariate, numbers: &[BigRational], power: usize) -> Vec<Part> {
+    let largest = largest_root(modulus);
+    let bound = |size: BigRational, count: usize| {
+        let mut weight = BigRational::zero();
+        for number in numbers.iter().rev() {
+            weight = weight * &size + number.abs();
+        }
+        weight *= BigRational::from_integer(count.into());
+        Part { size: (BigRational::zero(), size), root: None, weight: (BigRational::zero(), weight), sign: None, power }
+    };
+    let Some(found) = dominant(modulus, &largest) else { return vec![bound(largest, modulus.degree())] };
+    let (weight, sign) = sized(between(numbers, &found.low, &found.high));
+    let (size, root) = sized((found.low, found.high));
+    vec![Part { size, root, weight, sign, power }, bound(found.others, modulus.degree() - 1)]
+}
+
+/// A bound of the sizes of all roots of a monic polynomial: that of Fujiwara, for a power of the roots (Graeffe).
+fn largest_root(modulus: &Univariate) -> BigRational {
+    let degree = modulus.degree();
+    let squared = with_squared_roots(modulus, SQUARINGS);
+    let sizes = (1..=degree).map(|back| {
+        let number = squared.coefficient(degree - back).abs();
+        root_bounds(&number, u32::try_from(back).unwrap_or(1)).1
+    });
+    let most = sizes.max().unwrap_or_else(BigRational::zero) * BigRational::from_integer(2.into());
+    root_bounds(&most, 1 << SQUARINGS).1
+}
+
+/// Numbers between which a root of a number that is not negative lies.
+pub(super) fn root_bounds(number: &BigRational, order: u32) -> (BigRational, BigRational) {
+    let bits = PRECISION * 4;
+    let scale = BigInt::one() << (bits * order) as usize;
+    let scaled = (number * BigRational::from_integer(scale)).floor().to_integer();
+    let low = scaled.nth_root(order);
+    let unit = BigInt::one() << bits as usize;
+    (BigRational::new(low.clone(), unit.clone()), BigRational::new(low + BigInt::one(), unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_are_bounded() {
+        let number = |top: i64, bottom: i64| BigRational::new(top.into(), bottom.into());
+        let polynomial = Univariate::new(vec![number(-1, 1), number(-1, 1), number(0, 1), number(1, 1)]);
+        let bound = largest_root(&polynomial);
+        assert!(bound > number(1324, 1000) && bound < number(136, 100), "{bound}");
+        let (low, high) = root_bounds(&number(2, 1), 2);
+        assert!(&low * &low <= number(2, 1) && &high * &high > number(2, 1));
+    }
+}

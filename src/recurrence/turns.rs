@@ -1,0 +1,170 @@
+//! Coefficients that repeat: where an equation depends on `n` modulo M, M steps at once make a recurrence that does not.
+
+use num_integer::Integer;
+use num_traits::ToPrimitive;
+
+use super::{NoClosedForm, solve_all};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Form, Recurrence, Sequence, Solved, in_class};
+use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::name::Name;
+use crate::value::{Atom, Value};
+
+/// The longest cycle.
+const MOST_TURNS: i64 = 60;
+
+/// After how many steps the equations are the same again; 1 if they always are.
+pub(super) fn cycle(recurrence: &Recurrence) -> i64 {
+    let index = &recurrence.index;
+    let terms = recurrence.terms();
+    let mut cycle = 1;
+    for sequence in &recurrence.sequences {
+        for_each_floor(&sequence.next, index, &mut cycle);
+        for (name, ..) in &terms {
+            if let Some((factor, _)) = sequence.next.linear_in(name)
+                && has_sign(&factor, index)
+            {
+                cycle = cycle.lcm(&2);
+            }
+        }
+        if cycle > MOST_TURNS {
+            return 1;
+        }
+    }
+    cycle
+}
+
+/// The denominators under the index in integer parts.
+fn for_each_floor(value: &Value, index: &Name, cycle: &mut i64) {
+    for atom in value.atoms().into_iter().filter(|atom| atom.mentions(index)) {
+        match &atom {
+            Atom::Floor(inner) => {
+                let factor = inner.linear_in(index).and_then(|(factor, _)| factor.as_rational());
+                if let Some(denominator) = factor.and_then(|factor| factor.denom().to_i64()) {
+                    *cycle = cycle.lcm(&denominator.min(MOST_TURNS + 1));
+                }
+                for_each_floor(inner, index, cycle);
+            }
+            Atom::Positive(inner) | Atom::Root(inner) => for_each_floor(inner, index, cycle),
+            Atom::Maximum(parts) | Atom::Apply(_, parts) => {
+                parts.iter().for_each(|part| for_each_floor(part, index, cycle));
+            }
+            Atom::Power(base, exponent) => [base, exponent].iter().for_each(|part| for_each_floor(part, index, cycle)),
+            Atom::Variable(_) => {}
+        }
+    }
+}
+
+fn has_sign(value: &Value, index: &Name) -> bool {
+    value.atoms().iter().any(
+        |atom| matches!(atom, Atom::Power(base, exponent) if *base == Value::integer(-1) && exponent.mentions(index)),
+    )
+}
+
+/// The forms of a recurrence that begins at 0, in so many turns.
+pub(super) fn in_turns(recurrence: &Recurrence, count: i64, known: &Assumptions) -> Result<Vec<Form>, NoClosedForm> {
+    let index = &recurrence.index;
+    let variables = recurrence.terms();
+    // The terms at each turn, in the terms at the first.
+    let mut rows: Vec<Vec<Value>> = vec![variables.iter().map(|(name, ..)| Value::variable(name)).collect()];
+    for turn in 0..count {
+        let now = &rows[rows.len() - 1];
+        let images = variables.iter().map(|(name, ..)| name.clone()).zip(now.iter().cloned()).collect();
+        let mut next = Vec::new();
+        for (at, (_, place, offset)) in variables.iter().enumerate() {
+            let sequence = &recurrence.sequences[*place];
+            next.push(if offset + 1 < sequence.start.len() {
+                now[at + 1].clone()
+            } else {
+                in_class(&sequence.next, index, count, turn)?.substitute(&images)?
+            });
+        }
+        rows.push(next);
+    }
+    let names: Vec<Name> = (0..variables.len()).map(|at| Name::new(&format!("[state {at}]"))).collect();
+    let renamed = variables
+        .iter()
+        .map(|(name, ..)| name.clone())
+        .zip(names.iter().map(|name| Value::variable(&crate::closed_form::term(name, index, 0))))
+        .collect();
+    let last = rows.pop().unwrap_or_default();
+    let mut sequences = Vec::new();
+    for (at, (name, next)) in names.iter().zip(last).enumerate() {
+        let (_, place, offset) = &variables[at];
+        let start = recurrence.sequences[*place].start[*offset].clone();
+        sequences.push(Sequence { name: name.clone(), start: vec![start], next: next.substitute(&renamed)? });
+    }
+    let rounds = Recurrence { index: index.clone(), from: 0, sequences };
+    let solved = solve_all(rounds, known)?;
+    forms(recurrence, &rows, &solved, count)
+}
+
+/// Each turn's form of each sequence, from those of the first turn.
+fn forms(recurrence: &Recurrence, rows: &[Vec<Value>], solved: &Solved, count: i64) -> Result<Vec<Form>, NoClosedForm> {
+    let variables = recurrence.terms();
+    let mut early = 0;
+    for form in solved.forms() {
+        match form {
+            Form::Value(first, _) | Form::Sum(first, _) => early = early.max(first.len()),
+            _ => return Err(NoClosedForm("the steps of one round have no simple closed form".to_string())),
+        }
+    }
+    let turns = rows.len();
+    let first = recurrence.iterate(early * turns + turns)?;
+    let mut all = Vec::new();
+    for (place, _) in recurrence.sequences.iter().enumerate() {
+        let at = variables.iter().position(|(_, own, offset)| *own == place && *offset == 0);
+        let mut forms = Vec::new();
+        for (turn, row) in rows.iter().enumerate() {
+            let value = at.map(|at| row[at].clone()).unwrap_or_else(Value::zero);
+            let early: Vec<Value> = (0..early).map(|round| first[place][round * turns + turn].clone()).collect();
+            forms.push(composed(&value, &variables, solved, &recurrence.index, early)?);
+        }
+        all.push(Form::Turns(forms));
+    }
+    debug_assert_eq!(i64::try_from(turns), Ok(count));
+    Ok(all)
+}
+
+/// An expression in the terms at the first turn as a form.
+fn composed(
+    value: &Value,
+    variables: &[(Name, usize, usize)],
+    solved: &Solved,
+    index: &Name,
+    early: Vec<Value>,
+) -> Result<Form, NoClosedForm> {
+    let sums = || -> Option<ExponentialPolynomial> {
+        let mut sum = ExponentialPolynomial::zero();
+        let mut rest = value.clone();
+        for ((name, ..), form) in variables.iter().zip(solved.forms()) {
+            if !rest.mentions(name) {
+                continue;
+            }
+            let (factor, constant) = rest.linear_in(name)?;
+            let own = match form {
+                Form::Sum(_, own) => own.clone(),
+                Form::Value(_, own) => ExponentialPolynomial::of(own, index)?,
+                _ => return None,
+            };
+            factor.as_rational()?;
+            sum = sum.plus(&own.scale(&factor).ok()?).ok()?;
+            rest = constant;
+        }
+        sum.plus(&ExponentialPolynomial::of(&rest, index)?).ok()
+    };
+    if let Some(sum) = sums() {
+        return Ok(Form::Sum(early, sum));
+    }
+    let mut images = std::collections::BTreeMap::new();
+    for ((name, ..), form) in variables.iter().zip(solved.forms()) {
+        let value = match form {
+            Form::Value(_, value) => Some(value.clone()),
+            Form::Sum(_, sum) => sum.value(index),
+            _ => None,
+        };
+        let value = value.ok_or_else(|| NoClosedForm("a sum over roots meets a symbol".to_string()))?;
+        images.insert(name.clone(), value);
+    }
+    Ok(Form::Value(early, value.substitute(&images)?))
+}

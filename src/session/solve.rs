@@ -1,0 +1,148 @@
+//! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
+
+use super::reading::Waiting;
+use crate::assumption::Assumptions;
+use crate::closed_form::{Form, Recurrence, Solved};
+use crate::lower::{Expectation, Question};
+use crate::name::Name;
+use crate::recurrence::{Behaviour, Reach, Term, behaviour, reach, solve_all};
+use crate::report::Expected;
+use crate::value::{Relation, Value};
+
+/// The lines of the answer, and what came of the expectations.
+pub(super) fn answer(question: &Question, waiting: &Waiting) -> (Vec<String>, Vec<Expected>) {
+    let known = &waiting.environment.assumptions;
+    let recurrence = &question.recurrence;
+    let solved = solve_all(recurrence.clone(), known);
+    let mut lines = match &solved {
+        Ok(solved) => {
+            let mut lines = solved.lines();
+            lines.push(proof(recurrence));
+            lines
+        }
+        Err(reason) => {
+            let mut lines = vec![format!("no closed form is known: {}", reason.0)];
+            lines.extend(without_form(recurrence, &behaviour(recurrence, known)));
+            lines
+        }
+    };
+    let found = question.find.as_ref().map(|(relation, left, right)| {
+        let found = reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known);
+        lines.extend(found_lines(&found, recurrence, (*relation, left, right)));
+        found
+    });
+    let solved = solved.ok();
+    let met = |expectation: &Expectation| match expectation {
+        Expectation::Open => match &found {
+            Some(found) => matches!(found, Reach::Unknown(_)),
+            None => solved.is_none(),
+        },
+        Expectation::Never => matches!(found, Some(Reach::Never(_))),
+        Expectation::Proved => solved.is_some() && !matches!(found, Some(Reach::Unknown(_))),
+        Expectation::Values(values) => {
+            values.iter().all(|(name, value)| is_met(name, value, recurrence, solved.as_ref(), found.as_ref(), known))
+        }
+        Expectation::Refuted | Expectation::Term(_) | Expectation::Answer(_) => false,
+    };
+    let expected =
+        waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
+    (lines, expected.collect())
+}
+
+/// How the forms were checked.
+fn proof(recurrence: &Recurrence) -> String {
+    let index = &recurrence.index;
+    let starts = recurrence.sequences.iter().flat_map(|sequence| {
+        let terms = sequence.start.iter().enumerate();
+        terms.map(|(place, value)| format!("{}({}) = {value}", sequence.name, recurrence.from + place as i64))
+    });
+    let steps = recurrence
+        .sequences
+        .iter()
+        .map(|sequence| format!("{} = {}", recurrence.term(&sequence.name, sequence.start.len()), sequence.next));
+    let (starts, steps) = (starts.collect::<Vec<_>>().join(", "), steps.collect::<Vec<_>>().join(", "));
+    format!("checked by induction on {index}: {starts}; for every {index} >= {}, {steps}", recurrence.from)
+}
+
+/// What is known without a form.
+fn without_form(recurrence: &Recurrence, behaviour: &Behaviour) -> Vec<String> {
+    let mut lines = Vec::new();
+    if !behaviour.fixed_points.is_empty() {
+        let points: Vec<String> = behaviour.fixed_points.iter().map(Value::to_string).collect();
+        let word = if points.len() == 1 { "fixed point" } else { "fixed points" };
+        let rest = if behaviour.all_fixed_points { "" } else { ", and others that are roots of higher degree" };
+        lines.push(format!("{word} {}{rest}", points.join(" and ")));
+    } else if behaviour.all_fixed_points {
+        lines.push("it has no fixed point".to_string());
+    }
+    lines.extend(behaviour.motion.clone());
+    for (sequence, terms) in recurrence.sequences.iter().zip(&behaviour.terms) {
+        let terms: Vec<String> = terms.iter().map(Term::text).collect();
+        lines.push(format!("{} from {} on: {}, …", sequence.name, recurrence.from, terms.join(", ")));
+    }
+    lines
+}
+
+fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relation, &Value, &Value)) -> Vec<String> {
+    let index = &recurrence.index;
+    let goal = format!("{} {} {}", goal.1, goal.0.symbol(), goal.2);
+    match found {
+        Reach::At(at, conditions) => {
+            let mut lines = vec![format!("{index} = {at} is the first with {goal}")];
+            lines.extend(
+                conditions.iter().map(|(relation, left, right)| format!("if {left} {} {right}", relation.symbol())),
+            );
+            lines
+        }
+        Reach::Never(reason) => vec![format!("never {goal}: {reason}")],
+        Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {reason}")],
+    }
+}
+
+/// Whether a named value came as expected: a form, a term, or the index that was looked for.
+fn is_met(
+    name: &Name,
+    value: &Value,
+    recurrence: &Recurrence,
+    solved: Option<&Solved>,
+    found: Option<&Reach>,
+    known: &Assumptions,
+) -> bool {
+    if *name == recurrence.index {
+        return match found {
+            Some(Reach::At(at, conditions)) => {
+                let mut known = known.clone();
+                conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+                known.decide(Relation::Eq, at, value) == Some(true)
+            }
+            _ => false,
+        };
+    }
+    if let Some((place, _)) = recurrence.sequence(name) {
+        return solved.is_some_and(|solved| same_form(place, value, recurrence, solved, known));
+    }
+    let Some((sequence, at)) = name.as_str().trim_end_matches(')').split_once('(') else { return false };
+    let (Some((place, _)), Ok(at)) = (recurrence.sequence(&Name::new(sequence)), at.parse::<i64>()) else {
+        return false;
+    };
+    let term = match solved {
+        Some(solved) => solved.at(&Name::new(sequence), at).ok(),
+        None => usize::try_from(at.saturating_sub(recurrence.from))
+            .ok()
+            .filter(|count| *count < 10_000)
+            .and_then(|count| recurrence.iterate(count + 1).ok()?.get(place)?.get(count).cloned()),
+    };
+    let known = solved.map_or(known, Solved::known);
+    term.is_some_and(|term| known.decide(Relation::Eq, &term, value) == Some(true))
+}
+
+/// Whether a form that was written down is right: by the same induction, or because it is the one that was found.
+fn same_form(place: usize, value: &Value, recurrence: &Recurrence, solved: &Solved, known: &Assumptions) -> bool {
+    let own = solved.forms()[place].value(&recurrence.index);
+    if own.is_some_and(|own| solved.known().decide(Relation::Eq, &own, value) == Some(true)) {
+        return true;
+    }
+    let mut forms = solved.forms().to_vec();
+    forms[place] = Form::Value(Vec::new(), value.clone());
+    Solved::check(recurrence.clone(), forms, solved.conditions().to_vec(), known).is_ok()
+}

@@ -1,0 +1,279 @@
+//! Recurrences of every kind against plain iteration and against terms that another program computed.
+
+use std::collections::BTreeMap;
+
+use num_rational::BigRational;
+use pars::assumption::Assumptions;
+use pars::closed_form::{Form, Piece, Recurrence, Sequence, Solved};
+use pars::lower::{Environment, Lowered, Question};
+use pars::name::Name;
+use pars::parser::{parse, parse_value};
+use pars::recurrence::{Reach, reach, solve_all};
+use pars::value::{Relation, Value};
+use proptest::prelude::*;
+
+/// The question of a text, with the environment in which it stands.
+fn question(text: &str) -> (Question, Environment) {
+    let mut environment = Environment::new();
+    let parsed = parse(text);
+    assert!(parsed.diagnostics.is_empty(), "{text}: {:?}", parsed.diagnostics);
+    let mut found = None;
+    for lowered in environment.declare(&parsed.items, text) {
+        if let Lowered::Solve(solve) = lowered.unwrap_or_else(|error| panic!("{text}: {error:?}")) {
+            found = Some(*solve);
+        }
+    }
+    (found.expect("a question"), environment)
+}
+
+fn solved(text: &str) -> Solved {
+    let (question, environment) = question(text);
+    solve_all(question.recurrence, &environment.assumptions).unwrap_or_else(|reason| panic!("{text}: {}", reason.0))
+}
+
+fn value(text: &str) -> Value {
+    let written = parse_value(text).unwrap_or_else(|error| panic!("{text}: {error:?}"));
+    Environment::new().value(&written).unwrap_or_else(|error| panic!("{text}: {error:?}"))
+}
+
+fn int(number: i64) -> Value {
+    Value::integer(number)
+}
+
+fn n() -> Name {
+    Name::new("n")
+}
+
+#[test]
+fn sixty_recurrences_have_their_terms() {
+    let text = include_str!("recurrences/sixty.txt");
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for stanza in text.split("\n\n").filter(|stanza| stanza.contains("solve ")) {
+        let line = |word: &str| stanza.lines().find_map(|line| line.strip_prefix(word));
+        let source = stanza.lines().filter(|line| line.starts_with("param ") || line.starts_with("solve "));
+        let source = source.collect::<Vec<_>>().join("\n");
+        let solved = solved(&source);
+        let mut sequences = 0;
+        for (name, terms) in stanza.lines().filter_map(|line| line.strip_prefix("terms ")?.split_once(": ")) {
+            let terms: Vec<Value> = terms.split(", ").map(value).collect();
+            assert_eq!(terms.len(), 20);
+            for (place, wanted) in terms.iter().enumerate() {
+                let at = solved.recurrence().from + place as i64;
+                let found = solved.at(&Name::new(name), at).unwrap_or_else(|error| panic!("{source}: {error}"));
+                let equal = solved.known().decide(Relation::Eq, &found, wanted);
+                assert_eq!(equal, Some(true), "{source}: {name}({at}) is {wanted}, not {found}");
+            }
+            sequences += 1;
+        }
+        assert_eq!(sequences, solved.recurrence().sequences.len(), "{source}");
+        if let Some((goal, wanted)) = line("find ").and_then(|find| find.split_once(" -> ")) {
+            arrives(&format!("{source} find n with {goal}"), wanted);
+        }
+        *kinds.entry(line("kind ").expect("a kind")).or_insert(0) += 1;
+    }
+    assert_eq!(kinds.values().sum::<usize>(), 60, "{kinds:?}");
+}
+
+/// The first index comes as wanted: `n = 8`, or `never`.
+fn arrives(text: &str, wanted: &str) {
+    let (question, environment) = question(text);
+    let (relation, left, right) = question.find.expect("what to find");
+    let solved = solve_all(question.recurrence.clone(), &environment.assumptions).ok();
+    let found = reach(&question.recurrence, solved.as_ref(), (relation, &left, &right), &environment.assumptions);
+    match (&found, wanted.strip_prefix("n = ")) {
+        (Reach::At(at, conditions), Some(number)) => {
+            assert_eq!((at, conditions.is_empty()), (&value(number), true), "{text}");
+        }
+        (Reach::Never(_), None) => assert_eq!(wanted, "never", "{text}"),
+        _ => panic!("{text}: {found:?}, not {wanted}"),
+    }
+}
+
+#[test]
+fn first_indices_of_systems() {
+    let contracting = "solve x(n+1) = y(n), y(n+1) = z(n), z(n+1) = x(n)/3 + y(n)/3 + z(n)/4, \
+                       x(0) = 3, y(0) = 5, z(0) = 1 find n with";
+    arrives(&format!("{contracting} x(n) >= 6"), "never");
+    arrives(&format!("{contracting} x(n) < 1/100"), "n = 137");
+    arrives(&format!("{contracting} x(n) = 0"), "never");
+    let fibonacci = "solve f(n+2) = f(n+1) + f(n), f(0) = 0, f(1) = 1 find n with";
+    arrives(&format!("{fibonacci} f(n) = 6765"), "n = 20");
+    arrives(&format!("{fibonacci} f(n) = 6766"), "never");
+    arrives(&format!("{fibonacci} f(n) < 0"), "never");
+    let spiral = "solve x(n+1) = x(n) - 4*y(n), y(n+1) = 4*x(n) + y(n), x(0) = 3, y(0) = 5 find n with";
+    arrives(&format!("{spiral} abs(x(n)) + abs(y(n)) > 1000000"), "n = 9");
+    let tribonacci = "solve f(n+3) = f(n+2) + f(n+1) + f(n), f(0) = 0, f(1) = 0, f(2) = 1 find n with";
+    arrives(&format!("{tribonacci} f(n) = 504"), "n = 13");
+    arrives(&format!("{tribonacci} f(n) = 505"), "never");
+    let late = "solve h(n+1) = 2*h(n), h(3) = 1 find n with";
+    arrives(&format!("{late} h(n) = 4"), "n = 5");
+    arrives(&format!("{late} h(n) = 1/2"), "never");
+}
+
+#[test]
+fn what_has_no_form_is_said_to_have_none() {
+    for text in [
+        "solve z(n+1) = z(n)^2 - 1/4, z(0) = 0",
+        "solve z(n+1) = 2*z(n)*(1 - z(n)), z(0) = 1/3",
+        "solve h(n+1) = h(n) + 1/(n+1), h(0) = 0",
+        "solve h(n+1) = h(n) + 1/((n-3)*(n-2)), h(0) = 0",
+        "solve x(n+1) = x(n)*y(n), y(n+1) = x(n) + y(n), x(0) = 1, y(0) = 1",
+        "param a, b, c, d solve x(n+1) = a*x(n) + b*y(n), y(n+1) = c*x(n) + d*y(n), x(0) = 1, y(0) = 1",
+        "solve g(n+1) = (n+1)*g(n) + 1, g(0) = 1",
+    ] {
+        let (question, environment) = question(text);
+        let found = solve_all(question.recurrence, &environment.assumptions);
+        assert!(found.is_err(), "{text}: {found:?}");
+    }
+}
+
+fn sequence(name: &str, start: &[i64], next: &str) -> Sequence {
+    let (zero, one) = (Name::new("f0"), Name::new("f1"));
+    let index = n();
+    let term = |offset| Value::variable(&pars::closed_form::term(&Name::new(name), &index, offset));
+    let next = value(next).with(&zero, &term(0)).unwrap().with(&one, &term(1)).unwrap();
+    Sequence { name: Name::new(name), start: start.iter().map(|number| int(*number)).collect(), next }
+}
+
+fn accepted(start: &[i64], next: &str, form: Form) -> bool {
+    let recurrence = Recurrence { index: n(), from: 0, sequences: vec![sequence("f", start, next)] };
+    Solved::check(recurrence, vec![form], Vec::new(), &Assumptions::default()).is_ok()
+}
+
+#[test]
+fn wrong_forms_are_turned_away() {
+    let plain = |text: &str| Form::Value(Vec::new(), value(text));
+    assert!(accepted(&[1], "2*f0+3", plain("4*2^n-3")));
+    assert!(!accepted(&[1], "2*f0+3", plain("5*2^n-3")), "the step holds, the start does not");
+    assert!(!accepted(&[1], "2*f0+3", plain("1+4*n")), "the start holds, the step does not");
+    assert!(!accepted(&[0, 1], "f1+f0", plain("n")), "both first values hold, and one step");
+    assert!(!accepted(&[5], "f0", Form::Value(vec![int(5)], int(6))), "a jump after the first terms");
+    assert!(accepted(&[5], "0", Form::Value(vec![int(5)], int(0))));
+    let ratio = value("n+1");
+    let product = Value::variable(&pars::closed_form::product());
+    assert!(accepted(&[3], "(n+1)*f0", Form::Product(ratio.clone(), product.mul(&int(3)).unwrap())));
+    assert!(!accepted(&[3], "(n+2)*f0", Form::Product(ratio.clone(), product.mul(&int(3)).unwrap())));
+    assert!(!accepted(&[1], "n*f0", Form::Product(value("1/n"), int(1).div(&product).unwrap())), "divides by 0");
+    assert!(!accepted(&[1], "f0/(n-3)", Form::Product(value("1/(n-3)"), product.clone())), "not defined at 3");
+    let own = Value::variable(&pars::closed_form::term(&Name::new("f"), &n(), 0));
+    assert!(!accepted(&[1], "f0", Form::Value(vec![int(1)], own)), "the form is the sequence itself");
+    let turns = |one: &str, other: &str| Form::Turns(vec![plain(one), plain(other)]);
+    assert!(accepted(&[1], "3-f0", turns("1", "2")));
+    assert!(!accepted(&[1], "3-f0", turns("1", "1")));
+    assert!(!accepted(&[1], "f0+1", turns("1+n", "2+n")), "each turn counts rounds");
+    assert!(accepted(&[1], "f0+1", turns("1+2*n", "2+2*n")));
+    let piece =
+        |from: i64, until: Option<i64>, form: &str| Piece { from: int(from), until: until.map(int), form: value(form) };
+    let pieces = |all: &[Piece]| Form::Pieces(all.to_vec());
+    let down = "max(f0-3,1)";
+    assert!(accepted(&[12], down, pieces(&[piece(0, Some(4), "12-3*n"), piece(4, None, "1")])));
+    assert!(!accepted(&[12], down, pieces(&[piece(0, Some(5), "12-3*n"), piece(5, None, "1")])));
+    assert!(!accepted(&[12], down, pieces(&[piece(0, Some(3), "12-3*n"), piece(3, None, "1")])));
+    assert!(!accepted(&[12], down, pieces(&[piece(0, None, "12-3*n")])));
+    assert!(!accepted(&[12], down, pieces(&[piece(0, Some(4), "12-3*n"), piece(5, None, "1")])), "a gap");
+}
+
+#[test]
+fn conditions_are_free_of_the_index() {
+    let recurrence = Recurrence { index: n(), from: 0, sequences: vec![sequence("f", &[1], "2*f0")] };
+    let forged = vec![(Relation::Eq, value("n"), int(0))];
+    let form = Form::Value(Vec::new(), int(1));
+    assert!(Solved::check(recurrence.clone(), vec![form], forged, &Assumptions::default()).is_err());
+    let late = Form::Pieces(vec![Piece { from: int(0), until: None, form: value("2^n") }]);
+    assert!(Solved::check(recurrence.clone(), vec![late], Vec::new(), &Assumptions::default()).is_ok());
+    let own = Form::Pieces(vec![
+        Piece { from: int(0), until: Some(value("n+1")), form: value("2^n") },
+        Piece { from: value("n+1"), until: None, form: int(7) },
+    ]);
+    assert!(Solved::check(recurrence, vec![own], Vec::new(), &Assumptions::default()).is_err());
+}
+
+#[test]
+fn divisors_become_conditions() {
+    let (question, environment) = question("param a, b solve r(n+1) = a*r(n) + b, r(0) = 0");
+    let solved = solve_all(question.recurrence, &environment.assumptions).unwrap();
+    assert_eq!(solved.conditions().len(), 1, "{:?}", solved.conditions());
+    let (_, other) = self::question("param a > 1, b solve r(n+1) = a*r(n) + b, r(0) = 0");
+    let again = solve_all(solved.recurrence().clone(), &other.assumptions).unwrap();
+    assert!(again.conditions().is_empty());
+}
+
+#[test]
+fn a_parameter_of_the_same_name_is_not_the_index() {
+    let text = "param n > 5, n : natural, a solve r(n+1) = max(r(n) - 3, 1), r(0) = 12 find n with r(n) = 12";
+    arrives(text, "n = 0");
+    let (question, environment) = question(text);
+    let solved = solve_all(question.recurrence, &environment.assumptions).unwrap();
+    assert_eq!(solved.at(&Name::new("r"), 2).unwrap(), int(6));
+}
+
+/// A system with a rational matrix, inputs and starting values.
+fn system(matrix: &[Vec<BigRational>], inputs: &[(i64, i64)], start: &[i64]) -> Recurrence {
+    let names: Vec<Name> = (0..matrix.len()).map(|place| Name::new(&format!("x{place}"))).collect();
+    let index = n();
+    let sequences = matrix.iter().enumerate().map(|(place, row)| {
+        let mut next = Value::zero();
+        for (number, name) in row.iter().zip(&names) {
+            let term = Value::variable(&pars::closed_form::term(name, &index, 0));
+            next = next.add(&term.mul(&Value::rational(number.clone())).unwrap()).unwrap();
+        }
+        let (factor, base) = inputs[place];
+        let input = int(base).power(&Value::variable(&index)).unwrap().mul(&int(factor)).unwrap();
+        let input = if base == 0 { int(factor).mul(&Value::variable(&index)).unwrap() } else { input };
+        let next = next.add(&input).unwrap();
+        Sequence { name: names[place].clone(), start: vec![int(start[place])], next }
+    });
+    Recurrence { index: index.clone(), from: 0, sequences: sequences.collect() }
+}
+
+fn entry() -> impl Strategy<Value = BigRational> {
+    let number = (-3i64..=3, 1i64..=3).prop_map(|(top, bottom)| BigRational::new(top.into(), bottom.into()));
+    prop_oneof![2 => Just(BigRational::from_integer(0.into())), 3 => number]
+}
+
+/// A matrix, an input for each row, and the starting values.
+type Drawn = (Vec<Vec<BigRational>>, Vec<(i64, i64)>, Vec<i64>);
+
+fn systems() -> impl Strategy<Value = Drawn> {
+    (1usize..=6).prop_flat_map(|size| {
+        let matrix = prop::collection::vec(prop::collection::vec(entry(), size), size);
+        let input = prop_oneof![3 => Just((0i64, 1i64)), 1 => (-2i64..=2, -1i64..=2)];
+        (matrix, prop::collection::vec(input, size), prop::collection::vec(-5i64..=5, size))
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 80, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_systems_agree_with_iteration((matrix, inputs, start) in systems()) {
+        let recurrence = system(&matrix, &inputs, &start);
+        let terms = recurrence.iterate(25).unwrap();
+        let solved = solve_all(recurrence.clone(), &Assumptions::default());
+        prop_assert!(solved.is_ok(), "{:?}", solved);
+        let solved = solved.unwrap();
+        for (sequence, terms) in recurrence.sequences.iter().zip(&terms) {
+            for (place, wanted) in terms.iter().enumerate() {
+                prop_assert_eq!(&solved.at(&sequence.name, place as i64).unwrap(), wanted);
+            }
+        }
+    }
+
+    #[test]
+    fn random_equations_of_high_order(coefficients in prop::collection::vec(-3i64..=3, 1..=6), start in prop::collection::vec(-4i64..=4, 6)) {
+        let order = coefficients.len();
+        let (name, index) = (Name::new("f"), n());
+        let mut next = Value::zero();
+        for (offset, number) in coefficients.iter().enumerate() {
+            let term = Value::variable(&pars::closed_form::term(&name, &index, offset));
+            next = next.add(&term.mul(&int(*number)).unwrap()).unwrap();
+        }
+        let start = start[..order].iter().map(|number| int(*number)).collect();
+        let recurrence = Recurrence { index, from: 2, sequences: vec![Sequence { name: name.clone(), start, next }] };
+        let terms = recurrence.iterate(30).unwrap();
+        let solved = solve_all(recurrence, &Assumptions::default()).unwrap();
+        for (place, wanted) in terms[0].iter().enumerate() {
+            prop_assert_eq!(&solved.at(&name, place as i64 + 2).unwrap(), wanted);
+        }
+    }
+}
