@@ -33,12 +33,16 @@ pub enum Keyword {
     Import,
     /// `law`
     Law,
+    /// `probability`
+    Probability,
     /// `by`
     By,
     /// `when`
     When,
     /// `satisfies`
     Satisfies,
+    /// `always`
+    Always,
     /// `to`, `↓`
     To,
     /// `try`
@@ -56,8 +60,8 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first fourteen begin an item.
-    pub const ALL: [(Keyword, &'static str); 24] = [
+    /// All of them with their spelling; the first fifteen begin an item.
+    pub const ALL: [(Keyword, &'static str); 26] = [
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
         (Keyword::Proc, "proc"),
@@ -72,9 +76,11 @@ impl Keyword {
         (Keyword::Expect, "expect"),
         (Keyword::Import, "import"),
         (Keyword::Law, "law"),
+        (Keyword::Probability, "probability"),
         (Keyword::By, "by"),
         (Keyword::When, "when"),
         (Keyword::Satisfies, "satisfies"),
+        (Keyword::Always, "always"),
         (Keyword::To, "to"),
         (Keyword::Try, "try"),
         (Keyword::Loop, "loop"),
@@ -96,7 +102,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(14).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(15).any(|(keyword, _)| *keyword == self)
     }
 }
 

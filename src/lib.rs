@@ -39,6 +39,9 @@ pub mod recurrence;
 pub mod period;
 pub mod flow;
 pub mod verify;
+pub mod connectivity;
+pub mod invariant;
+pub mod safety;
 // ── surface: what people see ──
 pub mod explain;
 pub mod report;

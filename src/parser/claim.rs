@@ -11,19 +11,24 @@ impl Parser<'_> {
     /// `[name:] P = Q [when …] [by …]`, `P <= Q …`, `Sys satisfies Goal`
     pub(super) fn claim(&mut self) -> Parse<Claim> {
         let name = self.claim_name();
+        if self.at_word(Keyword::Probability) {
+            self.advance();
+            return Ok(Claim { name, kind: self.likely()? });
+        }
         let left = self.term()?;
-        if self.at_word(Keyword::Satisfies) {
+        if self.at_word(Keyword::Satisfies) || self.at_word(Keyword::Always) {
+            let always = self.at_word(Keyword::Always);
             let word = self.advance().span;
-            let property = self.capital("the name of a property")?;
             let TermKind::Apply { name: system, arguments, results } = left.kind else {
                 return self.unnamed_system(left.span, word);
             };
             if !arguments.is_empty() || !results.is_empty() {
                 return self.unnamed_system(left.span, word);
             }
-            return Ok(Claim { name, kind: ClaimKind::Satisfies(system, property) });
+            let kind = if always { self.always(system)? } else { self.satisfies(system)? };
+            return Ok(Claim { name, kind });
         }
-        let connective = self.connective("`=`, `<=` or `satisfies`")?;
+        let connective = self.connective("`=`, `<=`, `satisfies` or `always`")?;
         let right = self.term()?;
         let when = if self.accept(Kind::Word(Keyword::When)) { self.conditions()? } else { Vec::new() };
         let by = if self.accept(Kind::Word(Keyword::By)) { self.by()? } else { By::Search };
@@ -32,7 +37,7 @@ impl Parser<'_> {
 
     fn unnamed_system<T>(&mut self, span: crate::diagnostic::Span, word: crate::diagnostic::Span) -> Parse<T> {
         self.fail(
-            Diagnostic::error("P0208", "only a system with a name can satisfy a property")
+            Diagnostic::error("P0208", "only a system with a name can be asked this")
                 .label(span, "this is a process")
                 .label(word, "")
                 .help("name it first: `system Sys = P | Q`, then `prove Sys satisfies Goal`"),

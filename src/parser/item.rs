@@ -56,6 +56,7 @@ impl Parser<'_> {
                 ItemKind::Import(text.trim_matches('"').to_string())
             }
             Keyword::Law => ItemKind::Law(Box::new(self.law()?)),
+            Keyword::Probability => ItemKind::Probability(self.likelihood()?),
             _ => return self.no_item(),
         })
     }

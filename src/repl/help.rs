@@ -38,6 +38,7 @@ prove P = Q when t > 0, never_aborts(?P)
 prove P = Q by law, law      by these laws alone
 prove P = Q by { P = {law} R = {law} Q }
 prove Sys satisfies Goal
+prove Sys always |p-o| > 1 when At_p, Rock_o     whenever both are shown
 expect proved | refuted | open | t1 = 10     behind the claim\n",
     ),
     (

@@ -24,6 +24,9 @@ impl Run<'_, '_> {
             }
             Question::Period(name) => ("period", self.period(name, waiting), Run::unmet(&waiting.expected)),
             Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
+            Question::Probability(likelihood) => {
+                ("probability", self.probability(likelihood, waiting), Run::unmet(&waiting.expected))
+            }
             Question::Claim(_) => ("claim", Vec::new(), Vec::new()),
         };
         let (file, line, question) = (waiting.file.clone(), waiting.line, waiting.text.clone());

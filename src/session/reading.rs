@@ -9,7 +9,7 @@ use crate::ast::Item;
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
-use crate::lower::{Claim, Environment, Expectation, Lowered, Subject};
+use crate::lower::{Claim, Environment, Expectation, Likelihood, Lowered, Subject};
 use crate::name::Name;
 use crate::report::{Expected, Output};
 
@@ -23,6 +23,8 @@ pub(super) enum Question {
     Period(Name),
     /// `flow Sys`
     Flow(Name),
+    /// `probability of …`
+    Probability(Likelihood),
     /// `project P to {…}`
     Project(Subject, BTreeSet<Name>),
 }
@@ -81,6 +83,7 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Simplify(term) => Question::Simplify(term),
             Lowered::Period(name) => Question::Period(name),
             Lowered::Flow(name) => Question::Flow(name),
+            Lowered::Probability(likelihood) => Question::Probability(likelihood),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
             Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
             Lowered::Law(law) => {
