@@ -42,6 +42,9 @@ pub mod verify;
 pub mod connectivity;
 pub mod invariant;
 pub mod safety;
+pub mod interval;
+pub mod distribution;
+pub mod probability;
 // ── surface: what people see ──
 pub mod explain;
 pub mod report;

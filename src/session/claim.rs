@@ -51,6 +51,7 @@ pub(super) struct Found {
     pub(super) feedback: Vec<String>,
     pub(super) remains: Vec<String>,
     pub(super) trusted: Vec<String>,
+    pub(super) chance: Option<crate::report::Chance>,
     pub(super) diagnostics: Vec<(crate::diagnostic::Source, crate::diagnostic::Diagnostic)>,
     pub(super) it: Option<crate::term::Term>,
 }
@@ -92,6 +93,7 @@ impl Run<'_, '_> {
             steady: found.steady,
             laws: Vec::new(),
             trusted: Vec::new(),
+            chance: found.chance,
             trace: found.trace,
             feedback: found.feedback,
             remains: found.remains,
