@@ -77,9 +77,7 @@ impl Distribution {
         match (kind.as_str(), numbers.as_slice()) {
             ("Point", [at]) => Ok(Distribution::Point(at.clone())),
             ("Normal", [_, variance]) if variance.is_negative() => Err(format!("{value} has a negative variance")),
-            ("Normal", [mean, variance]) => {
-                Ok(Distribution::Normal { mean: mean.clone(), variance: variance.clone() })
-            }
+            ("Normal", [mean, variance]) => Ok(Distribution::Normal { mean: mean.clone(), variance: variance.clone() }),
             ("Uniform", [low, high]) if low > high => Err(format!("the bounds of {value} are the wrong way round")),
             ("Uniform", [low, high]) => Ok(Distribution::Uniform { low: low.clone(), high: high.clone() }),
             ("Exp", [rate]) if !rate.is_positive() => Err(format!("{value} has a rate that is not positive")),
@@ -97,7 +95,11 @@ impl Distribution {
             Distribution::Normal { mean, .. } | Distribution::Poisson { mean } => mean.clone(),
             Distribution::Uniform { low, high } => (low + high) / two(),
             Distribution::Exponential { rate, start, rising } => {
-                if *rising { start + rate.recip() } else { start - rate.recip() }
+                if *rising {
+                    start + rate.recip()
+                } else {
+                    start - rate.recip()
+                }
             }
             Distribution::Mixture(parts) => parts.iter().map(|(weight, part)| weight * part.mean()).sum(),
         }
@@ -242,7 +244,11 @@ impl Distribution {
                 let left = self.at_most(high).minus(self.at_most(low));
                 let right = self.more_than(low).minus(self.more_than(high));
                 let both = Interval::between(left.low.max(right.low), left.high.min(right.high));
-                if self.is_certain() { certain(low <= &self.mean() && &self.mean() <= high) } else { both.probability() }
+                if self.is_certain() {
+                    certain(low <= &self.mean() && &self.mean() <= high)
+                } else {
+                    both.probability()
+                }
             }
         }
     }
@@ -255,9 +261,7 @@ impl Distribution {
     pub fn normals(&self) -> Option<Vec<(BigRational, BigRational, BigRational)>> {
         match self {
             Distribution::Point(at) => Some(vec![(BigRational::one(), at.clone(), BigRational::zero())]),
-            Distribution::Normal { mean, variance } => {
-                Some(vec![(BigRational::one(), mean.clone(), variance.clone())])
-            }
+            Distribution::Normal { mean, variance } => Some(vec![(BigRational::one(), mean.clone(), variance.clone())]),
             Distribution::Mixture(parts) => {
                 let mut all = Vec::new();
                 for (weight, part) in parts.iter().filter(|(weight, _)| !weight.is_zero()) {

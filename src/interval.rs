@@ -227,4 +227,3 @@ pub fn normal_between(low: Interval, high: Interval) -> Interval {
     let difference = to.normal().minus(from.normal());
     Interval { low: difference.low.max(0.0), high: difference.high.clamp(0.0, 1.0) }
 }
-

@@ -85,11 +85,7 @@ pub fn chain(period: &Period, event: &Claim, assumptions: &Assumptions) -> Resul
     };
     Ok(Chain {
         initial: all(&period.initial, &[])?,
-        phases: period
-            .phases
-            .iter()
-            .map(|phase| all(&phase.edges, &phase.variables))
-            .collect::<Result<_, _>>()?,
+        phases: period.phases.iter().map(|phase| all(&phase.edges, &phase.variables)).collect::<Result<_, _>>()?,
     })
 }
 

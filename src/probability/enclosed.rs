@@ -16,7 +16,7 @@ use num_traits::ToPrimitive;
 
 use super::grid::Grid;
 use super::normal::distribution;
-use super::scalar::{Decider, Range, Scalar, Way};
+use super::scalar::{Decider, Noisy, Range, Scalar, Way};
 use crate::distribution::standard;
 use crate::interval::{Interval, normal_between};
 
@@ -70,28 +70,31 @@ pub fn enclosed(scalar: &Scalar) -> Result<Interval, String> {
     }
     let grid = Grid::new(&start, &round, scalar.rounds)?;
     let rows = grid.rows(&round)?;
-    let step = grid.error(&start, &round);
-    let (mut before, mut values) = (vec![0.0; grid.nodes.len()], vec![0.0; grid.nodes.len()]);
-    let mut error = 0.0;
-    for number in 0..scalar.rounds {
-        std::mem::swap(&mut before, &mut values);
-        for (value, row) in values.iter_mut().zip(&rows) {
-            *value = row.value(&before, number == 0);
+    let step = grid.error(&round, &round);
+    // V_(n-1) on the grid; the last round is evaluated where the start leads.
+    let (mut values, mut next) = (vec![0.0; grid.nodes.len()], vec![0.0; grid.nodes.len()]);
+    let mut error = step;
+    for number in 1..scalar.rounds {
+        for (value, row) in next.iter_mut().zip(&rows) {
+            *value = row.value(&values, number == 1);
         }
+        std::mem::swap(&mut values, &mut next);
         // The kernel's mass is at most 1, and its quadrature errs by no more than a step.
         error = error * (1.0 + step) + step;
     }
+    let value = |state: f64| Ok::<f64, String>(grid.row(state, &round)?.value(&values, scalar.rounds == 1));
     for (way, exact) in start.iter().zip(&scalar.start).filter(|(way, _)| !way.onward.is_empty()) {
         let part = if way.sd > 0.0 {
-            let row = grid.row(0.0, std::slice::from_ref(way))?;
-            Interval::exactly(row.kernel(&values))
+            let fine = Grid::of_start(way)?;
+            let there: Vec<f64> = fine.nodes.iter().map(|node| value(*node)).collect::<Result<_, _>>()?;
+            error += fine.error(std::slice::from_ref(way), &round);
+            Interval::exactly(fine.row(0.0, std::slice::from_ref(way))?.kernel(&there))
         } else {
-            let value = grid.row(way.shift, &round)?.value(&before, scalar.rounds == 1);
-            Interval::exactly(value).times(at_start(exact, &exact.onward))
+            Interval::exactly(value(way.shift)?).times(at_start(exact, &exact.onward))
         };
         total = total.plus(part);
     }
-    let wide = error + 3.0 * step + BEYOND * (scalar.rounds as f64 + 2.0);
+    let wide = error + 2.0 * step + BEYOND * (scalar.rounds as f64 + 2.0);
     Ok(Interval::between(total.low - wide, total.high + wide).probability())
 }
 
@@ -105,7 +108,7 @@ fn at_start(way: &Way, ranges: &[Range]) -> Interval {
                 continue;
             }
             Decider::Next => (&way.shift, &way.variance),
-            Decider::Noisy { offset, variance, .. } => (offset, variance),
+            Decider::Noisy(noisy) => (&noisy.offset, &noisy.variance),
         };
         let place = |bound: &Option<BigRational>, otherwise: f64| {
             bound.as_ref().map_or(Interval::exactly(otherwise), |bound| standard(bound, mean, variance))
@@ -129,7 +132,8 @@ impl Fast {
         let guard = match &way.decider {
             Decider::Nothing => Guard::Nothing,
             Decider::Next => Guard::Next,
-            Decider::Noisy { factor, offset, variance, covariance } => {
+            Decider::Noisy(noisy) => {
+                let Noisy { factor, offset, variance, covariance } = noisy.as_ref();
                 let next = near(&way.variance);
                 let follows = if next > 0.0 { near(&(covariance / &way.variance)) } else { 0.0 };
                 let known = if next > 0.0 { covariance * covariance / &way.variance } else { covariance * covariance };

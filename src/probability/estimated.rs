@@ -37,10 +37,14 @@ struct Form {
     constant: f64,
 }
 
+/// Tests that must all hold.
+type Tests = Vec<(Relation, Form)>;
+
 struct Step {
     draws: Vec<Distribution>,
-    tests: Vec<(Relation, Form)>,
-    stretches: Vec<(Option<f64>, Vec<Vec<(Relation, Form)>>)>,
+    tests: Tests,
+    /// Durations, and when what is asked for is shown.
+    stretches: Vec<(Option<f64>, Vec<Tests>)>,
     image: Vec<Form>,
     next: Option<usize>,
 }

@@ -41,6 +41,9 @@ struct Part {
 struct Walker<'a> {
     chain: &'a Chain,
     question: &'a Question,
+    /// Of parts for which it is certain, exactly.
+    certain: BigRational,
+    /// Of the others.
     chance: Interval,
     parts: Vec<(BigRational, BigRational, BigRational)>,
 }
@@ -51,7 +54,8 @@ struct Walker<'a> {
 /// Where that is not so.
 pub fn exact(chain: &Chain, question: &Question) -> Result<Exact, String> {
     let start = Part { time: BigRational::zero(), phase: None, mean: Vec::new(), covariance: Vec::new() };
-    let mut walker = Walker { chain, question, chance: Interval::exactly(0.0), parts: Vec::new() };
+    let mut walker =
+        Walker { chain, question, certain: BigRational::zero(), chance: Interval::exactly(0.0), parts: Vec::new() };
     let mut work: BTreeMap<Part, BigRational> = BTreeMap::from([(start, BigRational::one())]);
     let mut rounds = 0usize;
     // The earliest part is first in the order, so parts that meet are one by the time they are followed.
@@ -77,7 +81,9 @@ pub fn exact(chain: &Chain, question: &Question) -> Result<Exact, String> {
         }
         _ => Vec::new(),
     };
-    Ok(Exact { chance: walker.chance.probability(), shown })
+    let certain = Interval::of(&walker.certain);
+    let chance = if walker.chance == Interval::exactly(0.0) { certain } else { certain.plus(walker.chance) };
+    Ok(Exact { chance: chance.probability(), shown })
 }
 
 impl Walker<'_> {
@@ -144,12 +150,16 @@ impl Walker<'_> {
                 reached |= all;
             }
             if reached {
-                self.chance = self.chance.plus(Interval::of(weight));
+                self.certain += weight;
             }
             return Ok(reached);
         }
         let chance = joint.chance(&stretch.shown)?;
-        self.chance = self.chance.plus(chance.times(Interval::of(weight)));
+        if chance == Interval::exactly(1.0) {
+            self.certain += weight;
+        } else if chance != Interval::exactly(0.0) {
+            self.chance = self.chance.plus(chance.times(Interval::of(weight)));
+        }
         if let [value] = stretch.values.as_slice() {
             self.parts.push((weight.clone(), joint.mean(value), joint.variance(value)));
         }

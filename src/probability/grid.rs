@@ -4,7 +4,7 @@ use super::enclosed::{Fast, Guard};
 use super::normal::{DENSITY_ERROR, DISTRIBUTION_ERROR, density};
 
 /// Gauss points of a panel.
-const POINTS: usize = 16;
+const POINTS: usize = 24;
 /// Panels of the whole window.
 const MOST_PANELS: usize = 6_000;
 /// Entries of the kernel.
@@ -44,13 +44,23 @@ impl Row {
 }
 
 impl Grid {
-    /// A window that the state surely leaves with a chance of less than 1.3e-15 a round, cut where guards cut.
+    /// The states of the rounds: a window that they leave with a chance of less than 1.3e-15 a round.
     pub(super) fn new(start: &[Fast], round: &[Fast], rounds: u64) -> Result<Grid, String> {
-        let (low, high) = window(start, round, rounds)?;
-        let sds = start.iter().chain(round).filter(|way| !way.onward.is_empty() && way.sd > 0.0).map(|way| way.sd);
-        let width = 4.0 * sds.fold(f64::INFINITY, f64::min);
+        Grid::within(window(start, round, rounds)?, round)
+    }
+
+    /// The states to which one way leads from 0.
+    pub(super) fn of_start(way: &Fast) -> Result<Grid, String> {
+        let reach = (BAND + 1e-6) * way.sd;
+        Grid::within((way.shift - reach, way.shift + reach), std::slice::from_ref(way))
+    }
+
+    /// Panels that are narrow for these ways, cut where their guards cut.
+    fn within((low, high): (f64, f64), ways: &[Fast]) -> Result<Grid, String> {
+        let ways: Vec<&Fast> = ways.iter().filter(|way| !way.onward.is_empty()).collect();
+        let width = 4.5 * ways.iter().map(|way| way.sd).fold(f64::INFINITY, f64::min);
         let mut cuts = vec![low, high];
-        for way in start.iter().chain(round).filter(|way| matches!(way.guard, Guard::Next)) {
+        for way in ways.iter().filter(|way| matches!(way.guard, Guard::Next)) {
             cuts.extend(way.onward.iter().flat_map(|(from, to)| [*from, *to]).filter(|cut| *cut > low && *cut < high));
         }
         cuts.sort_by(f64::total_cmp);
@@ -59,7 +69,7 @@ impl Grid {
         for pair in cuts.windows(2) {
             let [from, to] = pair else { continue };
             let count = ((to - from) / width).ceil().max(1.0);
-            if !(count + panels.len() as f64 <= MOST_PANELS as f64) {
+            if count.is_nan() || count + panels.len() as f64 > MOST_PANELS as f64 {
                 return Err(format!("the states reach too far for their noise: more than {MOST_PANELS} panels"));
             }
             let place = |number: f64| from + (to - from) * (number / count);
@@ -116,9 +126,10 @@ impl Grid {
         Ok(Row { first: first * POINTS, factors, success: success(false), last: success(true) })
     }
 
-    /// What one round errs by at most, everything included.
-    pub(super) fn error(&self, start: &[Fast], round: &[Fast]) -> f64 {
-        let ways: Vec<&Fast> = start.iter().chain(round).filter(|way| !way.onward.is_empty() && way.sd > 0.0).collect();
+    /// What the sum over this grid errs by at most, everything included, for the kernel of these ways and the values
+    /// that the rounds make.
+    pub(super) fn error(&self, ways: &[Fast], round: &[Fast]) -> f64 {
+        let ways: Vec<&Fast> = ways.iter().filter(|way| !way.onward.is_empty()).collect();
         let least = ways.iter().map(|way| way.sd).fold(f64::INFINITY, f64::min);
         let most = ways.iter().map(|way| way.sd).fold(0.0, f64::max);
         let half = self.panels.iter().map(|(from, to)| (to - from) / 2.0).fold(0.0, f64::max);
@@ -130,12 +141,18 @@ impl Grid {
             64.0 / 15.0 * half * size(height) * rho.powi(2 - 2 * POINTS as i32) / (1.0 - rho.powi(-2))
         });
         let quadrature = 1.001 * panels * rho.fold(f64::INFINITY, f64::min);
-        let reach = self.panels.first().map_or(0.0, |panel| panel.0.abs()).max(self.panels.last().map_or(0.0, |panel| panel.1.abs()));
+        let reach = self
+            .panels
+            .first()
+            .map_or(0.0, |panel| panel.0.abs())
+            .max(self.panels.last().map_or(0.0, |panel| panel.1.abs()));
         // The points are rounded; by Cauchy's inequality the slope of what is summed is at most its size at a distance
         // over that distance.
         let band = 2.0 * BAND * most + 4.0 * half;
         let points = band * size(least) / least * 4.0 * UNIT * (reach + half);
-        let rounding = ways.iter().map(|way| rounding(way, reach)).fold(0.0, f64::max);
+        // The parts of the kernel have a mass of at most 1 together, but each guard's chance errs by itself.
+        let rounding = ways.iter().map(|way| rounding(way, reach)).fold(0.0, f64::max)
+            + ways.iter().map(|way| way.weight * deciding(way, reach, false)).sum::<f64>();
         let terms = (band / half + 4.0).min(2.0 * panels) * POINTS as f64;
         let decided = round.iter().map(|way| deciding(way, reach, true)).sum::<f64>();
         quadrature + points + rounding + decided + (terms + 50.0) * UNIT + BEYOND
@@ -155,8 +172,7 @@ fn size(ways: &[&Fast], round: &[Fast], height: f64) -> f64 {
     // The mean of the next state, and of the decider, moves with the state: the absolute integral over both.
     let value = |way: &Fast| {
         let moved = match &way.guard {
-            Guard::Noisy { factor, sd, follows, rest, .. } if way.sd > 0.0 && !way.onward.is_empty() => {
-                let _ = sd;
+            Guard::Noisy { factor, follows, rest, .. } if way.sd > 0.0 && !way.onward.is_empty() => {
                 (way.slope / way.sd).powi(2) + ((factor - follows * way.slope) / rest).powi(2)
             }
             Guard::Noisy { factor, sd, .. } => (factor / sd).powi(2),
@@ -168,11 +184,11 @@ fn size(ways: &[&Fast], round: &[Fast], height: f64) -> f64 {
     ways.iter().map(|way| kernel(way)).sum::<f64>() * round.iter().map(value).sum::<f64>().max(1.0)
 }
 
-/// A bound on the relative error of a kernel value, integrated.
+/// A bound on the relative error of a density.
 fn rounding(way: &Fast, reach: f64) -> f64 {
     // The mean of the next state errs by a few units of the largest number in it; the exponent is at most 14 times that.
     let mean = 4.0 * UNIT * (way.slope.abs() * reach + way.shift.abs() + reach);
-    16.0 * mean / way.sd + 4.0 * DENSITY_ERROR + deciding(way, reach, false)
+    16.0 * mean / way.sd + 4.0 * DENSITY_ERROR
 }
 
 /// A bound on the error of a decider's chance.
@@ -207,7 +223,8 @@ fn window(start: &[Fast], round: &[Fast], rounds: u64) -> Result<(f64, f64), Str
             let (mut mean, mut variance) = (way.shift, way.sd * way.sd);
             for _ in 0..=rounds {
                 let now = hull(whole, around(mean, variance.sqrt()));
-                let (next, wider) = (round[0].slope * mean + round[0].shift, round[0].slope.powi(2) * variance + round[0].sd.powi(2));
+                let (next, wider) =
+                    (round[0].slope * mean + round[0].shift, round[0].slope.powi(2) * variance + round[0].sd.powi(2));
                 let still = now == whole && (next - mean).abs() < 1e-12 && (wider - variance).abs() < 1e-12 * wider;
                 (whole, mean, variance) = (now, next, wider);
                 if still {

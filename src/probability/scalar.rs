@@ -21,16 +21,20 @@ pub enum Decider {
     /// The next state.
     Next,
     /// A normal number.
-    Noisy {
-        /// How it depends on the state.
-        factor: BigRational,
-        /// What is added.
-        offset: BigRational,
-        /// Its variance.
-        variance: BigRational,
-        /// Its covariance with the noise of the next state.
-        covariance: BigRational,
-    },
+    Noisy(Box<Noisy>),
+}
+
+/// A normal number `factor * s + offset + noise`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Noisy {
+    /// How it depends on the state.
+    pub factor: BigRational,
+    /// What is added.
+    pub offset: BigRational,
+    /// The variance of the noise.
+    pub variance: BigRational,
+    /// Its covariance with the noise of the next state.
+    pub covariance: BigRational,
 }
 
 /// One way through a round.
@@ -231,8 +235,8 @@ impl Reducer<'_> {
                     _ => {}
                 }
                 let base = base.get_or_insert_with(|| form.clone());
-                let (ratio, constant) = multiple(base, &form)
-                    .ok_or("the guards of a round depend on different random numbers")?;
+                let (ratio, constant) =
+                    multiple(base, &form).ok_or("the guards of a round depend on different random numbers")?;
                 narrow(&mut range, side.relation, &ratio, &constant);
             }
             Ok(Some(range))
@@ -243,7 +247,8 @@ impl Reducer<'_> {
             asked.extend(ranges(sides)?);
         }
         let (decider, transform) = self.decider(base, next.as_ref(), &inner);
-        let image = |range: Range| transform.as_ref().map_or(range.clone(), |(ratio, constant)| moved(&range, ratio, constant));
+        let image =
+            |range: Range| transform.as_ref().map_or(range.clone(), |(ratio, constant)| moved(&range, ratio, constant));
         let taken = image(taken);
         let asked: Vec<Range> = asked.into_iter().filter_map(|range| meet(&taken, &image(range))).collect();
         let absorbed = match one.next {
@@ -287,7 +292,8 @@ impl Reducer<'_> {
         }
         let covariance = next.map_or_else(BigRational::zero, |next| inner(next, &base));
         let variance = inner(&base, &base);
-        (Decider::Noisy { factor: base.factor, offset: base.offset, variance, covariance }, None)
+        let noisy = Noisy { factor: base.factor, offset: base.offset, variance, covariance };
+        (Decider::Noisy(Box::new(noisy)), None)
     }
 
     fn form(&self, linear: &Linear, drawn: &[(BigRational, BigRational)], start: bool) -> Result<Form, String> {
@@ -324,9 +330,9 @@ impl Reducer<'_> {
         if certain {
             return Ok(true);
         }
-        let never = moves.iter().all(|other| {
-            other.next.is_none() && other.stretches.iter().all(|stretch| stretch.shown.is_empty())
-        });
+        let never = moves
+            .iter()
+            .all(|other| other.next.is_none() && other.stretches.iter().all(|stretch| stretch.shown.is_empty()));
         if never { Ok(false) } else { Err("what follows the rounds depends on the state".to_string()) }
     }
 }

@@ -39,7 +39,9 @@ impl Run<'_, '_> {
         waiting: &Waiting,
     ) -> Found {
         let mut found = Found::default();
-        let (Ok(answer), Some(bound)) = (answer(likelihood, waiting).map_err(|reasons| found.remains = reasons), threshold.as_rational()) else {
+        let (Ok(answer), Some(bound)) =
+            (answer(likelihood, waiting).map_err(|reasons| found.remains = reasons), threshold.as_rational())
+        else {
             return found;
         };
         found.trace = answer.lines.clone();
@@ -189,20 +191,18 @@ fn between(interval: &Interval) -> String {
     format!("{middle:.places$}, between {} and {}", interval.low, interval.high)
 }
 
-/// Means and variances, exactly, and as decimals.
+/// Mean and variance, exactly where that is short, and as decimals.
 fn described(name: &str, parts: &Distribution) -> Vec<String> {
-    let (mean, variance) = (parts.mean(), parts.variance());
-    let decimal = |number: &BigRational| Interval::of(number).low;
-    let count = match parts {
-        Distribution::Mixture(all) if all.len() > 1 => format!(", a mixture of {} normal parts", all.len()),
-        _ => ", normal".to_string(),
+    let kind = match parts {
+        Distribution::Mixture(all) if all.len() > 1 => format!("a mixture of {} normal parts", all.len()),
+        _ => "normal".to_string(),
     };
     let text = |number: &BigRational| {
+        let near = num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN).to_string();
         let exact = Value::rational(number.clone()).to_string();
-        let near = decimal(number);
-        if exact.len() <= 40 { format!("{exact} = {near}") } else { format!("{near}") }
+        if exact == near || exact.len() > 40 { near } else { format!("{exact} = {near}") }
     };
-    vec![format!("{name} has mean {}, variance {}{count}", text(&mean), text(&variance))]
+    vec![format!("{name} is {kind}, with mean {} and variance {}", text(&parts.mean()), text(&parts.variance()))]
 }
 
 /// `Delay_d ; At_a`: what is shown, and when.
@@ -211,8 +211,7 @@ fn at_a_time(body: &Term) -> Option<(Pattern, Value)> {
     let [delay, shown] = parts.as_slice() else { return None };
     match (delay.node(), shown.node()) {
         (Node::Delay(time), Node::Observe(..)) => {
-            let pattern =
-                Pattern { terms: vec![shown.clone()], variables: Default::default(), conditions: Vec::new() };
+            let pattern = Pattern { terms: vec![shown.clone()], variables: Default::default(), conditions: Vec::new() };
             Some((pattern, time.clone()))
         }
         _ => None,
