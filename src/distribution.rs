@@ -360,7 +360,8 @@ fn poisson_more_than(mean: &BigRational, bound: &BigRational) -> Interval {
     match whole(bound) {
         _ if bound.is_negative() => SURE,
         None => ANY,
-        Some(count) if bound > mean => poisson_sum(mean, count + 1, None),
+        // The tail falls from its first number on, or nearly so: it is summed itself, to full relative accuracy.
+        Some(count) if bound + BigRational::one() > *mean => poisson_sum(mean, count + 1, None),
         Some(count) => SURE.minus(poisson_sum(mean, 0, Some(count))).probability(),
     }
 }

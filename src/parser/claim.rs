@@ -2,7 +2,7 @@
 
 use super::{Parse, Parser, Role};
 use crate::ast::{By, CalcStep, Claim, ClaimKind, Condition, ConditionKind, Ident, LawItem, Term, TermKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::law::{Connective, Fact};
 use crate::lexer::{Keyword, Kind};
 use crate::name::Name;
@@ -19,11 +19,12 @@ impl Parser<'_> {
         if self.at_word(Keyword::Satisfies) || self.at_word(Keyword::Always) {
             let always = self.at_word(Keyword::Always);
             let word = self.advance().span;
+            let does = if always { "always meet a condition" } else { "satisfy a property" };
             let TermKind::Apply { name: system, arguments, results } = left.kind else {
-                return self.unnamed_system(left.span, word);
+                return self.unnamed_system(left.span, word, does);
             };
             if !arguments.is_empty() || !results.is_empty() {
-                return self.unnamed_system(left.span, word);
+                return self.unnamed_system(left.span, word, does);
             }
             let kind = if always { self.always(system)? } else { self.satisfies(system)? };
             return Ok(Claim { name, kind });
@@ -35,9 +36,9 @@ impl Parser<'_> {
         Ok(Claim { name, kind: ClaimKind::Compare { left, connective, right, when, by } })
     }
 
-    fn unnamed_system<T>(&mut self, span: crate::diagnostic::Span, word: crate::diagnostic::Span) -> Parse<T> {
+    fn unnamed_system<T>(&mut self, span: Span, word: Span, does: &str) -> Parse<T> {
         self.fail(
-            Diagnostic::error("P0208", "only a system with a name can be asked this")
+            Diagnostic::error("P0208", format!("only a system with a name can {does}"))
                 .label(span, "this is a process")
                 .label(word, "")
                 .help("name it first: `system Sys = P | Q`, then `prove Sys satisfies Goal`"),

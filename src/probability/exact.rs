@@ -245,12 +245,13 @@ impl Joint {
         let mut sum = Interval::exactly(0.0);
         for alternative in region {
             match self.stretch(alternative)? {
+                Some(chance) if chance == Interval::exactly(0.0) => {}
                 Some(chance) => sum = sum.plus(chance),
                 // All that is asked is certain.
                 None => return Ok(Interval::exactly(1.0)),
             }
         }
-        Ok(sum.probability())
+        Ok(if sum == Interval::exactly(0.0) { sum } else { sum.probability() })
     }
 
     /// The chance of one alternative; none if it is certain.

@@ -193,88 +193,53 @@ impl Reducer<'_> {
         drawn: &[(BigRational, BigRational)],
         start: bool,
     ) -> Result<Option<Way>, String> {
-        let form = |linear: &Linear| self.form(linear, drawn, start);
-        let inner = |left: &Form, right: &Form| -> BigRational {
-            left.draws.iter().zip(&right.draws).zip(drawn).map(|((a, b), (_, variance))| a * b * variance).sum()
-        };
+        let mut guards = Guards { reducer: self, drawn, start, base: None };
         let onward = one.next == Some(self.live);
-        let next = if onward {
+        let mut next = Form { factor: BigRational::zero(), draws: Vec::new(), offset: BigRational::zero() };
+        let mut region = Region::new();
+        if onward {
             let linear = Linear { state: self.direction.clone(), ..Linear::default() };
-            Some(form(&linear.after(&one.image))?)
-        } else {
-            None
-        };
-        let region: Region = match one.next {
-            Some(phase) if phase == self.live => shown(self.chain, phase)?
-                .iter()
-                .map(|sides| {
-                    let side = |side: &Side| Side { form: side.form.after(&one.image), relation: side.relation };
-                    sides.iter().map(side).collect()
-                })
-                .collect(),
-            _ => Region::new(),
-        };
-        let mut base: Option<Form> = None;
-        let mut ranges = |sides: &[Side]| -> Result<Option<Range>, String> {
-            let mut range: Range = (None, None);
-            for side in sides {
-                let form = form(&side.form)?;
-                let random = !inner(&form, &form).is_zero();
-                if !random && form.factor.is_zero() {
-                    if !side.relation.holds(form.offset.cmp(&BigRational::zero())) {
-                        return Ok(None);
-                    }
-                    continue;
-                }
-                if !random {
-                    return Err("a guard depends on the state alone".to_string());
-                }
-                match side.relation {
-                    Relation::Eq => return Ok(None),
-                    Relation::Neq => continue,
-                    _ => {}
-                }
-                let base = base.get_or_insert_with(|| form.clone());
-                let (ratio, constant) =
-                    multiple(base, &form).ok_or("the guards of a round depend on different random numbers")?;
-                narrow(&mut range, side.relation, &ratio, &constant);
+            next = self.form(&linear.after(&one.image), drawn, start)?;
+            region = shown(self.chain, self.live)?;
+            for side in region.iter_mut().flatten() {
+                side.form = side.form.after(&one.image);
             }
-            Ok(Some(range))
-        };
-        let Some(taken) = ranges(&one.tests)? else { return Ok(None) };
+        }
+        let Some(taken) = guards.range(&one.tests)? else { return Ok(None) };
         let mut asked = Vec::new();
         for sides in &region {
-            asked.extend(ranges(sides)?);
+            asked.extend(guards.range(sides)?);
         }
-        let (decider, transform) = self.decider(base, next.as_ref(), &inner);
+        let inner = |left: &Form, right: &Form| inner(left, right, drawn);
+        let (decider, transform) = self.decider(guards.base, onward.then_some(&next), &inner);
         let image =
             |range: Range| transform.as_ref().map_or(range.clone(), |(ratio, constant)| moved(&range, ratio, constant));
         let taken = image(taken);
         let asked: Vec<Range> = asked.into_iter().filter_map(|range| meet(&taken, &image(range))).collect();
-        let absorbed = match one.next {
-            Some(phase) if phase == self.live => Vec::new(),
-            Some(phase) if self.succeeds(phase)? => vec![taken.clone()],
-            None => match one.stretches.iter().find(|stretch| stretch.duration.is_none()) {
-                Some(stretch) if surely(Some(stretch)) => vec![taken.clone()],
-                Some(stretch) if !stretch.shown.is_empty() => {
-                    return Err("what is shown at the end depends on the state".to_string());
-                }
-                _ => Vec::new(),
-            },
-            Some(_) => Vec::new(),
-        };
-        let (success, last, rest) = if !absorbed.is_empty() {
+        let (success, last, rest) = if !onward {
+            let absorbed = if self.absorbs(one)? { vec![taken] } else { Vec::new() };
             (absorbed.clone(), absorbed, Vec::new())
-        } else if !onward {
-            (Vec::new(), Vec::new(), Vec::new())
         } else if self.question.first {
             (asked.clone(), asked.clone(), without(taken, asked))
         } else {
             (Vec::new(), asked, vec![taken])
         };
-        let next = next.unwrap_or(Form { factor: BigRational::zero(), draws: Vec::new(), offset: BigRational::zero() });
         let variance = inner(&next, &next);
         Ok(Some(Way { weight, decider, success, last, onward: rest, slope: next.factor, shift: next.offset, variance }))
+    }
+
+    /// Whether what a move leads to, outside the rounds, is what is asked for.
+    fn absorbs(&self, one: &Move) -> Result<bool, String> {
+        match one.next {
+            Some(phase) => self.succeeds(phase),
+            None => match one.stretches.iter().find(|stretch| stretch.duration.is_none()) {
+                Some(stretch) if surely(Some(stretch)) => Ok(true),
+                Some(stretch) if !stretch.shown.is_empty() => {
+                    Err("what is shown at the end depends on the state".to_string())
+                }
+                _ => Ok(false),
+            },
+        }
     }
 
     /// What decides; with how its values are said over the next state, where it is that.
@@ -335,6 +300,48 @@ impl Reducer<'_> {
             .all(|other| other.next.is_none() && other.stretches.iter().all(|stretch| stretch.shown.is_empty()));
         if never { Ok(false) } else { Err("what follows the rounds depends on the state".to_string()) }
     }
+}
+
+/// The guards of one way, which must all compare multiples of one random number.
+struct Guards<'a> {
+    reducer: &'a Reducer<'a>,
+    drawn: &'a [(BigRational, BigRational)],
+    start: bool,
+    base: Option<Form>,
+}
+
+impl Guards<'_> {
+    /// Where the random number must lie for all of these to hold; none if one of them never does.
+    fn range(&mut self, sides: &[Side]) -> Result<Option<Range>, String> {
+        let mut range: Range = (None, None);
+        for side in sides {
+            let form = self.reducer.form(&side.form, self.drawn, self.start)?;
+            if inner(&form, &form, self.drawn).is_zero() {
+                if !form.factor.is_zero() {
+                    return Err("a guard depends on the state alone".to_string());
+                }
+                if !side.relation.holds(form.offset.cmp(&BigRational::zero())) {
+                    return Ok(None);
+                }
+                continue;
+            }
+            match side.relation {
+                Relation::Eq => return Ok(None),
+                Relation::Neq => continue,
+                _ => {}
+            }
+            let base = self.base.get_or_insert_with(|| form.clone());
+            let parts = multiple(base, &form);
+            let (ratio, constant) = parts.ok_or("the guards of a round depend on different random numbers")?;
+            narrow(&mut range, side.relation, &ratio, &constant);
+        }
+        Ok(Some(range))
+    }
+}
+
+/// The covariance of two forms, for a given state.
+fn inner(left: &Form, right: &Form, drawn: &[(BigRational, BigRational)]) -> BigRational {
+    left.draws.iter().zip(&right.draws).zip(drawn).map(|((a, b), (_, variance))| a * b * variance).sum()
 }
 
 /// Whether a stretch shows what is asked for, whatever the state.
