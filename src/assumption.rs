@@ -119,6 +119,11 @@ impl Assumptions {
         self.inconsistent()
     }
 
+    /// Whether linear arithmetic over monomials, without products of facts, shows that they exclude each other.
+    pub fn plainly_contradictory(&self) -> bool {
+        self.signs.values().any(|signs| signs.is_empty()) || linear::contradictory(&self.constraints)
+    }
+
     /// Whether the relation holds: `None` where neither it nor its opposite follows.
     pub fn decide(&self, relation: Relation, left: &Value, right: &Value) -> Option<bool> {
         if left == right && left.sort() == Sort::Real {

@@ -63,6 +63,8 @@ pub enum ItemKind {
     Expect(Expect),
     /// `import "file"`
     Import(String),
+    /// `probability of …`
+    Probability(Likelihood),
     /// `law name "title" …`
     Law(Box<LawItem>),
     /// `exercise name "title" …`
@@ -111,7 +113,6 @@ pub struct Claim {
 
 /// What is claimed.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly every one is of the large kind")]
 pub enum ClaimKind {
     /// `P = Q when … by …`, `P <= Q …`
     Compare {
@@ -128,6 +129,61 @@ pub enum ClaimKind {
     },
     /// `Sys satisfies Goal`
     Satisfies(Ident, Ident),
+    /// `Sys always abs(p-o) > 1 when At_p, Rock_o`
+    Always {
+        /// The system.
+        system: Ident,
+        /// What must hold.
+        conditions: Vec<Comparison>,
+        /// Whenever all of these are shown.
+        shown: Vec<Term>,
+    },
+    /// `probability of … >= q`, `Sys satisfies Goal with probability >= q`
+    Likely(Likelihood, Relation, Value),
+}
+
+/// `a <= b`
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Its place.
+    pub span: Span,
+    /// How they are compared.
+    pub relation: Relation,
+    /// The left value.
+    pub left: Value,
+    /// The right value.
+    pub right: Value,
+}
+
+/// `Sys reaching At_p where abs(p-a) <= e within 10*t by enclosed`
+#[derive(Clone, Debug)]
+pub struct Likelihood {
+    /// Its place.
+    pub span: Span,
+    /// The system.
+    pub system: Ident,
+    /// What is asked of it.
+    pub event: Event,
+    /// The method, where one is named.
+    pub method: Option<Ident>,
+}
+
+/// What may happen.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// `reaching At_p where … within d`, `showing At_p where … at d`
+    Shown {
+        /// Whether any time up to the given one counts.
+        first: bool,
+        /// What is shown.
+        shown: Vec<Term>,
+        /// What must hold of it.
+        conditions: Vec<Comparison>,
+        /// When.
+        time: Value,
+    },
+    /// `satisfies Goal`
+    Satisfies(Ident),
 }
 
 /// How a claim is to be proved.

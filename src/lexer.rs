@@ -43,12 +43,16 @@ pub enum Keyword {
     Law,
     /// `exercise`
     Exercise,
+    /// `probability`
+    Probability,
     /// `by`
     By,
     /// `when`
     When,
     /// `satisfies`
     Satisfies,
+    /// `always`
+    Always,
     /// `to`, `↓`
     To,
     /// `try`
@@ -66,8 +70,8 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first nineteen begin an item.
-    pub const ALL: [(Keyword, &'static str); 29] = [
+    /// All of them with their spelling; the first twenty begin an item.
+    pub const ALL: [(Keyword, &'static str); 31] = [
         (Keyword::Exercise, "exercise"),
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
@@ -87,9 +91,11 @@ impl Keyword {
         (Keyword::Expect, "expect"),
         (Keyword::Import, "import"),
         (Keyword::Law, "law"),
+        (Keyword::Probability, "probability"),
         (Keyword::By, "by"),
         (Keyword::When, "when"),
         (Keyword::Satisfies, "satisfies"),
+        (Keyword::Always, "always"),
         (Keyword::To, "to"),
         (Keyword::Try, "try"),
         (Keyword::Loop, "loop"),
@@ -111,7 +117,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(19).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(20).any(|(keyword, _)| *keyword == self)
     }
 }
 

@@ -49,6 +49,12 @@ pub mod recurrence;
 pub mod period;
 pub mod flow;
 pub mod verify;
+pub mod connectivity;
+pub mod invariant;
+pub mod safety;
+pub mod interval;
+pub mod distribution;
+pub mod probability;
 // ── surface: what people see ──
 pub mod explain;
 pub mod latex;

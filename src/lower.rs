@@ -15,6 +15,7 @@ mod process;
 mod scope;
 mod solve;
 mod value;
+mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -27,7 +28,7 @@ use crate::law::{Condition, Connective, Law, Laws};
 use crate::name::Name;
 use crate::preorder::Preorder;
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 pub use declare::Batch;
 pub use flow::Flow;
@@ -167,6 +168,8 @@ pub enum Lowered {
     Flow(Name),
     /// `solve …`
     Solve(Box<Question>),
+    /// `probability of …`
+    Probability(Likelihood),
     /// `project P to {…}`: without `Delay`, which always stays
     Project(Subject, BTreeSet<Name>),
     /// `lts P`
@@ -249,6 +252,71 @@ pub enum ClaimKind {
         /// The property.
         property: Name,
     },
+    /// `Sys always abs(p-o) > 1 when At_p, Rock_o`
+    Always {
+        /// The system.
+        system: Name,
+        /// What must hold of what is shown.
+        pattern: Pattern,
+    },
+    /// `probability of … >= q`
+    Likely {
+        /// What of.
+        likelihood: Likelihood,
+        /// How its probability compares.
+        relation: Relation,
+        /// With what: a number from 0 to 1.
+        threshold: Value,
+    },
+}
+
+/// Observers with names for the values that they show, and conditions on those values.
+#[derive(Clone, Debug)]
+pub struct Pattern {
+    /// The observers.
+    pub terms: Vec<Term>,
+    /// The names that stand for what is shown.
+    pub variables: BTreeSet<Name>,
+    /// The conditions.
+    pub conditions: Vec<(Relation, Value, Value)>,
+}
+
+/// Something that a system does with some probability.
+#[derive(Clone, Debug)]
+pub struct Likelihood {
+    /// The system.
+    pub system: Name,
+    /// What it may do.
+    pub event: Event,
+    /// How to find the probability, where that is said.
+    pub method: Option<Method>,
+}
+
+/// What a system may do.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// Shows something that meets a pattern.
+    Shown {
+        /// Whether any time up to the given one counts: first passage.
+        first: bool,
+        /// What is shown.
+        pattern: Pattern,
+        /// When.
+        time: Value,
+    },
+    /// Does what a property says.
+    Satisfies(Name),
+}
+
+/// How a probability is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// From the algebra of normal distributions, in closed form.
+    Exact,
+    /// Numerically, with a bound that is proved.
+    Enclosed,
+    /// By simulation, with a confidence interval.
+    Estimated,
 }
 
 /// How a claim is to be proved.

@@ -9,6 +9,7 @@ mod system;
 mod solve;
 mod term;
 mod value;
+mod verdict;
 
 use crate::ast::{Condition, Ident, Item, Term, Value};
 use crate::diagnostic::{Diagnostic, Span};
@@ -177,7 +178,9 @@ impl<'t> Parser<'t> {
         let after = self.ahead(1);
         let in_name = dashed || close(self.token(), after, Kind::Minus);
         let condition = keyword == Keyword::Observer && after.kind == Kind::OpenRound;
-        keyword.begins_item() && !in_name && !condition
+        // `prove probability of …`, `with probability >= q`
+        let within = keyword == Keyword::Probability && before.is_some_and(|token| self.leads_to_probability(*token));
+        keyword.begins_item() && !in_name && !condition && !within
     }
 
     fn ahead(&self, count: usize) -> Token {

@@ -42,6 +42,34 @@ pub struct Expected {
     pub met: bool,
 }
 
+/// A probability, with how it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chance {
+    /// Its lower bound.
+    pub low: f64,
+    /// Its upper bound.
+    pub high: f64,
+    /// `exact`, `enclosed` or `estimated`
+    pub method: &'static str,
+    /// How sure the bounds are, where they come from a simulation.
+    pub confidence: Option<f64>,
+    /// How many runs were simulated.
+    pub runs: Option<u64>,
+}
+
+impl Chance {
+    fn json(&self) -> Json {
+        let mut object = Map::new();
+        object.insert("low".to_string(), json!(self.low));
+        object.insert("high".to_string(), json!(self.high));
+        object.insert("method".to_string(), json!(self.method));
+        if let Some(confidence) = self.confidence {
+            object.insert("confidence".to_string(), json!(confidence));
+        }
+        Json::Object(object)
+    }
+}
+
 /// What came of one claim, or of one question that has an expectation.
 #[derive(Clone, Debug)]
 pub struct Report {
@@ -69,6 +97,8 @@ pub struct Report {
     pub laws: Vec<Name>,
     /// What was taken on trust.
     pub trusted: Vec<String>,
+    /// The probability, where one is asked for.
+    pub chance: Option<Chance>,
     /// The run that refutes it, or the period and what follows from it.
     pub trace: Vec<String>,
     /// What could be changed.
@@ -305,6 +335,9 @@ impl Report {
         put("expected", json!(expected(&self.expected)));
         put("values", pairs(&self.values));
         put("steady", pairs(&self.steady));
+        if let Some(chance) = &self.chance {
+            put("probability", chance.json());
+        }
         put("laws", json!(self.laws.iter().map(Name::as_str).collect::<Vec<_>>()));
         put("trusted", json!(self.trusted));
         put("trace", json!(self.trace.iter().chain(&self.remains).collect::<Vec<_>>()));

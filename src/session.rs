@@ -3,8 +3,10 @@
 //! It reads no file and prints nothing: what surrounds it finds imports, says when to stop, and takes the answers.
 
 mod alike;
+mod always;
 mod claim;
 mod compare;
+mod likely;
 mod question;
 mod reading;
 mod satisfies;

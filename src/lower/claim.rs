@@ -31,6 +31,8 @@ impl Lowerer<'_> {
                 let property = self.named(property, "property")?;
                 ClaimKind::Satisfies { system: system?, property }
             }
+            ast::ClaimKind::Always { system, conditions, shown } => self.always(system, conditions, shown)?,
+            ast::ClaimKind::Likely(likelihood, relation, bound) => self.likely(likelihood, *relation, bound)?,
             ast::ClaimKind::Compare { left, connective, right, when, by } => {
                 let mut terms = vec![left, right];
                 if let ast::By::Calc(first, steps) = by {
@@ -56,11 +58,19 @@ impl Lowerer<'_> {
             Some(entity) if entity.word() == word => Some(ident.name.clone()),
             Some(entity) => {
                 let found = entity.word();
-                let other = if word == "system" { "system Sys = P | Q" } else { "property Goal = P" };
+                let article = if word == "observer" { "an" } else { "a" };
+                let other = match word {
+                    "system" => "system Sys = P | Q",
+                    "observer" => "observer Rock(q)",
+                    _ => "property Goal = P",
+                };
                 self.fail(
-                    Diagnostic::error("P0313", format!("`{}` is a {found}, but a {word} is needed here", ident.name))
-                        .label(ident.span, format!("a {found}"))
-                        .help(format!("declare one: `{other}`")),
+                    Diagnostic::error(
+                        "P0313",
+                        format!("`{}` is a {found}, but {article} {word} is needed here", ident.name),
+                    )
+                    .label(ident.span, format!("a {found}"))
+                    .help(format!("declare one: `{other}`")),
                 )
             }
             None => {
@@ -312,6 +322,7 @@ impl Environment {
             ast::ItemKind::Period(name) => lowerer.named(name, "system").map(Lowered::Period),
             ast::ItemKind::Flow(name) => lowerer.named(name, "system").map(Lowered::Flow),
             ast::ItemKind::Solve(solve) => lowerer.solve(solve).map(|solve| Lowered::Solve(Box::new(solve))),
+            ast::ItemKind::Probability(likelihood) => lowerer.likelihood(likelihood).map(Lowered::Probability),
             ast::ItemKind::Project(term, shown) => {
                 let subject = lowerer.subject(term);
                 let shown = lowerer.shown(shown);

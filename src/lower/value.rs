@@ -283,6 +283,11 @@ impl Lowerer<'_> {
         let mean = self.number(&mean.value);
         let value = self.number(&spread.value)?;
         match label {
+            Some("sd") if self.negative(&value) => self.fail(
+                Diagnostic::error("P0407", format!("a standard deviation cannot be {value}"))
+                    .label(spread.value.span, "this is negative")
+                    .help("a spread is 0 or more"),
+            ),
             Some("sd") => {
                 let square = value.mul(&value);
                 Some(vec![mean?, self.valid(square, spread.value.span)?])
@@ -294,6 +299,10 @@ impl Lowerer<'_> {
                     .help("write `Normal(0, sd: s)` or `Normal(0, var: v)`"),
             ),
         }
+    }
+
+    fn negative(&self, value: &Value) -> bool {
+        self.environment.assumptions.decide(crate::value::Relation::Lss, value, &Value::zero()) == Some(true)
     }
 
     fn exact(&mut self, arguments: &[Argument], labels: &[&str], kind: &str, span: Span) -> Option<Vec<Value>> {

@@ -2,7 +2,7 @@
 
 use super::{Parse, Parser, Role};
 use crate::ast::{By, CalcStep, Claim, ClaimKind, Condition, ConditionKind, Ident, LawItem, Term, TermKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::law::{Connective, Fact};
 use crate::lexer::{Keyword, Kind};
 use crate::name::Name;
@@ -11,28 +11,34 @@ impl Parser<'_> {
     /// `[name:] P = Q [when …] [by …]`, `P <= Q …`, `Sys satisfies Goal`
     pub(super) fn claim(&mut self) -> Parse<Claim> {
         let name = self.claim_name();
+        if self.at_word(Keyword::Probability) {
+            self.advance();
+            return Ok(Claim { name, kind: self.likely()? });
+        }
         let left = self.term()?;
-        if self.at_word(Keyword::Satisfies) {
+        if self.at_word(Keyword::Satisfies) || self.at_word(Keyword::Always) {
+            let always = self.at_word(Keyword::Always);
             let word = self.advance().span;
-            let property = self.capital("the name of a property")?;
+            let does = if always { "always meet a condition" } else { "satisfy a property" };
             let TermKind::Apply { name: system, arguments, results } = left.kind else {
-                return self.unnamed_system(left.span, word);
+                return self.unnamed_system(left.span, word, does);
             };
             if !arguments.is_empty() || !results.is_empty() {
-                return self.unnamed_system(left.span, word);
+                return self.unnamed_system(left.span, word, does);
             }
-            return Ok(Claim { name, kind: ClaimKind::Satisfies(system, property) });
+            let kind = if always { self.always(system)? } else { self.satisfies(system)? };
+            return Ok(Claim { name, kind });
         }
-        let connective = self.connective("`=`, `<=`, `~~` or `satisfies`")?;
+        let connective = self.connective("`=`, `<=`, `~~`, `satisfies` or `always`")?;
         let right = self.term()?;
         let when = if self.accept(Kind::Word(Keyword::When)) { self.conditions()? } else { Vec::new() };
         let by = if self.accept(Kind::Word(Keyword::By)) { self.by()? } else { By::Search };
         Ok(Claim { name, kind: ClaimKind::Compare { left, connective, right, when, by } })
     }
 
-    fn unnamed_system<T>(&mut self, span: crate::diagnostic::Span, word: crate::diagnostic::Span) -> Parse<T> {
+    fn unnamed_system<T>(&mut self, span: Span, word: Span, does: &str) -> Parse<T> {
         self.fail(
-            Diagnostic::error("P0208", "only a system with a name can satisfy a property")
+            Diagnostic::error("P0208", format!("only a system with a name can {does}"))
                 .label(span, "this is a process")
                 .label(word, "")
                 .help("name it first: `system Sys = P | Q`, then `prove Sys satisfies Goal`"),

@@ -67,6 +67,7 @@ impl Parser<'_> {
             }
             Keyword::Law => ItemKind::Law(Box::new(self.law()?)),
             Keyword::Exercise => ItemKind::Exercise(Box::new(self.exercise()?)),
+            Keyword::Probability => ItemKind::Probability(self.likelihood()?),
             _ => return self.no_item(),
         })
     }

@@ -193,7 +193,7 @@ impl Parser<'_> {
         }
     }
 
-    fn atom(&mut self) -> Parse<Term> {
+    pub(super) fn atom(&mut self) -> Parse<Term> {
         let start = self.token().span.start;
         match self.kind() {
             Kind::OpenRound => {

@@ -38,6 +38,8 @@ prove P = Q when t > 0, never_aborts(?P)
 prove P = Q by law, law      by these laws alone
 prove P = Q by { P = {law} R = {law} Q }
 prove Sys satisfies Goal
+prove Sys always |p-o| > 1 when At_p, Rock_o     whenever both are shown
+prove probability of Sys reaching At_p where |p-9| <= 1 within 10 >= 9/10
 expect proved | refuted | open | t1 = 10     behind the claim\n",
     ),
     (
@@ -47,6 +49,7 @@ property Goal = Delay_{?t1} ; (Delay_{?t2} # At_a) ; Goal
 period Sys                   what repeats
 flow Sys                     how a round changes the variables
 project P to {At}            what is seen of P
+probability of Sys showing At_p where |p-9| <= 1 at 10     `by exact`, `enclosed`, `estimated`
 prove Sys satisfies Goal\n",
     ),
     ("stepping", crate::walk::HELP),

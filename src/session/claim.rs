@@ -53,6 +53,7 @@ pub(super) struct Found {
     pub(super) feedback: Vec<String>,
     pub(super) remains: Vec<String>,
     pub(super) trusted: Vec<String>,
+    pub(super) chance: Option<crate::report::Chance>,
     pub(super) diagnostics: Vec<(crate::diagnostic::Source, crate::diagnostic::Diagnostic)>,
     pub(super) it: Option<crate::term::Term>,
 }
@@ -77,6 +78,10 @@ impl Run<'_, '_> {
                 (kind, self.compare(statement, by, waiting))
             }
             ClaimKind::Satisfies { system, property } => ("satisfies", self.satisfies(system, property, waiting)),
+            ClaimKind::Always { system, pattern } => ("always", self.always(system, pattern, waiting)),
+            ClaimKind::Likely { likelihood, relation, threshold } => {
+                ("probability", self.likely(likelihood, *relation, threshold, waiting))
+            }
         };
         let verdict = found.verdict.unwrap_or(Verdict::Open);
         let mut report = Report {
@@ -92,6 +97,7 @@ impl Run<'_, '_> {
             steady: found.steady,
             laws: Vec::new(),
             trusted: Vec::new(),
+            chance: found.chance,
             trace: found.trace,
             feedback: found.feedback,
             remains: found.remains,
@@ -101,11 +107,11 @@ impl Run<'_, '_> {
         if let Some(evidence) = &found.evidence {
             report.laws = evidence.theorem.laws().iter().cloned().collect();
             report.trusted = evidence.theorem.trusted().iter().cloned().collect();
-            report.trusted.extend(found.trusted.iter().cloned());
             for law in report.laws.iter().filter(|law| self.own.get(law).is_none()) {
                 report.trusted.push(format!("the law {law}, which is not one of PARS's own"));
             }
         }
+        report.trusted.extend(found.trusted.iter().cloned());
         report.expected = expectations(&report, &waiting.environment, &waiting.expected);
         if found.it.is_some() {
             self.state.it = found.it;

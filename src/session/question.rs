@@ -30,6 +30,9 @@ impl Run<'_, '_> {
                 let (lines, expected) = super::solve::answer(solve, waiting);
                 ("solve", lines, expected)
             }
+            Question::Probability(likelihood) => {
+                ("probability", self.probability(likelihood, waiting), Run::unmet(&waiting.expected))
+            }
             Question::Claim(_) => ("claim", Vec::new(), Vec::new()),
             Question::Lts(subject, limits) => {
                 answered = self.transition_system(&subject_term(subject, &waiting.environment), *limits, waiting);

@@ -9,7 +9,7 @@ use crate::ast::{Item, Limits};
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
-use crate::lower::{By, Claim, ClaimKind, Environment, Exercise, Expectation, Lowered, Subject};
+use crate::lower::{By, Claim, ClaimKind, Environment, Exercise, Expectation, Likelihood, Lowered, Subject};
 use crate::name::Name;
 use crate::preorder::Preorder;
 use crate::report::{Expected, Output};
@@ -27,6 +27,8 @@ pub(super) enum Question {
     Flow(Name),
     /// `solve …`
     Solve(Box<crate::lower::Question>),
+    /// `probability of …`
+    Probability(Likelihood),
     /// `project P to {…}`
     Project(Subject, BTreeSet<Name>),
     /// `lts P`
@@ -101,6 +103,7 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Period(name) => Question::Period(name),
             Lowered::Flow(name) => Question::Flow(name),
             Lowered::Solve(solve) => Question::Solve(solve),
+            Lowered::Probability(likelihood) => Question::Probability(likelihood),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
             Lowered::Exercise(exercise) => Question::Claim(self.exercise(environment, exercise, item.span)),
             Lowered::Lts(subject, limits) => Question::Lts(subject, limits),

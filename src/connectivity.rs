@@ -1,0 +1,211 @@
+//! Whether what a program does can depend on what it must keep clear of: a directed path from the thing sensed,
+//! through the program, to what moves (§V.B; as worded there, a system without a sensor passes).
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::fmt::Write;
+
+use crate::definition::Definitions;
+use crate::name::Name;
+use crate::period::ports;
+use crate::scope::subterms;
+use crate::substitution::substitute_values;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// A component, as far as values go through it.
+#[derive(Clone, Debug, Default)]
+struct Part {
+    name: String,
+    /// Ports read whose value is used.
+    reads: BTreeSet<Name>,
+    writes: Vec<(Name, Value)>,
+    shows: Vec<(Name, Vec<Value>)>,
+    /// Ports read whose value changes a parameter of the component.
+    moves: BTreeSet<Name>,
+    /// The parameters that change from call to call.
+    changing: BTreeSet<Name>,
+}
+
+/// Who reads what from whom, and whether what must be sensed reaches what moves.
+#[derive(Clone, Debug, Default)]
+pub struct Connectivity {
+    /// From a component, over a port, to a component.
+    pub links: Vec<(String, Name, String)>,
+    /// The paths found, one for each thing that must be sensed.
+    pub paths: Vec<String>,
+    /// What is missing, in words.
+    pub missing: Vec<String>,
+}
+
+/// The connectivity of a system for a claim about what these observers show.
+pub fn connectivity(components: &[Term], observers: &[Name], definitions: &Definitions) -> Connectivity {
+    let components = ports::flatten(components);
+    let names = ports::System::of(&components, definitions).names;
+    let parts: Vec<Part> =
+        components.iter().zip(names).map(|(component, name)| part(component, name, definitions)).collect();
+    let mut found = Connectivity::default();
+    for from in &parts {
+        let ports: BTreeSet<&Name> = from.writes.iter().map(|(port, _)| port).collect();
+        for port in ports {
+            for to in parts.iter().filter(|to| to.reads.contains(port)) {
+                found.links.push((from.name.clone(), port.clone(), to.name.clone()));
+            }
+        }
+    }
+    let worlds: BTreeSet<usize> =
+        (0..parts.len()).filter(|place| parts[*place].shows.iter().any(|(name, _)| observers.contains(name))).collect();
+    let moved: Vec<(&Name, &Part)> = observers
+        .iter()
+        .flat_map(|observer| parts.iter().map(move |part| (observer, part)))
+        .filter(|(observer, part)| part.shows.iter().any(|(name, _)| name == *observer) && moves(part, observer))
+        .collect();
+    let still: Vec<&Name> = observers.iter().filter(|name| !moved.iter().any(|(other, _)| other == name)).collect();
+    if moved.is_empty() {
+        found.missing.push("nothing that is shown moves by what it reads: there is no actuator".to_string());
+        return found;
+    }
+    // What stands still must be sensed; where all moves, each must be sensed for one of the others, or for itself.
+    let sensed: Vec<&Name> = if still.is_empty() { observers.iter().collect() } else { still };
+    for thing in sensed {
+        let targets: Vec<&(&Name, &Part)> =
+            moved.iter().filter(|(other, _)| moved.len() == 1 || *other != thing).collect();
+        match path(&parts, &worlds, thing, &targets) {
+            Ok(path) => found.paths.push(path),
+            Err(reason) => found.missing.push(reason),
+        }
+    }
+    found
+}
+
+impl Connectivity {
+    /// Whether nothing is missing.
+    pub fn connected(&self) -> bool {
+        self.missing.is_empty()
+    }
+
+    /// The links as a graph for `dot`.
+    pub fn dot(&self) -> String {
+        let mut text = String::from("digraph {");
+        for (from, port, to) in &self.links {
+            let _ = write!(text, " \"{from}\" -> \"{to}\" [label=\"{port}\"];");
+        }
+        text.push_str(" }");
+        text
+    }
+
+    /// The same in words.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines: Vec<String> = self.paths.iter().map(|path| format!("connected: {path}")).collect();
+        lines.extend(self.missing.iter().map(|reason| format!("not connected: {reason}")));
+        if !self.connected() {
+            lines.push(format!("the links: {}", self.dot()));
+        }
+        lines
+    }
+}
+
+/// Whether an observer of a part shows a value that what is read can change.
+fn moves(part: &Part, observer: &Name) -> bool {
+    let varies =
+        |values: &[Value]| values.iter().any(|value| value.variables().iter().any(|name| part.changing.contains(name)));
+    !part.moves.is_empty() && part.shows.iter().any(|(name, values)| name == observer && varies(values))
+}
+
+/// A path from where a thing is shown, over a port that carries what is shown, to a port that moves a target.
+fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Name, &Part)]) -> Result<String, String> {
+    let mut carries: BTreeSet<(usize, Name)> = BTreeSet::new();
+    for (place, part) in parts.iter().enumerate() {
+        for values in part.shows.iter().filter(|(name, _)| name == thing).map(|(_, values)| values) {
+            let related = |written: &Value| {
+                values.iter().any(|value| {
+                    value == written || value.variables().intersection(&written.variables()).next().is_some()
+                })
+            };
+            let written = part.writes.iter().filter(|(_, value)| related(value));
+            carries.extend(written.map(|(port, _)| (place, port.clone())));
+        }
+    }
+    if carries.is_empty() {
+        return Err(format!("no port carries what {thing} shows, so nothing can sense it"));
+    }
+    let mut queue: VecDeque<(Name, String)> = VecDeque::new();
+    let mut seen: BTreeSet<Name> = BTreeSet::new();
+    for (place, port) in &carries {
+        queue.push_back((port.clone(), format!("{thing} ({}) -{port}->", parts[*place].name)));
+        seen.insert(port.clone());
+    }
+    while let Some((port, so_far)) = queue.pop_front() {
+        for (_, part) in
+            parts.iter().enumerate().filter(|(place, part)| !worlds.contains(place) && part.reads.contains(&port))
+        {
+            for (written, _) in &part.writes {
+                let next = format!("{so_far} {} -{written}->", part.name);
+                if let Some((observer, target)) = targets.iter().find(|(_, target)| target.moves.contains(written)) {
+                    return Ok(format!("{next} {observer} ({})", target.name));
+                }
+                if seen.insert(written.clone()) {
+                    queue.push_back((written.clone(), next));
+                }
+            }
+        }
+    }
+    let ports = |names: BTreeSet<&Name>| names.into_iter().map(Name::as_str).collect::<Vec<_>>().join(", ");
+    let actuators = ports(targets.iter().flat_map(|(_, target)| &target.moves).collect());
+    Err(format!(
+        "there is no path from {thing}, which is sensed on {}, through a program to {actuators}, which moves {}",
+        ports(carries.iter().map(|(_, port)| port).collect()),
+        targets.iter().map(|(observer, _)| observer.as_str()).collect::<Vec<_>>().join(", "),
+    ))
+}
+
+/// A component with the definitions that it reaches, their parameters replaced by what they are called with.
+fn part(component: &Term, name: String, definitions: &Definitions) -> Part {
+    let mut part = Part { name, ..Part::default() };
+    let mut bound: Vec<(Name, Name)> = Vec::new();
+    let mut used: BTreeSet<Name> = BTreeSet::new();
+    let mut passed: BTreeSet<Name> = BTreeSet::new();
+    let mut seen: BTreeSet<Name> = BTreeSet::new();
+    let mut work = vec![(component.clone(), true)];
+    while let Some((term, outermost)) = work.pop() {
+        for inner in subterms(&term) {
+            let values = inner.values();
+            used.extend(values.iter().flat_map(|value| value.variables()));
+            match inner.node() {
+                Node::In(port, result) => bound.push((port.clone(), result.clone())),
+                Node::Out(port, value) => part.writes.push((port.clone(), value.clone())),
+                Node::Observe(name, values) => part.shows.push((name.clone(), values.clone())),
+                Node::Call(name, arguments) => {
+                    let parameters = definitions.get(name).map(|definition| definition.parameters.clone());
+                    for (parameter, argument) in parameters.iter().flatten().zip(arguments) {
+                        if *argument != Value::variable(parameter) && argument.as_rational().is_none() {
+                            part.changing.insert(parameter.clone());
+                        }
+                    }
+                    passed.extend(arguments.iter().flat_map(Value::variables));
+                    let Some(definition) = definitions.get(name).filter(|_| seen.insert(name.clone())) else {
+                        continue;
+                    };
+                    let map: BTreeMap<Name, Value> =
+                        definition.parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
+                    // At the start of a component its parameters have values that later rounds change.
+                    let body = if outermost && definition.recursive {
+                        None
+                    } else {
+                        substitute_values(&definition.body, &map).ok()
+                    };
+                    work.push((body.unwrap_or_else(|| definition.body.clone()), false));
+                }
+                _ => {}
+            }
+        }
+    }
+    for (port, result) in bound {
+        if used.contains(&result) {
+            part.reads.insert(port.clone());
+        }
+        if passed.contains(&result) {
+            part.moves.insert(port);
+        }
+    }
+    part
+}

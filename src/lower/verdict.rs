@@ -1,0 +1,139 @@
+//! What is asked of a system beside its property: what always holds, and how likely something is.
+
+use std::collections::BTreeSet;
+
+use super::scope::Lowerer;
+use super::value::count_of;
+use super::{ClaimKind, Entity, Event, Likelihood, Method, Pattern};
+use crate::ast::{self, Comparison, TermKind, ValueKind};
+use crate::diagnostic::Diagnostic;
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Relation;
+
+impl Lowerer<'_> {
+    pub(super) fn always(
+        &mut self,
+        system: &ast::Ident,
+        conditions: &[Comparison],
+        shown: &[ast::Term],
+    ) -> Option<ClaimKind> {
+        let system = self.named(system, "system");
+        let pattern = self.pattern(shown, conditions)?;
+        Some(ClaimKind::Always { system: system?, pattern })
+    }
+
+    /// Observers whose parameters are names for what is shown, or values that must be shown, and what is said of them.
+    fn pattern(&mut self, shown: &[ast::Term], conditions: &[Comparison]) -> Option<Pattern> {
+        let mut variables = BTreeSet::new();
+        let mut terms = Vec::new();
+        for term in shown {
+            let TermKind::Apply { name, arguments, results } = &term.kind else { continue };
+            if terms.iter().any(|other: &Term| matches!(other.node(), Node::Observe(known, _) if *known == name.name)) {
+                return self.fail(
+                    Diagnostic::error("P0324", format!("`{}` stands here twice", name.name))
+                        .label(term.span, "again here")
+                        .note("two things that one observer shows cannot be told apart")
+                        .help("declare one observer for each: `observer First(r), Second(r)`"),
+                );
+            }
+            let arity = match self.environment.entity(&name.name) {
+                Some(Entity::Observer(arity)) => *arity,
+                _ => {
+                    self.named(name, "observer")?;
+                    return None;
+                }
+            };
+            if arity != arguments.len() || !results.is_empty() {
+                let given = arguments.len();
+                return self.fail(
+                    Diagnostic::error(
+                        "P0315",
+                        format!("`{}` shows {}, and {given} stand here", name.name, count_of(arity, "value")),
+                    )
+                    .label(term.span, "this observer"),
+                );
+            }
+            let mut values = Vec::new();
+            for argument in arguments {
+                if let ValueKind::Name(ident) = &argument.kind
+                    && !ident.name.is_meta()
+                    && self.environment.quantity(&ident.name).is_none()
+                {
+                    variables.insert(ident.name.clone());
+                    self.locals.insert(ident.name.clone(), ident.span);
+                }
+                values.push(self.number(argument)?);
+            }
+            terms.push(Term::new(Node::Observe(name.name.clone(), values)));
+        }
+        let mut lowered = Vec::new();
+        for Comparison { relation, left, right, .. } in conditions {
+            let left = self.number(left);
+            let right = self.number(right)?;
+            lowered.push((*relation, left?, right));
+        }
+        Some(Pattern { terms, variables, conditions: lowered })
+    }
+
+    pub(super) fn likelihood(&mut self, likelihood: &ast::Likelihood) -> Option<Likelihood> {
+        let system = self.named(&likelihood.system, "system");
+        let event = match &likelihood.event {
+            ast::Event::Satisfies(property) => Event::Satisfies(self.named(property, "property")?),
+            ast::Event::Shown { first, shown, conditions, time } => {
+                let deadline = self.number(time);
+                let pattern = self.pattern(shown, conditions)?;
+                let deadline = deadline?;
+                let past = self.environment.assumptions.decide(Relation::Lss, &deadline, &crate::value::Value::zero());
+                if past == Some(true) {
+                    return self.fail(
+                        Diagnostic::error("P0405", format!("the time {deadline} lies before the start"))
+                            .label(time.span, "this time")
+                            .help("times count from the start of the system, which is 0"),
+                    );
+                }
+                Event::Shown { first: *first, pattern, time: deadline }
+            }
+        };
+        let method = likelihood.method.as_ref().map(|method| match method.name.as_str() {
+            "exact" => Method::Exact,
+            "enclosed" => Method::Enclosed,
+            _ => Method::Estimated,
+        });
+        Some(Likelihood { system: system?, event, method })
+    }
+
+    pub(super) fn likely(
+        &mut self,
+        likelihood: &ast::Likelihood,
+        relation: Relation,
+        bound: &ast::Value,
+    ) -> Option<ClaimKind> {
+        let lowered = self.likelihood(likelihood);
+        let threshold = self.number(bound)?;
+        let number = threshold.as_rational();
+        let fine = number.is_some_and(|number| {
+            let integer = |number: i64| num_rational::BigRational::from_integer(number.into());
+            number >= integer(0) && number <= integer(1)
+        });
+        if !fine {
+            return self.fail(
+                Diagnostic::error("P0406", format!("{threshold} is no probability"))
+                    .label(bound.span, "this threshold")
+                    .help("a probability is a number from 0 to 1, such as 9/10"),
+            );
+        }
+        Some(ClaimKind::Likely { likelihood: lowered?, relation, threshold })
+    }
+}
+
+impl Pattern {
+    /// The names of the observers.
+    pub fn observers(&self) -> BTreeSet<Name> {
+        let name = |term: &Term| match term.node() {
+            Node::Observe(name, _) => Some(name.clone()),
+            _ => None,
+        };
+        self.terms.iter().filter_map(name).collect()
+    }
+}

@@ -1,0 +1,130 @@
+//! What is asked of a system beside its property: what always holds, and how likely something is.
+
+use super::{Parse, Parser};
+use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Term};
+use crate::lexer::{Keyword, Kind, Token};
+use crate::value::Relation;
+
+impl Parser<'_> {
+    /// Whether `probability` behind this token is no item of its own.
+    pub(super) fn leads_to_probability(&self, before: Token) -> bool {
+        before.kind == Kind::Word(Keyword::Prove) || before.kind == Kind::Colon || before.span.of(self.text) == "with"
+    }
+
+    /// `abs(p-o) > 1, p < 9 when At_p, Rock_o`
+    pub(super) fn always(&mut self, system: Ident) -> Parse<ClaimKind> {
+        let conditions = self.comparisons()?;
+        let shown = if self.accept(Kind::Word(Keyword::When)) { self.patterns()? } else { Vec::new() };
+        Ok(ClaimKind::Always { system, conditions, shown })
+    }
+
+    /// `Goal`, `Goal with probability >= q`
+    pub(super) fn satisfies(&mut self, system: Ident) -> Parse<ClaimKind> {
+        let property = self.capital("the name of a property")?;
+        if self.spelling() != "with" {
+            return Ok(ClaimKind::Satisfies(system, property));
+        }
+        self.advance();
+        self.require(Kind::Word(Keyword::Probability), "`probability >= q`")?;
+        let (relation, bound) = self.threshold()?;
+        let method = self.method()?;
+        let span = system.span.to(property.span);
+        Ok(ClaimKind::Likely(Likelihood { span, system, event: Event::Satisfies(property), method }, relation, bound))
+    }
+
+    /// `of Sys reaching At_a within d >= q`
+    pub(super) fn likely(&mut self) -> Parse<ClaimKind> {
+        let mut likelihood = self.likelihood()?;
+        let (relation, bound) = self.threshold()?;
+        if likelihood.method.is_none() {
+            likelihood.method = self.method()?;
+        }
+        Ok(ClaimKind::Likely(likelihood, relation, bound))
+    }
+
+    fn threshold(&mut self) -> Parse<(Relation, crate::ast::Value)> {
+        let Some(relation) = self.relation().filter(|one| !matches!(one, Relation::Eq | Relation::Neq)) else {
+            return self.unexpected("a threshold such as `>= 9/10`");
+        };
+        Ok((relation, self.value()?))
+    }
+
+    /// `of Sys reaching At_p where … within d by enclosed`
+    pub(super) fn likelihood(&mut self) -> Parse<Likelihood> {
+        let start = self.token().span.start;
+        self.word("of")?;
+        let system = self.capital("the name of a system")?;
+        let first = match self.spelling() {
+            "reaching" => true,
+            "showing" => false,
+            _ => return self.unexpected("`reaching` (at some time up to then) or `showing` (at that time)"),
+        };
+        self.advance();
+        let shown = self.patterns()?;
+        let conditions = if self.spelling() == "where" {
+            self.advance();
+            self.comparisons()?
+        } else {
+            Vec::new()
+        };
+        self.word(if first { "within" } else { "at" })?;
+        let time = self.value()?;
+        let method = self.method()?;
+        let event = Event::Shown { first, shown, conditions, time };
+        Ok(Likelihood { span: self.since(start), system, event, method })
+    }
+
+    /// `by exact`, `by enclosed`, `by estimated`
+    fn method(&mut self) -> Parse<Option<Ident>> {
+        if !self.accept(Kind::Word(Keyword::By)) {
+            return Ok(None);
+        }
+        if !matches!(self.spelling(), "exact" | "enclosed" | "estimated") {
+            return self.unexpected("a method: `exact`, `enclosed` or `estimated`");
+        }
+        Ok(Some(self.ident()))
+    }
+
+    /// A word that has a meaning here alone.
+    fn word(&mut self, word: &str) -> Parse<()> {
+        if self.spelling() != word {
+            return self.unexpected(&format!("`{word}`"));
+        }
+        self.advance();
+        Ok(())
+    }
+
+    fn comparisons(&mut self) -> Parse<Vec<Comparison>> {
+        let mut all = vec![self.compared()?];
+        while self.accept(Kind::Comma) {
+            all.push(self.compared()?);
+        }
+        Ok(all)
+    }
+
+    fn compared(&mut self) -> Parse<Comparison> {
+        let start = self.token().span.start;
+        let left = self.value()?;
+        let Some(relation) = self.relation() else {
+            return self.unexpected("a comparison such as `> 1`");
+        };
+        let right = self.value()?;
+        Ok(Comparison { span: self.since(start), relation, left, right })
+    }
+
+    fn patterns(&mut self) -> Parse<Vec<Term>> {
+        let mut all = vec![self.pattern()?];
+        while self.accept(Kind::Comma) {
+            all.push(self.pattern()?);
+        }
+        Ok(all)
+    }
+
+    /// `At_p`: an observer with names or values.
+    fn pattern(&mut self) -> Parse<Term> {
+        if !self.at(Kind::Upper) {
+            return self.unexpected("an observer with its parameters, such as `At_p`");
+        }
+        self.atom()
+    }
+}

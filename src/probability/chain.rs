@@ -1,0 +1,230 @@
+//! The phases of a system as linear moves: what happens in a round, as a linear function of the state and the draws.
+
+use num_rational::BigRational;
+use num_traits::Zero;
+
+use crate::assumption::Assumptions;
+use crate::distribution::Distribution;
+use crate::invariant::Claim;
+use crate::invariant::cases::cases;
+use crate::name::Name;
+use crate::period::{Edge, End, Next, Period, Test};
+use crate::term::Term;
+use crate::value::{Relation, Value};
+
+/// A linear form over the state and the draws of a move.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct Linear {
+    /// The factor of each state variable.
+    pub state: Vec<BigRational>,
+    /// The factor of each draw.
+    pub draws: Vec<BigRational>,
+    /// What is added.
+    pub constant: BigRational,
+}
+
+/// `form REL 0`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Side {
+    /// The form.
+    pub form: Linear,
+    /// How it compares with 0.
+    pub relation: Relation,
+}
+
+/// Alternatives, of which each is a conjunction: no two overlap but where forms are equal to 0.
+pub type Region = Vec<Vec<Side>>;
+
+/// A stretch of time in a move.
+#[derive(Clone, Debug)]
+pub struct Stretch {
+    /// How long; none: for ever.
+    pub duration: Option<BigRational>,
+    /// When what is asked for is shown in it.
+    pub shown: Region,
+    /// What the names of the event stand for in it, where they are linear.
+    pub values: Vec<Linear>,
+}
+
+/// One way through a round, in which everything is linear.
+#[derive(Clone, Debug)]
+pub struct Move {
+    /// What is drawn, independently.
+    pub draws: Vec<Distribution>,
+    /// When it is taken.
+    pub tests: Vec<Side>,
+    /// What passes.
+    pub stretches: Vec<Stretch>,
+    /// The variables of the next phase.
+    pub image: Vec<Linear>,
+    /// The next phase; none at the end.
+    pub next: Option<usize>,
+}
+
+/// The moves of a system, for one event.
+#[derive(Clone, Debug)]
+pub struct Chain {
+    /// At the start, where there are no variables.
+    pub initial: Vec<Move>,
+    /// From each phase.
+    pub phases: Vec<Vec<Move>>,
+}
+
+/// The system as a chain, asked for what the claim describes.
+///
+/// # Errors
+/// What is not linear, or not a number.
+pub fn chain(period: &Period, event: &Claim, assumptions: &Assumptions) -> Result<Chain, String> {
+    let sizes: Vec<&[Name]> = period.phases.iter().map(|phase| phase.variables.as_slice()).collect();
+    let all = |edges: &[Edge], variables: &[Name]| -> Result<Vec<Move>, String> {
+        let mut moves = Vec::new();
+        for edge in edges {
+            moves.extend(moves_of(edge, variables, &sizes, event, assumptions)?);
+        }
+        Ok(moves)
+    };
+    Ok(Chain {
+        initial: all(&period.initial, &[])?,
+        phases: period.phases.iter().map(|phase| all(&phase.edges, &phase.variables)).collect::<Result<_, _>>()?,
+    })
+}
+
+/// The names over which a move is linear.
+struct Names<'a> {
+    state: &'a [Name],
+    draws: Vec<Name>,
+}
+
+fn moves_of(
+    edge: &Edge,
+    variables: &[Name],
+    sizes: &[&[Name]],
+    event: &Claim,
+    assumptions: &Assumptions,
+) -> Result<Vec<Move>, String> {
+    let names = Names { state: variables, draws: edge.draws.iter().map(|(name, _)| name.clone()).collect() };
+    let mut draws = Vec::new();
+    for (_, distribution) in &edge.draws {
+        draws.push(Distribution::of(distribution)?);
+    }
+    let mut tests = edge.tests.clone();
+    let (next, images) = match &edge.next {
+        Next::Phase(number) => {
+            let wanted = sizes.get(*number).copied().unwrap_or_default();
+            (Some(*number), wanted.iter().map(|name| edge.map.get(name)).collect::<Option<Vec<_>>>())
+        }
+        Next::End(_) => (None, Some(Vec::new())),
+    };
+    let images = images.ok_or("a phase has a variable without a value")?;
+    // What each piece of the image is becomes a test, so that its maxima and conditions split into cases too.
+    let place = |place: usize| Name::new(&format!("image~{place}"));
+    for (number, image) in images.iter().enumerate() {
+        let left = Value::variable(&place(number));
+        tests.push(Test { relation: Relation::Eq, left, right: (*image).clone() });
+    }
+    let mut moves = Vec::new();
+    for case in cases(assumptions, &tests).map_err(|error| error.0)? {
+        let mut image = vec![Linear::default(); images.len()];
+        let mut sides = Vec::new();
+        for test in &case.tests {
+            match (0..images.len()).find(|number| test.left.as_variable() == Some(&place(*number))) {
+                Some(number) => image[number] = names.linear(&test.right)?,
+                None => sides.push(names.side(test)?),
+            }
+        }
+        let mut stretches = Vec::new();
+        for segment in &edge.segments {
+            let duration = segment.duration.as_rational();
+            let duration = duration.ok_or_else(|| format!("the duration {} is not a number", segment.duration))?;
+            let shown = names.region(event, &segment.observed, assumptions)?;
+            stretches.push(Stretch { duration: Some(duration), shown, values: names.values(event, &segment.observed) });
+        }
+        if let Next::End(End::Silent { observed, .. }) = &edge.next {
+            let shown = names.region(event, observed, assumptions)?;
+            stretches.push(Stretch { duration: None, shown, values: names.values(event, observed) });
+        }
+        moves.push(Move { draws: draws.clone(), tests: sides, stretches, image, next });
+    }
+    Ok(moves)
+}
+
+impl Names<'_> {
+    fn linear(&self, value: &Value) -> Result<Linear, String> {
+        let mut rest = value.clone();
+        let mut take = |name: &Name| -> Result<BigRational, String> {
+            if !rest.mentions(name) {
+                return Ok(BigRational::zero());
+            }
+            let parts = rest.linear_in(name);
+            let (factor, other) = parts.ok_or_else(|| format!("{value} is not linear in {name}"))?;
+            rest = other;
+            factor.as_rational().ok_or_else(|| format!("{factor}, the factor of {name}, is not a number"))
+        };
+        let state = self.state.iter().map(&mut take).collect::<Result<_, _>>()?;
+        let draws = self.draws.iter().map(&mut take).collect::<Result<_, _>>()?;
+        let constant = rest.as_rational().ok_or_else(|| format!("{rest} is not a number"))?;
+        Ok(Linear { state, draws, constant })
+    }
+
+    fn side(&self, test: &Test) -> Result<Side, String> {
+        let difference = test.left.sub(&test.right).map_err(|error| error.0)?;
+        Ok(Side { form: self.linear(&difference)?, relation: test.relation })
+    }
+
+    /// What the names of an event stand for, in their order.
+    fn values(&self, event: &Claim, observed: &[Term]) -> Vec<Linear> {
+        let zero = |name: &Name| Test { relation: Relation::Eq, left: Value::variable(name), right: Value::zero() };
+        let asked = Claim { tests: event.variables.iter().map(zero).collect(), ..event.clone() };
+        let duties = asked.duties(observed).unwrap_or_default();
+        let tests = duties.first().map(|duty| duty.tests.as_slice()).unwrap_or_default();
+        tests.iter().filter_map(|test| self.linear(&test.left).ok()).collect()
+    }
+
+    /// When an event is shown.
+    fn region(&self, event: &Claim, observed: &[Term], assumptions: &Assumptions) -> Result<Region, String> {
+        let mut region = Region::new();
+        let duties = event.duties(observed).map_err(|error| error.0)?;
+        if duties.len() > 1 {
+            return Err("what is asked for is shown twice at one time".to_string());
+        }
+        for duty in duties {
+            let tests = [duty.premises, duty.tests].concat();
+            for case in cases(assumptions, &tests).map_err(|error| error.0)? {
+                region.push(case.tests.iter().map(|test| self.side(test)).collect::<Result<_, _>>()?);
+            }
+        }
+        Ok(region)
+    }
+}
+
+impl Linear {
+    /// The state part and the constant over another state, of which this state is the image.
+    pub fn after(&self, image: &[Linear]) -> Linear {
+        let mut result = Linear { constant: self.constant.clone(), ..Linear::default() };
+        for (factor, part) in self.state.iter().zip(image) {
+            result = result.plus(&part.scaled(factor));
+        }
+        result
+    }
+
+    /// A multiple.
+    pub fn scaled(&self, factor: &BigRational) -> Linear {
+        let scale = |numbers: &[BigRational]| numbers.iter().map(|number| number * factor).collect();
+        Linear { state: scale(&self.state), draws: scale(&self.draws), constant: &self.constant * factor }
+    }
+
+    /// The sum.
+    pub fn plus(&self, other: &Linear) -> Linear {
+        Linear {
+            state: sum(&self.state, &other.state),
+            draws: sum(&self.draws, &other.draws),
+            constant: &self.constant + &other.constant,
+        }
+    }
+}
+
+fn sum(one: &[BigRational], other: &[BigRational]) -> Vec<BigRational> {
+    let zero = BigRational::zero();
+    let places = 0..one.len().max(other.len());
+    places.map(|place| one.get(place).unwrap_or(&zero) + other.get(place).unwrap_or(&zero)).collect()
+}

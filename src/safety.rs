@@ -1,0 +1,264 @@
+//! `prove Sys always C`: an invariant is looked for, a run that breaks the claim, and what parameters would have to be.
+//!
+//! Whatever is found here is checked by [`crate::invariant`] or replayed in the executable meaning before it is said.
+
+mod condition;
+pub mod orbit;
+
+use std::collections::BTreeSet;
+
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::invariant::cases::cases;
+use crate::invariant::{Claim, Safe, check, check_states, follows, goals, premises};
+use crate::name::Name;
+use crate::period::{Edge, Failure, Next, Period, Test, analyse};
+use crate::term::Term;
+use crate::value::ValueError;
+use condition::{Clause, exclusion, sufficient};
+use orbit::{Limits, Orbit, Shown, extreme, follow};
+
+/// States of a run that is followed to decide a claim.
+const MOST_STATES: usize = 20_000;
+/// States of a run that is followed only to say more of it.
+const FEW_STATES: usize = 1_000;
+
+/// What was found out.
+#[derive(Debug)]
+pub enum Verdict {
+    /// It always holds.
+    Proved(Safe),
+    /// It does not, as this run shows.
+    Refuted(Shown),
+    /// Not decided.
+    Open,
+}
+
+/// A verdict with all that leads to it.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The invariant, phase by phase.
+    pub invariant: Vec<Vec<Test>>,
+    /// Conditions on parameters under each of which the claim was checked, where it does not hold without.
+    pub conditions: Vec<Vec<Test>>,
+    /// How close to its bound the claim comes, where the run could be followed to its end.
+    pub extreme: Option<String>,
+    /// The period, where there is one.
+    pub period: Option<Period>,
+    /// What is wrong or may go wrong.
+    pub diagnostics: Vec<Failure>,
+    /// Why it was not decided.
+    pub remaining: Vec<String>,
+}
+
+/// Whether the claim holds of the system at all times.
+pub fn always(
+    system: &Term,
+    components: &[Term],
+    claim: &Claim,
+    definitions: &Definitions,
+    assumptions: &Assumptions,
+    interrupted: &dyn Fn() -> bool,
+) -> Outcome {
+    let mut outcome = Outcome {
+        verdict: Verdict::Open,
+        invariant: Vec::new(),
+        conditions: Vec::new(),
+        extreme: None,
+        period: None,
+        diagnostics: Vec::new(),
+        remaining: Vec::new(),
+    };
+    match analyse(components, definitions, assumptions) {
+        Ok(period) => {
+            outcome.diagnostics.extend(period.warnings.iter().cloned());
+            by_invariant(&period, claim, assumptions, &mut outcome);
+            outcome.period = Some(period);
+        }
+        Err(failures) => {
+            outcome.remaining.extend(failures.iter().map(Failure::to_string));
+            outcome.diagnostics = failures;
+        }
+    }
+    // Where it is proved, the run is followed for what it shows alone, and not as far.
+    let states = if matches!(outcome.verdict, Verdict::Open) { MOST_STATES } else { FEW_STATES };
+    match follow(system, definitions, assumptions, claim, &Limits { states, interrupted }) {
+        Orbit::Closed(states) => {
+            outcome.extreme = extreme(&states, claim);
+            // Nothing is taken on trust here, so it is the better proof even where there is an invariant.
+            match check_states(system, definitions, assumptions, claim, &states) {
+                Ok(safe) => outcome.verdict = Verdict::Proved(safe),
+                Err(rejected) => outcome.remaining.push(rejected.0),
+            }
+        }
+        // A run that breaks what an invariant proves shows a fault in the period, so neither is said.
+        Orbit::Broken(_) if matches!(outcome.verdict, Verdict::Proved(_)) => {
+            outcome.verdict = Verdict::Open;
+            outcome.remaining.push("the invariant and the run contradict each other".to_string());
+        }
+        Orbit::Broken(run) => outcome.verdict = Verdict::Refuted(run),
+        Orbit::Unknown(reason, states) if matches!(outcome.verdict, Verdict::Open) => {
+            outcome.remaining.push(format!("the run could not be followed to its end: {reason}"));
+            if states > 1 {
+                outcome.remaining.push(format!("its first {states} states meet the claim"));
+            }
+        }
+        Orbit::Unknown(..) => {}
+    }
+    outcome
+}
+
+/// Looks for an invariant of the phases: with parts of what is claimed, one after the other, then with all of it.
+fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outcome: &mut Outcome) {
+    let parts = cases(&Assumptions::default(), &claim.tests).unwrap_or_default();
+    let stronger = parts.into_iter().filter(|part| !part.tests.is_empty());
+    let stronger = stronger.map(|part| Claim { tests: part.tests, ..claim.clone() });
+    let mut reasons = BTreeSet::new();
+    let mut tried: Vec<Vec<Vec<Test>>> = Vec::new();
+    for candidate in stronger.chain([claim.clone()]) {
+        for kept in [false, true] {
+            let missing = candidates(period, &candidate, assumptions, kept).and_then(|invariant| {
+                if tried.contains(&invariant) {
+                    return Ok(None);
+                }
+                tried.push(invariant.clone());
+                Ok(Some((missing(period, claim, assumptions, &invariant)?, invariant)))
+            });
+            match missing {
+                Ok(None) => {}
+                Ok(Some((missing, invariant))) if missing.is_empty() => {
+                    match check(period, assumptions, claim, &invariant) {
+                        Ok(safe) => {
+                            outcome.verdict = Verdict::Proved(safe);
+                            outcome.invariant = invariant;
+                            outcome.conditions.clear();
+                            return;
+                        }
+                        Err(rejected) => {
+                            reasons.insert(rejected.0);
+                        }
+                    }
+                }
+                Ok(Some((missing, _))) if missing.iter().any(Vec::is_empty) => {}
+                Ok(Some((missing, invariant))) => {
+                    for tests in sufficient(assumptions, &missing) {
+                        let mut with = assumptions.clone();
+                        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
+                        if !outcome.conditions.contains(&tests) && check(period, &with, claim, &invariant).is_ok() {
+                            outcome.conditions.push(tests);
+                        }
+                    }
+                }
+                Err(error) => {
+                    reasons.insert(error.0);
+                }
+            }
+        }
+    }
+    outcome.remaining.extend(reasons);
+}
+
+/// What may hold in each phase: what is claimed there, and what was asked on some way into it. Unless all are kept,
+/// those are left out that do not follow on every way.
+fn candidates(
+    period: &Period,
+    candidate: &Claim,
+    assumptions: &Assumptions,
+    kept: bool,
+) -> Result<Vec<Vec<Test>>, ValueError> {
+    let mut claimed = Vec::new();
+    let mut asked = Vec::new();
+    for (number, phase) in period.phases.iter().enumerate() {
+        let mut tests = BTreeSet::new();
+        for edge in &phase.edges {
+            let Some(first) = edge.segments.first() else { continue };
+            let duties = candidate.duties(&first.observed)?;
+            tests.extend(duties.into_iter().filter(|duty| duty.premises.is_empty()).flat_map(|duty| duty.tests));
+        }
+        claimed.push(tests);
+        let own: BTreeSet<&Name> = phase.variables.iter().collect();
+        let about = |test: &Test| {
+            let names = test.left.variables();
+            names.union(&test.right.variables()).any(|name| own.contains(name))
+        };
+        asked.push(
+            entries(period, number)
+                .flat_map(|edge| edge.after.iter().flatten())
+                .filter(|test| about(test))
+                .cloned()
+                .collect::<BTreeSet<Test>>(),
+        );
+    }
+    if !kept {
+        while drop_one_round(period, assumptions, &claimed, &mut asked)? {}
+    }
+    Ok(claimed.into_iter().zip(asked).map(|(claimed, asked)| claimed.union(&asked).cloned().collect()).collect())
+}
+
+/// Leaves out what does not follow on some way; true if anything was left out.
+fn drop_one_round(
+    period: &Period,
+    assumptions: &Assumptions,
+    claimed: &[BTreeSet<Test>],
+    asked: &mut [BTreeSet<Test>],
+) -> Result<bool, ValueError> {
+    let mut changed = false;
+    let known: Vec<Vec<Test>> =
+        claimed.iter().zip(asked.iter()).map(|(claimed, asked)| claimed.union(asked).cloned().collect()).collect();
+    let starts = period.initial.iter().map(|edge| (edge, None));
+    let rounds = period
+        .phases
+        .iter()
+        .enumerate()
+        .flat_map(|(from, phase)| phase.edges.iter().map(move |edge| (edge, Some(from))));
+    for (edge, from) in starts.chain(rounds) {
+        let Next::Phase(next) = edge.next else { continue };
+        let before = premises(edge, from.and_then(|from| known.get(from)).map_or(&[][..], Vec::as_slice));
+        let Some(here) = asked.get_mut(next) else { continue };
+        for test in here.clone() {
+            let there = edge.after.iter().flatten().any(|after| *after == test);
+            if !there && !follows(assumptions, &before, &test.substitute(&edge.map)?) {
+                here.remove(&test);
+                changed = true;
+            }
+        }
+    }
+    Ok(changed)
+}
+
+/// The ways into a phase.
+fn entries(period: &Period, number: usize) -> impl Iterator<Item = &Edge> {
+    let all = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    all.filter(move |edge| edge.next == Next::Phase(number))
+}
+
+/// What parameters must be for an invariant to be one.
+fn missing(
+    period: &Period,
+    claim: &Claim,
+    assumptions: &Assumptions,
+    invariant: &[Vec<Test>],
+) -> Result<Vec<Clause>, ValueError> {
+    let mut clauses = Vec::new();
+    let nothing = Vec::new();
+    let starts = period.initial.iter().map(|edge| (edge, &nothing, BTreeSet::new()));
+    let rounds = period.phases.iter().zip(invariant).flat_map(|(phase, known)| {
+        let variables: BTreeSet<Name> = phase.variables.iter().cloned().collect();
+        phase.edges.iter().map(move |edge| (edge, known, variables.clone()))
+    });
+    for (edge, known, mut variables) in starts.chain(rounds) {
+        variables.extend(edge.draws.iter().map(|(name, _)| name.clone()));
+        for goal in goals(period, claim, invariant, edge)? {
+            let mut tests = premises(edge, known);
+            tests.extend(goal.premises.iter().cloned());
+            for test in goal.tests.iter().filter(|test| !tests.contains(test)) {
+                clauses.extend(exclusion(assumptions, &[&tests[..], &[test.negated()]].concat(), &variables)?);
+            }
+        }
+    }
+    clauses.sort();
+    clauses.dedup();
+    Ok(clauses)
+}

@@ -1,0 +1,211 @@
+//! What parameters must be for an invariant to hold: the variables of a phase eliminated by Fourier and Motzkin.
+
+use std::collections::BTreeSet;
+
+use num_traits::{One, Signed};
+
+use crate::assumption::Assumptions;
+use crate::invariant::cases::{Case, cases};
+use crate::name::Name;
+use crate::period::Test;
+use crate::value::{Relation, Value, ValueError};
+
+/// Constraints that an elimination may make.
+const MOST_CONSTRAINTS: usize = 400;
+
+/// Tests that are tried as conditions.
+const MOST_LITERALS: usize = 40;
+/// Pairs of them.
+const MOST_PAIRS: usize = 200;
+
+/// Tests of parameters, at least one of which must hold.
+pub type Clause = Vec<Test>;
+
+/// A value that is 0, positive, or at least 0.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+struct Constraint {
+    form: Value,
+    relation: Relation,
+}
+
+/// What parameters must be so that no values of the variables meet all tests: all clauses must hold.
+///
+/// # Errors
+/// When the tests are not linear in the variables, or the sign of a coefficient is not known.
+pub fn exclusion(
+    assumptions: &Assumptions,
+    tests: &[Test],
+    variables: &BTreeSet<Name>,
+) -> Result<Vec<Clause>, ValueError> {
+    let mut clauses = Vec::new();
+    for case in cases(assumptions, tests)? {
+        if let Some(clause) = exclude(assumptions, &case, variables)? {
+            clauses.push(clause);
+        }
+    }
+    Ok(clauses)
+}
+
+/// The clause that excludes one case; none if it is impossible as it is.
+fn exclude(assumptions: &Assumptions, case: &Case, variables: &BTreeSet<Name>) -> Result<Option<Clause>, ValueError> {
+    let mut constraints = BTreeSet::new();
+    for test in &case.tests {
+        // `!=` is left out: the case is then wider than it is, and what excludes it still does.
+        constraints.extend(constraint(test)?);
+    }
+    let mut rest: Vec<&Name> = variables.iter().collect();
+    while let Some(place) = cheapest(&rest, &constraints) {
+        let name = rest.swap_remove(place);
+        constraints = eliminate(assumptions, constraints, name)?;
+    }
+    let mut clause = Clause::new();
+    for one in constraints {
+        match assumptions.decide(one.relation, &one.form, &Value::zero()) {
+            Some(true) => {}
+            Some(false) => return Ok(None),
+            None => clause.push(Test { relation: one.relation, left: one.form, right: Value::zero() }.negated()),
+        }
+    }
+    Ok((!excluded(assumptions, &clause)).then_some(clause))
+}
+
+fn constraint(test: &Test) -> Result<Option<Constraint>, ValueError> {
+    let difference = test.left.sub(&test.right)?;
+    Ok(match test.relation {
+        Relation::Eq | Relation::Gtr | Relation::Gte => Some(Constraint { form: difference, relation: test.relation }),
+        Relation::Lss => Some(Constraint { form: difference.neg()?, relation: Relation::Gtr }),
+        Relation::Lte => Some(Constraint { form: difference.neg()?, relation: Relation::Gte }),
+        Relation::Neq => None,
+    })
+}
+
+/// The variable that stands in the fewest constraints.
+fn cheapest(names: &[&Name], constraints: &BTreeSet<Constraint>) -> Option<usize> {
+    let count = |name: &Name| constraints.iter().filter(|one| one.form.mentions(name)).count();
+    (0..names.len()).min_by_key(|place| count(names[*place]))
+}
+
+fn eliminate(
+    assumptions: &Assumptions,
+    constraints: BTreeSet<Constraint>,
+    name: &Name,
+) -> Result<BTreeSet<Constraint>, ValueError> {
+    let (mut below, mut above, mut free) = (Vec::new(), Vec::new(), BTreeSet::new());
+    let mut equal: Option<Value> = None;
+    for one in &constraints {
+        if !one.form.mentions(name) {
+            free.insert(one.clone());
+            continue;
+        }
+        let Some((factor, rest)) = one.form.linear_in(name) else {
+            return Err(ValueError(format!("{} is not linear in {name}", one.form)));
+        };
+        let bound = rest.neg()?.div(&factor)?;
+        if one.relation == Relation::Eq {
+            if assumptions.decide(Relation::Neq, &factor, &Value::zero()) != Some(true) {
+                return Err(ValueError(format!("it must be known whether {factor} = 0")));
+            }
+            equal = Some(bound);
+            break;
+        }
+        match assumptions.decide(Relation::Gtr, &factor, &Value::zero()) {
+            Some(true) => below.push((bound, one.relation)),
+            Some(false) if assumptions.decide(Relation::Lss, &factor, &Value::zero()) == Some(true) => {
+                above.push((bound, one.relation));
+            }
+            _ => return Err(ValueError(format!("the sign of {factor} must be known"))),
+        }
+    }
+    if let Some(image) = equal {
+        let put = |one: &Constraint| -> Result<Constraint, ValueError> {
+            Ok(Constraint { form: one.form.with(name, &image)?, relation: one.relation })
+        };
+        return constraints.iter().map(put).collect();
+    }
+    if below.len() * above.len() + free.len() > MOST_CONSTRAINTS {
+        return Err(ValueError("there are too many constraints".to_string()));
+    }
+    for (low, first) in &below {
+        for (high, second) in &above {
+            let strict = *first == Relation::Gtr || *second == Relation::Gtr;
+            let relation = if strict { Relation::Gtr } else { Relation::Gte };
+            free.insert(Constraint { form: high.sub(low)?, relation });
+        }
+    }
+    Ok(free)
+}
+
+/// Whether a clause holds: all its tests failing contradicts the assumptions.
+fn excluded(assumptions: &Assumptions, clause: &[Test]) -> bool {
+    let mut all = assumptions.clone();
+    for test in clause.iter().map(Test::negated) {
+        all.assume(test.relation, &test.left, &test.right);
+    }
+    all.plainly_contradictory() || all.contradictory()
+}
+
+/// Single tests, or else pairs, that make all clauses hold, none of which follows from another: the weakest first.
+pub fn sufficient(assumptions: &Assumptions, clauses: &[Clause]) -> Vec<Vec<Test>> {
+    let mut literals: Vec<Test> = clauses.iter().flatten().map(solved).collect();
+    literals.sort_by_key(|test| test.left.size() + test.right.size());
+    literals.dedup();
+    let mut seen: Vec<Test> = Vec::new();
+    for literal in literals {
+        if !seen.contains(&literal) {
+            seen.push(literal);
+        }
+    }
+    seen.truncate(MOST_LITERALS);
+    let with = |tests: &[Test]| {
+        let mut with = assumptions.clone();
+        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
+        with
+    };
+    let holds = |tests: &[Test]| {
+        let with = with(tests);
+        !with.contradictory() && clauses.iter().all(|clause| excluded(&with, clause))
+    };
+    let singles: Vec<Vec<Test>> = seen.iter().map(|test| vec![test.clone()]).filter(|tests| holds(tests)).collect();
+    let found = if singles.is_empty() {
+        let pairs = seen
+            .iter()
+            .enumerate()
+            .flat_map(|(place, one)| seen.iter().skip(place + 1).map(move |other| vec![one.clone(), other.clone()]));
+        pairs.take(MOST_PAIRS).filter(|tests| holds(tests)).collect()
+    } else {
+        singles
+    };
+    let implies = |one: &[Test], other: &[Test]| {
+        let with = with(one);
+        other.iter().all(|test| test.decide(&with) == Some(true))
+    };
+    let mut weakest: Vec<Vec<Test>> = Vec::new();
+    for one in found {
+        if weakest.iter().any(|other| implies(&one, other)) {
+            continue;
+        }
+        weakest.retain(|other| !implies(other, &one));
+        weakest.push(one);
+    }
+    weakest
+}
+
+/// `h >= 1 + v*t` for `h - 1 - v*t >= 0`: a variable alone on the left, where one stands alone.
+pub fn solved(test: &Test) -> Test {
+    let Ok(difference) = test.left.sub(&test.right) else { return test.clone() };
+    let mut best: Option<(bool, Test)> = None;
+    for name in difference.variables() {
+        let Some((factor, rest)) = difference.linear_in(&name) else { continue };
+        let Some(number) = factor.as_rational() else { continue };
+        let (Ok(right), negative) = (rest.neg().and_then(|rest| rest.div(&factor)), number.is_negative()) else {
+            continue;
+        };
+        let relation = if negative { test.relation.mirrored() } else { test.relation };
+        let candidate = Test { relation, left: Value::variable(&name), right };
+        let better = !negative && number.abs().is_one();
+        if best.as_ref().is_none_or(|(good, _)| better && !good) {
+            best = Some((better, candidate));
+        }
+    }
+    best.map_or_else(|| test.clone(), |(_, test)| test)
+}

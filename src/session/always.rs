@@ -1,0 +1,117 @@
+//! `Sys always C`.
+
+use super::claim::Found;
+use super::reading::{Run, Waiting};
+use crate::connectivity::connectivity;
+use crate::flow::flows;
+use crate::invariant::{Claim, Safe};
+use crate::lower::{Pattern, System};
+use crate::name::Name;
+use crate::period::Test;
+use crate::replay::replays;
+use crate::report::Verdict;
+use crate::safety::{self, orbit::Shown};
+
+impl Run<'_, '_> {
+    pub(super) fn always(&mut self, system: &Name, pattern: &Pattern, waiting: &Waiting) -> Found {
+        let environment = &waiting.environment;
+        let Some(system) = environment.system(system) else { return Found::default() };
+        let claim = claim_of(pattern);
+        let mut found = Found::default();
+        let observers: Vec<Name> = pattern.observers().into_iter().collect();
+        let links = connectivity(&system.components, &observers, &environment.definitions);
+        if !observers.is_empty() {
+            found.trace.extend(links.lines());
+        }
+        let term = system.term(&environment.definitions);
+        let interrupted = || self.surroundings.interrupted();
+        let outcome = safety::always(
+            &term,
+            &system.components,
+            &claim,
+            &environment.definitions,
+            &environment.assumptions,
+            &interrupted,
+        );
+        let refuted = matches!(outcome.verdict, safety::Verdict::Refuted(_));
+        if let Some(period) = outcome.period.as_ref().filter(|_| !refuted) {
+            found.trace.extend(flows(period).iter().flat_map(|flow| flow.lines()));
+        }
+        found.trace.extend(outcome.diagnostics.iter().map(|failure| format!("note: {failure}")));
+        match &outcome.verdict {
+            safety::Verdict::Proved(safe) => {
+                found.verdict = Some(Verdict::Proved);
+                found.trace.extend(grounds(safe, &outcome.invariant));
+                found.trace.extend(outcome.extreme.clone());
+                found.trusted.extend(safe.trusted().iter().cloned());
+            }
+            safety::Verdict::Refuted(run) => broken(system, run, &claim, waiting, &mut found),
+            safety::Verdict::Open => found.remains = outcome.remaining.clone(),
+        }
+        for tests in &outcome.conditions {
+            let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
+            found.feedback.push(format!("it is proved if {}, the weakest condition found", tests.join(" and ")));
+        }
+        found
+    }
+}
+
+fn claim_of(pattern: &Pattern) -> Claim {
+    let test = |(relation, left, right): &(crate::value::Relation, crate::value::Value, crate::value::Value)| Test {
+        relation: *relation,
+        left: left.clone(),
+        right: right.clone(),
+    };
+    Claim {
+        shown: pattern.terms.clone(),
+        variables: pattern.variables.clone(),
+        tests: pattern.conditions.iter().map(test).collect(),
+    }
+}
+
+/// What the proof rests on, and the invariant where there is one.
+fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (number, tests) in invariant.iter().enumerate() {
+        let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
+        let text = if tests.is_empty() { "anything".to_string() } else { tests.join(" and ") };
+        lines.push(format!("invariant of phase {}: {text}", number + 1));
+    }
+    if safe.inequalities() > 0 {
+        lines.push(format!("{} implications checked", safe.inequalities()));
+    }
+    if safe.states() > 0 {
+        lines.push(format!("the run repeats: it holds in each of the {} states that can be reached", safe.states()));
+    }
+    lines
+}
+
+/// A refutation stands only with a run that replays in the executable meaning.
+fn broken(system: &System, run: &Shown, claim: &Claim, waiting: &Waiting, found: &mut Found) {
+    let definitions = &waiting.environment.definitions;
+    if !replays(&system.term(definitions), definitions, run) {
+        found.remains = vec!["a run that breaks it was found, but could not be replayed".to_string()];
+        return;
+    }
+    found.verdict = Some(Verdict::Refuted);
+    found.trace.push("the run:".to_string());
+    for (time, shown) in run {
+        let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
+        found.trace.push(format!("  at {time}: {}", shown.join(", ")));
+    }
+    if let Some((_, shown)) = run.last() {
+        for duty in claim.duties(shown).unwrap_or_default() {
+            for (test, asked) in duty.tests.iter().zip(&claim.tests) {
+                if test.decide(&waiting.environment.assumptions) == Some(false) {
+                    found.trace.push(format!(
+                        "there {} = {}, and it must be {} {}",
+                        asked.left,
+                        test.left,
+                        test.relation.symbol(),
+                        test.right
+                    ));
+                }
+            }
+        }
+    }
+}

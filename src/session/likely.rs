@@ -1,0 +1,219 @@
+//! `probability of …`, `… with probability >= q`.
+
+use num_rational::BigRational;
+
+use super::claim::Found;
+use super::reading::{Run, Waiting};
+use crate::distribution::Distribution;
+use crate::interval::Interval;
+use crate::invariant::Claim;
+use crate::lower::{Event, Likelihood, Method, Pattern};
+use crate::period;
+use crate::probability::chain::{Chain, chain};
+use crate::probability::{Question, enclosed, estimated, exact, scalar};
+use crate::report::{Chance, Verdict};
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// Runs of a simulation, and its seed.
+const RUNS: u64 = 100_000;
+const SEED: u64 = 1;
+
+/// What is taken on trust where a chance is compared.
+const PHASES: &str = "that the phases with their flow functions, as printed, are all that the system does";
+const MACHINE: &str = "the arithmetic of the machine, rounded outward";
+
+/// A chance with how it was found.
+struct Answer {
+    chance: Chance,
+    interval: Interval,
+    lines: Vec<String>,
+}
+
+impl Run<'_, '_> {
+    pub(super) fn likely(
+        &mut self,
+        likelihood: &Likelihood,
+        relation: Relation,
+        threshold: &Value,
+        waiting: &Waiting,
+    ) -> Found {
+        let mut found = Found::default();
+        let (Ok(answer), Some(bound)) =
+            (answer(likelihood, waiting).map_err(|reasons| found.remains = reasons), threshold.as_rational())
+        else {
+            return found;
+        };
+        found.trace = answer.lines.clone();
+        let compared = compare(&answer.interval, relation, &bound);
+        match compared {
+            Some(_) if answer.chance.method == "estimated" => {
+                let side = if compared == Some(true) { "for" } else { "against" };
+                found.remains = vec![format!("a simulation proves nothing; it speaks {side} the claim")];
+            }
+            Some(holds) => {
+                found.verdict = Some(if holds { Verdict::Proved } else { Verdict::Refuted });
+                found.trusted = vec![PHASES.to_string(), MACHINE.to_string()];
+            }
+            None => found.remains = vec![work(&answer, threshold)],
+        }
+        found.chance = Some(answer.chance);
+        found
+    }
+
+    pub(super) fn probability(&mut self, likelihood: &Likelihood, waiting: &Waiting) -> Vec<String> {
+        match answer(likelihood, waiting) {
+            Ok(answer) => answer.lines,
+            Err(reasons) => reasons,
+        }
+    }
+}
+
+/// Whether every number of the interval compares so with the bound, or none does.
+fn compare(interval: &Interval, relation: Relation, bound: &BigRational) -> Option<bool> {
+    let (low, high) = (BigRational::from_float(interval.low)?, BigRational::from_float(interval.high)?);
+    let (first, second) = (relation.holds(low.cmp(bound)), relation.holds(high.cmp(bound)));
+    (first == second).then_some(first)
+}
+
+/// What it would take to decide.
+fn work(answer: &Answer, threshold: &Value) -> String {
+    let interval = &answer.interval;
+    let here = format!("{threshold} lies between {} and {}", interval.low, interval.high);
+    match answer.chance.runs {
+        Some(runs) => {
+            let target = threshold.as_rational().map_or(0.5, |number| Interval::of(&number).low);
+            let middle = f64::midpoint(interval.low, interval.high);
+            let apart = (middle - target).abs().max(1e-9);
+            let needed = runs as f64 * (interval.width() / 2.0 / apart).powi(2);
+            format!("{here}: it would take some {needed:.0} runs to tell them apart, if the share stays as it is")
+        }
+        None => format!("{here}, which is as close as machine numbers come here"),
+    }
+}
+
+/// Finds a chance: by the method that is named, or by the first that applies.
+fn answer(likelihood: &Likelihood, waiting: &Waiting) -> Result<Answer, Vec<String>> {
+    let environment = &waiting.environment;
+    let Some(system) = environment.system(&likelihood.system) else {
+        return Err(vec![format!("there is no system {}", likelihood.system)]);
+    };
+    let (pattern, first, time) = match &likelihood.event {
+        Event::Shown { first, pattern, time } => (pattern.clone(), *first, time.clone()),
+        Event::Satisfies(property) => {
+            let body = environment.property(property).map(|property| property.body.clone());
+            let (pattern, time) = body.as_ref().and_then(at_a_time).ok_or_else(|| {
+                vec![
+                    format!("the probability of {property} is understood for `Delay_d ; At_a` alone"),
+                    "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
+                ]
+            })?;
+            (pattern, false, time)
+        }
+    };
+    let time = time.as_rational().ok_or_else(|| vec![format!("the time {time} must be a number")])?;
+    let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions)
+        .map_err(|failures| failures.iter().map(ToString::to_string).collect::<Vec<_>>())?;
+    let test = |(relation, left, right): &(Relation, Value, Value)| period::Test {
+        relation: *relation,
+        left: left.clone(),
+        right: right.clone(),
+    };
+    let event = Claim {
+        shown: pattern.terms.clone(),
+        variables: pattern.variables.clone(),
+        tests: pattern.conditions.iter().map(test).collect(),
+    };
+    let chain = chain(&period, &event, &environment.assumptions).map_err(|reason| vec![reason])?;
+    let question = Question { first, time, names: pattern.variables.iter().cloned().collect() };
+    let methods: &[Method] = match &likelihood.method {
+        Some(method) => std::slice::from_ref(method),
+        None => &[Method::Exact, Method::Enclosed, Method::Estimated],
+    };
+    let mut reasons = Vec::new();
+    for method in methods {
+        match by_method(*method, &chain, &question) {
+            Ok(mut answer) => {
+                answer.lines.extend(reasons.iter().map(|reason| format!("note: {reason}")));
+                return Ok(answer);
+            }
+            Err(reason) => reasons.push(format!("not {}: {reason}", name(*method))),
+        }
+    }
+    Err(reasons)
+}
+
+fn name(method: Method) -> &'static str {
+    match method {
+        Method::Exact => "exact",
+        Method::Enclosed => "enclosed",
+        Method::Estimated => "estimated",
+    }
+}
+
+fn by_method(method: Method, chain: &Chain, question: &Question) -> Result<Answer, String> {
+    let (interval, runs, mut lines) = match method {
+        Method::Exact => {
+            let exact = exact::exact(chain, question)?;
+            let lines = exact.shown.iter().flat_map(|(name, parts)| described(name.as_str(), parts)).collect();
+            (exact.chance, None, lines)
+        }
+        Method::Enclosed => (enclosed::enclosed(&scalar::scalar(chain, question)?)?, None, Vec::new()),
+        Method::Estimated => {
+            let found = estimated::estimated(chain, question, RUNS, SEED)?;
+            let line = format!("{} runs, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE);
+            (Interval::between(found.low, found.high), Some(found.runs), vec![line])
+        }
+    };
+    let method = name(method);
+    lines.insert(0, format!("probability {} ({method})", between(&interval)));
+    let chance = Chance {
+        low: interval.low,
+        high: interval.high,
+        method,
+        confidence: runs.map(|_| estimated::CONFIDENCE),
+        runs,
+    };
+    Ok(Answer { chance, interval, lines })
+}
+
+/// The digits on which both ends agree, and the ends.
+fn between(interval: &Interval) -> String {
+    if interval.low == interval.high {
+        return format!("{}", interval.low);
+    }
+    let middle = f64::midpoint(interval.low, interval.high);
+    let mut places = 12;
+    while places > 1 && interval.width() > 0.5 * 10f64.powi(-places) {
+        places -= 1;
+    }
+    let places = places as usize;
+    format!("{middle:.places$}, between {} and {}", interval.low, interval.high)
+}
+
+/// Mean and variance, exactly where that is short, and as decimals.
+fn described(name: &str, parts: &Distribution) -> Vec<String> {
+    let kind = match parts {
+        Distribution::Mixture(all) if all.len() > 1 => format!("a mixture of {} normal parts", all.len()),
+        _ => "normal".to_string(),
+    };
+    let text = |number: &BigRational| {
+        let near = num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN).to_string();
+        let exact = Value::rational(number.clone()).to_string();
+        if exact == near || exact.len() > 40 { near } else { format!("{exact} = {near}") }
+    };
+    vec![format!("{name} is {kind}, with mean {} and variance {}", text(&parts.mean()), text(&parts.variance()))]
+}
+
+/// `Delay_d ; At_a`: what is shown, and when.
+fn at_a_time(body: &Term) -> Option<(Pattern, Value)> {
+    let Node::Seq(parts) = body.node() else { return None };
+    let [delay, shown] = parts.as_slice() else { return None };
+    match (delay.node(), shown.node()) {
+        (Node::Delay(time), Node::Observe(..)) => {
+            let pattern = Pattern { terms: vec![shown.clone()], variables: Default::default(), conditions: Vec::new() };
+            Some((pattern, time.clone()))
+        }
+        _ => None,
+    }
+}
