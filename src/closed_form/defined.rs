@@ -13,6 +13,9 @@ use crate::polynomial::Polynomial;
 use crate::univariate::Univariate;
 use crate::value::{Atom, Relation, Value};
 
+/// The most coefficients of a polynomial whose roots are looked for.
+const MOST_COEFFICIENTS: usize = 65;
+
 /// The least integer from a number on at which a polynomial in the index, with rational coefficients, is 0; the inner
 /// option is none when there is no such integer, the outer one when the value is no such polynomial.
 pub fn first_zero(value: &Value, index: &Name, from: i64) -> Option<Option<BigInt>> {
@@ -28,7 +31,9 @@ fn polynomial_in(value: &Value, index: &Name) -> Option<Univariate> {
     let parts = exponentials(value, index)?;
     match parts.into_iter().collect::<Vec<_>>().as_slice() {
         [] => Some(Univariate::zero()),
-        [(base, coefficients)] if base.as_rational().is_some_and(|base| base.is_one()) => {
+        [(base, coefficients)]
+            if coefficients.len() <= MOST_COEFFICIENTS && base.as_rational().is_some_and(|base| base.is_one()) =>
+        {
             coefficients.iter().map(Value::as_rational).collect::<Option<Vec<_>>>().map(Univariate::new)
         }
         _ => None,

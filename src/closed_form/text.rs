@@ -103,6 +103,9 @@ fn factorials(ratio: &Value, index: &Name, from: i64) -> Option<Value> {
         let base = base.as_rational()?;
         let coefficients: Vec<BigRational> = coefficients.iter().map(Value::as_rational).collect::<Option<_>>()?;
         let polynomial = Univariate::new(coefficients);
+        if polynomial.degree() > 40 {
+            return None;
+        }
         let lead = Value::rational(polynomial.coefficient(polynomial.degree()));
         let mut factor = lead.power(&count).ok()?;
         if !base.is_one() {

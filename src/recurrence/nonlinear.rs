@@ -25,6 +25,8 @@ pub struct Behaviour {
     pub motion: Option<String>,
 }
 
+/// The highest degree of a map whose fixed points are looked for.
+const MOST_DEGREE: usize = 40;
 /// How many terms are listed.
 const LISTED: usize = 20;
 /// What is known without a closed form.
@@ -48,6 +50,9 @@ fn fixed_points(map: &Value, name: &Name) -> Option<(Vec<Value>, bool)> {
     let [(base, coefficients)] = parts.as_slice() else { return None };
     base.as_rational().filter(|base| *base == BigRational::from_integer(1.into()))?;
     let polynomial = Univariate::new(coefficients.iter().map(Value::as_rational).collect::<Option<_>>()?);
+    if polynomial.degree() > MOST_DEGREE {
+        return None;
+    }
     let mut points = Vec::new();
     let mut all = true;
     for (factor, _) in polynomial.factors() {
