@@ -186,7 +186,8 @@ impl<'a> Search<'a> {
         let whats = conditions.iter().map(What::Condition);
         let whats = whats.chain(assumptions.iter().map(|(relation, value)| What::Assumption(relation, value)));
         let whats = whats.chain(assumptions.naturals().iter().map(|name| What::Natural(Value::variable(name))));
-        let mut requirements: Vec<Vec<Requirement>> = slots.iter().map(|_| Vec::new()).collect();
+        // With nothing to choose there is still one place for the conditions.
+        let mut requirements: Vec<Vec<Requirement>> = (0..slots.len().max(1)).map(|_| Vec::new()).collect();
         for what in whats {
             let names = match &what {
                 What::Condition(condition) => slots::names_in(condition),
@@ -232,6 +233,9 @@ impl<'a> Search<'a> {
         }
         let place = chosen.len();
         if place == self.slots.len() {
+            if self.slots.is_empty() && !self.admissible(0, chosen) {
+                return;
+            }
             if cost == 0 || self.slots.is_empty() {
                 self.attempt(chosen);
             }

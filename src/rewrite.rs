@@ -243,6 +243,10 @@ impl<'a> Saturation<'a> {
 
     fn simplifier(&self) -> Simplifier<'a> {
         let simplifier = Simplifier::new(self.theory, self.context, self.interrupted).with_fuel(2_000);
+        let simplifier = match self.only {
+            Some(laws) => simplifier.only(laws),
+            None => simplifier,
+        };
         if self.weak { simplifier.weakly(self.only) } else { simplifier }
     }
 
