@@ -194,6 +194,10 @@ impl<'a> Search<'a> {
                 What::Assumption(_, value) | What::Natural(value) => value.variables(),
             };
             let depends: Vec<usize> = (0..slots.len()).filter(|place| names.contains(slots[*place].name())).collect();
+            // An assumption on what does not occur says nothing of the instance.
+            if depends.is_empty() && !matches!(what, What::Condition(_)) {
+                continue;
+            }
             // A condition on nothing that varies is checked with the first slot.
             let last = depends.last().copied().unwrap_or(0);
             if let Some(list) = requirements.get_mut(last) {

@@ -91,7 +91,7 @@ fn errors_say_what_was_expected() {
         ("simplify Delay_{1", "the text ends where an operator, `,` or `}` should follow"),
         ("simplify (Stop", "the text ends where an operator or `)` should follow"),
         ("prov A = A", "expected an item, found `prov`"),
-        ("simplify Stop ≈ Idle", "the language does not use the sign `≈`"),
+        ("simplify Stop ≅ Idle", "the language does not use the sign `≅`"),
         ("simplify Stop)", "expected an operator or the next item, found `)`"),
         ("simplify Delay_{?P}", "`?P` stands for a process, but a value is needed here"),
         ("prove ?P = ?P when never_abort(?P)", "there is no condition `never_abort`"),

@@ -43,8 +43,8 @@ pub(super) fn choices(
         at = target;
     }
     let text = |choice: &Choice| match choice {
-        Choice::Take(number, None) => format!("take {number}"),
-        Choice::Take(number, Some(value)) => format!("take {number} = {value}"),
+        Choice::Take(number, None) => format!("{}", number + 1),
+        Choice::Take(number, Some(value)) => format!("{} = {value}", number + 1),
         Choice::Wait(time) => format!("wait {time}"),
     };
     Some(all.iter().map(text).collect())
