@@ -22,6 +22,9 @@ pub struct Match {
     pub surrounding: Term,
 }
 
+/// In a sequence with more parts a metavariable at its start is tried for one part only, as it is further on.
+const LONG: usize = 64;
+
 /// The most matches of one law at one place that are looked at.
 const MOST: usize = 64;
 
@@ -40,7 +43,8 @@ struct State {
 /// All ways in which `pattern`, a side of `law`, applies at the root of `term` with the conditions met, at most 64.
 pub fn matches(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Vec<Match> {
     let mut out = Vec::new();
-    at_root(pattern, term, &start(law), &mut |state, surrounding| {
+    let fits = |name: &Name, part: &Term| fits(law, name, part, context);
+    at_root(pattern, term, &start(law), &fits, &mut |state, surrounding| {
         if let Some(substitution) = settle(law, state, context) {
             out.push(Match { substitution, surrounding });
         }
@@ -52,7 +56,8 @@ pub fn matches(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) ->
 /// The first of [`matches`].
 pub fn first_match(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Option<Match> {
     let mut out = None;
-    at_root(pattern, term, &start(law), &mut |state, surrounding| {
+    let fits = |name: &Name, part: &Term| fits(law, name, part, context);
+    at_root(pattern, term, &start(law), &fits, &mut |state, surrounding| {
         out = settle(law, state, context).map(|substitution| Match { substitution, surrounding });
         out.is_some()
     });
@@ -99,15 +104,39 @@ fn start(law: &Law) -> State {
     State { empty: !law.oriented, guards, ..State::default() }
 }
 
+/// Whether a part meets the conditions that the law has on this metavariable alone.
+fn fits(law: &Law, name: &Name, part: &Term, context: &Context<'_>) -> bool {
+    law.conditions.iter().all(|condition| match condition {
+        Condition::Is(fact, subject) if plain_meta(subject).as_ref() == Some(name) => {
+            context.holds(&Condition::Is(*fact, part.clone()))
+        }
+        _ => true,
+    })
+}
+
 /// Calls `found` with each match and what is left over, until it returns true.
-fn at_root(pattern: &Term, term: &Term, start: &State, found: &mut dyn FnMut(State, Term) -> bool) -> bool {
+fn at_root(
+    pattern: &Term,
+    term: &Term,
+    start: &State,
+    fits: &dyn Fn(&Name, &Term) -> bool,
+    found: &mut dyn FnMut(State, Term) -> bool,
+) -> bool {
     let one = Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
         (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|place| {
+            // A metavariable at the start of a run further on stands for that one part.
+            if (place > 0 || parts.len() > LONG)
+                && let Some(name) = wanted.first().and_then(plain_meta)
+                && !wanted.get(1).is_some_and(|next| within(next, &name))
+                && !fits(&name, &parts[place])
+            {
+                return false;
+            }
             window(
                 wanted,
                 &parts[place..],
-                if place == 0 { Place::Start } else { Place::Later },
+                if place == 0 && parts.len() <= LONG { Place::Start } else { Place::Later },
                 start.clone(),
                 &mut |state, used| {
                     let before = parts[..place].iter().cloned();
@@ -173,7 +202,15 @@ fn window(
         let taken = known.len();
         return fits && window(rest, &parts[taken..], at.next(), state, &mut |state, used| found(state, used + taken));
     }
+    let last = match rest {
+        [only] if matches!(at, Place::Inside) => plain_meta(only).and_then(|name| state.found.processes.get(&name)),
+        _ => None,
+    };
     let lengths: Vec<usize> = match (at, rest.is_empty(), parts.len()) {
+        // What ends the run is known, and with it how much is left.
+        (Place::Inside, false, all) if last.is_some() => {
+            all.checked_sub(last.map_or(0, |last| sequence_of(last).len())).into_iter().collect()
+        }
         (Place::Inside, true, all) => vec![all],
         (Place::Inside, false, all) => (0..=all).collect(),
         (_, true, 0) if state.empty => vec![0],

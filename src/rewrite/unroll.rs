@@ -8,6 +8,9 @@ use crate::term::{Node, Term};
 /// The most calls that are unfolded on either side of a claim.
 const MOST: usize = 64;
 
+/// What a part may be replaced by, and why.
+type Replacing<'r> = dyn Fn(&Saturation<'_>, &Term) -> Option<(Term, Why)> + 'r;
+
 impl Saturation<'_> {
     /// Unfolds the calls of a side of the claim, first to last.
     pub(super) fn unroll(&mut self, term: &Term, room: usize) {
@@ -26,7 +29,7 @@ impl Saturation<'_> {
             current = self.simplified(&next);
         }
         for (from, to) in [(&left, &right), (&right, &left)] {
-            let put = |_: &Self, part: &Term| (part == from).then(|| (to.clone(), Why::Supposed(step)));
+            let put = |_: &Saturation<'_>, part: &Term| (part == from).then(|| (to.clone(), Why::Supposed(step)));
             if let Some(next) = self.first(&current, &put) {
                 self.egraph.rebuild();
                 self.simplified(&next);
@@ -44,7 +47,7 @@ impl Saturation<'_> {
     }
 
     /// The term with its first part that can be replaced replaced, known to the e-graph as the same.
-    fn first(&mut self, term: &Term, replace: &dyn Fn(&Self, &Term) -> Option<(Term, Why)>) -> Option<Term> {
+    fn first(&mut self, term: &Term, replace: &Replacing<'_>) -> Option<Term> {
         if let Some((other, why)) = replace(self, term) {
             self.unite(term, &other, why);
             return Some(other);
