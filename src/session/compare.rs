@@ -62,12 +62,12 @@ impl Run<'_, '_> {
     /// Looks for an instance that refutes the claim; if there is none, says what remains.
     fn open(&self, statement: &Statement, gap: &Gap, waiting: &Waiting) -> Found {
         if self.surroundings.interrupted() {
-            return Found { remains: remains(gap, None), ..Found::default() };
+            return Found { remains: remains(gap, None, named(waiting)), ..Found::default() };
         }
         let refutation = refuted(statement, waiting, &refute::Limits::default());
         let mut found = match refutation.counterexample() {
             Some(counterexample) => contradicted(counterexample, statement),
-            None => Found { remains: remains(gap, Some(&refutation)), ..Found::default() },
+            None => Found { remains: remains(gap, Some(&refutation), named(waiting)), ..Found::default() },
         };
         if let (Some(number), Some(steps)) = (gap.step, calculation(waiting)) {
             found.diagnostics = step_diagnostic(number, steps, waiting);
@@ -85,6 +85,16 @@ fn refuted(statement: &Statement, waiting: &Waiting, limits: &refute::Limits) ->
 fn contradicted(found: &Counterexample, statement: &Statement) -> Found {
     let trace = run_lines(found, statement.connective);
     Found { verdict: Some(Verdict::Refuted), trace, ..Found::default() }
+}
+
+/// Whether the claim says by which laws.
+fn named(waiting: &Waiting) -> bool {
+    match &waiting.question {
+        super::reading::Question::Claim(claim) => {
+            matches!(&claim.kind, crate::lower::ClaimKind::Compare { by: By::Laws(_), .. })
+        }
+        _ => false,
+    }
 }
 
 fn calculation(waiting: &Waiting) -> Option<&[CalcStep]> {
@@ -110,7 +120,8 @@ fn step_diagnostic(
 }
 
 /// What is left of an open claim, and what was tried.
-fn remains(gap: &Gap, refutation: Option<&Refutation>) -> Vec<String> {
+fn remains(gap: &Gap, refutation: Option<&Refutation>, named: bool) -> Vec<String> {
+    let laws = if named { "the laws named" } else { "all laws" };
     let mut lines = vec![
         "what remains, in the simplest forms found:".to_string(),
         format!("  {}", gap.left),
@@ -118,8 +129,8 @@ fn remains(gap: &Gap, refutation: Option<&Refutation>) -> Vec<String> {
     ];
     let (classes, nodes) = gap.size;
     lines.push(match gap.ended {
-        Ended::Saturated => format!("tried: all laws, until nothing new came ({classes} classes, {nodes} nodes)"),
-        Ended::Limit => format!("tried: all laws, up to the limit of the search ({classes} classes, {nodes} nodes)"),
+        Ended::Saturated => format!("tried: {laws}, until nothing new came ({classes} classes, {nodes} nodes)"),
+        Ended::Limit => format!("tried: {laws}, up to the limit of the search ({classes} classes, {nodes} nodes)"),
         Ended::Interrupted => format!("stopped by you after {classes} classes, {nodes} nodes"),
     });
     if let Some(rejected) = &gap.rejected {
@@ -127,7 +138,10 @@ fn remains(gap: &Gap, refutation: Option<&Refutation>) -> Vec<String> {
     }
     if let Some(Refutation::None { instances, cost, cut, .. }) = refutation {
         let how = if *cut { "not all of them" } else { "all of them" };
-        lines.push(format!("no counterexample among {instances} small instances (up to size {cost}, {how})"));
+        lines.push(match instances {
+            0 => "no small instance meets the conditions, so none could be tried".to_string(),
+            _ => format!("no counterexample among {instances} small instances (up to size {cost}, {how})"),
+        });
     }
     lines
 }
