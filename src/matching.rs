@@ -3,7 +3,10 @@
 //! A metavariable may stand for a run of parts of `;`, or for several parts of `|` and `#`. What a match leaves
 //! over beside it is handed back as the context in which the law is then applied.
 
-use std::collections::BTreeMap;
+mod value;
+
+use std::collections::HashSet;
+use std::rc::Rc;
 
 use crate::fact::{Context, Facts};
 use crate::law::{Condition, Fact, Law};
@@ -12,6 +15,8 @@ use crate::proof::hole;
 use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 use crate::value::Value;
+
+use value::solve;
 
 /// One way in which a law applies to a term: `surrounding` with its hole filled by the instance is the term.
 #[derive(Clone, Debug)]
@@ -34,6 +39,8 @@ struct State {
     /// Whether each of two metavariables in sequence may stand for Stop. Not for laws that simplification uses:
     /// they would apply to their own results for ever.
     empty: bool,
+    /// Parts that these metavariables cannot stand for alone.
+    unfit: Rc<HashSet<(Name, Term)>>,
     /// Metavariables that the law wants to be guards.
     guards: Vec<Name>,
     /// Values that must turn out equal once their metavariables are known.
@@ -114,6 +121,15 @@ fn fits(law: &Law, name: &Name, part: &Term, context: &Context<'_>) -> bool {
     })
 }
 
+/// The start with the parts that no metavariable at the root may stand for by the law's conditions.
+fn unfit(wanted: &[Term], parts: &[Term], start: &State, fits: &dyn Fn(&Name, &Term) -> bool) -> State {
+    let mut unfit = HashSet::new();
+    for name in wanted.iter().filter_map(plain_meta) {
+        unfit.extend(parts.iter().filter(|part| !fits(&name, part)).map(|part| (name.clone(), part.clone())));
+    }
+    State { unfit: Rc::new(unfit), ..start.clone() }
+}
+
 /// Calls `found` with each match and what is left over, until it returns true.
 fn at_root(
     pattern: &Term,
@@ -146,12 +162,14 @@ fn at_root(
             )
         }),
         (Node::Par(wanted), Node::Par(parts)) => {
-            choose(wanted, parts, (false, Term::par), start.clone(), &mut |state, rest| {
+            let start = unfit(wanted, parts, start, fits);
+            choose(wanted, parts, (false, Term::par), start, &mut |state, rest| {
                 found(state, Term::par(rest.into_iter().chain([one.clone()])))
             })
         }
         (Node::Disable(wanted), Node::Disable(parts)) => {
-            choose(wanted, parts, (false, Term::disable), start.clone(), &mut |state, rest| {
+            let start = unfit(wanted, parts, start, fits);
+            choose(wanted, parts, (false, Term::disable), start, &mut |state, rest| {
                 found(state, Term::disable(rest.into_iter().chain([one.clone()])))
             })
         }
@@ -331,6 +349,9 @@ fn choose_for_meta(
         }
     }
     (0..parts.len()).any(|index| {
+        if !state.unfit.is_empty() && state.unfit.contains(&(name.clone(), parts[index].clone())) {
+            return false;
+        }
         let mut state = state.clone();
         state.found.processes.insert(name.clone(), parts[index].clone());
         choose(others, &without(parts, index), (all, join), state, found)
@@ -457,41 +478,5 @@ fn head(pattern: &Term, term: &Term, state: &mut State) -> bool {
             }
         }
         _ => false,
-    }
-}
-
-/// A pattern value against a value: equal, or linear in its one unknown metavariable, or put off.
-fn solve(pattern: &Value, value: &Value, state: &mut State) -> bool {
-    if let Some(name) = pattern.as_variable().cloned() {
-        if !name.is_meta() {
-            return pattern == value;
-        }
-        if let Some(result) = state.found.names.get(&name) {
-            return Value::variable(result) == *value;
-        }
-        return state.found.values.entry(name).or_insert_with(|| value.clone()) == value;
-    }
-    let mut known: BTreeMap<Name, Value> = state.found.values.clone();
-    known.extend(state.found.names.iter().map(|(meta, name)| (meta.clone(), Value::variable(name))));
-    let unknown: Vec<Name> =
-        pattern.variables().into_iter().filter(|name| name.is_meta() && !known.contains_key(name)).collect();
-    let Ok(pattern) = pattern.substitute(&known) else { return false };
-    match unknown.as_slice() {
-        [] => pattern == *value,
-        [name] => {
-            let Some((factor, rest)) = pattern.linear_in(name) else { return false };
-            let solution = value.sub(&rest).and_then(|difference| difference.div(&factor));
-            match solution {
-                Ok(solution) => {
-                    state.found.values.insert(name.clone(), solution);
-                    true
-                }
-                Err(_) => false,
-            }
-        }
-        _ => {
-            state.later.push((pattern, value.clone()));
-            true
-        }
     }
 }
