@@ -19,7 +19,7 @@ use crate::printer::format;
 use crate::progress::Watch;
 use crate::proof_file::check_file;
 use crate::repl;
-use crate::script::{Options, Printer, Script, complain, read_file};
+use crate::script::{Options, Printer, Script, complain, opened};
 
 /// A prover for robot programs and the world around them.
 ///
@@ -235,13 +235,9 @@ fn check(proofs: &[PathBuf]) -> u8 {
 fn lay_out(files: &[PathBuf], check: bool, colour: bool) -> u8 {
     let mut code = 0;
     for path in files {
-        let source = match read_file(path) {
-            Ok(source) => source,
-            Err(trouble) => {
-                complain(&format!("{}\n", trouble.1.render(&trouble.0, colour)));
-                code = 3;
-                continue;
-            }
+        let Some(source) = opened(path, colour) else {
+            code = 3;
+            continue;
         };
         match format(&source.text) {
             Err(diagnostics) => {

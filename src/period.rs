@@ -128,8 +128,8 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Failure::NoCommunication { groups } => {
-                let groups: Vec<String> = groups.iter().map(|group| group.join(" and ")).collect();
-                write!(f, "no communication: {} share no port", groups.join(", and "))
+                let groups: Vec<String> = groups.iter().map(|group| group.join(" with ")).collect();
+                write!(f, "no communication: {} share no port", groups.join(" and "))
             }
             Failure::Unmatched(blocked) => write!(f, "unmatched communication: {blocked}"),
             Failure::RateMismatch { port, writer, reader } => write!(

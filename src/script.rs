@@ -98,6 +98,12 @@ pub fn read_file(path: &Path) -> Result<Source, Trouble> {
     text_of(&name, file)
 }
 
+/// What stands in this file, `-` for standard input; what is wrong with it is said on standard error.
+pub fn opened(path: &Path, colour: bool) -> Option<Source> {
+    let read = if path.as_os_str() == "-" { read_input() } else { read_file(path) };
+    read.map_err(|trouble| complain(&format!("{}\n", trouble.1.render(&trouble.0, colour)))).ok()
+}
+
 /// Reads all of standard input as text.
 ///
 /// # Errors

@@ -9,13 +9,7 @@ use pars::name::Name;
 use pars::value::{Relation, Value};
 use proptest::prelude::*;
 
-fn var(name: &str) -> Value {
-    Value::variable(&Name::new(name))
-}
-
-fn int(number: i64) -> Value {
-    Value::integer(number)
-}
+use common::*;
 
 fn assume(facts: &[(Value, Relation, Value)]) -> Assumptions {
     let mut known = Assumptions::default();

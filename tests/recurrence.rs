@@ -8,33 +8,7 @@ use pars::recurrence::{Closed, Goal, Reach, first, solve};
 use pars::value::{Relation, Value};
 use proptest::prelude::*;
 
-fn var(name: &str) -> Value {
-    Value::variable(&Name::new(name))
-}
-
-fn int(number: i64) -> Value {
-    Value::integer(number)
-}
-
-fn frac(top: i64, bottom: i64) -> Value {
-    Value::fraction(top, bottom).unwrap()
-}
-
-fn add(a: &Value, b: &Value) -> Value {
-    a.add(b).unwrap()
-}
-
-fn sub(a: &Value, b: &Value) -> Value {
-    a.sub(b).unwrap()
-}
-
-fn mul(a: &Value, b: &Value) -> Value {
-    a.mul(b).unwrap()
-}
-
-fn div(a: &Value, b: &Value) -> Value {
-    a.div(b).unwrap()
-}
+use common::*;
 
 fn clamp(x: &Value, low: &Value, high: &Value) -> Value {
     Value::clamp(x, low, high).unwrap()

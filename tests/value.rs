@@ -1,37 +1,13 @@
 //! The normal form of values, and their text.
 
+mod common;
+
 use std::collections::BTreeMap;
 
 use pars::name::Name;
 use pars::value::{Relation, Sort, Value};
 
-fn var(name: &str) -> Value {
-    Value::variable(&Name::new(name))
-}
-
-fn int(number: i64) -> Value {
-    Value::integer(number)
-}
-
-fn frac(top: i64, bottom: i64) -> Value {
-    Value::fraction(top, bottom).unwrap()
-}
-
-fn add(a: &Value, b: &Value) -> Value {
-    a.add(b).unwrap()
-}
-
-fn sub(a: &Value, b: &Value) -> Value {
-    a.sub(b).unwrap()
-}
-
-fn mul(a: &Value, b: &Value) -> Value {
-    a.mul(b).unwrap()
-}
-
-fn div(a: &Value, b: &Value) -> Value {
-    a.div(b).unwrap()
-}
+use common::*;
 
 #[test]
 fn text() {

@@ -9,18 +9,12 @@ use crate::exercise::{Attempt, read};
 use crate::lower::{Environment, Exercise};
 use crate::progress::Watch;
 use crate::repl;
-use crate::script::{Printer, World, complain, read_file};
+use crate::script::{Printer, World, complain, opened};
 use crate::session::Surroundings;
 
 /// Does the exercises of a file, or the one of this name; gives the exit code: 0 all solved, 1 not all, 3 bad input.
 pub(super) fn exercise(file: &Path, name: Option<&str>, watch: Rc<Watch>, colour: bool) -> u8 {
-    let source = match read_file(file) {
-        Ok(source) => source,
-        Err(trouble) => {
-            complain(&format!("{}\n", trouble.1.render(&trouble.0, colour)));
-            return 3;
-        }
-    };
+    let Some(source) = opened(file, colour) else { return 3 };
     let world = World::new(watch.clone());
     let found = read(&source, |importer, path| world.find(importer, path), &|| watch.interrupted());
     let mut exercises = match found {

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use crate::lint::report;
 use crate::progress::Watch;
-use crate::script::{Printer, World, complain, read_file};
+use crate::script::{Printer, World, complain, opened};
 
 /// Looks at files; gives the exit code: 0 nothing found, 1 something found, 3 bad input.
 pub(super) fn files(paths: &[PathBuf], watch: Rc<Watch>, colour: bool) -> u8 {
@@ -13,13 +13,9 @@ pub(super) fn files(paths: &[PathBuf], watch: Rc<Watch>, colour: bool) -> u8 {
     let world = World::new(watch);
     let mut code = 0;
     for path in paths {
-        let source = match read_file(path) {
-            Ok(source) => source,
-            Err(trouble) => {
-                complain(&format!("{}\n", trouble.1.render(&trouble.0, colour)));
-                code = 3;
-                continue;
-            }
+        let Some(source) = opened(path, colour) else {
+            code = 3;
+            continue;
         };
         match report(&source, &world, colour) {
             Ok((found, text)) => {

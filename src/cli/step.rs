@@ -8,7 +8,7 @@ use crate::diagnostic::{Source, render_all};
 use crate::library::Failure;
 use crate::progress::Watch;
 use crate::repl;
-use crate::script::{Printer, World, complain, read_file};
+use crate::script::{Printer, World, complain, opened};
 use crate::session::Surroundings;
 use crate::stepper::LoadError;
 use crate::walk::{Origin, Saved, Walk, declarations, only_process, saved};
@@ -17,12 +17,9 @@ use crate::walk::{Origin, Saved, Walk, declarations, only_process, saved};
 pub(super) fn step(file: Option<&Path>, name: Option<&str>, with: Option<&str>, watch: Rc<Watch>, colour: bool) -> u8 {
     let source = match file {
         None => Source::new("<prompt>", ""),
-        Some(path) => match read_file(path) {
-            Ok(source) => source,
-            Err(trouble) => {
-                complain(&format!("{}\n", trouble.1.render(&trouble.0, colour)));
-                return 3;
-            }
+        Some(path) => match opened(path, colour) {
+            Some(source) => source,
+            None => return 3,
         },
     };
     let origin = file.map_or(Origin::Prompt, |path| Origin::File(path.to_path_buf()));
@@ -39,13 +36,7 @@ pub(super) fn step(file: Option<&Path>, name: Option<&str>, with: Option<&str>, 
 
 /// Takes the steps of a trace again; gives the exit code: 0 all were possible, 1 one was not, 3 bad input.
 pub(super) fn replay(trace: &Path, watch: Rc<Watch>, colour: bool) -> u8 {
-    let source = match read_file(trace) {
-        Ok(source) => source,
-        Err(trouble) => {
-            complain(&format!("{}\n", trouble.1.render(&trouble.0, colour)));
-            return 3;
-        }
-    };
+    let Some(source) = opened(trace, colour) else { return 3 };
     let trace = saved(&source.text);
     let Some(start) = &trace.start else {
         complain(&format!("`{}` does not say what the run is of: no line begins with `start`\n", source.name));

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::text::{self, Connective as Connects, Step as StepText};
+use super::text::{self, Step as StepText};
 use super::{FORMAT, MOST_BYTES, MOST_STEPS, MOST_TEXT, Rejection, body, last_line};
 use crate::kernel::Theory;
-use crate::law::{Condition, Connective};
+use crate::law::Condition;
 use crate::lower::{Environment, Lowered};
 use crate::name::Name;
 use crate::parser::{parse, parse_condition, parse_term, parse_value};
@@ -27,7 +27,7 @@ pub(super) fn read(environment: Environment, file: &text::File) -> Result<(Theor
     let statement = Statement {
         hypotheses: when?,
         left: reader.term(&file.claim.left)?,
-        connective: connective(file.claim.connective),
+        connective: file.claim.connective,
         right: reader.term(&file.claim.right)?,
     };
     let mut steps = Vec::with_capacity(file.steps.len());
@@ -62,15 +62,6 @@ pub(super) fn open(bytes: &[u8]) -> Result<text::File, Rejection> {
         return Err(Rejection::new(format!("the proof has more than {MOST_STEPS} steps")));
     }
     Ok(file)
-}
-
-fn connective(connective: Connects) -> Connective {
-    match connective {
-        Connects::Equal => Connective::Equal,
-        Connects::Refines => Connective::Refines,
-        Connects::Weak => Connective::Weak,
-        Connects::WeaklyRefines => Connective::WeaklyRefines,
-    }
 }
 
 struct Reader {
@@ -169,7 +160,7 @@ impl Reader {
             },
             StepText::Instance { of, with } => Step::Instance(*of, self.substitution(with)?),
             StepText::Trust { left, connective: connects, right, reason } => {
-                Step::Trust(self.term(left)?, connective(*connects), self.term(right)?, reason.clone())
+                Step::Trust(self.term(left)?, *connects, self.term(right)?, reason.clone())
             }
         })
     }

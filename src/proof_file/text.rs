@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::law::Connective;
+
 /// The whole file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -33,13 +35,15 @@ pub(super) struct Claim {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub when: Vec<String>,
     pub left: String,
+    #[serde(with = "ConnectiveText")]
     pub connective: Connective,
     pub right: String,
 }
 
-/// `=` or `<=`
-#[derive(Serialize, Deserialize, Clone, Copy)]
-pub(super) enum Connective {
+/// How a connective is written: `=`, `<=`, `~~`, `<~`.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Connective")]
+enum ConnectiveText {
     #[serde(rename = "=")]
     Equal,
     #[serde(rename = "<=")]
@@ -68,17 +72,60 @@ pub(super) struct Substitution {
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "step", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Step {
-    Reflexive { term: String },
-    Symmetric { of: usize },
-    Transitive { of: Vec<usize> },
-    Congruence { context: String, holes: Vec<String>, of: Vec<usize> },
-    Law { law: String, with: Substitution },
-    Arithmetic { left: String, right: String },
-    Unfold { call: String },
-    Unique { name: String, candidate: String, equation: usize },
-    UniqueLoop { body: String, equation: usize },
-    Suppose { left: String, right: String },
-    Induction { variable: String, left: String, right: String, base: usize, successor: usize },
-    Instance { of: usize, with: Substitution },
-    Trust { left: String, connective: Connective, right: String, reason: String },
+    Reflexive {
+        term: String,
+    },
+    Symmetric {
+        of: usize,
+    },
+    Transitive {
+        of: Vec<usize>,
+    },
+    Congruence {
+        context: String,
+        holes: Vec<String>,
+        of: Vec<usize>,
+    },
+    Law {
+        law: String,
+        with: Substitution,
+    },
+    Arithmetic {
+        left: String,
+        right: String,
+    },
+    Unfold {
+        call: String,
+    },
+    Unique {
+        name: String,
+        candidate: String,
+        equation: usize,
+    },
+    UniqueLoop {
+        body: String,
+        equation: usize,
+    },
+    Suppose {
+        left: String,
+        right: String,
+    },
+    Induction {
+        variable: String,
+        left: String,
+        right: String,
+        base: usize,
+        successor: usize,
+    },
+    Instance {
+        of: usize,
+        with: Substitution,
+    },
+    Trust {
+        left: String,
+        #[serde(with = "ConnectiveText")]
+        connective: Connective,
+        right: String,
+        reason: String,
+    },
 }

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use super::text::{Claim, Connective, Step as StepText, Substitution as SubstitutionText, Theory as TheoryText};
+use super::text::{Claim, Step as StepText, Substitution as SubstitutionText, Theory as TheoryText};
 use super::{FORMAT, last_line};
 use crate::kernel::Theory;
-use crate::law::{Connective as Connects, Laws};
+use crate::law::Laws;
 use crate::lower::{Class, Entity, Environment, Quantity};
 use crate::name::Name;
 use crate::proof::{Proof, Step, hole};
@@ -32,7 +32,7 @@ pub fn write(
     let claim = Claim {
         when: statement.hypotheses.iter().map(ToString::to_string).collect(),
         left: statement.left.to_string(),
-        connective: connective(statement.connective),
+        connective: statement.connective,
         right: statement.right.to_string(),
     };
     let _ = write!(out, "{{\"format\":{},\n\"theory\":", serde_json::to_string(FORMAT)?);
@@ -47,15 +47,6 @@ pub fn write(
     out.push_str("\n],\n");
     let line = last_line(out.as_bytes());
     Ok(out + &line)
-}
-
-fn connective(connective: Connects) -> Connective {
-    match connective {
-        Connects::Equal => Connective::Equal,
-        Connects::Refines => Connective::Refines,
-        Connects::Weak => Connective::Weak,
-        Connects::WeaklyRefines => Connective::WeaklyRefines,
-    }
 }
 
 /// The laws used that are not the program's own, as they were written.
@@ -171,7 +162,7 @@ fn step(step: &Step) -> StepText {
         Step::Instance(of, with) => StepText::Instance { of: *of, with: substitution(with) },
         Step::Trust(left, connects, right, reason) => StepText::Trust {
             left: left.to_string(),
-            connective: connective(*connects),
+            connective: *connects,
             right: right.to_string(),
             reason: reason.clone(),
         },

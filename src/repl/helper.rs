@@ -10,48 +10,15 @@ use rustyline::{Context, Helper, Result};
 
 use super::command::COMMANDS;
 use super::help::topics;
-use crate::lexer::{Kind, lex};
+use crate::lexer::{Keyword, Kind, lex};
 use crate::lower::{BASIC, Entity, Quantity};
 use crate::parser::parse_input;
 use crate::session::Session;
 
-/// Words of the language that may be completed.
-const WORDS: [&str; 35] = [
-    "param",
-    "fn",
-    "proc",
-    "observer",
-    "system",
-    "property",
-    "prove",
-    "simplify",
-    "period",
-    "flow",
-    "solve",
-    "project",
-    "expect",
-    "import",
-    "law",
-    "when",
-    "by",
-    "satisfies",
-    "proved",
-    "refuted",
-    "open",
-    "else",
-    "try",
-    "loop",
-    "new",
-    "to",
-    "natural",
-    "if",
-    "then",
-    "clamp",
-    "floor",
-    "Normal",
-    "Uniform",
-    "Mix",
-    "Point",
+/// Words that may be completed, besides the keywords.
+const WORDS: [&str; 15] = [
+    "proved", "refuted", "open", "yes", "no", "unknown", "never", "natural", "clamp", "floor", "Normal", "Exp",
+    "Uniform", "Mix", "Point",
 ];
 
 /// Letters that have names.
@@ -167,7 +134,8 @@ impl Assistant {
             Some(_) => self.names.iter().map(|(name, _)| name.clone()).chain(self.claims.clone()).collect(),
             None => {
                 let declared = self.names.iter().map(|(name, _)| name.clone());
-                let words = BASIC.iter().chain(&WORDS).map(|word| (*word).to_string());
+                let keywords = Keyword::ALL.iter().map(|(_, word)| word);
+                let words = BASIC.iter().chain(&WORDS).chain(keywords).map(|word| (*word).to_string());
                 let laws = if before.contains(" by ") || before.contains('{') { self.laws.clone() } else { Vec::new() };
                 declared.chain(words).chain(laws).collect()
             }

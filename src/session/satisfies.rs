@@ -154,11 +154,13 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<Str
             lines.extend(super::compare::run_lines(&found, Connective::WeaklyRefines));
             Err(lines)
         }
-        Refutation::None { instances, meaningless, open, .. } => Ok(match instances.saturating_sub(meaningless).saturating_sub(open) {
-            0 => "the run was not tried on the executable meaning".to_string(),
-            1 => "the run agrees with the executable meaning on one instance".to_string(),
-            agree => format!("the run agrees with the executable meaning on {agree} instances"),
-        }),
+        Refutation::None { instances, meaningless, open, .. } => {
+            Ok(match instances.saturating_sub(meaningless).saturating_sub(open) {
+                0 => "the run was not tried on the executable meaning".to_string(),
+                1 => "the run agrees with the executable meaning on one instance".to_string(),
+                agree => format!("the run agrees with the executable meaning on {agree} instances"),
+            })
+        }
     }
 }
 

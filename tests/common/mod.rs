@@ -112,3 +112,27 @@ pub fn seeded(config: proptest::test_runner::Config) -> proptest::test_runner::C
     };
     proptest::test_runner::Config { rng_seed, failure_persistence: None, ..config }
 }
+
+pub fn int(number: i64) -> Value {
+    Value::integer(number)
+}
+
+pub fn frac(top: i64, bottom: i64) -> Value {
+    Value::fraction(top, bottom).unwrap()
+}
+
+pub fn add(a: &Value, b: &Value) -> Value {
+    a.add(b).unwrap()
+}
+
+pub fn sub(a: &Value, b: &Value) -> Value {
+    a.sub(b).unwrap()
+}
+
+pub fn mul(a: &Value, b: &Value) -> Value {
+    a.mul(b).unwrap()
+}
+
+pub fn div(a: &Value, b: &Value) -> Value {
+    a.div(b).unwrap()
+}
