@@ -7,7 +7,7 @@ use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::Connective;
 use crate::name::Name;
-use crate::proof::{Proof, Step, StepId, hole};
+use crate::proof::{Proof, Statement, Step, StepId, hole};
 use crate::scope::fill;
 use crate::substitution::{Substitution, instantiate};
 use crate::term::Term;
@@ -85,7 +85,7 @@ pub fn chain(theory: &Theory, proof: &Proof) -> Chain {
     let context = Context::new(&theory.assumptions, &theory.definitions, &proof.statement.hypotheses);
     let mut ends: Vec<Ends> = Vec::with_capacity(proof.steps.len());
     for step in &proof.steps {
-        let next = step_ends(step, &ends, theory, &context);
+        let next = step_ends(proof, step, &ends, theory, &context);
         ends.push(next);
     }
     let mut opener = Opener { proof, ends: &ends, lines: Vec::new(), cut: false };
@@ -124,7 +124,7 @@ struct Ends {
     right: Term,
 }
 
-fn step_ends(step: &Step, ends: &[Ends], theory: &Theory, context: &Context<'_>) -> Ends {
+fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context: &Context<'_>) -> Ends {
     let equal = |left: Term, right: Term| Ends { left, connective: Connective::Equal, right };
     let at = |step: &StepId| ends.get(*step).cloned().unwrap_or_else(|| equal(Term::stop(), Term::stop()));
     match step {
@@ -146,6 +146,13 @@ fn step_ends(step: &Step, ends: &[Ends], theory: &Theory, context: &Context<'_>)
             Ends { left: side(|ends| &ends.left), connective, right: side(|ends| &ends.right) }
         }
         Step::Law(name, with) => law_ends(name, with, theory, context),
+        Step::Lemma(of, with) => {
+            let image = |term: &Term| with.apply(term, context).unwrap_or_else(|_| term.clone());
+            let statement = proof.lemmas.get(*of).map(|lemma| &lemma.statement);
+            let connective = statement.map_or(Connective::Equal, |statement| statement.connective);
+            let side = |side: fn(&Statement) -> &Term| statement.map_or_else(Term::stop, |all| image(side(all)));
+            Ends { left: side(|all| &all.left), connective, right: side(|all| &all.right) }
+        }
         Step::Instance(of, with) => {
             let of = at(of);
             let image = |term: &Term| with.apply(term, context).unwrap_or_else(|_| term.clone());
@@ -223,7 +230,7 @@ impl Opener<'_> {
             _ => {
                 let term = if backwards { &ends.left } else { &ends.right };
                 let term = around.iter().rev().fold(term.clone(), |term, shape| filled(shape, std::iter::once(&term)));
-                self.lines.push(Line { connective: ends.connective, why: why(step), backwards, term });
+                self.lines.push(Line { connective: ends.connective, why: why(self.proof, step), backwards, term });
             }
         }
     }
@@ -254,9 +261,10 @@ impl Opener<'_> {
     }
 }
 
-fn why(step: &Step) -> Why {
+fn why(proof: &Proof, step: &Step) -> Why {
     match step {
         Step::Law(name, _) => Why::Law(name.clone()),
+        Step::Lemma(of, _) => proof.lemmas.get(*of).map_or(Why::Steps(1), |lemma| Why::Law(lemma.name.clone())),
         Step::Arithmetic(..) => Why::Arithmetic,
         Step::Unfold(call) => match call.node() {
             crate::term::Node::Call(name, _) => Why::Definition(name.clone()),

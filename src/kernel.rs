@@ -4,11 +4,12 @@
 //! One gate, [`Checker::gate`], looks at every conclusion before it may be used.
 
 mod gate;
+mod lemma;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use gate::{instance_is_proper, well_sorted};
+use gate::{counts_are_settled, instance_is_proper, well_sorted};
 
 use crate::assumption::Assumptions;
 use crate::condition::exposes;
@@ -17,9 +18,7 @@ use crate::fact::{Context, Facts};
 use crate::law::{Condition, Connective, Laws};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
-use crate::scope::{
-    bound_names, calls, condition_mentions, condition_metavariables, fill, metavariables, reaches, read_names,
-};
+use crate::scope::{bound_names, calls, condition_mentions, fill, reaches, read_names};
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -40,6 +39,7 @@ pub struct Theory {
 pub struct Thm {
     statement: Statement,
     laws: BTreeSet<Name>,
+    lemmas: BTreeSet<Name>,
     trusted: BTreeSet<String>,
 }
 
@@ -52,6 +52,11 @@ impl Thm {
     /// The laws used, by name.
     pub fn laws(&self) -> &BTreeSet<Name> {
         &self.laws
+    }
+
+    /// The lemmas used, by name; what they use in turn is among the laws.
+    pub fn lemmas(&self) -> &BTreeSet<Name> {
+        &self.lemmas
     }
 
     /// What was taken on trust; empty for a full proof.
@@ -100,8 +105,10 @@ pub enum Reason {
     NotNatural(Name),
     /// The proof or a term is larger than the kernel's limits.
     TooLarge,
-    /// A proof without steps.
+    /// A proof without steps, or something taken on trust without a reason.
     Empty,
+    /// What is wrong with the lemma of this name.
+    Lemma(Name, Box<Reason>),
 }
 
 impl fmt::Display for Reason {
@@ -121,7 +128,8 @@ impl fmt::Display for Reason {
             Reason::Sort(value) => write!(f, "{value} is not of the sort that is needed where it stands"),
             Reason::NotNatural(name) => write!(f, "induction on {name}, which need not be a natural number"),
             Reason::TooLarge => write!(f, "a term is larger than the kernel accepts"),
-            Reason::Empty => write!(f, "the proof has no steps"),
+            Reason::Empty => write!(f, "it has no steps, or trusts for no reason"),
+            Reason::Lemma(name, reason) => write!(f, "in the lemma {name}: {reason}"),
         }
     }
 }
@@ -153,26 +161,45 @@ impl Derived {
 /// # Errors
 /// The first step that does not follow.
 pub fn check(theory: &Theory, proof: &Proof) -> Result<Thm, Rejected> {
-    let context = Context::new(&theory.assumptions, &theory.definitions, &proof.statement.hypotheses);
+    let mut proved: Vec<(Name, Thm)> = Vec::with_capacity(proof.lemmas.len());
+    for lemma in &proof.lemmas {
+        let theorem = derive(theory, &proved, &lemma.statement, &lemma.steps).map_err(|rejected| {
+            let reason = Reason::Lemma(lemma.name.clone(), Box::new(rejected.reason));
+            Rejected { reason, ..rejected }
+        })?;
+        proved.push((lemma.name.clone(), theorem));
+    }
+    derive(theory, &proved, &proof.statement, &proof.steps)
+}
+
+/// The theorem that these steps prove, with the help of theorems proved before.
+fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps: &[Step]) -> Result<Thm, Rejected> {
+    let context = Context::new(&theory.assumptions, &theory.definitions, &statement.hypotheses);
     let fixed = context.assumptions.variables();
-    let mut checker =
-        Checker { theory, context, fixed, derived: Vec::new(), laws: BTreeSet::new(), trusted: BTreeSet::new() };
-    for (number, step) in proof.steps.iter().enumerate() {
+    // What is assumed of a name holds wherever it is read, so no definition may give it another value.
+    let bound =
+        |name: &&Name| theory.definitions.iter().any(|definition| bound_names(&definition.body).contains(*name));
+    if let Some(name) = fixed.iter().find(bound) {
+        return Err(Rejected { step: 0, reason: Reason::Name(name.clone()) });
+    }
+    let (laws, lemmas, trusted) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+    let mut checker = Checker { theory, context, fixed, proved, derived: Vec::new(), laws, lemmas, trusted };
+    for (number, step) in steps.iter().enumerate() {
         let found = checker.step(step).and_then(|derived| checker.gate(derived));
         let derived = found.map_err(|reason| Rejected { step: number, reason })?;
         checker.derived.push(derived);
     }
-    let reject = |reason| Rejected { step: proof.steps.len(), reason };
+    let reject = |reason| Rejected { step: steps.len(), reason };
     let last = checker.derived.last().ok_or_else(|| reject(Reason::Empty))?;
     if let Some((left, right)) = last.supposed.iter().next() {
         return Err(reject(Reason::Hypothesis(Box::new(left.clone()), Box::new(right.clone()))));
     }
-    let statement = &proof.statement;
     same(&last.left, &statement.left).and_then(|()| same(&last.right, &statement.right)).map_err(reject)?;
     if !last.connective.gives(statement.connective) {
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
-    Ok(Thm { statement: statement.clone(), laws: checker.laws, trusted: checker.trusted })
+    let Checker { laws, lemmas, trusted, .. } = checker;
+    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted })
 }
 
 fn same(found: &Term, wanted: &Term) -> Result<(), Reason> {
@@ -183,8 +210,10 @@ struct Checker<'a> {
     theory: &'a Theory,
     context: Context<'a>,
     fixed: BTreeSet<Name>,
+    proved: &'a [(Name, Thm)],
     derived: Vec<Derived>,
     laws: BTreeSet<Name>,
+    lemmas: BTreeSet<Name>,
     trusted: BTreeSet<String>,
 }
 
@@ -194,6 +223,7 @@ impl Checker<'_> {
     fn gate(&self, derived: Derived) -> Result<Derived, Reason> {
         for side in [&derived.left, &derived.right] {
             well_sorted(side)?;
+            counts_are_settled(side, self.context.definitions)?;
             if side.size() > MAX_SIZE || side.depth() > MAX_DEPTH {
                 return Err(Reason::TooLarge);
             }
@@ -246,6 +276,8 @@ impl Checker<'_> {
                 self.induction(variable, left, right, *base, *step)
             }
             Step::Instance(of, substitution) => self.instance(*of, substitution),
+            Step::Lemma(of, substitution) => self.lemma(*of, substitution),
+            Step::Trust(_, _, _, why) if why.trim().is_empty() => Err(Reason::Empty),
             Step::Trust(left, connective, right, why) => {
                 self.trusted.insert(why.clone());
                 let (left, right) = (left.clone(), right.clone());
@@ -433,28 +465,6 @@ impl Checker<'_> {
             return Err(Reason::Hypothesis(Box::new(l.clone()), Box::new(r.clone())));
         }
         Ok(Derived::equal(left.clone(), right.clone()))
-    }
-
-    fn instance(&self, of: StepId, substitution: &Substitution) -> Result<Derived, Reason> {
-        let derived = self.earlier(of)?;
-        no_supposition(derived)?;
-        // A theorem under hypotheses speaks of their metavariables as they are supposed to be: those stay.
-        // One that a definition mentions means the same in every call of it.
-        let mut kept: BTreeSet<Name> = self.context.hypotheses.iter().flat_map(condition_metavariables).collect();
-        kept.extend(self.theory.definitions.iter().flat_map(|definition| metavariables(&definition.body)));
-        let given = substitution
-            .processes
-            .keys()
-            .chain(substitution.values.keys())
-            .chain(substitution.names.keys())
-            .chain(substitution.sets.keys());
-        if let Some(name) = given.into_iter().find(|name| kept.contains(*name) || !name.is_meta()) {
-            return Err(Reason::Name(name.clone()));
-        }
-        let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
-        let left = substitution.apply(&derived.left, &self.context).map_err(stuck)?;
-        let right = substitution.apply(&derived.right, &self.context).map_err(stuck)?;
-        Ok(Derived { left, connective: derived.connective, right, supposed: BTreeSet::new() })
     }
 }
 

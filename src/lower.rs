@@ -47,6 +47,8 @@ pub struct Environment {
     entities: Arc<BTreeMap<Name, Entity>>,
     /// Names of values and functions.
     quantities: Arc<BTreeMap<Name, Quantity>>,
+    /// Names of the claims about processes so far: `by` may name them.
+    claims: Arc<BTreeSet<Name>>,
 }
 
 /// What a name with a capital stands for.

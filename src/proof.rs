@@ -71,8 +71,10 @@ pub enum Step {
         /// Proves `L(n+1) = R(n+1)`, supposing `L(n) = R(n)`.
         step: StepId,
     },
-    /// An instance of an earlier theorem.
+    /// An instance of an earlier step.
     Instance(StepId, Substitution),
+    /// An instance of the lemma of this number; the conditions that it is proved under hold of the instance.
+    Lemma(usize, Substitution),
     /// Taken on trust, with the reason, which the theorem shows.
     Trust(Term, Connective, Term, String),
 }
@@ -80,10 +82,36 @@ pub enum Step {
 /// A statement with its steps; the last step proves it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Proof {
+    /// The theorems that the steps use, in order.
+    pub lemmas: Vec<Lemma>,
     /// What is proved.
     pub statement: Statement,
     /// The steps, in order.
     pub steps: Vec<Step>,
+}
+
+/// A theorem that later ones use, with its own proof.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lemma {
+    /// Under which it is known.
+    pub name: Name,
+    /// What is proved.
+    pub statement: Statement,
+    /// The steps, in order; they may use lemmas that come before this one.
+    pub steps: Vec<Step>,
+}
+
+impl Proof {
+    /// A proof by these steps alone.
+    pub fn new(statement: Statement, steps: Vec<Step>) -> Proof {
+        Proof { lemmas: Vec::new(), statement, steps }
+    }
+
+    /// The statements and steps of the lemmas in order, and last its own.
+    pub fn parts(&self) -> impl Iterator<Item = (&Statement, &[Step])> {
+        let lemmas = self.lemmas.iter().map(|lemma| (&lemma.statement, lemma.steps.as_slice()));
+        lemmas.chain(std::iter::once((&self.statement, self.steps.as_slice())))
+    }
 }
 
 /// A list of steps under construction: adds a step and gives its number.
@@ -110,7 +138,7 @@ impl Script {
 
     /// The proof of a statement by these steps.
     pub fn finish(self, statement: Statement) -> Proof {
-        Proof { statement, steps: self.steps }
+        Proof::new(statement, self.steps)
     }
 }
 

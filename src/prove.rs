@@ -1,6 +1,9 @@
 //! Proving a claim: by simplification, then by saturation; every success goes through the kernel.
 
+mod lemma;
 mod recursion;
+
+pub use lemma::{Earlier, prove_from};
 
 use crate::fact::Context;
 use crate::kernel::{Rejected, Theory, Thm, check};
@@ -57,29 +60,41 @@ pub fn prove(
     limits: Limits,
     interrupted: &dyn Fn() -> bool,
 ) -> Answer {
+    match find(theory, statement, by, limits, interrupted) {
+        Err(gap) => Answer::Open(gap),
+        Ok(proof) => judged(theory, proof),
+    }
+}
+
+/// A proof as the search finds it: the kernel has not seen it.
+fn find(
+    theory: &Theory,
+    statement: &Statement,
+    by: &By<'_>,
+    limits: Limits,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Proof, Gap> {
     let context = Context::new(&theory.assumptions, &theory.definitions, &statement.hypotheses);
     let search = Search { theory, context: &context, limits, interrupted };
     let mut script = Script::default();
-    let found = match by {
+    let step = match by {
         By::Search => search.one(&statement.left, statement.connective, &statement.right, None, &mut script),
         By::Laws(laws) => search.one(&statement.left, statement.connective, &statement.right, Some(laws), &mut script),
         By::Calculation(lines) => search.calculation(statement, lines, &mut script),
-    };
-    match found {
-        Err(gap) => Answer::Open(gap),
-        Ok(step) => {
-            if step + 1 != script.steps.len() {
-                script.push(Step::Transitive(vec![step]));
-            }
-            let proof = pruned(&script.finish(statement.clone()));
-            match check(theory, &proof) {
-                Ok(theorem) => Answer::Proved(Box::new(theorem), Box::new(proof)),
-                Err(rejected) => {
-                    let (left, right) = (statement.left.clone(), statement.right.clone());
-                    let ended = Ended::Limit;
-                    Answer::Open(Gap { left, right, ended, size: (0, 0), rejected: Some(rejected), step: None })
-                }
-            }
+    }?;
+    if step + 1 != script.steps.len() {
+        script.push(Step::Transitive(vec![step]));
+    }
+    Ok(pruned(&script.finish(statement.clone())))
+}
+
+fn judged(theory: &Theory, proof: Proof) -> Answer {
+    match check(theory, &proof) {
+        Ok(theorem) => Answer::Proved(Box::new(theorem), Box::new(proof)),
+        Err(rejected) => {
+            let (left, right) = (proof.statement.left, proof.statement.right);
+            let ended = Ended::Limit;
+            Answer::Open(Gap { left, right, ended, size: (0, 0), rejected: Some(rejected), step: None })
         }
     }
 }
@@ -203,7 +218,7 @@ pub fn pruned(proof: &Proof) -> Proof {
         renumbered[number] = steps.len();
         steps.push(step.renumbered(&renumbered));
     }
-    Proof { statement: proof.statement.clone(), steps }
+    Proof { lemmas: proof.lemmas.clone(), statement: proof.statement.clone(), steps }
 }
 
 /// A claim of equality without hypotheses.

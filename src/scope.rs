@@ -119,6 +119,27 @@ pub fn reaches(definitions: &Definitions, from: &Name, to: &Name) -> bool {
     false
 }
 
+/// All names that the term, or a process it calls, writes by `In`, `Set` or `Ran`.
+pub fn written(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
+    let mut names = BTreeSet::new();
+    let mut seen = BTreeSet::new();
+    let mut open = vec![term];
+    while let Some(next) = open.pop() {
+        for part in subterms(next) {
+            match part.node() {
+                Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) => {
+                    names.insert(name.clone());
+                }
+                Node::Call(called, _) if seen.insert(called.clone()) => {
+                    open.extend(definitions.get(called).map(|definition| &definition.body));
+                }
+                _ => {}
+            }
+        }
+    }
+    names
+}
+
 /// A context with its holes filled: the process metavariables named in `parts` replaced, and nothing else.
 pub fn fill(shape: &Term, parts: &BTreeMap<Name, Term>) -> Term {
     if let Node::Meta(name, arguments) = shape.node()

@@ -28,6 +28,7 @@ use crate::name::Name;
 use crate::parser::parse_input;
 use crate::proof::Proof;
 use crate::proof_file;
+use crate::prove::{By, Earlier};
 use crate::report::{Output, Report, Verdict};
 use crate::term::Term;
 
@@ -287,6 +288,30 @@ impl State {
             }
         }
         found
+    }
+
+    /// The theorems that a claim names as if they were laws.
+    ///
+    /// # Errors
+    /// The first that is no theorem, and why.
+    fn earlier(&self, by: &By<'_>, theory: &Theory) -> Result<Vec<Earlier>, (Name, String)> {
+        let named: BTreeSet<&Name> = match by {
+            By::Search => BTreeSet::new(),
+            By::Laws(names) => names.iter().collect(),
+            By::Calculation(lines) => lines.iter().flat_map(|(_, names, _)| names).collect(),
+        };
+        let mut found = Vec::new();
+        for name in named.into_iter().filter(|name| theory.laws.get(name).is_none()) {
+            let refuse = |why: &str| Err((name.clone(), why.to_string()));
+            let record = self.records.iter().rev().find(|record| record.report.name.as_ref() == Some(name));
+            let Some(record) = record else { return refuse("there is no such claim") };
+            match &record.evidence {
+                Some(_) if record.stale.is_some() => return refuse("it is stale: what it speaks of was defined anew"),
+                Some(evidence) => found.push(Earlier { name: name.clone(), proof: evidence.proof.clone() }),
+                None => return refuse("it is not proved"),
+            }
+        }
+        Ok(found)
     }
 
     /// Marks what depends on a name that was defined anew; gives the claims that are stale now.

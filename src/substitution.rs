@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::fact::{Context, Facts};
 use crate::law::Condition;
 use crate::name::Name;
-use crate::scope::bound_names;
+use crate::scope::{bound_names, written};
 use crate::term::{Node, Term};
 use crate::value::{Value, ValueError};
 
@@ -124,7 +124,8 @@ pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -
         Node::Meta(..) | Node::Replace(..) => Ok(Term::new(Node::Replace(term.clone(), name.clone(), value.clone()))),
         Node::Power(body, _, index) => {
             captures(term, value, context)?;
-            if Facts::of(body, context).binds.names.contains(name) {
+            let binds = Facts::of(body, context).binds;
+            if binds.names.contains(name) || !binds.processes.is_empty() {
                 return Err(Stuck(format!("a later round would read another {name}")));
             }
             let shape = term.map_values(&mut |old| old.substitute(&map))?;
@@ -185,30 +186,31 @@ fn captures(term: &Term, value: &Value, context: &Context<'_>) -> Result<(), Stu
     let reads = value.variables();
     let caught = match term.node() {
         Node::Power(body, _, index) => {
-            let binds = Facts::of(body, context).binds;
-            index.as_ref().is_some_and(|index| reads.contains(index))
-                || reads.iter().any(|read| binds.names.contains(read))
+            index.as_ref().is_some_and(|index| reads.contains(index)) || may_write(body, &reads, context)
         }
-        Node::Loop(body) => {
-            let binds = Facts::of(body, context).binds;
-            reads.iter().any(|read| binds.names.contains(read))
-        }
+        Node::Loop(body) => may_write(body, &reads, context),
         _ => false,
     };
     if caught { Err(Stuck(format!("a name in {value} would change its meaning"))) } else { Ok(()) }
 }
 
+/// Whether the process, or one that stands for a metavariable of it, may write one of these names.
+fn may_write(body: &Term, reads: &BTreeSet<Name>, context: &Context<'_>) -> bool {
+    let binds = Facts::of(body, context).binds;
+    reads.iter().any(|read| binds.names.contains(read)) || (!reads.is_empty() && !binds.processes.is_empty())
+}
+
 /// A definition's body with arguments for parameters, at once.
 ///
 /// # Errors
-/// When an argument reads a name that the body binds.
+/// When an argument reads a name that the body, or a process that it calls, binds before the argument is read.
 pub fn instantiate(
     body: &Term,
     parameters: &[Name],
     arguments: &[Value],
     context: &Context<'_>,
 ) -> Result<Term, Stuck> {
-    let bound = bound_names(body);
+    let bound = binds(body, context);
     let map: BTreeMap<Name, Value> = parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
     if let Some(parameter) = parameters.iter().find(|parameter| bound.contains(*parameter)) {
         return Err(Stuck(format!("{parameter} is a parameter and is bound in the body")));
@@ -222,6 +224,13 @@ pub fn instantiate(
         }
     }
     substitute_values(body, &map)
+}
+
+/// All names that a process binds itself, or that a process it calls writes.
+fn binds(term: &Term, context: &Context<'_>) -> BTreeSet<Name> {
+    let mut names = bound_names(term);
+    names.extend(written(term, context.definitions));
+    names
 }
 
 fn reads_after_write(
@@ -238,7 +247,7 @@ fn reads_after_write(
     let Node::Seq(parts) = body.node() else {
         return true;
     };
-    let Some(first) = parts.iter().position(|part| bound_names(part).contains(caught)) else {
+    let Some(first) = parts.iter().position(|part| binds(part, context).contains(caught)) else {
         return false;
     };
     let inner = !matches!(parts[first].node(), Node::In(..) | Node::Set(..) | Node::Ran(..));

@@ -7,7 +7,7 @@ use pars::definition::Definition;
 use pars::kernel::{Reason, Rejected, Theory, Thm, check};
 use pars::law::{Condition, Connective, Fact, Law};
 use pars::name::Name;
-use pars::proof::{Proof, Statement, Step};
+use pars::proof::{Lemma, Proof, Statement, Step};
 use pars::substitution::Substitution;
 use pars::term::{Node, Term};
 use pars::value::{Relation, Value};
@@ -63,7 +63,7 @@ fn claim(left: Term, right: Term) -> Statement {
 }
 
 fn run(theory: &Theory, statement: Statement, steps: Vec<Step>) -> Result<Thm, Rejected> {
-    check(theory, &Proof { statement, steps })
+    check(theory, &Proof::new(statement, steps))
 }
 
 fn reason(theory: &Theory, statement: Statement, steps: Vec<Step>) -> Reason {
@@ -207,7 +207,7 @@ fn stale_definition() {
     let mut theory = theory();
     let define = |body: Term| Definition { name: name("T"), parameters: vec![], body, recursive: false };
     theory.definitions.insert(define(delay(1)));
-    let proof = Proof { statement: claim(call.clone(), delay(1)), steps: vec![Step::Unfold(call)] };
+    let proof = Proof::new(claim(call.clone(), delay(1)), vec![Step::Unfold(call)]);
     assert!(check(&theory, &proof).is_ok());
     theory.definitions.insert(define(delay(2)));
     assert!(check(&theory, &proof).is_err());
@@ -272,6 +272,98 @@ fn an_instance_keeps_the_hypotheses() {
     let statement =
         Statement { hypotheses: vec![safe], ..claim(Term::par([Term::stop(), Term::abort()]), Term::abort()) };
     assert_eq!(reason(&theory(), statement, steps), Reason::Name(name("?P")));
+}
+
+#[test]
+fn an_instance_brings_in_no_index() {
+    // `(Delay_?x)^{i<3} = Delay_{3*?x}` for all values; a value that reads i is another in each round.
+    let value = |text: &str| Value::variable(&name(text));
+    let rounds = |time: &Value| Term::new(Node::Power(Term::delay(time.clone()), Value::integer(3), Some(name("i"))));
+    let all = |time: &Value| Term::delay(time.mul(&Value::integer(3)).unwrap());
+    let mut theory = theory();
+    theory.laws.push(law("thrice", rounds(&value("?x")), all(&value("?x")), vec![]));
+    let of = |text: &str| Substitution { values: [(name("?x"), value(text))].into(), ..Substitution::default() };
+    let steps = |text: &str| vec![Step::Law(name("thrice"), of("?x")), Step::Instance(0, of(text))];
+    assert!(run(&theory, claim(rounds(&value("j")), all(&value("j"))), steps("j")).is_ok());
+    let found = reason(&theory, claim(rounds(&value("i")), all(&value("i"))), steps("i"));
+    assert_eq!(found, Reason::Name(name("i")));
+}
+
+fn lemma(statement: Statement, steps: Vec<Step>) -> Lemma {
+    Lemma { name: name("first"), statement, steps }
+}
+
+#[test]
+fn a_lemma_holds_under_its_own_conditions_alone() {
+    let safe = Condition::Is(Fact::NeverAborts, p());
+    let beside = |term: Term| Term::par([Term::stop(), term]);
+    let statement = Statement { hypotheses: vec![safe.clone()], ..claim(beside(p()), p()) };
+    let first = lemma(statement, vec![Step::Law(name("stop-beside"), with("?P", p()))]);
+    let use_at = |term: Term| Proof {
+        lemmas: vec![first.clone()],
+        statement: claim(beside(term.clone()), term.clone()),
+        steps: vec![Step::Lemma(0, with("?P", term))],
+    };
+    let theorem = check(&theory(), &use_at(delay(1))).expect("a delay never aborts");
+    assert!(theorem.lemmas().contains(&name("first")) && theorem.laws().contains(&name("stop-beside")));
+    let found = check(&theory(), &use_at(Term::abort())).expect_err("Abort aborts").reason;
+    assert_eq!(found, Reason::Condition(Box::new(Condition::Is(Fact::NeverAborts, Term::abort()))));
+}
+
+#[test]
+fn a_lemma_is_proved_and_comes_before_its_use() {
+    let steps = vec![Step::Lemma(0, Substitution::default())];
+    let statement = claim(delay(1), delay(2));
+    let wrong = lemma(statement.clone(), vec![Step::Reflexive(delay(1))]);
+    let proof = Proof { lemmas: vec![wrong], statement: statement.clone(), steps: steps.clone() };
+    let found = check(&theory(), &proof).expect_err("the lemma is not proved").reason;
+    assert!(matches!(found, Reason::Lemma(ref which, _) if *which == name("first")), "{found}");
+    let itself = lemma(statement.clone(), steps.clone());
+    let proof = Proof { lemmas: vec![itself], statement: statement.clone(), steps: steps.clone() };
+    let found = check(&theory(), &proof).expect_err("a lemma may not rest on itself").reason;
+    assert_eq!(found, Reason::Lemma(name("first"), Box::new(Reason::NotEarlier(0))));
+    assert_eq!(reason(&theory(), statement, steps), Reason::NotEarlier(0));
+}
+
+#[test]
+fn what_a_definition_writes_is_not_assumed_of() {
+    let read = Term::new(Node::In(name("c"), name("t")));
+    let body = Term::seq([read, Term::delay(Value::variable(&name("t")))]);
+    let mut theory = theory();
+    theory.definitions.insert(Definition { name: name("T"), parameters: vec![], body, recursive: false });
+    let positive = Condition::Compare(Relation::Gtr, Value::variable(&name("t")), Value::integer(0));
+    let statement = Statement { hypotheses: vec![positive], ..claim(delay(1), delay(1)) };
+    assert_eq!(reason(&theory, statement, vec![Step::Reflexive(delay(1))]), Reason::Name(name("t")));
+}
+
+#[test]
+fn an_argument_is_not_read_after_a_call_that_writes_its_name() {
+    let define =
+        |text: &str, parameters: Vec<Name>, body| Definition { name: name(text), parameters, body, recursive: false };
+    let call = |text: &str, arguments| Term::new(Node::Call(name(text), arguments));
+    let (y, u) = (Value::variable(&name("y")), Value::variable(&name("u")));
+    let mut theory = theory();
+    theory.definitions.insert(define("W", vec![], Term::new(Node::Set(Value::integer(60), name("y")))));
+    theory.definitions.insert(define("V", vec![name("u")], Term::seq([call("W", vec![]), Term::delay(u)])));
+    let right = Term::seq([call("W", vec![]), Term::delay(y.clone())]);
+    let left = call("V", vec![y]);
+    let found = reason(&theory, claim(left.clone(), right), vec![Step::Unfold(left)]);
+    assert!(matches!(found, Reason::Stuck(_)), "{found}");
+}
+
+#[test]
+fn a_number_of_rounds_is_not_read_from_what_they_write() {
+    let z = Value::variable(&name("z"));
+    let round = Term::seq([delay(1), Term::new(Node::Set(Value::integer(0), name("z")))]);
+    let rounds = Term::new(Node::Power(round, z, None));
+    let found = reason(&theory(), claim(rounds.clone(), rounds.clone()), vec![Step::Reflexive(rounds)]);
+    assert_eq!(found, Reason::Name(name("z")));
+}
+
+#[test]
+fn nothing_is_trusted_without_a_reason() {
+    let steps = vec![Step::Trust(delay(1), Connective::Equal, delay(2), " ".into())];
+    assert_eq!(reason(&theory(), claim(delay(1), delay(2)), steps), Reason::Empty);
 }
 
 #[test]

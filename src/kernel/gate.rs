@@ -1,8 +1,12 @@
 //! What an instance of a law, and every conclusion, must be to pass.
 
+use std::collections::BTreeSet;
+
 use super::Reason;
+use crate::definition::Definitions;
 use crate::law::Law;
-use crate::scope::{index_escapes, metavariables, read_names, subterms};
+use crate::name::Name;
+use crate::scope::{index_escapes, metavariables, read_names, subterms, written};
 use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
@@ -30,6 +34,22 @@ pub(super) fn instance_is_proper(law: &Law, substitution: &Substitution) -> Resu
         }
     }
     Ok(())
+}
+
+/// A number of rounds is settled before the first: it reads no name that is written anywhere.
+pub(super) fn counts_are_settled(term: &Term, definitions: &Definitions) -> Result<(), Reason> {
+    let counts = subterms(term).into_iter().filter_map(|part| match part.node() {
+        Node::Power(_, count, _) => Some(count.variables()),
+        _ => None,
+    });
+    let read: BTreeSet<Name> = counts.flatten().collect();
+    let all = if read.is_empty() { BTreeSet::new() } else { written(term, definitions) };
+    let elsewhere =
+        |name: &&Name| definitions.iter().any(|definition| written(&definition.body, definitions).contains(*name));
+    match read.iter().find(|name| all.contains(*name) || elsewhere(name)) {
+        Some(name) => Err(Reason::Name(name.clone())),
+        None => Ok(()),
+    }
 }
 
 /// Times and comparisons are over reals, draws are from distributions, counts are natural numbers.

@@ -124,11 +124,13 @@ impl Lowerer<'_> {
         let environment = self.environment;
         let mut names = Vec::new();
         for ident in idents {
-            if environment.laws.get(&ident.name).is_some() {
+            if environment.laws.get(&ident.name).is_some() || environment.claims.contains(&ident.name) {
                 names.push(ident.name.clone());
             } else {
                 let known = environment.laws.iter().map(|law| law.name.as_str());
-                self.unknown("P0702", "law", ident, known, "`:laws` lists the laws in force");
+                let known = known.chain(environment.claims.iter().map(Name::as_str));
+                let help = "`:laws` lists the laws in force; an earlier claim may be named as well";
+                self.unknown("P0702", "law", ident, known, help);
             }
         }
         (names.len() == idents.len()).then_some(names)

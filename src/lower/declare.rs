@@ -6,7 +6,9 @@ use std::sync::Arc;
 use super::flow::names;
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
-use super::{BASIC, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System};
+use super::{
+    BASIC, Claim, ClaimKind, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System,
+};
 use crate::assumption::Assumptions;
 use crate::ast::{self, Header, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
@@ -108,6 +110,9 @@ impl Environment {
         let lowered = self.lower_item(item, &batch.text)?;
         if let Lowered::Law(law) = &lowered {
             self.laws.push(law.clone());
+        }
+        if let Lowered::Claim(Claim { name: Some(name), kind: ClaimKind::Compare { .. }, .. }) = &lowered {
+            Arc::make_mut(&mut self.claims).insert(name.clone());
         }
         Ok(lowered)
     }

@@ -9,7 +9,7 @@ use crate::law::Condition;
 use crate::lower::{Environment, Lowered};
 use crate::name::Name;
 use crate::parser::{parse, parse_condition, parse_term, parse_value};
-use crate::proof::{Proof, Statement, Step, hole};
+use crate::proof::{Lemma, Proof, Statement, Step, hole};
 use crate::scope::fill;
 use crate::substitution::Substitution;
 use crate::term::Term;
@@ -23,25 +23,19 @@ pub(super) fn read(environment: Environment, file: &text::File) -> Result<(Theor
     if reader.environment.assumptions.contradictory() {
         return Err(Rejection::new("the assumptions contradict each other"));
     }
-    let when: Result<Vec<Condition>, Rejection> = file.claim.when.iter().map(|text| reader.condition(text)).collect();
-    let statement = Statement {
-        hypotheses: when?,
-        left: reader.term(&file.claim.left)?,
-        connective: file.claim.connective,
-        right: reader.term(&file.claim.right)?,
-    };
-    let mut steps = Vec::with_capacity(file.steps.len());
-    for (number, step) in file.steps.iter().enumerate() {
-        let step = reader.step(step).map_err(|rejection| Rejection::at(number, rejection.reason))?;
-        steps.push(step);
+    let mut lemmas = Vec::with_capacity(file.lemmas.len());
+    for lemma in &file.lemmas {
+        let (statement, steps) = reader.proved(&lemma.claim, &lemma.steps)?;
+        lemmas.push(Lemma { name: identifier(&lemma.name)?, statement, steps });
     }
+    let (statement, steps) = reader.proved(&file.claim, &file.steps)?;
     let environment = reader.environment;
     let theory = Theory {
         assumptions: environment.assumptions.clone(),
         definitions: environment.definitions.clone(),
         laws: environment.laws.clone(),
     };
-    Ok((theory, Proof { statement, steps }))
+    Ok((theory, Proof { lemmas, statement, steps }))
 }
 
 /// The file as JSON, its size and its seal in order.
@@ -58,7 +52,8 @@ pub(super) fn open(bytes: &[u8]) -> Result<text::File, Rejection> {
     if file.format != FORMAT {
         return Err(Rejection::new(format!("the format is not `{FORMAT}`")));
     }
-    if file.steps.len() > MOST_STEPS {
+    let steps = file.lemmas.iter().fold(file.steps.len(), |all, lemma| all.saturating_add(lemma.steps.len()));
+    if steps > MOST_STEPS {
         return Err(Rejection::new(format!("the proof has more than {MOST_STEPS} steps")));
     }
     Ok(file)
@@ -89,6 +84,17 @@ impl Reader {
             }
         }
         Ok(())
+    }
+
+    fn proved(&mut self, claim: &text::Claim, steps: &[StepText]) -> Result<(Statement, Vec<Step>), Rejection> {
+        let when: Result<Vec<Condition>, Rejection> = claim.when.iter().map(|text| self.condition(text)).collect();
+        let (left, right) = (self.term(&claim.left)?, self.term(&claim.right)?);
+        let statement = Statement { hypotheses: when?, left, connective: claim.connective, right };
+        let mut read = Vec::with_capacity(steps.len());
+        for (number, step) in steps.iter().enumerate() {
+            read.push(self.step(step).map_err(|rejection| Rejection::at(number, rejection.reason))?);
+        }
+        Ok((statement, read))
     }
 
     fn term(&mut self, text: &str) -> Result<Term, Rejection> {
@@ -159,6 +165,7 @@ impl Reader {
                 step: *successor,
             },
             StepText::Instance { of, with } => Step::Instance(*of, self.substitution(with)?),
+            StepText::Lemma { of, with } => Step::Lemma(*of, self.substitution(with)?),
             StepText::Trust { left, connective: connects, right, reason } => {
                 Step::Trust(self.term(left)?, *connects, self.term(right)?, reason.clone())
             }

@@ -12,9 +12,20 @@ use crate::law::Connective;
 pub(super) struct File {
     pub format: String,
     pub theory: Theory,
+    #[serde(default)]
+    pub lemmas: Vec<Lemma>,
     pub claim: Claim,
     pub steps: Vec<Step>,
     pub seal: String,
+}
+
+/// A theorem that later ones use.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Lemma {
+    pub name: String,
+    pub claim: Claim,
+    pub steps: Vec<Step>,
 }
 
 /// What the proof stands on, besides the program's own laws.
@@ -118,6 +129,10 @@ pub(super) enum Step {
         successor: usize,
     },
     Instance {
+        of: usize,
+        with: Substitution,
+    },
+    Lemma {
         of: usize,
         with: Substitution,
     },

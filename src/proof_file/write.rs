@@ -9,7 +9,7 @@ use crate::kernel::Theory;
 use crate::law::Laws;
 use crate::lower::{Class, Entity, Environment, Quantity};
 use crate::name::Name;
-use crate::proof::{Proof, Step, hole};
+use crate::proof::{Proof, Statement, Step, hole};
 use crate::scope::{calls, condition_parts, fill, metavariables};
 use crate::substitution::Substitution;
 use crate::term::Term;
@@ -28,32 +28,44 @@ pub fn write(
     let mut out = String::new();
     let declarations = declarations(environment, theory, proof);
     let text = TheoryText { declarations, rules: rules(theory, own, proof) };
-    let statement = &proof.statement;
+    let _ = write!(out, "{{\"format\":{},\n\"theory\":", serde_json::to_string(FORMAT)?);
+    out.push_str(&serde_json::to_string(&text)?);
+    for (number, lemma) in proof.lemmas.iter().enumerate() {
+        out.push_str(if number == 0 { ",\n\"lemmas\":[" } else { ",\n" });
+        let _ = write!(out, "{{\"name\":{}", serde_json::to_string(lemma.name.as_str())?);
+        proved(&mut out, &lemma.statement, &lemma.steps)?;
+        out.push_str(if number + 1 == proof.lemmas.len() { "}]" } else { "}" });
+    }
+    proved(&mut out, &proof.statement, &proof.steps)?;
+    out.push_str(",\n");
+    let line = last_line(out.as_bytes());
+    Ok(out + &line)
+}
+
+/// A claim with its steps.
+fn proved(out: &mut String, statement: &Statement, steps: &[Step]) -> Result<(), serde_json::Error> {
     let claim = Claim {
         when: statement.hypotheses.iter().map(ToString::to_string).collect(),
         left: statement.left.to_string(),
         connective: statement.connective,
         right: statement.right.to_string(),
     };
-    let _ = write!(out, "{{\"format\":{},\n\"theory\":", serde_json::to_string(FORMAT)?);
-    out.push_str(&serde_json::to_string(&text)?);
     out.push_str(",\n\"claim\":");
     out.push_str(&serde_json::to_string(&claim)?);
     out.push_str(",\n\"steps\":[");
-    for (number, one) in proof.steps.iter().enumerate() {
+    for (number, one) in steps.iter().enumerate() {
         out.push_str(if number == 0 { "\n" } else { ",\n" });
         out.push_str(&serde_json::to_string(&step(one))?);
     }
-    out.push_str("\n],\n");
-    let line = last_line(out.as_bytes());
-    Ok(out + &line)
+    out.push_str("\n]");
+    Ok(())
 }
 
 /// The laws used that are not the program's own, as they were written.
 fn rules(theory: &Theory, own: &Laws, proof: &Proof) -> String {
     let used: BTreeSet<&Name> = proof
-        .steps
-        .iter()
+        .parts()
+        .flat_map(|(_, steps)| steps)
         .filter_map(|step| if let Step::Law(name, _) = step { Some(name) } else { None })
         .filter(|name| own.get(name).is_none())
         .collect();
@@ -100,12 +112,12 @@ fn declarations(environment: &Environment, theory: &Theory, proof: &Proof) -> St
 /// The processes that the proof calls, directly or through others.
 fn used(theory: &Theory, proof: &Proof) -> BTreeSet<Name> {
     let mut found = BTreeSet::new();
-    let statement = &proof.statement;
-    let mut rest: Vec<Name> = calls(&statement.left).into_iter().chain(calls(&statement.right)).collect();
-    for condition in &statement.hypotheses {
-        rest.extend(condition_parts(condition).0.into_iter().flat_map(calls));
+    let mut rest: Vec<Name> = Vec::new();
+    for (statement, _) in proof.parts() {
+        rest.extend(calls(&statement.left).into_iter().chain(calls(&statement.right)));
+        rest.extend(statement.hypotheses.iter().flat_map(|condition| condition_parts(condition).0).flat_map(calls));
     }
-    for step in &proof.steps {
+    for step in proof.parts().flat_map(|(_, steps)| steps) {
         rest.extend(terms(step).into_iter().flat_map(calls));
         if let Step::Unique { name, .. } = step {
             rest.push(name.clone());
@@ -124,7 +136,7 @@ fn used(theory: &Theory, proof: &Proof) -> BTreeSet<Name> {
 fn terms(step: &Step) -> Vec<&Term> {
     match step {
         Step::Reflexive(term) | Step::Congruence(term, _) | Step::Unfold(term) => vec![term],
-        Step::Law(_, with) | Step::Instance(_, with) => with.processes.values().collect(),
+        Step::Law(_, with) | Step::Instance(_, with) | Step::Lemma(_, with) => with.processes.values().collect(),
         Step::Arithmetic(left, right) | Step::Suppose(left, right) | Step::Trust(left, _, right, _) => {
             vec![left, right]
         }
@@ -160,6 +172,7 @@ fn step(step: &Step) -> StepText {
             successor: *step,
         },
         Step::Instance(of, with) => StepText::Instance { of: *of, with: substitution(with) },
+        Step::Lemma(of, with) => StepText::Lemma { of: *of, with: substitution(with) },
         Step::Trust(left, connects, right, reason) => StepText::Trust {
             left: left.to_string(),
             connective: *connects,

@@ -26,7 +26,7 @@ impl Search<'_> {
         let (hypotheses, connective) = (self.context.hypotheses.to_vec(), Connective::Equal);
         let statement = Statement { hypotheses, left: left.clone(), connective, right: right.clone() };
         let steps = script.steps.get(..=step)?.to_vec();
-        check(self.theory, &Proof { statement, steps }).ok().map(|_| step)
+        check(self.theory, &Proof::new(statement, steps)).ok().map(|_| step)
     }
 
     fn repeated(&self, left: &Term, right: &Term, script: &mut Script) -> Option<StepId> {

@@ -35,12 +35,16 @@ pub(super) fn formal(place: usize) -> Name {
 pub(super) fn candidates(slot: &Slot, vocabulary: &Vocabulary) -> Vec<Candidate> {
     match slot {
         Slot::Process(_, arity) => processes(*arity, vocabulary),
-        Slot::Value(_) | Slot::Parameter(_) => {
+        Slot::Value(_) | Slot::Count(_) | Slot::Parameter(_) => {
             let whole = [(0, 1), (1, 1), (2, 1), (-1, 2), (3, 3)];
             let mut all: Vec<Candidate> =
                 whole.iter().map(|(number, cost)| Candidate::Value(Value::integer(*number), *cost)).collect();
             let half = BigRational::new(BigInt::from(1), BigInt::from(2));
             all.push(Candidate::Value(Value::rational(half), 2));
+            if let Slot::Value(_) = slot {
+                let read = |name: &Name| Candidate::Value(Value::variable(name), 2);
+                all.extend(vocabulary.results.iter().filter(|name| !name.is_meta()).map(read));
+            }
             all
         }
         Slot::Distribution(_) => distributions(),

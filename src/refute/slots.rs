@@ -13,8 +13,10 @@ use crate::value::Value;
 pub(super) enum Slot {
     /// A process, over this many parameters.
     Process(Name, usize),
-    /// A value.
+    /// A value, which may read a result.
     Value(Name),
+    /// A value that reads nothing, as a number of rounds.
+    Count(Name),
     /// A symbol of the claim or of its definitions, which is no metavariable.
     Parameter(Name),
     /// A distribution.
@@ -30,6 +32,7 @@ impl Slot {
         match self {
             Slot::Process(name, _)
             | Slot::Value(name)
+            | Slot::Count(name)
             | Slot::Parameter(name)
             | Slot::Distribution(name)
             | Slot::Port(name)
@@ -54,6 +57,7 @@ struct Found {
     ports: BTreeSet<Name>,
     results: BTreeSet<Name>,
     indices: BTreeSet<Name>,
+    counts: BTreeSet<Name>,
     compared: BTreeSet<Value>,
     called: BTreeSet<Name>,
 }
@@ -64,6 +68,9 @@ impl Found {
         while let Some(term) = open.pop() {
             for value in term.values() {
                 self.values.extend(value.variables());
+            }
+            if let Node::Power(_, count, _) = term.node() {
+                self.counts.extend(count.variables());
             }
             match term.node() {
                 Node::In(port, name) => {
@@ -174,7 +181,11 @@ pub(super) fn slots_of(left: &Term, right: &Term, conditions: &[Condition], defi
         if found.results.contains(name) || found.distributions.contains(name) || found.indices.contains(name) {
             continue;
         }
-        slots.push(if name.is_meta() { Slot::Value(name.clone()) } else { Slot::Parameter(name.clone()) });
+        slots.push(match name {
+            name if !name.is_meta() => Slot::Parameter(name.clone()),
+            name if found.counts.contains(name) => Slot::Count(name.clone()),
+            name => Slot::Value(name.clone()),
+        });
     }
     for name in symbols {
         let slot = Slot::Parameter(name);

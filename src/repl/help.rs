@@ -35,7 +35,7 @@ Normal(0, sd: s)  Normal(0, var: v)  Exp(rate: l)  Uniform(a, b)  Mix(1/2: D, 1/
 prove P <= Q                 Q does the same and shows no more
 prove name: P = Q            the claim has a name: `:why name`
 prove P = Q when t > 0, never_aborts(?P)
-prove P = Q by law, law      by these laws alone
+prove P = Q by law, name     by these laws alone, and by earlier claims of these names
 prove P = Q by { P = {law} R = {law} Q }
 prove Sys satisfies Goal
 prove Sys always |p-o| > 1 when At_p, Rock_o     whenever both are shown

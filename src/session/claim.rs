@@ -105,9 +105,9 @@ impl Run<'_, '_> {
             interrupted: verdict == Verdict::Open && self.surroundings.interrupted(),
         };
         if let Some(evidence) = &found.evidence {
-            report.laws = evidence.theorem.laws().iter().cloned().collect();
+            report.laws = evidence.theorem.lemmas().iter().chain(evidence.theorem.laws()).cloned().collect();
             report.trusted = evidence.theorem.trusted().iter().cloned().collect();
-            for law in report.laws.iter().filter(|law| self.own.get(law).is_none()) {
+            for law in evidence.theorem.laws().iter().filter(|law| self.own.get(law).is_none()) {
                 report.trusted.push(format!("the law {law}, which is not one of PARS's own"));
             }
         }
@@ -116,7 +116,12 @@ impl Run<'_, '_> {
         if found.it.is_some() {
             self.state.it = found.it;
         }
-        let uses = self.state.closure(names_in(&waiting.text));
+        let mut uses = self.state.closure(names_in(&waiting.text));
+        if let Some(evidence) = &found.evidence {
+            let lemmas = evidence.theorem.lemmas();
+            let named = |record: &&Arc<Record>| record.report.name.as_ref().is_some_and(|name| lemmas.contains(name));
+            uses.extend(self.state.records.iter().filter(named).flat_map(|record| record.uses.clone()));
+        }
         Record { report, evidence: found.evidence.map(Arc::new), uses, stale: None }
     }
 }

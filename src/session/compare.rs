@@ -13,7 +13,7 @@ use crate::model::explore::Label;
 use crate::model::{Action, Outcome, State};
 use crate::name::Name;
 use crate::proof::Statement;
-use crate::prove::{self, Answer, Gap, prove};
+use crate::prove::{self, Answer, Gap, prove_from};
 use crate::refute::{self, Counterexample, Refutation};
 use crate::report::Verdict;
 use crate::rewrite::{Ended, Limits};
@@ -48,7 +48,17 @@ impl Run<'_, '_> {
                 return contradicted(found, &statement);
             }
         }
-        match prove(&theory, &statement, &by, Limits::default(), &interrupted) {
+        let proved = match self.state.earlier(&by, &theory) {
+            Ok(earlier) => prove_from(&theory, &earlier, &statement, &by, Limits::default(), &interrupted),
+            Err(unproved) => Err(unproved),
+        };
+        let answer = match proved {
+            Ok(answer) => answer,
+            Err((name, why)) => {
+                return Found { remains: vec![format!("`{name}` cannot be used: {why}")], ..Found::default() };
+            }
+        };
+        match answer {
             Answer::Proved(theorem, proof) => {
                 let it = Some(statement.right.clone());
                 let environment = waiting.environment.clone();

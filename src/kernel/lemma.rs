@@ -1,0 +1,74 @@
+//! Instances of what was proved before: of an earlier step, and of a lemma.
+
+use std::collections::BTreeSet;
+
+use super::{Checker, Derived, Reason, no_supposition};
+use crate::name::Name;
+use crate::proof::StepId;
+use crate::scope::{condition_metavariables, metavariables, read_names, subterms};
+use crate::substitution::{Stuck, Substitution};
+use crate::term::{Node, Term};
+
+impl Checker<'_> {
+    pub(super) fn instance(&self, of: StepId, substitution: &Substitution) -> Result<Derived, Reason> {
+        let derived = self.earlier(of)?;
+        no_supposition(derived)?;
+        // A theorem under hypotheses speaks of their metavariables as they are supposed to be: those stay.
+        let kept: BTreeSet<Name> = self.context.hypotheses.iter().flat_map(condition_metavariables).collect();
+        self.may_replace(substitution, &kept)?;
+        let (left, right) = self.images([&derived.left, &derived.right], substitution)?;
+        Ok(Derived { left, connective: derived.connective, right, supposed: BTreeSet::new() })
+    }
+
+    /// A lemma speaks of all values that meet its own hypotheses, which must therefore hold of the instance here.
+    pub(super) fn lemma(&mut self, of: usize, substitution: &Substitution) -> Result<Derived, Reason> {
+        let proved = self.proved;
+        let (name, theorem) = proved.get(of).ok_or(Reason::NotEarlier(of))?;
+        self.may_replace(substitution, &BTreeSet::new())?;
+        let statement = theorem.statement();
+        for hypothesis in &statement.hypotheses {
+            let instance = substitution.condition(hypothesis, &self.context);
+            let instance = instance.map_err(|stuck: Stuck| Reason::Stuck(stuck.0))?;
+            if !self.context.holds(&instance) {
+                return Err(Reason::Condition(Box::new(instance)));
+            }
+        }
+        let (left, right) = self.images([&statement.left, &statement.right], substitution)?;
+        self.lemmas.insert(name.clone());
+        self.laws.extend(theorem.laws().iter().cloned());
+        self.lemmas.extend(theorem.lemmas().iter().cloned());
+        self.trusted.extend(theorem.trusted().iter().cloned());
+        Ok(Derived { left, connective: statement.connective, right, supposed: BTreeSet::new() })
+    }
+
+    /// Metavariables alone are replaced, and not one that a definition mentions: it means the same in every call.
+    fn may_replace(&self, substitution: &Substitution, kept: &BTreeSet<Name>) -> Result<(), Reason> {
+        let defined: BTreeSet<Name> =
+            self.theory.definitions.iter().flat_map(|definition| metavariables(&definition.body)).collect();
+        let given = substitution.processes.keys().chain(substitution.values.keys());
+        let given = given.chain(substitution.names.keys()).chain(substitution.sets.keys());
+        match given.into_iter().find(|name| kept.contains(*name) || defined.contains(*name) || !name.is_meta()) {
+            Some(name) => Err(Reason::Name(name.clone())),
+            None => Ok(()),
+        }
+    }
+
+    /// Both sides with the metavariables replaced. An index of rounds keeps its name, and nothing that reads it comes
+    /// in: what the theorem says of rounds, it says of values that are the same in all of them.
+    fn images(&self, sides: [&Term; 2], substitution: &Substitution) -> Result<(Term, Term), Reason> {
+        let mut brought: BTreeSet<Name> = substitution.processes.values().flat_map(read_names).collect();
+        brought.extend(substitution.values.values().flat_map(|value| value.variables()));
+        brought.extend(substitution.names.values().cloned());
+        for part in sides.into_iter().flat_map(subterms) {
+            if let Node::Power(_, _, Some(index)) | Node::Replace(_, index, _) = part.node()
+                && (brought.contains(index) || substitution.names.contains_key(index))
+            {
+                return Err(Reason::Name(index.clone()));
+            }
+        }
+        let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
+        let left = substitution.apply(sides[0], &self.context).map_err(stuck)?;
+        let right = substitution.apply(sides[1], &self.context).map_err(stuck)?;
+        Ok((left, right))
+    }
+}
