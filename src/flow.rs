@@ -6,7 +6,7 @@ use crate::assumption::Assumptions;
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
 use crate::period::{Edge, Next, Period, Segment, Test, stretch};
-use crate::recurrence::{Closed, NoClosedForm, solve};
+use crate::recurrence::{Closed, NoClosedForm, solve_together};
 use crate::scope::calls;
 use crate::term::{Node, Term};
 use crate::value::Value;
@@ -136,18 +136,19 @@ impl PhaseFlow {
         Term::seq(self.segments.iter().map(|segment| stretch(&segment.duration, &segment.observed)))
     }
 
-    /// The closed form of each variable from a symbolic start, called by the variable's name and `0`.
-    pub fn recurrences(&self, index: &Name, assumptions: &Assumptions) -> Vec<(Name, Result<Closed, NoClosedForm>)> {
+    /// The checked closed form of each variable from a symbolic start, called by the variable's name and `0`.
+    ///
+    /// # Errors
+    /// Why there are none.
+    pub fn recurrences(&self, index: &Name, assumptions: &Assumptions) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
         let [(_, map)] = self.maps.as_slice() else {
-            return Vec::new();
+            return Ok(Vec::new());
         };
-        map.iter()
-            .filter(|(name, image)| **image != Value::variable(name))
-            .map(|(name, image)| {
-                let start = Value::variable(&Name::new(&format!("{name}0")));
-                (name.clone(), solve(image, name, &start, index, assumptions))
-            })
-            .collect()
+        let changes = |(name, image): &(&Name, &Value)| **image != Value::variable(name);
+        let changing: BTreeMap<Name, Value> =
+            map.iter().filter(changes).map(|(name, image)| (name.clone(), image.clone())).collect();
+        let starts = map.keys().map(|name| (name.clone(), Value::variable(&Name::new(&format!("{name}0"))))).collect();
+        solve_together(&changing, &starts, index, assumptions)
     }
 
     /// The table, line by line.

@@ -19,6 +19,7 @@ mod search;
 mod sequences;
 mod tail;
 mod terms;
+mod together;
 mod turns;
 
 use num_traits::ToPrimitive;
@@ -30,11 +31,13 @@ use affine::affine_pieces;
 use region::{Guard, resolve, solutions};
 use search::{Entry, Interval, enter};
 
+use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
 pub use nonlinear::{Behaviour, behaviour};
 pub use reach::reach;
 pub use sequences::solve_all;
 pub use terms::Term;
+pub use together::solve_together;
 
 /// A closed form by pieces.
 #[derive(Clone, Debug, PartialEq, Eq)]

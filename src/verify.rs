@@ -2,7 +2,9 @@
 
 mod count;
 mod lay;
+mod orbit;
 pub mod property;
+mod seek;
 pub mod trajectory;
 pub mod unit;
 
@@ -15,6 +17,7 @@ use crate::period::{self, Failure, Period};
 use crate::term::Term;
 use crate::value::Value;
 
+pub use orbit::Orbit;
 pub use trajectory::{Leg, Rounds, Trajectory};
 pub use unit::Unit;
 
@@ -48,6 +51,8 @@ pub struct Outcome {
     pub steady: BTreeMap<Name, Value>,
     /// The stretches of the run.
     pub legs: Vec<Leg>,
+    /// What moves on from turn to turn, with the number of the leg at which the turns begin.
+    pub orbit: Option<(usize, Orbit)>,
     /// The run as a process: what comes first, then the loop, cut where the property cuts it.
     pub trajectory_term: Option<Term>,
     /// The property with the durations found.
@@ -69,6 +74,7 @@ impl Outcome {
             values: BTreeMap::new(),
             steady: BTreeMap::new(),
             legs: Vec::new(),
+            orbit: None,
             trajectory_term: None,
             property_term: None,
             period_term: None,

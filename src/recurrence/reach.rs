@@ -95,7 +95,7 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
 }
 
 /// A form by pieces, where it is one.
-fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>> {
+pub(super) fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>> {
     let (early, value) = match form {
         Form::Pieces(pieces) => return Some(pieces.clone()),
         Form::Value(early, value) => (early, value.clone()),

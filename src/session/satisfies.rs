@@ -22,8 +22,12 @@ use crate::value::Value;
 use crate::verify::trajectory::{Leg, Rounds};
 use crate::verify::{self, Outcome};
 
+/// The legs that are printed, before those that repeat.
+const MOST_LEGS: usize = 12;
 /// The longest closed formula that is printed whole, in characters.
 const WIDE: usize = 160;
+/// The longest reason.
+const WIDEST: usize = 480;
 
 impl Run<'_, '_> {
     pub(super) fn satisfies(&mut self, system: &Name, property: &Name, waiting: &Waiting) -> Found {
@@ -44,7 +48,7 @@ impl Run<'_, '_> {
         match &outcome.verdict {
             verify::Verdict::Proved => self.matched(system, &outcome, waiting, &mut found),
             verify::Verdict::Refuted { reason, run } => refuted(system, reason, run, environment, &mut found),
-            verify::Verdict::Open { remaining } => found.remains = remaining.clone(),
+            verify::Verdict::Open { remaining } => found.remains = remaining.iter().map(|line| said(line)).collect(),
         }
         found
     }
@@ -65,7 +69,7 @@ impl Run<'_, '_> {
         let interrupted = || self.surroundings.interrupted();
         match prove(&theory, &statement, &By::Search, Limits::default(), &interrupted) {
             Answer::Proved(_, proof) => {
-                found.trace.push(format!("match: {wanted}"));
+                found.trace.push(format!("match: {}", short(&wanted.to_string())));
                 found.it = Some(run.clone());
                 let whole = system.term(&theory.definitions);
                 match agreement(&whole, run, &waiting.environment) {
@@ -90,8 +94,8 @@ impl Run<'_, '_> {
             Answer::Open(gap) => {
                 found.remains = vec![
                     "the run of the system could not be proved to match the property:".to_string(),
-                    format!("  {}", gap.left),
-                    format!("  {}", gap.right),
+                    format!("  {}", short(&gap.left.to_string())),
+                    format!("  {}", short(&gap.right.to_string())),
                 ];
             }
         }
@@ -113,11 +117,9 @@ impl Run<'_, '_> {
             let mut lines = Vec::new();
             for flow in flows(period) {
                 lines.extend(flow.lines());
-                for (name, closed) in flow.recurrences(&n, &environment.assumptions) {
-                    match closed {
-                        Ok(closed) => lines.extend(closed_lines(&name, &closed)),
-                        Err(none) => lines.push(format!("  {name}: no closed form: {}", none.0)),
-                    }
+                match flow.recurrences(&n, &environment.assumptions) {
+                    Ok(all) => lines.extend(all.iter().flat_map(|(name, closed)| closed_lines(name, closed))),
+                    Err(none) => lines.push(format!("  no closed form: {}", none.0)),
                 }
             }
             lines
@@ -181,14 +183,14 @@ fn with_run(system: Term, run: &Term, matched: Proof) -> Proof {
 fn refuted(system: &System, reason: &str, run: &[(Value, Vec<Term>)], environment: &Environment, found: &mut Found) {
     if replays(&system.term(&environment.definitions), &environment.definitions, run) {
         found.verdict = Some(Verdict::Refuted);
-        found.trace.push(format!("it does not: {reason}"));
+        found.trace.push(format!("it does not: {}", said(reason)));
         found.trace.push("the run:".to_string());
         for (time, shown) in run {
             let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
             found.trace.push(format!("  at {time}: {}", shown.join(", ")));
         }
     } else {
-        found.remains = vec![reason.to_string()];
+        found.remains = vec![said(reason)];
         if !run.is_empty() {
             found.remains.push("no run with numbers shows it: give the parameters values to see one".to_string());
         }
@@ -206,13 +208,31 @@ fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec
         lines.extend(components(system, environment));
         lines.extend(flows(period).iter().flat_map(|flow| flow.lines()));
     }
-    for (number, leg) in outcome.legs.iter().enumerate() {
-        lines.extend(leg_lines(number, leg));
-    }
+    lines.extend(legs(outcome));
     if let Some(run) = &outcome.trajectory_term {
         lines.push(format!("projected: {}", short(&run.to_string())));
     }
     lines.extend(outcome.diagnostics.iter().map(|failure| format!("note: {failure}")));
+    lines
+}
+
+/// The legs, the first and the last where there are many, and what moves on in legs that repeat.
+fn legs(outcome: &Outcome) -> Vec<String> {
+    let turns = outcome.orbit.as_ref().map(|(from, _)| *from);
+    let mut lines = Vec::new();
+    for (number, leg) in outcome.legs.iter().enumerate() {
+        let shown = number < MOST_LEGS || turns.is_some_and(|from| number >= from) || number + 2 > outcome.legs.len();
+        if number == MOST_LEGS && !shown {
+            lines.push("…".to_string());
+        }
+        if let Some((_, orbit)) = outcome.orbit.as_ref().filter(|(from, _)| *from == number) {
+            lines.push(format!("from leg {} on, again and again:", number + 1));
+            lines.extend(orbit.lines().iter().map(|line| format!("  {}", short(line))));
+        }
+        if shown {
+            lines.extend(leg_lines(number, leg));
+        }
+    }
     lines
 }
 
@@ -239,10 +259,20 @@ fn closed_lines(name: &Name, closed: &Closed) -> Vec<String> {
         .collect()
 }
 
+/// A formula, abbreviated.
 fn short(text: &str) -> String {
-    if text.chars().count() <= WIDE {
+    cut(text, WIDE)
+}
+
+/// A reason, abbreviated.
+fn said(text: &str) -> String {
+    cut(text, WIDEST)
+}
+
+fn cut(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
         return text.to_string();
     }
-    let head: String = text.chars().take(WIDE).collect();
+    let head: String = text.chars().take(most).collect();
     format!("{head} … ({} characters)", text.chars().count())
 }

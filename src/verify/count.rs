@@ -1,12 +1,10 @@
 //! How often a round comes back to its phase: the recurrence of its variables, and the first test that fails.
 
-use std::collections::BTreeMap;
-
 use super::trajectory::{Unsure, Values, Walker};
 use crate::name::Name;
 use crate::period::{Edge, Test};
-use crate::recurrence::{Closed, Goal, Reach, first, solve};
-use crate::value::{Relation, Value};
+use crate::recurrence::{Closed, Goal, Piece, Reach, first, solve_together};
+use crate::value::{Relation, Sort, Value};
 
 /// A count of rounds with the closed forms.
 pub(super) struct Count {
@@ -22,12 +20,21 @@ pub(super) struct Count {
     pub(super) learned: Option<Test>,
 }
 
+/// The variables of a round that change, with the closed forms of their values.
+pub(super) struct Forms {
+    /// Variables that keep their values.
+    pub(super) constant: Values,
+    /// The maps of the others.
+    pub(super) maps: Values,
+    /// Their closed forms.
+    pub(super) closed: Vec<(Name, Closed)>,
+}
+
 impl Walker<'_> {
-    /// How often a round comes back to its phase from these values, exactly.
-    pub(super) fn count(&self, round: &Edge, values: &Values) -> Result<Count, Unsure> {
-        let unsure = |reason: String| Unsure(vec![reason]);
+    /// The closed forms of the variables that a round changes, from these values.
+    pub(super) fn forms(&self, round: &Edge, values: &Values) -> Result<Forms, Unsure> {
         if !round.draws.is_empty() {
-            return Err(unsure("the rounds draw at random".to_string()));
+            return Err(Unsure(vec!["the rounds draw at random".to_string()]));
         }
         let mut constant = Values::new();
         let mut changing = Vec::new();
@@ -39,26 +46,28 @@ impl Walker<'_> {
                 _ => changing.push(name.clone()),
             }
         }
-        let mut maps = BTreeMap::new();
-        let mut closed = Vec::new();
+        let mut maps = Values::new();
         for name in &changing {
-            let (Some(image), Some(start)) = (round.map.get(name), values.get(name)) else { continue };
-            let map = self.assumptions.simplify(&image.substitute(&constant)?);
-            if let Some(other) = changing.iter().find(|other| *other != name && map.mentions(other)) {
-                return Err(unsure(format!("{name} and {other} change together: {name} := {map}")));
+            if let (Some(image), true) = (round.map.get(name), values.contains_key(name)) {
+                maps.insert(name.clone(), self.assumptions.simplify(&image.substitute(&constant)?));
             }
-            closed.push((name.clone(), solve(&map, name, start, &self.index, &self.assumptions)?));
-            maps.insert(name.clone(), map);
         }
+        let closed = solve_together(&maps, values, &self.index, &self.assumptions)?;
+        Ok(Forms { constant, maps, closed })
+    }
+
+    /// How often a round comes back to its phase from these values, exactly.
+    pub(super) fn count(&self, round: &Edge, values: &Values) -> Result<Count, Unsure> {
+        let forms = self.forms(round, values)?;
         let mut count = Count {
             stays: None,
             reason: "every round is followed by another".to_string(),
-            conditions: conditions_of(&closed),
-            closed,
+            conditions: conditions_of(&forms.closed),
+            closed: forms.closed.clone(),
             learned: None,
         };
         for (test, after) in round.tests.iter().zip(&round.after) {
-            self.limit(&mut count, test, after.as_ref(), (&constant, values, &maps))?;
+            self.limit(&mut count, test, after.as_ref(), (&forms, values))?;
         }
         Ok(count)
     }
@@ -69,31 +78,16 @@ impl Walker<'_> {
         count: &mut Count,
         test: &Test,
         after: Option<&Test>,
-        (constant, values, maps): (&Values, &Values, &Values),
+        (forms, values): (&Forms, &Values),
     ) -> Result<(), Unsure> {
         // A test of the values after a round is a test of the sequence one later.
         let (said, later) = after.map_or((test, false), |after| (after, true));
-        let said = said.substitute(constant)?;
-        let read: Vec<&Name> =
-            maps.keys().filter(|name| said.left.mentions(name) || said.right.mentions(name)).collect();
-        let name = match read.as_slice() {
+        let said = said.substitute(&forms.constant)?;
+        let reads = |name: &&Name| said.left.mentions(name) || said.right.mentions(name);
+        let reach = match forms.maps.keys().filter(reads).collect::<Vec<_>>().as_slice() {
             [] => return self.settled(count, &said),
-            [name] => *name,
-            _ => return Err(Unsure(vec![format!("{said} compares two things that change")])),
-        };
-        let (Some(map), Some(start)) = (maps.get(name), values.get(name)) else {
-            return Ok(());
-        };
-        let start = if later { self.assumptions.simplify(&map.substitute(values)?) } else { start.clone() };
-        let closed = solve(map, name, &start, &self.index, &self.assumptions)?;
-        let Some(goal) = goal_of(&said.negated(), name) else {
-            return Err(Unsure(vec![format!("when {said} fails first")]));
-        };
-        let reach = match &goal {
-            Goal::Equals(wanted) if self.is_never_entered(map, name, &start, wanted) => Reach::Never(format!(
-                "{name} = {wanted} is reached for no n, since only {wanted} itself is followed by {wanted}"
-            )),
-            goal => first(&closed, &self.index, goal, &self.assumptions),
+            [name] => self.first_of_one(&said, name, later, (forms, values))?,
+            many => self.first_of_many(&said, many, later, forms)?,
         };
         match reach {
             Reach::Never(reason) => {
@@ -120,6 +114,63 @@ impl Walker<'_> {
                 }
             }
         }
+    }
+
+    /// When a test of one variable fails first.
+    fn first_of_one(
+        &self,
+        said: &Test,
+        name: &Name,
+        later: bool,
+        (forms, values): (&Forms, &Values),
+    ) -> Result<Reach, Unsure> {
+        let image =
+            |(name, map): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&map.substitute(values)?)));
+        let own = |closed: &[(Name, Closed)]| closed.iter().find(|(other, _)| other == name).map(|one| one.1.clone());
+        let (start, closed) = if later {
+            let starts: Values = forms.maps.iter().map(image).collect::<Result<_, Unsure>>()?;
+            let closed = solve_together(&forms.maps, &starts, &self.index, &self.assumptions)?;
+            (starts.get(name).cloned(), own(&closed))
+        } else {
+            (values.get(name).cloned(), own(&forms.closed))
+        };
+        let (Some(map), Some(start), Some(closed)) = (forms.maps.get(name), start, closed) else {
+            return Err(Unsure(vec![format!("when {said} fails first")]));
+        };
+        let Some(goal) = goal_of(&said.negated(), name) else {
+            return Err(Unsure(vec![format!("when {said} fails first")]));
+        };
+        Ok(match &goal {
+            Goal::Equals(wanted) if self.is_never_entered(map, name, &start, wanted) => Reach::Never(format!(
+                "{name} = {wanted} is reached for no n, since only {wanted} itself is followed by {wanted}"
+            )),
+            goal => first(&closed, &self.index, goal, &self.assumptions),
+        })
+    }
+
+    /// When a test of several variables fails first, each of which has one form for all rounds.
+    fn first_of_many(&self, said: &Test, names: &[&Name], later: bool, forms: &Forms) -> Result<Reach, Unsure> {
+        let unsure = || Unsure(vec![format!("{said} compares two things that change")]);
+        let mut at = Value::variable(&self.index);
+        if later {
+            at = at.add(&Value::one())?;
+        }
+        let mut images = Values::new();
+        for name in names {
+            let closed = forms.closed.iter().find(|(other, _)| other == *name).ok_or_else(unsure)?;
+            let [only] = closed.1.pieces.as_slice() else { return Err(unsure()) };
+            images.insert((*name).clone(), only.form.with(&self.index, &at)?);
+        }
+        let failed = said.negated();
+        let form = failed.left.sub(&failed.right)?.substitute(&images)?;
+        if form.sort() != Sort::Real {
+            return Err(unsure());
+        }
+        let variable = Name::new("[difference]");
+        let piece = Piece { from: Value::zero(), until: None, form };
+        let closed = Closed { variable: variable.clone(), pieces: vec![piece], conditions: Vec::new() };
+        let goal = Goal::Holds(failed.relation, Value::variable(&variable), Value::zero());
+        Ok(first(&closed, &self.index, &goal, &self.assumptions))
     }
 
     /// A test that does not change from round to round.
@@ -160,7 +211,7 @@ fn conditions_of(closed: &[(Name, Closed)]) -> Vec<Test> {
 }
 
 /// A test of one variable as a question to its sequence.
-fn goal_of(test: &Test, name: &Name) -> Option<Goal> {
+pub(super) fn goal_of(test: &Test, name: &Name) -> Option<Goal> {
     let (relation, left, right) = if test.left.mentions(name) {
         (test.relation, &test.left, &test.right)
     } else {

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::property::{Length, Want, Wanted};
+use super::seek::{has_unknowns, with_values};
 use super::trajectory::Trajectory;
 use super::unit::{Hit, Unit, shows, total};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::{End, Segment, stretch};
+use crate::period::{End, Segment, Test, stretch};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
@@ -22,6 +23,20 @@ pub(super) struct Laid {
     pub(super) property: Vec<Term>,
     /// What is left of the run.
     pub(super) rest: Vec<Unit>,
+    /// Conditions that the run meets in every turn, each behind so many of its stretches.
+    pub(super) guards: Vec<(usize, Term)>,
+}
+
+impl Laid {
+    /// The run as processes.
+    pub(super) fn terms(&self) -> Vec<Term> {
+        let mut terms = Vec::new();
+        for place in 0..=self.run.len() {
+            terms.extend(self.guards.iter().filter(|(at, _)| *at == place).map(|(_, guard)| guard.clone()));
+            terms.extend(self.run.get(place).map(Unit::term));
+        }
+        terms
+    }
 }
 
 /// Why a property does not fit.
@@ -63,37 +78,54 @@ impl Matcher<'_> {
         whole: bool,
         (cycle, trajectory): (&[Unit], &Trajectory),
     ) -> Result<Laid, Missed> {
-        let mut laid = Laid { values: BTreeMap::new(), run: Vec::new(), property: Vec::new(), rest: units };
+        let (run, property, guards) = (Vec::new(), Vec::new(), Vec::new());
+        let mut laid = Laid { values: BTreeMap::new(), run, property, rest: units, guards };
         let wants = &self.wanted.wants;
         let mut free: Option<&Name> = None;
+        let mut pending: Vec<Test> = Vec::new();
         for (place, want) in wants.iter().enumerate() {
             let last = place + 1 == wants.len();
+            pending.extend(want.tests.iter().cloned());
+            let mut want = want.clone();
+            want.shown = with_values(&want.shown, &laid.values)?;
             match &want.length {
+                Length::Unknown(_) if want.shown.is_empty() && !(last && whole) && !last && free.is_none() => {
+                    free = wants[place].free();
+                    continue;
+                }
                 Length::Unknown(name) if want.shown.is_empty() => {
-                    if last && whole {
-                        let rest = std::mem::take(&mut laid.rest);
-                        self.take(&mut laid, Some(name), rest, &[])?;
-                    } else if last || free.is_some() {
-                        self.take(&mut laid, Some(name), Vec::new(), &[])?;
-                    } else {
-                        free = Some(name);
-                        continue;
-                    }
+                    let rest = if last && whole { std::mem::take(&mut laid.rest) } else { Vec::new() };
+                    self.take(&mut laid, Some(name), rest, &[])?;
                 }
                 Length::Unknown(name) => {
-                    self.skip_to(&mut laid, free.take(), &want.shown, trajectory)?;
+                    if has_unknowns(&want.shown) {
+                        self.seek(&mut laid, free.take(), &want)?;
+                        want.shown = with_values(&want.shown, &laid.values)?;
+                    } else {
+                        self.skip_to(&mut laid, free.take(), &want.shown, trajectory)?;
+                    }
                     let taken = self.longest(&mut laid, &want.shown)?;
                     self.take(&mut laid, Some(name), taken, &want.shown)?;
                 }
-                Length::Known(time) => self.known(&mut laid, free.take(), time, want, trajectory)?,
-                Length::Endless => self.endless(&mut laid, free.take(), want, (cycle, trajectory))?,
+                _ if has_unknowns(&want.shown) => {
+                    return Err(Missed::Unsure("what is shown for a known time must be known".to_string()));
+                }
+                Length::Known(time) => self.known(&mut laid, free.take(), time, &want, trajectory)?,
+                Length::Endless => self.endless(&mut laid, free.take(), &want, (cycle, trajectory))?,
             }
+            self.settle(&mut laid, &mut pending, trajectory)?;
         }
         Ok(laid)
     }
 
     /// Passes these units under one segment of the property.
-    fn take(&self, laid: &mut Laid, name: Option<&Name>, units: Vec<Unit>, shown: &[Term]) -> Result<(), Missed> {
+    pub(super) fn take(
+        &self,
+        laid: &mut Laid,
+        name: Option<&Name>,
+        units: Vec<Unit>,
+        shown: &[Term],
+    ) -> Result<(), Missed> {
         let duration = self.durations(&units)?;
         if let Some(name) = name {
             laid.values.insert(name.clone(), duration.clone());
@@ -197,7 +229,7 @@ impl Matcher<'_> {
     ) -> Result<(), Missed> {
         let mut passed: Vec<Unit> = Vec::new();
         loop {
-            let mut probe = Laid { run: Vec::new(), property: Vec::new(), ..laid.clone() };
+            let mut probe = Laid { run: Vec::new(), property: Vec::new(), guards: Vec::new(), ..laid.clone() };
             if free.is_some() && !want.shown.is_empty() {
                 self.skip_to(&mut probe, free, &want.shown, trajectory)?;
                 passed.append(&mut probe.run);

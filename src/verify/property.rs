@@ -4,11 +4,12 @@
 use std::collections::BTreeMap;
 
 use super::lay::{Laid, Matcher, Missed};
+use super::orbit::Orbit;
 use super::trajectory::{Leg, Rounds, Trajectory};
 use super::unit::Unit;
 use super::{Outcome, Verdict};
 use crate::name::Name;
-use crate::period::End;
+use crate::period::{End, Test};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -30,6 +31,18 @@ pub struct Want {
     pub length: Length,
     /// What must be shown all the while.
     pub shown: Vec<Term>,
+    /// What must hold of the unknowns, said behind the segment.
+    pub tests: Vec<Test>,
+}
+
+impl Want {
+    /// The unknown duration of a segment that asks for nothing.
+    pub(super) fn free(&self) -> Option<&Name> {
+        match &self.length {
+            Length::Unknown(name) if self.shown.is_empty() => Some(name),
+            _ => None,
+        }
+    }
 }
 
 /// A property.
@@ -63,6 +76,12 @@ impl Wanted {
             match part.node() {
                 Node::Call(called, _) if called == name => again = true,
                 Node::Stop => {}
+                Node::Guard(relation, left, right) => {
+                    let Some(want) = wants.last_mut() else {
+                        return Err("a condition in a property stands behind the segment that it is about".to_string());
+                    };
+                    want.tests.push(Test { relation: *relation, left: left.clone(), right: right.clone() });
+                }
                 _ => wants.push(want_of(part)?),
             }
         }
@@ -78,7 +97,7 @@ fn want_of(part: &Term) -> Result<Want, String> {
         Node::Disable(parts) => parts.clone(),
         _ => vec![part.clone()],
     };
-    let mut want = Want { length: Length::Endless, shown: Vec::new() };
+    let mut want = Want { length: Length::Endless, shown: Vec::new(), tests: Vec::new() };
     for part in parts {
         match part.node() {
             Node::Delay(time) if want.length == Length::Endless => {
@@ -91,7 +110,7 @@ fn want_of(part: &Term) -> Result<Want, String> {
             Node::Idle => {}
             _ => {
                 return Err(
-                    "a property consists of delays, each beside the observers it asks for, one after the other"
+                    "a property consists of delays, each beside the observers it asks for, and of conditions, one after the other"
                         .to_string(),
                 );
             }
@@ -127,7 +146,11 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
         }
     };
     outcome.feedback = feedback(&outcome.verdict, &trajectory);
-    outcome.period_term = trajectory.cycle.map(|cycle| term_of(&units_of(&trajectory.legs[cycle..])));
+    outcome.period_term = trajectory.cycle.map(|cycle| {
+        let round = term_of(&units_of(&trajectory.legs[cycle..]));
+        trajectory.orbit.as_ref().map_or(round.clone(), |orbit| orbit.round(round))
+    });
+    outcome.orbit = trajectory.cycle.zip(trajectory.orbit);
     outcome.legs = trajectory.legs;
     outcome
 }
@@ -171,7 +194,7 @@ fn term_of(units: &[Unit]) -> Term {
 fn shown_run(trajectory: &Trajectory) -> Vec<(Value, Vec<Term>)> {
     let mut run = Vec::new();
     let mut time = Value::zero();
-    let units = trajectory.opening.iter().chain(trajectory.legs.iter().flat_map(|leg| &leg.units));
+    let units = trajectory.opening.iter().chain(trajectory.certain().iter().flat_map(|leg| &leg.units));
     for unit in units {
         for number in 0..12 {
             let number = Value::integer(number);
@@ -198,22 +221,18 @@ fn shown_run(trajectory: &Trajectory) -> Vec<(Value, Vec<Term>)> {
 impl Matcher<'_> {
     /// A property that is asked once: what comes after it is free.
     fn once(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
-        let mut units = trajectory.opening.clone();
-        units.extend(units_of(&trajectory.legs));
         let cycle = trajectory.cycle.map(|cycle| units_of(&trajectory.legs[cycle..])).unwrap_or_default();
-        units.extend(cycle.iter().cloned());
-        let laid = match self.lay(units, false, (&cycle, trajectory)) {
-            Err(Missed::Never(reason)) if !trajectory.open.is_empty() => {
-                return Err(Missed::Unsure(trajectory.open.first().cloned().unwrap_or(reason)));
-            }
-            laid => laid?,
-        };
-        let mut run: Vec<Term> = laid.run.iter().map(Unit::term).collect();
+        let laid = self.lay_once(trajectory, &cycle)?;
+        let mut run: Vec<Term> = laid.terms();
         let mut property = laid.property.clone();
         run.extend(laid.rest.iter().map(Unit::term));
         let stopped = matches!(trajectory.end, Some(End::Stopped));
         if !cycle.is_empty() {
-            run.push(Term::new(Node::Loop(term_of(&cycle))));
+            let round = term_of(&cycle);
+            run.push(match &trajectory.orbit {
+                Some(orbit) => orbit.round(round),
+                None => Term::new(Node::Loop(round)),
+            });
         } else if let Some(End::Silent { observed, .. }) = &trajectory.end {
             run.push(Term::disable(observed.iter().cloned()));
         } else if matches!(trajectory.end, Some(End::Aborted)) {
@@ -244,6 +263,30 @@ impl Matcher<'_> {
         Ok(outcome)
     }
 
+    fn lay_once(&self, trajectory: &Trajectory, cycle: &[Unit]) -> Result<Laid, Missed> {
+        let mut units = trajectory.opening.clone();
+        units.extend(units_of(trajectory.certain()));
+        let mut further = units.clone();
+        further.extend(cycle.iter().cloned());
+        if trajectory.orbit.is_none() {
+            units.clone_from(&further);
+        }
+        let laid = self.lay(units, false, (cycle, trajectory));
+        match laid {
+            Err(Missed::Never(reason)) if !trajectory.open.is_empty() => {
+                Err(Missed::Unsure(trajectory.open.first().cloned().unwrap_or(reason)))
+            }
+            // Later turns are looked at as well, all at once.
+            Err(Missed::Never(_)) if trajectory.orbit.is_some() => {
+                match self.lay(further, false, (cycle, trajectory)) {
+                    Ok(_) => Err(Missed::Unsure("in which turn it is shown".to_string())),
+                    missed => missed,
+                }
+            }
+            laid => laid,
+        }
+    }
+
     /// A property that starts again and again.
     fn again(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
         let Some(cycle) = trajectory.cycle else {
@@ -261,12 +304,19 @@ impl Matcher<'_> {
             let steady: Result<Vec<Laid>, Missed> =
                 later.into_iter().map(|units| self.lay(units, true, (&[], trajectory))).collect();
             match (rounds, steady) {
-                (Ok(rounds), Ok(steady)) => return Ok(outcome_of(rounds, steady)),
+                (Ok(rounds), Ok(steady)) => return Ok(outcome_of(rounds, steady, trajectory.orbit.as_ref())),
                 (Err(missed), _) | (_, Err(missed)) => first = Some(missed),
             }
         }
-        if let Some(Missed::Unsure(reason)) = first {
-            return Err(Missed::Unsure(reason));
+        match first {
+            Some(Missed::Unsure(reason)) => return Err(Missed::Unsure(reason)),
+            Some(missed) if trajectory.orbit.is_some() => return Err(missed),
+            None if trajectory.orbit.is_some() => {
+                return Err(Missed::Unsure(
+                    "the rounds of the property and of the run do not come into step".to_string(),
+                ));
+            }
+            _ => {}
         }
         match (self.round_by_round(trajectory, cycle), stuck(trajectory)) {
             (Err(Missed::Never(reason)), Some(leg)) => {
@@ -332,7 +382,7 @@ impl Matcher<'_> {
         for _ in 0..64 {
             if let Some(start) = seen.iter().position(|earlier| *earlier == partial) {
                 let steady = laid.split_off(start);
-                return Ok(outcome_of(laid, steady));
+                return Ok(outcome_of(laid, steady, None));
             }
             seen.push(partial.clone());
             let mut units = partial.clone();
@@ -354,15 +404,17 @@ fn form_text(name: &Name, closed: &crate::recurrence::Closed) -> String {
     format!("{name} = {}", forms.join(", then "))
 }
 
-fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>) -> Outcome {
+fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Orbit>) -> Outcome {
     let mut outcome = Outcome::new(Verdict::Proved);
     let both = |laid: &[Laid]| {
-        let run = Term::seq(laid.iter().flat_map(|one| one.run.iter().map(Unit::term)));
+        let run = Term::seq(laid.iter().flat_map(Laid::terms));
         let property = Term::seq(laid.iter().flat_map(|one| one.property.iter().cloned()));
         (run, property)
     };
     let (run, property) = both(&steady);
-    let (mut run, mut property) = (Term::new(Node::Loop(run)), Term::new(Node::Loop(property)));
+    let again =
+        |round: Term| orbit.map_or_else(|| Term::new(Node::Loop(round.clone())), |orbit| orbit.round(round.clone()));
+    let (mut run, mut property) = (again(run), again(property));
     if !rounds.is_empty() {
         let (first_run, first_property) = both(&rounds);
         run = Term::seq([first_run, run]);
@@ -412,6 +464,10 @@ fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Stretches>, Vec
     while from < start {
         opening.push(round(from, from + span));
         from += span;
+    }
+    // What moves on from turn to turn begins with a turn.
+    if trajectory.orbit.is_some() && from != start {
+        return None;
     }
     let mut steady = Vec::new();
     let mut covered = 0usize;

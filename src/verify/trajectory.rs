@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::count::Count;
+use super::orbit::{Orbit, without_moving};
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -11,7 +12,7 @@ use crate::period::{Edge, End, Next, Period, Segment, Test, in_case};
 use crate::recurrence::{Closed, NoClosedForm};
 use crate::scope::{bound_names, read_names};
 use crate::substitution::substitute_values;
-use crate::term::Term;
+use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
 
 /// Legs that a run may have before it repeats.
@@ -21,7 +22,7 @@ const MOST_ROUNDS: usize = 2_000;
 /// Digits of a value at which following a run one by one is given up.
 const MOST_BITS: u64 = 2_000;
 /// Changes of phase before a run must have repeated: runs that only converge stop here.
-const MOST_CHANGES: usize = 24;
+const MOST_CHANGES: usize = 60;
 
 /// How often a leg goes round.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -62,6 +63,8 @@ pub struct Trajectory {
     pub legs: Vec<Leg>,
     /// Where the repetition starts.
     pub cycle: Option<usize>,
+    /// What moves on from turn to turn, where the repetition is not exact: its legs are in these symbols.
+    pub orbit: Option<Orbit>,
     /// How the run ends, if it does.
     pub end: Option<End>,
     /// Why the run is not known any further.
@@ -86,10 +89,23 @@ impl From<NoClosedForm> for Unsure {
 }
 
 /// Follows a run.
+#[derive(Clone)]
 pub(super) struct Walker<'a> {
-    period: &'a Period,
+    pub(super) period: &'a Period,
     pub(super) assumptions: Assumptions,
     pub(super) index: Name,
+    /// Names that mean something already.
+    pub(super) taken: BTreeSet<Name>,
+}
+
+impl Trajectory {
+    /// The legs that are known with all their values: all, or those before the turns that move on.
+    pub fn certain(&self) -> &[Leg] {
+        match (&self.orbit, self.cycle) {
+            (Some(_), Some(cycle)) => &self.legs[..cycle.min(self.legs.len())],
+            _ => &self.legs,
+        }
+    }
 }
 
 /// Variables with their values.
@@ -105,10 +121,13 @@ pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term) -> Traj
     taken.extend(period.phases.iter().flat_map(|phase| phase.variables.iter().cloned()));
     let index = ["i", "j", "k", "n"].into_iter().map(Name::new).find(|name| !taken.contains(name));
     let index = index.unwrap_or_else(|| Name::new("index"));
-    let mut walker = Walker { period, assumptions: assumptions.clone(), index };
+    let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken };
     let mut trajectory = Trajectory::default();
     if let Err(Unsure(reasons)) = walker.run(&mut trajectory) {
         trajectory.open = reasons;
+    }
+    if let (Some(orbit), Some(cycle)) = (&trajectory.orbit, trajectory.cycle) {
+        without_moving(&mut trajectory.legs[cycle..], orbit, &observers(property));
     }
     trajectory.assumptions = walker.assumptions;
     trajectory
@@ -137,8 +156,15 @@ impl Walker<'_> {
                 return Ok(());
             }
             history.push(here);
+            if let Some(turn) = self.turn(trajectory, phase, &values) {
+                trajectory.cycle = Some(trajectory.legs.len());
+                trajectory.legs.extend(turn.legs);
+                trajectory.orbit = Some(turn.orbit);
+                self.assumptions = turn.assumptions;
+                return Ok(());
+            }
             changes += usize::from(before != Some(phase));
-            if history.len() > MOST_LEGS || changes > MOST_CHANGES {
+            if history.len() > MOST_LEGS || changes > MOST_CHANGES || values.values().any(is_long) {
                 return Err(Unsure(vec![format!(
                     "after {} legs the run has not repeated exactly: it may only converge",
                     history.len() - 1
@@ -224,7 +250,7 @@ impl Walker<'_> {
     }
 
     /// Rounds as stretches: where every variable changes by the same step, in one.
-    fn compressed(&self, rounds: &[(&Edge, Values)]) -> Result<Vec<Unit>, Unsure> {
+    pub(super) fn compressed(&self, rounds: &[(&Edge, Values)]) -> Result<Vec<Unit>, Unsure> {
         let mut units = Vec::new();
         let mut from = 0usize;
         while let Some((edge, start)) = rounds.get(from) {
@@ -306,7 +332,12 @@ impl Walker<'_> {
     }
 
     /// The one edge that is taken.
-    fn choose<'e>(&self, edges: &'e [Edge], values: &Values, assumptions: &Assumptions) -> Result<&'e Edge, Unsure> {
+    pub(super) fn choose<'e>(
+        &self,
+        edges: &'e [Edge],
+        values: &Values,
+        assumptions: &Assumptions,
+    ) -> Result<&'e Edge, Unsure> {
         let mut possible: Vec<(&Edge, Vec<Test>)> = Vec::new();
         'edges: for edge in edges {
             let mut open = Vec::new();
@@ -348,13 +379,13 @@ impl Walker<'_> {
         }
     }
 
-    fn image(&self, edge: &Edge, values: &Values) -> Result<Values, Unsure> {
+    pub(super) fn image(&self, edge: &Edge, values: &Values) -> Result<Values, Unsure> {
         let image =
             |(name, value): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)));
         edge.map.iter().map(image).collect()
     }
 
-    fn units_once(&self, edge: &Edge, values: &Values) -> Result<Vec<Unit>, Unsure> {
+    pub(super) fn units_once(&self, edge: &Edge, values: &Values) -> Result<Vec<Unit>, Unsure> {
         edge.segments.iter().map(|segment| Ok(Unit::Single(self.segment(segment, values)?))).collect()
     }
 
@@ -372,7 +403,7 @@ impl Walker<'_> {
     }
 
     /// So many rounds as stretches, one for each piece of the closed forms.
-    fn units(
+    pub(super) fn units(
         &self,
         segments: &[Segment],
         values: &Values,
@@ -428,7 +459,7 @@ impl Walker<'_> {
         Err(Unsure(vec!["a closed form ends too early".to_string()]))
     }
 
-    fn values_at(&self, values: &Values, closed: &[(Name, Closed)], at: &Value) -> Result<Values, Unsure> {
+    pub(super) fn values_at(&self, values: &Values, closed: &[(Name, Closed)], at: &Value) -> Result<Values, Unsure> {
         let mut here = values.clone();
         for (name, closed) in closed {
             let (form, _) = self.piece_at(closed, at)?;
@@ -444,6 +475,19 @@ fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
         Ok((name.clone(), after.sub(value)?))
     };
     one.iter().map(change).collect()
+}
+
+/// The observers that a property names.
+fn observers(property: &Term) -> BTreeSet<Name> {
+    let mut found = BTreeSet::new();
+    let mut rest = vec![property];
+    while let Some(term) = rest.pop() {
+        if let Node::Observe(name, _) = term.node() {
+            found.insert(name.clone());
+        }
+        rest.extend(term.children());
+    }
+    found
 }
 
 fn is_long(value: &Value) -> bool {

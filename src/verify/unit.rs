@@ -236,7 +236,7 @@ fn first_in(
     }
 }
 
-fn same_observer(shown: &Term, wanted: &Term) -> bool {
+pub(super) fn same_observer(shown: &Term, wanted: &Term) -> bool {
     matches!((shown.node(), wanted.node()), (Node::Observe(a, x), Node::Observe(b, y)) if a == b && x.len() == y.len())
 }
 

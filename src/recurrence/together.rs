@@ -1,0 +1,92 @@
+//! The variables of a system that change together: groups that do not depend on each other are solved apart, and what
+//! is found is checked by the induction of [`Solved`].
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::reach::pieces;
+use super::{Closed, NoClosedForm, Solved, solve_all};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Recurrence, Sequence, term};
+use crate::name::Name;
+use crate::value::{Sort, Value};
+
+/// Checked closed forms of `x(n+1) = map(x(n), y(n), …)`, `x(0) = start` for every variable that has a map.
+///
+/// # Errors
+/// When one has none, or none that could be checked, with what stands in the way.
+pub fn solve_together(
+    maps: &BTreeMap<Name, Value>,
+    starts: &BTreeMap<Name, Value>,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
+    let mut rest: BTreeSet<&Name> = maps.keys().collect();
+    let mut found = Vec::new();
+    while let Some(first) = rest.pop_first() {
+        let mut group = BTreeSet::from([first]);
+        let joins = |group: &BTreeSet<&Name>, other: &Name| {
+            group.iter().any(|one| maps[*one].mentions(other) || maps[other].mentions(one))
+        };
+        while let Some(next) = rest.iter().copied().find(|other| joins(&group, other)) {
+            rest.remove(next);
+            group.insert(next);
+        }
+        found.extend(one_group(&group, maps, starts, index, known)?);
+    }
+    found.sort_by(|one, other| one.0.cmp(&other.0));
+    Ok(found)
+}
+
+fn one_group(
+    group: &BTreeSet<&Name>,
+    maps: &BTreeMap<Name, Value>,
+    starts: &BTreeMap<Name, Value>,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
+    let names: BTreeMap<Name, Value> =
+        group.iter().map(|name| ((*name).clone(), Value::variable(&term(name, index, 0)))).collect();
+    let mut sequences = Vec::new();
+    for name in group {
+        let start = starts.get(*name).ok_or_else(|| NoClosedForm(format!("{name} has no first value")))?;
+        if start.sort() != Sort::Real {
+            return Err(NoClosedForm("closed forms are known of sequences of numbers only".to_string()));
+        }
+        let next = known.simplify(&maps[*name]).substitute(&names)?;
+        sequences.push(Sequence { name: (*name).clone(), start: vec![known.simplify(start)], next });
+    }
+    let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known)?;
+    group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect()
+}
+
+/// The form of one sequence by pieces.
+fn closed(solved: &Solved, name: &Name) -> Result<Closed, NoClosedForm> {
+    let recurrence = solved.recurrence();
+    let by_pieces = solved.form(name).and_then(|form| pieces(form, &recurrence.index, recurrence.from));
+    let pieces =
+        by_pieces.ok_or_else(|| NoClosedForm(format!("the form of {name} is no value in {}", recurrence.index)))?;
+    Ok(Closed { variable: name.clone(), pieces, conditions: solved.conditions().to_vec() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coupled_and_apart() {
+        let [x, y, z, n] = ["x", "y", "z", "n"].map(Name::new);
+        let [vx, vy, vz] = [&x, &y, &z].map(Value::variable);
+        let half = Value::fraction(1, 2).unwrap();
+        let maps = BTreeMap::from([
+            (x.clone(), vx.add(&vy).unwrap()),
+            (y.clone(), vy.mul(&half).unwrap()),
+            (z.clone(), vz.add(&Value::one()).unwrap()),
+        ]);
+        let starts = BTreeMap::from([(x, Value::zero()), (y, Value::one()), (z, Value::integer(5))]);
+        let found = solve_together(&maps, &starts, &n, &Assumptions::default()).unwrap();
+        let at = |place: usize, number: i64| found[place].1.at(&n, &Value::integer(number), &Assumptions::default());
+        assert_eq!(at(0, 3), Some(Value::fraction(7, 4).unwrap()));
+        assert_eq!(at(1, 3), Some(Value::fraction(1, 8).unwrap()));
+        assert_eq!(at(2, 3), Some(Value::integer(8)));
+    }
+}
