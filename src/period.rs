@@ -7,11 +7,15 @@
 //! whenever the control points are.
 
 pub mod ports;
-pub(crate) mod explore;
-pub(crate) mod instant;
-pub(crate) mod merge;
-pub(crate) mod run;
-pub(crate) mod step;
+mod board;
+mod drift;
+mod explore;
+mod instant;
+mod merge;
+mod rest;
+mod run;
+mod step;
+mod stuck;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,6 +25,7 @@ use crate::definition::Definitions;
 use crate::name::Name;
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
+use explore::{Graph, explore};
 
 /// A comparison of two values.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -68,12 +73,18 @@ pub struct Blocked {
     pub port: Name,
     /// True of a read.
     pub reads: bool,
+    /// Who else uses the port the other way.
+    pub partners: Vec<String>,
 }
 
 impl fmt::Display for Blocked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (does, other) = if self.reads { ("reads", "writes") } else { ("writes", "reads") };
-        write!(f, "{} {does} port {} and waits for ever: nobody {other} it", self.component, self.port)
+        write!(f, "{} {does} port {} and waits for ever: ", self.component, self.port)?;
+        match self.partners.as_slice() {
+            [] => write!(f, "nobody {other} it"),
+            partners => write!(f, "{}, who {other} it, does so no more", partners.join(" or ")),
+        }
     }
 }
 
@@ -100,6 +111,20 @@ pub enum Failure {
     NoPeriod {
         /// What would have to be known, or what grows.
         reason: String,
+    },
+    /// Parts that do not communicate, with the durations of their rounds, which have no common multiple.
+    Drift {
+        /// Components, and how long one round of them takes.
+        one: (String, Value),
+        /// Others.
+        other: (String, Value),
+    },
+    /// Two delays run, and it is not known which ends first.
+    Order {
+        /// A component with the delay that remains.
+        one: (String, Value),
+        /// Another.
+        other: (String, Value),
     },
     /// The system goes round in no time.
     Livelock {
@@ -138,6 +163,18 @@ impl fmt::Display for Failure {
                 writer.0, writer.1, reader.0, reader.1
             ),
             Failure::NoPeriod { reason } => write!(f, "no period: {reason}"),
+            Failure::Drift { one, other } => {
+                let why = drift::what_would_do(&one.1, &other.1);
+                write!(f, "no period: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)
+            }
+            Failure::Order { one, other } => {
+                let why = drift::what_would_do(&one.1, &other.1);
+                write!(
+                    f,
+                    "no period: it must be known whether {} <= {}, what remains of the delays of {} and {}{why}",
+                    one.1, other.1, one.0, other.0
+                )
+            }
             Failure::Livelock { cycle, when } => {
                 let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
                 write!(f, "{} goes round in no time{}", cycle.join(", "), in_case(when))
@@ -289,30 +326,66 @@ pub fn analyse(
 ) -> Result<Period, Vec<Failure>> {
     let components = ports::flatten(components);
     let closed = ports::System::of(&components, definitions);
-    let failures = closed.failures();
+    let mut failures = closed.unmatched();
     if !failures.is_empty() {
         return Err(failures);
     }
-    let repetitions = closed.balance(definitions).map_err(|failure| vec![failure])?;
-    let graph =
-        explore::explore(&components, &closed.names, definitions, assumptions).map_err(|failure| vec![failure])?;
-    let (initial, phases) = merge::merge(graph).map_err(|error| vec![Failure::NoPeriod { reason: error.0 }])?;
+    let groups = closed.groups();
     let mut warnings = Vec::new();
+    if groups.len() > 1 {
+        let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
+        let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
+        warnings.push(Failure::NoCommunication { groups });
+    }
+    let repetitions = closed.balance(definitions).map_err(|failure| vec![failure])?;
+    if groups.len() > 1
+        && let Some(drift) = apart(&groups, &components, definitions, assumptions)?
+    {
+        failures.push(drift);
+        failures.append(&mut warnings);
+        return Err(failures);
+    }
+    let graph = explore(&components, &closed, definitions, assumptions).map_err(|failure| vec![failure])?;
+    let Graph { initial, phases, stuck } = graph;
+    warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     for edge in initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)) {
         match &edge.next {
-            Next::End(End::Silent { blocked, .. }) => {
-                for one in blocked {
-                    let failure = Failure::Unmatched(one.clone());
-                    if !warnings.contains(&failure) {
-                        warnings.push(failure);
-                    }
-                }
-            }
+            Next::End(End::Silent { blocked, .. }) => warnings.extend(blocked.iter().cloned().map(Failure::Unmatched)),
             Next::End(End::Livelock { cycle }) => {
                 warnings.push(Failure::Livelock { cycle: cycle.clone(), when: edge.tests.clone() });
             }
             _ => {}
         }
     }
-    Ok(Period { components, names: closed.names, initial, phases, repetitions, warnings })
+    let mut once = Vec::new();
+    for warning in warnings {
+        if !once.contains(&warning) {
+            once.push(warning);
+        }
+    }
+    let forward = |(number, phase): (usize, &Phase)| {
+        phase.edges.iter().all(|edge| !matches!(edge.next, Next::Phase(to) if to <= number))
+    };
+    // Parts without communication may each have a period; where every run ends, there is none.
+    if groups.len() > 1 && phases.iter().enumerate().all(forward) {
+        return Err(once);
+    }
+    Ok(Period { components, names: closed.names, initial, phases, repetitions, warnings: once })
+}
+
+/// Why groups of components between which there is no port have no common period, each run on its own.
+fn apart(
+    groups: &[Vec<usize>],
+    components: &[Term],
+    definitions: &Definitions,
+    assumptions: &Assumptions,
+) -> Result<Option<Failure>, Vec<Failure>> {
+    let mut rounds = Vec::new();
+    for group in groups {
+        let own: Vec<Term> = group.iter().filter_map(|index| components.get(*index)).cloned().collect();
+        let closed = ports::System::of(&own, definitions);
+        let graph = explore(&own, &closed, definitions, assumptions).map_err(|failure| vec![failure])?;
+        rounds.extend(drift::round(&graph).map(|time| (closed.names.join(" with "), time)));
+    }
+    Ok(drift::drift(&rounds))
 }

@@ -1,29 +1,37 @@
 //! The symbolic run: phases found one from another until no new one turns up.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 
 use super::instant::{Clock, Moment};
+use super::merge::merge;
+use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
-use super::step::{Slot, inspect, map_values, readable};
-use super::{Edge, End, Failure, Next, Phase, Segment, Test};
+use super::step::{Slot, inspect, map_values, offers, readable};
+use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Test, drift, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Value, ValueError};
 
-/// Phases that a system may have.
-const MOST_PHASES: usize = 300;
+/// Phases that a system may have, before those of one behaviour are merged.
+const MOST_PHASES: usize = 30_000;
+/// Phases at the same control points that differ in the delays that remain, when these are not all numbers.
+const MOST_REMAINDERS: usize = 100;
 /// Ways through one round.
 const MOST_WAYS: usize = 128;
-/// Explorations in all; values are generalised at most a few times a phase, so this is never met in practice.
-const MOST_EXPLORATIONS: usize = 3_000;
+/// Explorations for each phase; values are generalised at most a few times a phase, so this is never met in practice.
+const MOST_EXPLORATIONS: usize = 10;
 
-/// The initial edges and the phases, before merging.
-pub(crate) struct Graph {
-    pub initial: Vec<Edge>,
-    pub phases: Vec<Phase>,
+/// The initial edges and the phases.
+pub(super) struct Graph {
+    pub(super) initial: Vec<Edge>,
+    pub(super) phases: Vec<Phase>,
+    /// Reads and writes that wait for ever while the rest goes on.
+    pub(super) stuck: Vec<Blocked>,
 }
 
 /// What a place of a phase holds.
@@ -34,7 +42,10 @@ enum Held {
 }
 
 struct Spot {
-    shape: Vec<Run>,
+    /// The control points, with 0 for every value and delay.
+    shape: Rc<Vec<Run>>,
+    /// The delays that remain; none for one that varies from round to round, and stands among the values held.
+    delays: Vec<Option<Value>>,
     held: Vec<Held>,
     variables: Vec<Name>,
     hints: Vec<Name>,
@@ -49,6 +60,8 @@ struct Way {
     communications: Vec<(Name, Value)>,
     draws: Vec<(Name, Value)>,
     switches: bool,
+    /// The components that took part in a communication.
+    moved: BTreeSet<usize>,
     next: Target,
 }
 
@@ -62,27 +75,28 @@ struct Explorer<'a> {
     clock: Clock<'a>,
     assumptions: &'a Assumptions,
     spots: Vec<Spot>,
-    index: HashMap<String, usize>,
+    /// The phases by their control points, and then by the delays that remain.
+    index: HashMap<Rc<Vec<Run>>, HashMap<Vec<Option<Value>>, usize>>,
 }
 
 /// Runs the system.
-pub(crate) fn explore(
+pub(super) fn explore(
     components: &[Term],
-    names: &[String],
+    system: &System,
     definitions: &Definitions,
     assumptions: &Assumptions,
 ) -> Result<Graph, Failure> {
     let reserved = reserved(components, definitions, assumptions);
-    let settler = Settler { definitions, reserved: &reserved };
-    let mut explorer =
-        Explorer { clock: Clock { settler, names }, assumptions, spots: Vec::new(), index: HashMap::new() };
+    let settler = Settler { definitions, reserved: &reserved, tails: RefCell::default() };
+    let clock = Clock { settler, names: &system.names, users: system.users(), operations: system.operations };
+    let mut explorer = Explorer { clock, assumptions, spots: Vec::new(), index: HashMap::new() };
     let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
-    let mut work = Vec::new();
+    let mut work = BTreeSet::new();
     let initial = explorer.ways(start, Vec::new(), assumptions.clone(), &mut work)?;
     let mut explorations = 0usize;
-    while let Some(spot) = work.pop() {
+    while let Some(spot) = work.pop_last() {
         explorations += 1;
-        if explorations > MOST_EXPLORATIONS {
+        if explorations > MOST_EXPLORATIONS.saturating_mul(explorer.spots.len()) {
             return Err(Failure::NoPeriod { reason: "the control points do not settle".to_string() });
         }
         explorer.explore_spot(spot, &mut work)?;
@@ -106,7 +120,7 @@ fn reserved(components: &[Term], definitions: &Definitions, assumptions: &Assump
 }
 
 impl Explorer<'_> {
-    fn explore_spot(&mut self, spot: usize, work: &mut Vec<usize>) -> Result<(), Failure> {
+    fn explore_spot(&mut self, spot: usize, work: &mut BTreeSet<usize>) -> Result<(), Failure> {
         let state = self.state_of(spot).map_err(failure_of)?;
         let (mut delays, mut shown) = (Vec::new(), Vec::new());
         for run in &state {
@@ -114,11 +128,15 @@ impl Explorer<'_> {
         }
         shown.sort();
         shown.dedup();
+        delays.sort();
+        delays.dedup();
         let mut assumptions = self.assumptions.clone();
         for delay in &delays {
-            assumptions.assume(Relation::Gtr, delay, &Value::integer(0));
+            if assumptions.decide(Relation::Gtr, delay, &Value::zero()) != Some(true) {
+                assumptions.assume(Relation::Gtr, delay, &Value::zero());
+            }
         }
-        let least = self.least(&delays, &assumptions)?;
+        let least = self.least(&state, &delays, &assumptions)?;
         let passed: Result<Vec<Run>, Failure> = state.iter().map(|run| pass(run, &least)).collect();
         let segments = vec![Segment { duration: least, observed: shown }];
         let ways = self.ways(passed?, segments, assumptions, work)?;
@@ -126,7 +144,7 @@ impl Explorer<'_> {
         Ok(())
     }
 
-    fn least(&self, delays: &[Value], assumptions: &Assumptions) -> Result<Value, Failure> {
+    fn least(&self, state: &[Run], delays: &[Value], assumptions: &Assumptions) -> Result<Value, Failure> {
         let mut least: Option<&Value> = None;
         for delay in delays {
             least = match least {
@@ -135,8 +153,15 @@ impl Explorer<'_> {
                     Some(true) => Some(other),
                     Some(false) => Some(delay),
                     None => {
-                        let reason = format!("it must be known whether {other} <= {delay}");
-                        return Err(Failure::NoPeriod { reason });
+                        let who = |delay: &Value| {
+                            let holds = |run: &Run| {
+                                let (mut found, mut shown) = (Vec::new(), Vec::new());
+                                inspect(run, &mut found, &mut shown).is_ok() && found.contains(delay)
+                            };
+                            let name = state.iter().position(holds).and_then(|place| self.clock.names.get(place));
+                            (name.cloned().unwrap_or_default(), delay.clone())
+                        };
+                        return Err(Failure::Order { one: who(other), other: who(delay) });
                     }
                 },
             };
@@ -150,10 +175,10 @@ impl Explorer<'_> {
         state: Vec<Run>,
         segments: Vec<Segment>,
         assumptions: Assumptions,
-        work: &mut Vec<usize>,
+        work: &mut BTreeSet<usize>,
     ) -> Result<Vec<Way>, Failure> {
-        let path = Path { assumptions, ..Path::default() };
-        let mut moments = vec![Moment { state, path, communications: Vec::new(), history: Vec::new(), besides: None }];
+        let path = Path { assumptions: Rc::new(assumptions), ..Path::default() };
+        let mut moments = vec![Moment::new(state, path)];
         let mut ways = Vec::new();
         let mut forks = 0usize;
         while let Some(mut moment) = moments.pop() {
@@ -169,6 +194,7 @@ impl Explorer<'_> {
                         communications: moment.communications,
                         draws: moment.path.draws,
                         switches: moment.path.exits > 0,
+                        moved: moment.moved,
                         next,
                     });
                 }
@@ -189,13 +215,15 @@ impl Explorer<'_> {
 
     /// The moment with an answer assumed; nothing if that contradicts what is known.
     fn suppose(&self, moment: &Moment, question: &RawTest, answer: bool) -> Option<Moment> {
-        let mut moment = moment.clone();
         let turn = |test: &Test| if answer { test.clone() } else { test.negated() };
         let test = turn(&question.test);
-        moment.path.assumptions.assume(test.relation, &test.left, &test.right);
-        if moment.path.assumptions.contradictory() {
+        let mut path = moment.path.clone();
+        let assumptions = Rc::make_mut(&mut path.assumptions);
+        assumptions.assume(test.relation, &test.left, &test.right);
+        if assumptions.contradictory() {
             return None;
         }
+        let mut state = moment.state.clone();
         if test.relation == Relation::Eq {
             let (from, to) = match (self.clock.settler.varies(&test.left), self.clock.settler.varies(&test.right)) {
                 (true, false) => (Some(&test.left), &test.right),
@@ -206,61 +234,54 @@ impl Explorer<'_> {
                 let mut replace = |_: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
                     Ok(if value == from { to.clone() } else { value.clone() })
                 };
-                let Ok(state) = moment.state.iter().map(|run| map_values(run, &mut replace)).collect();
-                moment.state = state;
+                let Ok(replaced) = state.iter().map(|run| map_values(run, &mut replace)).collect();
+                state = replaced;
             }
         }
         let raw = turn(&question.raw);
-        moment.path.tests.push(RawTest { test, raw, env: question.env.clone() });
-        Some(moment)
+        path.tests.push(RawTest { test, raw, env: question.env.clone() });
+        Some(moment.clone().changed(state, path))
     }
 
     /// The phase of a state, new or known; a known one may have to be generalised and explored again.
-    fn arrive(&mut self, state: &[Run], work: &mut Vec<usize>) -> Result<Target, Failure> {
-        let mut entries = Vec::new();
-        let mut hints = Vec::new();
+    fn arrive(&mut self, state: &[Run], work: &mut BTreeSet<usize>) -> Result<Target, Failure> {
+        let (mut entries, mut hints, mut delays) = (Vec::new(), Vec::new(), Vec::new());
         let mut take = |slot: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
-            if matches!(slot, Slot::Delay) && !self.clock.settler.varies(value) {
-                return Ok(value.clone());
+            if matches!(slot, Slot::Delay) {
+                if !self.clock.settler.varies(value) {
+                    delays.push(Some(value.clone()));
+                    return Ok(Value::zero());
+                }
+                delays.push(None);
             }
             entries.push(value.clone());
             hints.push(if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") });
-            Ok(Value::integer(0))
+            Ok(Value::zero())
         };
         let Ok(shape) = state.iter().map(|run| map_values(run, &mut take)).collect::<Result<Vec<Run>, _>>();
-        let key = format!("{shape:?}");
-        if let Some(found) = self.index.get(&key).copied() {
-            if self.absorb(found, &entries) && !work.contains(&found) {
-                work.push(found);
+        let shape = match self.index.get_key_value(&shape) {
+            Some((known, _)) => known.clone(),
+            None => Rc::new(shape),
+        };
+        let remainders = self.index.entry(shape.clone()).or_default();
+        if let Some(found) = remainders.get(&delays).copied() {
+            if self.absorb(found, &entries) {
+                work.insert(found);
             }
             return Ok(Target::Spot(found, entries));
         }
         let number = self.spots.len();
-        if number >= MOST_PHASES {
-            return Err(Failure::NoPeriod { reason: self.growth() });
+        let symbolic = || delays.iter().flatten().any(|delay| delay.as_rational().is_none());
+        if number >= MOST_PHASES || (remainders.len() >= MOST_REMAINDERS && symbolic()) {
+            return Err(drift::growth(self.clock.names, state, number));
         }
+        remainders.insert(delays.clone(), number);
         let held = first_held(&entries, |value| self.clock.settler.varies(value));
-        let mut spot = Spot { shape, held, variables: Vec::new(), hints, ways: Vec::new() };
+        let mut spot = Spot { shape, delays, held, variables: Vec::new(), hints, ways: Vec::new() };
         name_variables(&mut spot, self.clock.settler.reserved);
         self.spots.push(spot);
-        self.index.insert(key, number);
-        work.push(number);
+        work.insert(number);
         Ok(Target::Spot(number, entries))
-    }
-
-    fn growth(&self) -> String {
-        let delays = |spot: &Spot| {
-            let mut found = Vec::new();
-            let mut shown = Vec::new();
-            let _ = spot.shape.iter().try_for_each(|run| inspect(run, &mut found, &mut shown).map_err(|_| ()));
-            found
-        };
-        let last = self.spots.last().map(delays).unwrap_or_default();
-        let last: Vec<String> = last.iter().map(Value::to_string).collect();
-        format!(
-            "after {MOST_PHASES} phases neither the control points nor the delays that remain ({}) have repeated",
-            last.join(", ")
-        )
     }
 
     /// Makes a phase general enough for another visit; true if it had to change.
@@ -287,9 +308,12 @@ impl Explorer<'_> {
     fn state_of(&self, number: usize) -> Result<Vec<Run>, Halt> {
         let spot = &self.spots[number];
         let mut held = spot.held.iter();
+        let mut delays = spot.delays.iter();
         let mut fill = |slot: Slot<'_>, value: &Value| -> Result<Value, Halt> {
-            if matches!(slot, Slot::Delay) && *value != Value::integer(0) {
-                return Ok(value.clone());
+            if matches!(slot, Slot::Delay)
+                && let Some(Some(left)) = delays.next()
+            {
+                return Ok(left.clone());
             }
             Ok(match held.next() {
                 Some(Held::Constant(value)) => value.clone(),
@@ -302,16 +326,51 @@ impl Explorer<'_> {
 
     fn finish(&self, initial: &[Way]) -> Result<Graph, Failure> {
         let mut phases = Vec::new();
-        for (number, spot) in self.spots.iter().enumerate() {
-            let state = self.state_of(number).map_err(failure_of)?;
+        for spot in &self.spots {
             phases.push(Phase {
-                control: state.iter().map(|run| readable(run).to_string()).collect(),
+                control: Vec::new(),
                 variables: spot.variables.clone(),
                 edges: spot.ways.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?,
             });
         }
         let initial = initial.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?;
-        Ok(Graph { initial, phases })
+        let unreduced = |error: ValueError| Failure::NoPeriod { reason: error.0 };
+        let (initial, mut phases, numbers) = merge(initial, phases).map_err(unreduced)?;
+        let tails = self.clock.settler.tails.borrow();
+        for (phase, number) in phases.iter_mut().zip(numbers) {
+            let state = self.state_of(number).map_err(failure_of)?;
+            phase.control = state.iter().map(|run| readable(run, &tails).to_string()).collect();
+        }
+        Ok(Graph { initial, phases, stuck: self.stuck()? })
+    }
+
+    /// Reads and writes that wait for ever while the rest of the system goes on.
+    fn stuck(&self) -> Result<Vec<Blocked>, Failure> {
+        let next = |way: &Way| match &way.next {
+            Target::Spot(number, _) => Some(*number),
+            Target::End(_) => None,
+        };
+        let edges: Vec<Vec<Option<usize>>> =
+            self.spots.iter().map(|spot| spot.ways.iter().map(next).collect()).collect();
+        let mut found = BTreeSet::new();
+        for members in stuck::final_parts(&edges) {
+            let moved: BTreeSet<usize> = members
+                .iter()
+                .flat_map(|spot| &self.spots[*spot].ways)
+                .flat_map(|way| way.moved.iter().copied())
+                .collect();
+            let Some(one) = members.first() else { continue };
+            let state = self.state_of(*one).map_err(failure_of)?;
+            for (component, run) in state.iter().enumerate().filter(|(component, _)| !moved.contains(component)) {
+                let (mut delays, mut shown, mut waiting) = (Vec::new(), Vec::new(), Vec::new());
+                inspect(run, &mut delays, &mut shown).map_err(failure_of)?;
+                offers(run, &mut vec![component], &mut waiting).map_err(failure_of)?;
+                if delays.is_empty() {
+                    found.extend(waiting.iter().map(|offer| self.clock.blocked(offer)));
+                }
+            }
+        }
+        Ok(found.into_iter().collect())
     }
 
     fn edge(&self, way: &Way) -> Result<Edge, Failure> {

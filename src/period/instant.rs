@@ -1,15 +1,20 @@
 //! What happens in one instant: everything that ends at once, and every communication, until time has to pass.
 
-use std::collections::BTreeSet;
+use std::collections::hash_map::DefaultHasher;
+use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{Hash, Hasher};
 
+use super::board::Board;
 use super::run::{Env, Halt, Path, Run, Settler};
-use super::step::{Offer, all_offers, finish, inspect};
+use super::step::{Offer, finish, inspect};
 use super::{Blocked, End, Failure};
 use crate::name::Name;
 use crate::value::Value;
 
-/// Communications in one instant.
-const MOST_COMMUNICATIONS: usize = 2_000;
+/// Communications in one instant, for each read or write that the system has.
+const MOST_EACH: usize = 50;
+/// Communications in one instant besides those.
+const MOST_COMMUNICATIONS: usize = 20_000;
 
 /// A state on its way through an instant.
 #[derive(Clone)]
@@ -17,17 +22,66 @@ pub(super) struct Moment {
     pub(super) state: Vec<Run>,
     pub(super) path: Path,
     pub(super) communications: Vec<(Name, Value)>,
-    pub(super) history: Vec<Vec<Run>>,
+    /// The components that took part in a communication.
+    pub(super) moved: BTreeSet<usize>,
+    /// Components that have changed since they were settled.
+    dirty: BTreeSet<usize>,
+    /// A number for what each component is about to do, and the sum of these numbers.
+    hashes: (Vec<u64>, u64),
+    board: Board,
+    /// An earlier state of this instant, to be met again if it goes round in no time.
+    earlier: Option<Earlier>,
     /// What the communication just made must not have prevented.
-    pub(super) besides: Option<Besides>,
+    besides: Option<Besides>,
+}
+
+#[derive(Clone)]
+struct Earlier {
+    state: Vec<Run>,
+    hash: u64,
+    /// How many communications had been made.
+    at: usize,
+    /// The loops that have gone round since.
+    unfolded: Vec<Name>,
 }
 
 /// A communication just made, with what was possible besides it.
 #[derive(Clone)]
-pub(super) struct Besides {
+struct Besides {
     writer: Offer,
-    rivals: Vec<Offer>,
+    rivals: Vec<usize>,
     pairs: Vec<(Offer, Offer)>,
+}
+
+impl Moment {
+    pub(super) fn new(state: Vec<Run>, path: Path) -> Moment {
+        let dirty = (0..state.len()).collect();
+        let board = Board::new(state.len());
+        let (communications, moved) = (Vec::new(), BTreeSet::new());
+        let hashes = (vec![0; state.len()], 0);
+        Moment { state, path, communications, moved, dirty, hashes, board, earlier: None, besides: None }
+    }
+
+    /// The same with other values, and all of it to be settled anew.
+    pub(super) fn changed(self, state: Vec<Run>, path: Path) -> Moment {
+        let dirty = (0..state.len()).collect();
+        Moment { state, path, dirty, ..self }
+    }
+
+    /// Puts a settled component in its place.
+    fn place(&mut self, component: usize, settled: Run) -> Result<(), Halt> {
+        self.board.update(component, &settled)?;
+        let mut hasher = DefaultHasher::new();
+        (component, &settled).hash(&mut hasher);
+        let (hashes, sum) = &mut self.hashes;
+        if let (Some(place), Some(own)) = (self.state.get_mut(component), hashes.get_mut(component)) {
+            let before = std::mem::replace(own, hasher.finish());
+            *sum = sum.wrapping_sub(before).wrapping_add(*own);
+            *place = settled;
+        }
+        self.dirty.remove(&component);
+        Ok(())
+    }
 }
 
 /// What an instant needs to know.
@@ -35,6 +89,10 @@ pub(super) struct Clock<'a> {
     pub(super) settler: Settler<'a>,
     /// The components' names.
     pub(super) names: &'a [String],
+    /// Who reads and who writes each port.
+    pub(super) users: BTreeMap<Name, (Vec<usize>, Vec<usize>)>,
+    /// How many reads and writes the processes have.
+    pub(super) operations: usize,
 }
 
 impl Clock<'_> {
@@ -49,120 +107,144 @@ impl Clock<'_> {
 
     /// One settling and one communication: `Some` when the instant is over.
     fn beat(&self, moment: &mut Moment) -> Result<Option<Option<End>>, Halt> {
-        let mut path = moment.path.clone();
-        path.unfolded.clear();
-        let wanted = BTreeSet::new();
-        let settled: Result<Vec<Run>, Halt> =
-            moment.state.iter().map(|run| self.settler.settle(run.clone(), &wanted, &mut path, 0)).collect();
-        moment.state = match settled {
-            Err(Halt::Failed(failure)) => {
-                if let Failure::Livelock { cycle, .. } = *failure {
-                    return Ok(Some(Some(End::Livelock { cycle })));
-                }
-                return Err(Halt::Failed(failure));
-            }
-            settled => settled?,
-        };
-        if moment.history.contains(&moment.state) {
-            return Ok(Some(Some(End::Livelock { cycle: loops_of(&path, &moment.path) })));
+        if let Some(end) = self.settle(moment)? {
+            return Ok(Some(Some(end)));
         }
-        let unfolded: Vec<Name> = moment.path.unfolded.iter().chain(&path.unfolded).cloned().collect();
-        moment.path = path;
-        moment.path.unfolded = unfolded;
-        let offers = all_offers(&moment.state)?;
-        let pairs = pairs(&offers);
+        if let Some(end) = again(moment) {
+            return Ok(Some(Some(end)));
+        }
         if let Some(besides) = moment.besides.take() {
-            self.check_race(&besides, &pairs, &offers)?;
+            self.check_race(&besides, &moment.board)?;
         }
-        let Some((writer, reader)) = pairs.first().cloned() else {
-            return Ok(Some(self.ending(&moment.state, &offers)?));
+        let Some((writer, reader)) = moment.board.first() else {
+            return Ok(Some(self.ending(moment)?));
         };
-        self.check_contention(&writer, &offers)?;
+        self.check_contention(&writer, &moment.board)?;
+        let pairs = moment.board.beside(&writer, &reader);
         self.check_others(moment, (&writer, &reader), &pairs)?;
-        if moment.communications.len() >= MOST_COMMUNICATIONS {
-            return Halt::because(format!("more than {MOST_COMMUNICATIONS} communications in one instant"));
+        let most = MOST_COMMUNICATIONS.saturating_add(MOST_EACH.saturating_mul(self.operations));
+        if moment.communications.len() >= most {
+            return Halt::because(format!("more than {most} communications in one instant"));
         }
-        moment.history.push(moment.state.clone());
+        let readers: Vec<usize> =
+            moment.board.on(&writer.port, false).filter_map(|place| place.first().copied()).take(2).collect();
+        let rivals = if readers.len() > 1 { readers } else { Vec::new() };
         let value = communicate(&mut moment.state, &writer, &reader);
         moment.communications.push((writer.port.clone(), value));
-        let apart = |pair: &&(Offer, Offer)| {
-            let places = [&pair.0.place, &pair.1.place];
-            !places.contains(&&writer.place) && !places.contains(&&reader.place)
-        };
-        let readers = offers.iter().filter(|offer| offer.value.is_none() && offer.port == writer.port);
-        let rivals: Vec<Offer> = readers.cloned().collect();
-        moment.besides = Some(Besides {
-            rivals: if rivals.len() > 1 { rivals } else { Vec::new() },
-            pairs: pairs.iter().filter(apart).cloned().collect(),
-            writer,
-        });
+        for component in [writer.place.first(), reader.place.first()].into_iter().flatten() {
+            moment.dirty.insert(*component);
+            moment.moved.insert(*component);
+        }
+        moment.besides = Some(Besides { rivals, pairs, writer });
+        Ok(None)
+    }
+
+    /// Ends all that ends at once in the components that have changed.
+    fn settle(&self, moment: &mut Moment) -> Result<Option<End>, Halt> {
+        let wanted = BTreeSet::new();
+        while let Some(component) = moment.dirty.first().copied() {
+            let Some(run) = moment.state.get(component).cloned() else { break };
+            let (draws, exits) = (moment.path.draws.len(), moment.path.exits);
+            moment.path.unfolded.clear();
+            let settled = match self.settler.settle(run, &wanted, &mut moment.path, 0) {
+                Ok(settled) => settled,
+                Err(Halt::Failed(failure)) => {
+                    if let Failure::Livelock { cycle, .. } = *failure {
+                        return Ok(Some(End::Livelock { cycle }));
+                    }
+                    return Err(Halt::Failed(failure));
+                }
+                Err(question) => {
+                    moment.path.draws.truncate(draws);
+                    moment.path.exits = exits;
+                    return Err(question);
+                }
+            };
+            if let Some(earlier) = &mut moment.earlier {
+                earlier.unfolded.append(&mut moment.path.unfolded);
+            }
+            moment.place(component, settled)?;
+        }
         Ok(None)
     }
 
     /// A communication that was possible besides the one made must still be possible.
-    fn check_race(&self, besides: &Besides, pairs: &[(Offer, Offer)], offers: &[Offer]) -> Result<(), Halt> {
+    fn check_race(&self, besides: &Besides, board: &Board) -> Result<(), Halt> {
         let port = &besides.writer.port;
-        let same = |a: &Offer, b: &Offer| a.place == b.place && a.port == b.port;
-        let again = |offer: &Offer| offer.value.is_some() && same(offer, &besides.writer);
-        if !besides.rivals.is_empty() && !offers.iter().any(again) {
-            let components = besides.rivals.iter().map(|offer| self.name_of(offer)).collect();
+        if !besides.rivals.is_empty() && !board.has(&besides.writer) {
+            let components = besides.rivals.iter().map(|component| self.name(*component)).collect();
             return Err(Failure::Contention { port: port.clone(), components }.into());
         }
         for (writer, reader) in &besides.pairs {
-            if pairs.iter().any(|(w, r)| same(w, writer) && same(r, reader)) {
-                continue;
+            if let Some(gone) = [reader, writer].into_iter().find(|offer| !board.has(offer)) {
+                let component = self.name_of(gone);
+                return Err(Failure::KillRace { component, ports: (port.clone(), writer.port.clone()) }.into());
             }
-            let gone = if offers.iter().any(|offer| same(offer, writer)) { reader } else { writer };
-            let component = self.name_of(gone);
-            return Err(Failure::KillRace { component, ports: (port.clone(), writer.port.clone()) }.into());
         }
         Ok(())
     }
 
-    /// Any other communication, made first, must leave this one possible.
+    /// Any other communication of the same components, made first, must leave this one possible.
     fn check_others(&self, moment: &Moment, made: (&Offer, &Offer), pairs: &[(Offer, Offer)]) -> Result<(), Halt> {
         let (writer, reader) = made;
+        let wanted = BTreeSet::new();
         for (from, to) in pairs {
-            let places = [&from.place, &to.place];
-            if places.contains(&&writer.place) || places.contains(&&reader.place) {
-                continue;
-            }
-            let mut state = moment.state.clone();
-            communicate(&mut state, from, to);
+            let own = [writer, reader, from, to].into_iter().filter_map(|offer| offer.place.first().copied());
+            let mut few: BTreeMap<usize, Run> =
+                own.filter_map(|index| Some((index, moment.state.get(index)?.clone()))).collect();
+            let value = from.value.clone().unwrap_or_else(Value::zero);
+            put(few.get_mut(from.place.first().unwrap_or(&usize::MAX)), from, &Env::new());
+            put(few.get_mut(to.place.first().unwrap_or(&usize::MAX)), to, &results(to, &value));
             let mut path = moment.path.clone();
-            let wanted = BTreeSet::new();
-            let settled: Result<Vec<Run>, Halt> =
-                state.into_iter().map(|run| self.settler.settle(run, &wanted, &mut path, 0)).collect();
-            // What cannot be told here comes up again when that communication is made.
-            let Ok(state) = settled else { continue };
-            let offers = all_offers(&state)?;
-            let same = |a: &Offer, b: &Offer| a.place == b.place && a.port == b.port;
-            for one in [writer, reader] {
-                if !offers.iter().any(|offer| same(offer, one)) {
-                    let component = self.name_of(one);
-                    return Err(Failure::KillRace { component, ports: (from.port.clone(), one.port.clone()) }.into());
+            let mut board = Board::new(moment.state.len());
+            let mut known = true;
+            for (index, run) in few {
+                // What cannot be told here comes up again when that communication is made.
+                match self.settler.settle(run, &wanted, &mut path, 0) {
+                    Ok(run) => board.update(index, &run)?,
+                    Err(_) => known = false,
                 }
+            }
+            if let Some(one) = [writer, reader].into_iter().find(|one| known && !board.has(one)) {
+                let component = self.name_of(one);
+                return Err(Failure::KillRace { component, ports: (from.port.clone(), one.port.clone()) }.into());
             }
         }
         Ok(())
     }
 
-    /// One writer only, unless all write the same.
-    fn check_contention(&self, writer: &Offer, offers: &[Offer]) -> Result<(), Halt> {
-        let rivals: Vec<&Offer> = offers.iter().filter(|o| o.port == writer.port && o.value.is_some()).collect();
-        if rivals.len() > 1 {
-            let components = rivals.iter().map(|offer| self.name_of(offer)).collect();
+    /// One writer only.
+    fn check_contention(&self, writer: &Offer, board: &Board) -> Result<(), Halt> {
+        if board.on(&writer.port, true).nth(1).is_some() {
+            let components: BTreeSet<usize> =
+                board.on(&writer.port, true).filter_map(|place| place.first().copied()).collect();
+            let components = components.into_iter().map(|component| self.name(component)).collect();
             return Err(Failure::Contention { port: writer.port.clone(), components }.into());
         }
         Ok(())
     }
 
+    fn name(&self, component: usize) -> String {
+        self.names.get(component).cloned().unwrap_or_default()
+    }
+
     fn name_of(&self, offer: &Offer) -> String {
-        offer.place.first().and_then(|index| self.names.get(*index)).cloned().unwrap_or_default()
+        offer.place.first().map(|component| self.name(*component)).unwrap_or_default()
+    }
+
+    /// What an offer that is never taken waits for.
+    pub(super) fn blocked(&self, offer: &Offer) -> Blocked {
+        let reads = offer.value.is_none();
+        let own = offer.place.first();
+        let partners = self.users.get(&offer.port).map(|(readers, writers)| if reads { writers } else { readers });
+        let partners = partners.into_iter().flatten().filter(|other| Some(*other) != own);
+        let partners = partners.map(|other| self.name(*other)).collect();
+        Blocked { component: self.name_of(offer), port: offer.port.clone(), reads, partners }
     }
 
     /// How the run ends here, if no delay is left.
-    fn ending(&self, state: &[Run], offers: &[Offer]) -> Result<Option<End>, Halt> {
+    fn ending(&self, moment: &Moment) -> Result<Option<End>, Halt> {
+        let state = &moment.state;
         if state.iter().all(|run| matches!(run, Run::Done(_) | Run::Aborted)) {
             let stopped = state.iter().any(|run| matches!(run, Run::Done(_)));
             return Ok(Some(if stopped { End::Stopped } else { End::Aborted }));
@@ -176,51 +258,50 @@ impl Clock<'_> {
         }
         observed.sort();
         observed.dedup();
-        let blocked: BTreeSet<Blocked> = offers
-            .iter()
-            .map(|offer| Blocked {
-                component: self.name_of(offer),
-                port: offer.port.clone(),
-                reads: offer.value.is_none(),
-            })
-            .collect();
+        let blocked: BTreeSet<Blocked> = moment.board.all().map(|offer| self.blocked(offer)).collect();
         Ok(Some(End::Silent { blocked: blocked.into_iter().collect(), observed }))
     }
 }
 
-fn put(state: &mut [Run], place: &[usize], results: &Env) {
-    if let Some((component, below)) = place.split_first()
-        && let Some(run) = state.get_mut(*component)
-    {
-        *run = finish(run.clone(), below, results);
+/// The end of time, if the system is where it was earlier in this instant. The earlier state is one of those after
+/// 1, 2, 4, 8, … communications, so that any cycle is met in a few times its length.
+fn again(moment: &mut Moment) -> Option<End> {
+    let made = moment.communications.len();
+    if made == 0 {
+        return None;
     }
+    let hash = moment.hashes.1;
+    if let Some(earlier) = moment.earlier.as_mut().filter(|earlier| earlier.hash == hash && earlier.at < made)
+        && earlier.state == moment.state
+    {
+        let mut cycle: Vec<Name> = Vec::new();
+        for name in std::mem::take(&mut earlier.unfolded) {
+            if !cycle.contains(&name) {
+                cycle.push(name);
+            }
+        }
+        return Some(End::Livelock { cycle });
+    }
+    if made.is_power_of_two() && moment.earlier.as_ref().is_none_or(|earlier| earlier.at < made) {
+        moment.earlier = Some(Earlier { state: moment.state.clone(), hash, at: made, unfolded: Vec::new() });
+    }
+    None
+}
+
+fn put(run: Option<&mut Run>, offer: &Offer, results: &Env) {
+    if let (Some(run), Some((_, below))) = (run, offer.place.split_first()) {
+        *run = finish(std::mem::replace(run, Run::Aborted), below, results);
+    }
+}
+
+fn results(reader: &Offer, value: &Value) -> Env {
+    reader.binds.iter().map(|name| (name.clone(), value.clone())).collect()
 }
 
 /// Makes a communication; gives the value that passes.
 fn communicate(state: &mut [Run], writer: &Offer, reader: &Offer) -> Value {
     let value = writer.value.clone().unwrap_or_else(Value::zero);
-    let results = reader.binds.iter().map(|name| (name.clone(), value.clone())).collect();
-    put(state, &writer.place, &Env::new());
-    put(state, &reader.place, &results);
+    put(writer.place.first().and_then(|index| state.get_mut(*index)), writer, &Env::new());
+    put(reader.place.first().and_then(|index| state.get_mut(*index)), reader, &results(reader, &value));
     value
-}
-
-fn pairs(offers: &[Offer]) -> Vec<(Offer, Offer)> {
-    let mut found = Vec::new();
-    for writer in offers.iter().filter(|offer| offer.value.is_some()) {
-        for reader in offers.iter().filter(|offer| offer.value.is_none() && offer.port == writer.port) {
-            found.push((writer.clone(), reader.clone()));
-        }
-    }
-    found
-}
-
-fn loops_of(path: &Path, before: &Path) -> Vec<Name> {
-    let mut cycle: Vec<Name> = Vec::new();
-    for name in before.unfolded.iter().chain(&path.unfolded) {
-        if !cycle.contains(name) {
-            cycle.push(name.clone());
-        }
-    }
-    cycle
 }

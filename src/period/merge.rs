@@ -2,38 +2,98 @@
 
 use std::collections::BTreeMap;
 
-use super::explore::Graph;
 use super::{Edge, Next, Phase, Segment};
+use crate::name::Name;
 use crate::substitution::substitute_values;
-use crate::value::ValueError;
+use crate::value::{Value, ValueError};
 
 /// Edges that one merging may make.
 const MOST_PRODUCTS: usize = 32;
+/// Phases up to which merging looks for more than chains.
+const MOST_COMPARED: usize = 400;
 
-/// Merges every phase into those before it that it belongs to, and numbers the rest anew.
-pub(crate) fn merge(graph: Graph) -> Result<(Vec<Edge>, Vec<Phase>), ValueError> {
-    let Graph { mut initial, phases } = graph;
+/// Initial edges, phases, and the number that each phase had.
+type Merged = (Vec<Edge>, Vec<Phase>, Vec<usize>);
+
+/// Merges every phase into those before it that it belongs to, and numbers the rest anew; phases that nothing leads to
+/// are left out.
+pub(super) fn merge(initial: Vec<Edge>, phases: Vec<Phase>) -> Result<Merged, ValueError> {
+    let mut initial = initial;
     let mut phases: Vec<Option<Phase>> = phases.into_iter().map(Some).collect();
-    while let Some(number) = (0..phases.len()).rev().find(|number| merges(*number, &initial, &phases)) {
+    forget(&initial, &mut phases);
+    chains(&mut phases, &initial)?;
+    while phases.iter().flatten().count() <= MOST_COMPARED
+        && let Some(number) = (0..phases.len()).rev().find(|number| merges(*number, &initial, &phases))
+    {
         let Some(gone) = phases.get_mut(number).and_then(Option::take) else { break };
         initial = through(initial, number, &gone)?;
         for phase in phases.iter_mut().flatten() {
             phase.edges = through(std::mem::take(&mut phase.edges), number, &gone)?;
         }
     }
-    let mut numbers = BTreeMap::new();
-    for (old, phase) in phases.iter().enumerate() {
-        if phase.is_some() {
-            numbers.insert(old, numbers.len());
-        }
-    }
+    let numbers: Vec<usize> = (0..phases.len()).filter(|number| phases[*number].is_some()).collect();
+    let anew: BTreeMap<usize, usize> = numbers.iter().enumerate().map(|(new, old)| (*old, new)).collect();
     let mut kept: Vec<Phase> = phases.into_iter().flatten().collect();
     for edge in initial.iter_mut().chain(kept.iter_mut().flat_map(|phase| &mut phase.edges)) {
         if let Next::Phase(number) = &mut edge.next {
-            *number = numbers.get(number).copied().unwrap_or(*number);
+            *number = anew.get(number).copied().unwrap_or(*number);
         }
     }
-    Ok((initial, kept))
+    Ok((initial, kept, numbers))
+}
+
+/// Takes away the phases that nothing leads to.
+fn forget(initial: &[Edge], phases: &mut [Option<Phase>]) {
+    let mut reached = vec![false; phases.len()];
+    let target = |edge: &Edge| if let Next::Phase(number) = edge.next { Some(number) } else { None };
+    let mut stack: Vec<usize> = initial.iter().filter_map(target).collect();
+    while let Some(number) = stack.pop() {
+        if !std::mem::replace(&mut reached[number], true) {
+            let edges = phases[number].iter().flat_map(|phase| &phase.edges);
+            stack.extend(edges.filter_map(target));
+        }
+    }
+    phases.iter_mut().zip(reached).filter(|(_, reached)| !reached).for_each(|(phase, _)| *phase = None);
+}
+
+/// Merges the phases that one edge enters and one edge leaves, without a change of behaviour, along whole chains.
+fn chains(phases: &mut [Option<Phase>], initial: &[Edge]) -> Result<(), ValueError> {
+    let mut entries = vec![0usize; phases.len()];
+    let mut apart = vec![false; phases.len()];
+    for edge in initial {
+        if let Next::Phase(number) = edge.next {
+            apart[number] = true;
+        }
+    }
+    for edge in phases.iter().flatten().flat_map(|phase| &phase.edges) {
+        if let Next::Phase(number) = edge.next {
+            entries[number] += 1;
+            apart[number] |= edge.switches;
+        }
+    }
+    let link = |number: usize, phases: &[Option<Phase>]| {
+        let single = phases[number].as_ref().is_some_and(|phase| phase.edges.len() == 1);
+        single && entries[number] == 1 && !apart[number]
+    };
+    for start in 0..phases.len() {
+        if phases[start].is_none() || link(start, phases) {
+            continue;
+        }
+        let mut edges = phases[start].as_mut().map(|phase| std::mem::take(&mut phase.edges)).unwrap_or_default();
+        for edge in &mut edges {
+            while let Next::Phase(number) = edge.next
+                && number != start
+                && link(number, phases)
+                && let Some(second) = phases[number].take().and_then(|mut phase| phase.edges.pop())
+            {
+                append(edge, &second)?;
+            }
+        }
+        if let Some(phase) = &mut phases[start] {
+            phase.edges = edges;
+        }
+    }
+    Ok(())
 }
 
 /// A phase merges if it is entered from other phases only, never by a change of behaviour, nor at the very start.
@@ -56,7 +116,9 @@ fn through(edges: Vec<Edge>, number: usize, gone: &Phase) -> Result<Vec<Edge>, V
     for edge in edges {
         if edge.next == Next::Phase(number) {
             for second in &gone.edges {
-                all.push(compose(&edge, second)?);
+                let mut composed = edge.clone();
+                append(&mut composed, second)?;
+                all.push(composed);
             }
         } else {
             all.push(edge);
@@ -66,30 +128,34 @@ fn through(edges: Vec<Edge>, number: usize, gone: &Phase) -> Result<Vec<Edge>, V
 }
 
 /// One round after another.
-pub(crate) fn compose(first: &Edge, second: &Edge) -> Result<Edge, ValueError> {
-    let map = &first.map;
-    let mut composed = first.clone();
+fn append(first: &mut Edge, second: &Edge) -> Result<(), ValueError> {
+    let mut map = std::mem::take(&mut first.map);
+    // A draw of the second round is another draw, even where it was given the same name.
+    for (name, distribution) in &second.draws {
+        let plain = name.as_str().split('~').next().unwrap_or_default();
+        let drawn = Name::new(&format!("{plain}~{}", first.draws.len() + 1));
+        first.draws.push((drawn.clone(), distribution.substitute(&map)?));
+        map.insert(name.clone(), Value::variable(&drawn));
+    }
     for test in &second.tests {
-        composed.tests.push(test.substitute(map)?);
+        first.tests.push(test.substitute(&map)?);
     }
-    composed.after = first.after.iter().map(|_| None).chain(second.after.iter().cloned()).collect();
+    first.after.iter_mut().for_each(|after| *after = None);
+    first.after.extend(second.after.iter().cloned());
     for segment in &second.segments {
-        let observed: Result<Vec<_>, _> = segment.observed.iter().map(|term| substitute_values(term, map)).collect();
+        let observed: Result<Vec<_>, _> = segment.observed.iter().map(|term| substitute_values(term, &map)).collect();
         let observed = observed.map_err(|stuck| ValueError(stuck.0))?;
-        composed.segments.push(Segment { duration: segment.duration.substitute(map)?, observed });
+        first.segments.push(Segment { duration: segment.duration.substitute(&map)?, observed });
     }
-    composed.map = second
+    first.map = second
         .map
         .iter()
-        .map(|(name, value)| Ok((name.clone(), value.substitute(map)?)))
+        .map(|(name, value)| Ok((name.clone(), value.substitute(&map)?)))
         .collect::<Result<_, ValueError>>()?;
     for (port, value) in &second.communications {
-        composed.communications.push((port.clone(), value.substitute(map)?));
+        first.communications.push((port.clone(), value.substitute(&map)?));
     }
-    for (name, distribution) in &second.draws {
-        composed.draws.push((name.clone(), distribution.substitute(map)?));
-    }
-    composed.switches |= second.switches;
-    composed.next = second.next.clone();
-    Ok(composed)
+    first.switches |= second.switches;
+    first.next = second.next.clone();
+    Ok(())
 }

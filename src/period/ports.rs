@@ -1,6 +1,6 @@
 //! The closed system: components and ports, who reads and who writes, and the balance equations.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use num_bigint::BigInt;
 use num_integer::Integer;
@@ -36,6 +36,8 @@ pub struct System {
     pub reads: Vec<BTreeSet<Name>>,
     /// The ports each component writes.
     pub writes: Vec<BTreeSet<Name>>,
+    /// How many reads and writes the processes have, as they are written.
+    pub operations: usize,
     components: Vec<Term>,
 }
 
@@ -45,32 +47,30 @@ impl System {
         let mut reads = Vec::new();
         let mut writes = Vec::new();
         let mut names: Vec<String> = Vec::new();
+        let mut called: BTreeMap<String, usize> = BTreeMap::new();
+        let mut counted = 0;
         for (index, component) in components.iter().enumerate() {
             let (read, written) = ports_of(component, definitions);
             reads.push(read);
             writes.push(written);
+            counted += operations(component);
             let name = match component.node() {
                 Node::Call(name, _) => name.to_string(),
                 _ => format!("component {}", index + 1),
             };
-            let again = names.iter().filter(|other| **other == name || other.starts_with(&format!("{name} ("))).count();
-            names.push(if again == 0 { name } else { format!("{name} ({})", again + 1) });
+            let again = called.entry(name.clone()).or_default();
+            *again += 1;
+            names.push(if *again == 1 { name } else { format!("{name} ({again})") });
         }
-        System { names, reads, writes, components: components.to_vec() }
+        let operations = counted + definitions.iter().map(|definition| operations(&definition.body)).sum::<usize>();
+        System { names, reads, writes, operations, components: components.to_vec() }
     }
 
-    /// The failures that show without running anything.
-    pub fn failures(&self) -> Vec<Failure> {
-        let groups = self.groups();
-        let mut failures = Vec::new();
-        if groups.len() > 1 {
-            let name = |index: &usize| self.names[*index].clone();
-            failures.push(Failure::NoCommunication {
-                groups: groups.iter().map(|group| group.iter().map(name).collect()).collect(),
-            });
-        }
+    /// Ports that one component uses and no other answers.
+    pub fn unmatched(&self) -> Vec<Failure> {
         let all_reads: BTreeSet<&Name> = self.reads.iter().flatten().collect();
         let all_writes: BTreeSet<&Name> = self.writes.iter().flatten().collect();
+        let mut failures = Vec::new();
         for (index, component) in self.names.iter().enumerate() {
             for port in self.reads[index].iter().filter(|port| !all_writes.contains(port)) {
                 failures.push(unmatched(component, port, true));
@@ -82,24 +82,45 @@ impl System {
         failures
     }
 
+    /// The components that read each port, and those that write it.
+    pub fn users(&self) -> BTreeMap<Name, (Vec<usize>, Vec<usize>)> {
+        let mut users: BTreeMap<Name, (Vec<usize>, Vec<usize>)> = BTreeMap::new();
+        for (index, (reads, writes)) in self.reads.iter().zip(&self.writes).enumerate() {
+            reads.iter().for_each(|port| users.entry(port.clone()).or_default().0.push(index));
+            writes.iter().for_each(|port| users.entry(port.clone()).or_default().1.push(index));
+        }
+        users
+    }
+
     /// Components that are connected by ports, directly or through others.
-    fn groups(&self) -> Vec<Vec<usize>> {
-        let count = self.names.len();
-        let mut group: Vec<usize> = (0..count).collect();
-        for one in 0..count {
-            for other in 0..count {
-                let shared = self.writes[one].iter().any(|port| self.reads[other].contains(port));
-                if shared && group[one] != group[other] {
-                    let (from, to) = (group[one].max(group[other]), group[one].min(group[other]));
-                    group.iter_mut().filter(|member| **member == from).for_each(|member| *member = to);
+    pub fn groups(&self) -> Vec<Vec<usize>> {
+        let mut beside: Vec<Vec<usize>> = vec![Vec::new(); self.names.len()];
+        for (readers, writers) in self.users().into_values() {
+            let (Some(reader), Some(writer)) = (readers.first(), writers.first()) else { continue };
+            for (one, others) in [(*reader, writers.clone()), (*writer, readers.clone())] {
+                for other in others.into_iter().filter(|other| *other != one) {
+                    beside[one].push(other);
+                    beside[other].push(one);
                 }
             }
         }
-        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (component, group) in group.into_iter().enumerate() {
-            members.entry(group).or_default().push(component);
+        let mut seen = vec![false; self.names.len()];
+        let mut groups = Vec::new();
+        for start in 0..self.names.len() {
+            let mut stack = vec![start];
+            let mut group = Vec::new();
+            while let Some(component) = stack.pop() {
+                if !std::mem::replace(&mut seen[component], true) {
+                    group.push(component);
+                    stack.extend(beside[component].iter().copied());
+                }
+            }
+            group.sort_unstable();
+            if !group.is_empty() {
+                groups.push(group);
+            }
         }
-        members.into_values().collect()
+        groups
     }
 
     /// Solves `q_i · k_ic = q_j · k_jc` for straight-line components over one-to-one ports; nothing where they are not.
@@ -115,12 +136,16 @@ impl System {
             return Ok(None);
         }
         let mut rates: Vec<Option<BigRational>> = vec![None; counts.len()];
+        let mut touching: Vec<Vec<&Equation>> = vec![Vec::new(); counts.len()];
+        for equation in &equations {
+            touching[equation.writer.0].push(equation);
+            touching[equation.reader.0].push(equation);
+        }
         for start in 0..counts.len() {
-            if rates[start].is_some() {
-                continue;
+            if rates[start].is_none() {
+                rates[start] = Some(BigRational::one());
+                self.spread(start, &touching, &mut rates)?;
             }
-            rates[start] = Some(BigRational::one());
-            self.spread(&equations, &mut rates)?;
         }
         let rates: Vec<BigRational> = rates.into_iter().flatten().collect();
         let multiple = rates.iter().fold(BigInt::one(), |sum, rate| sum.lcm(rate.denom()));
@@ -130,22 +155,26 @@ impl System {
         Ok(small.map(|rates| self.names.iter().cloned().zip(rates).collect()))
     }
 
-    /// Carries known rates along the equations until nothing new follows.
-    fn spread(&self, equations: &[Equation], rates: &mut [Option<BigRational>]) -> Result<(), Failure> {
-        let mut changed = true;
-        while changed {
-            changed = false;
-            for equation in equations {
+    /// Carries the rate of a component along the equations as far as they lead.
+    fn spread(
+        &self,
+        start: usize,
+        touching: &[Vec<&Equation>],
+        rates: &mut [Option<BigRational>],
+    ) -> Result<(), Failure> {
+        let mut waiting = VecDeque::from([start]);
+        while let Some(component) = waiting.pop_front() {
+            for equation in &touching[component] {
                 let ((writer, written), (reader, read)) = (equation.writer, equation.reader);
                 let ratio = BigRational::new(BigInt::from(written), BigInt::from(read));
                 match (rates[writer].clone(), rates[reader].clone()) {
                     (Some(rate), None) => {
                         rates[reader] = Some(rate * ratio);
-                        changed = true;
+                        waiting.push_back(reader);
                     }
                     (None, Some(rate)) => {
                         rates[writer] = Some(rate / ratio);
-                        changed = true;
+                        waiting.push_back(writer);
                     }
                     (Some(one), Some(other)) if one.clone() * ratio.clone() != other => {
                         return Err(Failure::RateMismatch {
@@ -164,14 +193,13 @@ impl System {
     fn straight_counts(&self, definitions: &Definitions) -> Option<Vec<Counts>> {
         let counts: Vec<Counts> =
             self.components.iter().map(|component| straight_period(component, definitions)).collect::<Option<_>>()?;
-        let ports: BTreeSet<&Name> = self.reads.iter().chain(&self.writes).flatten().collect();
-        let lone = |sets: &[BTreeSet<Name>], port: &Name| sets.iter().filter(|set| set.contains(port)).count() == 1;
-        ports.into_iter().all(|port| lone(&self.reads, port) && lone(&self.writes, port)).then_some(counts)
+        let single = |(readers, writers): &(Vec<usize>, Vec<usize>)| readers.len() == 1 && writers.len() == 1;
+        self.users().values().all(single).then_some(counts)
     }
 }
 
 fn unmatched(component: &str, port: &Name, reads: bool) -> Failure {
-    Failure::Unmatched(Blocked { component: component.to_string(), port: port.clone(), reads })
+    Failure::Unmatched(Blocked { component: component.to_string(), port: port.clone(), reads, partners: Vec::new() })
 }
 
 /// Reads and writes of each port in one round.
@@ -188,21 +216,23 @@ struct Equation {
 }
 
 fn equations(counts: &[Counts]) -> Vec<Equation> {
+    let mut readers: BTreeMap<&Name, Vec<(usize, usize)>> = BTreeMap::new();
+    for (reader, counts) in counts.iter().enumerate() {
+        counts.reads.iter().for_each(|(port, read)| readers.entry(port).or_default().push((reader, *read)));
+    }
     let mut equations = Vec::new();
     for (writer, from) in counts.iter().enumerate() {
         for (port, written) in &from.writes {
-            for (reader, to) in counts.iter().enumerate() {
-                if let Some(read) = to.reads.get(port) {
-                    equations.push(Equation {
-                        port: port.clone(),
-                        writer: (writer, *written),
-                        reader: (reader, *read),
-                    });
-                }
+            for reader in readers.get(port).into_iter().flatten() {
+                equations.push(Equation { port: port.clone(), writer: (writer, *written), reader: *reader });
             }
         }
     }
     equations
+}
+
+fn operations(term: &Term) -> usize {
+    subterms(term).into_iter().filter(|part| matches!(part.node(), Node::In(..) | Node::Out(..))).count()
 }
 
 /// The counts of `T = P ; T` where P is a sequence of delays, sets, reads and writes, possibly side by side.

@@ -4,10 +4,13 @@
 //! are apart. A question about values that the assumptions leave open stops the settling; the caller asks again
 //! with the answer assumed, once each way.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use num_traits::ToPrimitive;
 
+use super::rest::{NOTHING, Rest, Tails};
 use super::{Failure, Test};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -21,7 +24,7 @@ use crate::value::{Relation, Value};
 pub(crate) type Env = BTreeMap<Name, Value>;
 
 /// A process that runs, or has ended.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) enum Run {
     /// Has stopped, and carries this.
     Done(Env),
@@ -34,7 +37,7 @@ pub(crate) enum Run {
     /// A delay with what is left of it.
     Delay(Value),
     /// The part that runs, the parts to come, their values, and what is carried so far.
-    Seq(Box<Run>, Vec<Term>, Env, Env),
+    Seq(Box<Run>, Rest, Env, Env),
     /// With the alternative; true if this is a loop, whose alternative is `Stop`.
     Else(Box<Run>, Term, Env, bool),
     /// Side by side.
@@ -58,7 +61,7 @@ pub(crate) struct RawTest {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Path {
     /// What is assumed.
-    pub assumptions: Assumptions,
+    pub assumptions: Rc<Assumptions>,
     /// The answers given, in order.
     pub tests: Vec<RawTest>,
     /// How many loops have ended.
@@ -97,17 +100,15 @@ const MOST_COPIES: usize = 10_000;
 /// What settling needs to know.
 pub(crate) struct Settler<'a> {
     pub(crate) definitions: &'a Definitions,
-    /// The names that vary from round to round; all others are parameters.
+    /// The names that have one value throughout; all others vary from round to round.
     pub(crate) reserved: &'a BTreeSet<Name>,
+    /// The sequences met so far.
+    pub(crate) tails: RefCell<Tails>,
 }
 
 /// The values of the names that are needed.
 pub(crate) fn restrict(env: &Env, names: &BTreeSet<Name>) -> Env {
     env.iter().filter(|(name, _)| names.contains(*name)).map(|(name, value)| (name.clone(), value.clone())).collect()
-}
-
-pub(crate) fn read_all(terms: &[Term]) -> BTreeSet<Name> {
-    terms.iter().flat_map(read_names).collect()
 }
 
 /// A process at its start.
@@ -203,28 +204,29 @@ impl Settler<'_> {
     fn settle_sequence(
         &self,
         mut first: Run,
-        mut rest: Vec<Term>,
+        mut rest: Rest,
         (mut env, mut carried): (Env, Env),
         wanted: &BTreeSet<Name>,
         path: &mut Path,
         depth: usize,
     ) -> Result<Run, Halt> {
         loop {
-            let reads = read_all(&rest);
-            let both: BTreeSet<Name> = reads.union(wanted).cloned().collect();
-            match self.settle(first, &both, path, depth + 1)? {
+            let reads = self.tails.borrow().reads(rest);
+            let both = if reads.is_subset(wanted) { None } else { Some(reads.union(wanted).cloned().collect()) };
+            match self.settle(first, both.as_ref().unwrap_or(wanted), path, depth + 1)? {
                 Run::Done(results) => {
                     carried.extend(results.iter().map(|(name, value)| (name.clone(), value.clone())));
                     env.extend(results);
-                    if rest.is_empty() {
+                    let Some((next, others)) = self.tails.borrow().split(rest) else {
                         return Ok(Run::Done(restrict(&carried, wanted)));
-                    }
-                    first = fresh(&rest.remove(0), &env);
+                    };
+                    rest = others;
+                    first = fresh(&next, &env);
                 }
                 Run::Aborted => return Ok(Run::Aborted),
                 running => {
                     let carried = restrict(&carried, wanted);
-                    if rest.is_empty() && carried.is_empty() {
+                    if rest == NOTHING && carried.is_empty() {
                         return Ok(running);
                     }
                     return Ok(Run::Seq(Box::new(running), rest, restrict(&env, &reads), carried));
@@ -259,16 +261,16 @@ impl Settler<'_> {
                 let drawn = self.draw(name, evaluate(distribution, env)?, path);
                 return Ok(Run::Done(restrict(&Env::from([(name.clone(), drawn)]), wanted)));
             }
-            Node::Seq(parts) => {
-                let rest: Vec<Term> = parts.iter().skip(1).cloned().collect();
-                let first = parts.first().map_or(Run::Done(Env::new()), |part| fresh(part, env));
-                Run::Seq(Box::new(first), rest, env.clone(), Env::new())
+            Node::Seq(_) => {
+                let rest = self.tails.borrow_mut().of(term);
+                Run::Seq(Box::new(Run::Done(Env::new())), rest, env.clone(), Env::new())
             }
             Node::Else(first, second) => {
                 Run::Else(Box::new(fresh(first, env)), second.clone(), restrict(env, &read_names(second)), false)
             }
             Node::Loop(body) => {
-                let round = Run::Seq(Box::new(fresh(body, env)), vec![term.clone()], env.clone(), Env::new());
+                let again = self.tails.borrow_mut().of(term);
+                let round = Run::Seq(Box::new(fresh(body, env)), again, env.clone(), Env::new());
                 Run::Else(Box::new(round), Term::stop(), Env::new(), true)
             }
             Node::Par(parts) => Run::Par(parts.iter().map(|part| fresh(part, env)).collect()),

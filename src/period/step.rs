@@ -1,5 +1,6 @@
 //! What a settled system can do: offers on ports, what it shows, and how time passes.
 
+use super::rest::Tails;
 use super::run::{Env, Halt, Run, evaluate};
 use crate::name::Name;
 use crate::substitution::substitute_values;
@@ -41,15 +42,6 @@ pub(crate) fn offers(run: &Run, place: &mut Vec<usize>, found: &mut Vec<Offer>) 
         _ => {}
     }
     Ok(())
-}
-
-/// All offers of a system.
-pub(crate) fn all_offers(state: &[Run]) -> Result<Vec<Offer>, Halt> {
-    let mut found = Vec::new();
-    for (index, run) in state.iter().enumerate() {
-        offers(run, &mut vec![index], &mut found)?;
-    }
-    Ok(found)
 }
 
 /// The part at a place replaced: a read or write that has taken place.
@@ -110,7 +102,7 @@ pub(crate) fn map_values<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) 
         Run::Seq(first, rest, env, carried) => {
             let first = map_boxed(first, image)?;
             let env = over(env, image)?;
-            Run::Seq(first, rest.clone(), env, over(carried, image)?)
+            Run::Seq(first, *rest, env, over(carried, image)?)
         }
         Run::Else(first, second, env, looped) => {
             let first = map_boxed(first, image)?;
@@ -143,19 +135,21 @@ pub(crate) enum Slot<'a> {
 }
 
 /// What a running part is about to do, as a process; for people, who need not see the loops round it.
-pub(crate) fn readable(run: &Run) -> Term {
+pub(crate) fn readable(run: &Run, tails: &Tails) -> Term {
     let filled = |term: &Term, env: &Env| substitute_values(term, env).unwrap_or_else(|_| term.clone());
+    let all = |parts: &[Run]| parts.iter().map(|part| readable(part, tails)).collect::<Vec<_>>();
     match run {
         Run::Done(_) => Term::stop(),
         Run::Aborted => Term::abort(),
         Run::Delay(left) => Term::delay(left.clone()),
         Run::Wait(term, env) | Run::Fresh(term, env) => filled(term, env),
         Run::Seq(first, rest, env, _) => {
-            Term::seq(std::iter::once(readable(first)).chain(rest.iter().map(|term| filled(term, env))))
+            let rest = tails.parts(*rest);
+            Term::seq(std::iter::once(readable(first, tails)).chain(rest.iter().map(|term| filled(term, env))))
         }
-        Run::Else(first, _, _, true) => readable(first),
-        Run::Else(first, second, env, false) => Term::otherwise(readable(first), filled(second, env)),
-        Run::Par(parts) => Term::par(parts.iter().map(readable)),
-        Run::Disable(parts) => Term::disable(parts.iter().map(readable)),
+        Run::Else(first, _, _, true) => readable(first, tails),
+        Run::Else(first, second, env, false) => Term::otherwise(readable(first, tails), filled(second, env)),
+        Run::Par(parts) => Term::par(all(parts)),
+        Run::Disable(parts) => Term::disable(all(parts)),
     }
 }

@@ -1,0 +1,100 @@
+//! Parts that never come back together: rounds whose durations have no rational ratio.
+
+use super::run::Run;
+use super::step::inspect;
+use super::{Edge, Failure, Graph, Next};
+use crate::value::Value;
+
+/// The ratio of two durations, if it is one number: whether it is rational.
+pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
+    let ratio = one.div(other).ok()?;
+    if ratio.as_rational().is_some() {
+        return Some(true);
+    }
+    ratio.variables().is_empty().then_some(false)
+}
+
+/// How long one round of this graph takes, where it goes round in one way only and the same time for ever.
+pub(super) fn round(graph: &Graph) -> Option<Value> {
+    let mut ways: &[Edge] = &graph.initial;
+    let mut entered: Vec<Option<Value>> = vec![None; graph.phases.len()];
+    let mut time = Value::zero();
+    loop {
+        let [edge] = ways else { return None };
+        time = time.add(&edge.duration().ok()?).ok()?;
+        let Next::Phase(number) = edge.next else { return None };
+        let phase = graph.phases.get(number)?;
+        if phase
+            .edges
+            .iter()
+            .flat_map(|edge| &edge.segments)
+            .any(|segment| phase.variables.iter().any(|name| segment.duration.mentions(name)))
+        {
+            return None;
+        }
+        if let Some(before) = &entered[number] {
+            return time.sub(before).ok();
+        }
+        entered[number] = Some(time.clone());
+        ways = &phase.edges;
+    }
+}
+
+/// Why parts that do not communicate drift, if they do: their names with the durations of their rounds.
+pub(super) fn drift(rounds: &[(String, Value)]) -> Option<Failure> {
+    for (place, one) in rounds.iter().enumerate() {
+        for other in rounds.get(place + 1..).unwrap_or_default() {
+            if rational_ratio(&one.1, &other.1) != Some(true) {
+                return Some(Failure::Drift { one: one.clone(), other: other.clone() });
+            }
+        }
+    }
+    None
+}
+
+/// What would have to hold for two durations to have a common multiple.
+pub(super) fn what_would_do(one: &Value, other: &Value) -> String {
+    match rational_ratio(one, other) {
+        Some(true) => return String::new(),
+        Some(false) => {
+            let ratio = one.div(other).map_or_else(|error| error.0, |ratio| ratio.to_string());
+            return format!(": {one} is {ratio} times {other}, which is irrational, so no multiples of them are equal");
+        }
+        None => {}
+    }
+    let text = format!(": {one} and {other} have no known ratio; there is a period if it is rational");
+    let (given, fixed) = match (other.as_variable(), one.as_variable()) {
+        (Some(name), _) if !one.mentions(name) => (name, one),
+        (_, Some(name)) if !other.mentions(name) => (name, other),
+        _ => return text,
+    };
+    let third = fixed.mul(&Value::fraction(2, 3).unwrap_or_else(|_| Value::one()));
+    let double = fixed.add(fixed);
+    match (third, double) {
+        (Ok(third), Ok(double)) => format!("{text}, and `param {given} = {third}` would give {double}"),
+        _ => text,
+    }
+}
+
+/// That the same control points come again and again with other delays.
+pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure {
+    let mut left: Vec<(String, Value)> = Vec::new();
+    for (name, run) in names.iter().zip(state) {
+        let (mut delays, mut shown) = (Vec::new(), Vec::new());
+        if inspect(run, &mut delays, &mut shown).is_ok() {
+            left.extend(delays.into_iter().map(|delay| (name.clone(), delay)));
+        }
+    }
+    let drifts = left.iter().enumerate().find_map(|(place, one)| {
+        let other = left.get(place + 1..)?.iter().find(|other| rational_ratio(&one.1, &other.1) != Some(true))?;
+        Some(what_would_do(&one.1, &other.1))
+    });
+    let left: Vec<String> = left.iter().map(|(name, delay)| format!("{name} {delay}")).collect();
+    Failure::NoPeriod {
+        reason: format!(
+            "after {phases} phases the delays that remain ({}) have not repeated{}",
+            left.join(", "),
+            drifts.unwrap_or_default()
+        ),
+    }
+}

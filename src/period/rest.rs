@@ -1,0 +1,99 @@
+//! What is still to come in a sequence: shared tails, each with the names that it reads.
+//!
+//! A tail stands for its parts: equal tails are one, whatever sequence they end, so that control points compare by a
+//! number and a step along a sequence copies nothing.
+
+use std::collections::{BTreeSet, HashMap};
+use std::rc::Rc;
+
+use crate::name::Name;
+use crate::scope::read_names;
+use crate::term::{Node, Term};
+
+/// The parts to come.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub(crate) struct Rest(usize);
+
+/// No parts to come.
+pub(crate) const NOTHING: Rest = Rest(0);
+
+struct Tail {
+    first: Term,
+    next: Rest,
+    reads: Rc<BTreeSet<Name>>,
+}
+
+/// All tails met so far.
+#[derive(Default)]
+pub(crate) struct Tails {
+    tails: Vec<Tail>,
+    known: HashMap<(Term, Rest), Rest>,
+    sequences: HashMap<Term, Rest>,
+    nothing: Rc<BTreeSet<Name>>,
+}
+
+impl Tails {
+    /// The parts of a sequence; any other process is the only part of its own.
+    pub(crate) fn of(&mut self, term: &Term) -> Rest {
+        let Node::Seq(parts) = term.node() else { return self.before(term, NOTHING) };
+        if let Some(known) = self.sequences.get(term) {
+            return *known;
+        }
+        let mut rest = NOTHING;
+        for part in parts.iter().rev() {
+            rest = self.before(part, rest);
+        }
+        self.sequences.insert(term.clone(), rest);
+        rest
+    }
+
+    fn before(&mut self, first: &Term, next: Rest) -> Rest {
+        let key = (first.clone(), next);
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let own = read_names(first);
+        let later = self.reads(next);
+        let written = match first.node() {
+            Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) => Some(name),
+            _ => None,
+        };
+        // What a read or a `Set` is about to write is not wanted from before.
+        let rewritten = written.filter(|name| later.contains(*name) && !own.contains(*name));
+        let reads = if rewritten.is_none() && own.iter().all(|name| later.contains(name)) {
+            later
+        } else {
+            let later = later.iter().filter(|name| Some(*name) != rewritten).cloned();
+            Rc::new(own.into_iter().chain(later).collect())
+        };
+        self.tails.push(Tail { first: first.clone(), next, reads });
+        let rest = Rest(self.tails.len());
+        self.known.insert(key, rest);
+        rest
+    }
+
+    fn tail(&self, rest: Rest) -> Option<&Tail> {
+        rest.0.checked_sub(1).and_then(|place| self.tails.get(place))
+    }
+
+    /// The first part and the others; none when nothing is to come.
+    pub(crate) fn split(&self, rest: Rest) -> Option<(Term, Rest)> {
+        self.tail(rest).map(|tail| (tail.first.clone(), tail.next))
+    }
+
+    /// The names whose values the parts need from before.
+    pub(crate) fn reads(&self, rest: Rest) -> Rc<BTreeSet<Name>> {
+        self.tail(rest).map_or_else(|| self.nothing.clone(), |tail| tail.reads.clone())
+    }
+
+    /// The parts in order.
+    pub(crate) fn parts(&self, rest: Rest) -> Vec<Term> {
+        let mut parts = Vec::new();
+        let mut rest = rest;
+        while let Some((first, next)) = self.split(rest) {
+            parts.push(first);
+            rest = next;
+        }
+        parts
+    }
+}

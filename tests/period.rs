@@ -1,0 +1,300 @@
+//! Periods of random networks against plain execution: the analysis says what the executable meaning does.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use num_rational::BigRational;
+use num_traits::Zero;
+use pars::assumption::Assumptions;
+use pars::definition::Definitions;
+use pars::model::{Action, Model, Patience, State};
+use pars::name::Name;
+use pars::period::{self, Edge, End, Failure, Next, Period};
+use pars::term::{Node, Term};
+use pars::value::Value;
+
+mod common;
+use common::*;
+
+/// A small generator; the same on every machine.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) % sides as u64) as usize
+    }
+}
+
+/// Components that loop round straight sequences.
+struct Network {
+    components: Vec<Term>,
+    definitions: Definitions,
+    /// Who writes and who reads each port that has one writer and one reader.
+    pairs: BTreeMap<Name, (usize, usize)>,
+    text: String,
+}
+
+fn component(index: usize) -> String {
+    format!("T{}", (b'A' + index as u8) as char)
+}
+
+/// `exact`: the counts solve the balance equations; `fan`: a looping writer serves any number of readers.
+fn random_network(dice: &mut Dice, exact: bool, fan: bool) -> Network {
+    let count = 2 + dice.roll(5);
+    let rates: Vec<usize> = (0..count).map(|_| 1 + dice.roll(3)).collect();
+    let mut bodies: Vec<Vec<Term>> = vec![Vec::new(); count];
+    let mut pairs = BTreeMap::new();
+    // A tree of ports, seldom broken, and a few more.
+    let mut links: Vec<(usize, usize)> = Vec::new();
+    for to in 1..count {
+        if dice.roll(12) > 0 {
+            links.push((dice.roll(to), to));
+        }
+    }
+    for _ in 0..dice.roll(3) {
+        let (one, other) = (dice.roll(count), dice.roll(count));
+        if one != other {
+            links.push((one, other));
+        }
+    }
+    for (number, (one, other)) in links.iter().enumerate() {
+        let (writer, reader) = if dice.roll(2) == 0 { (*one, *other) } else { (*other, *one) };
+        let port = format!("c{number}");
+        let (written, read) = if exact {
+            let whole = num_integer::lcm(rates[writer], rates[reader]);
+            (whole / rates[writer], whole / rates[reader])
+        } else {
+            let most = if dice.roll(3) == 0 { 2 } else { 1 };
+            (1 + dice.roll(most), 1 + dice.roll(most))
+        };
+        for _ in 0..written {
+            let place = dice.roll(bodies[writer].len() + 1);
+            bodies[writer].insert(place, output(&port, number_of(number)));
+        }
+        for _ in 0..read {
+            let place = dice.roll(bodies[reader].len() + 1);
+            bodies[reader].insert(place, input(&port, &format!("y{number}")));
+        }
+        pairs.insert(name(&port), (writer, reader));
+    }
+    if fan {
+        let writer = dice.roll(count);
+        let looping = again(output("o", number_of(7)));
+        let shown = dis([wait(1 + dice.roll(2) as i64), looping]);
+        let place = dice.roll(bodies[writer].len() + 1);
+        bodies[writer].insert(place, shown);
+        let mut served = false;
+        for reader in (0..count).filter(|reader| *reader != writer) {
+            for _ in 0..dice.roll(3) {
+                let place = dice.roll(bodies[reader].len() + 1);
+                bodies[reader].insert(place, input("o", "x"));
+                served = true;
+            }
+        }
+        if !served {
+            bodies[(writer + 1) % count].push(input("o", "x"));
+        }
+    }
+    for body in &mut bodies {
+        for _ in 0..dice.roll(3) + usize::from(body.is_empty()) {
+            let place = dice.roll(body.len() + 1);
+            body.insert(place, Term::delay(frac(1 + dice.roll(4) as i64, 1 + dice.roll(2) as i64)));
+        }
+    }
+    let mut definitions = Definitions::default();
+    let mut text = String::new();
+    for (index, body) in bodies.into_iter().enumerate() {
+        let own = component(index);
+        let body = Term::seq(body.into_iter().chain([call(&own, vec![])]));
+        text.push_str(&format!("proc {own} = {body}\n"));
+        define(&mut definitions, &own, &[], body);
+    }
+    let components = (0..count).map(|index| call(&component(index), vec![])).collect();
+    Network { components, definitions, pairs, text }
+}
+
+fn number_of(number: usize) -> Value {
+    int(number as i64)
+}
+
+/// What passes, and when.
+type Passed = (Name, Value);
+
+/// What passes at each time.
+type Log = BTreeMap<BigRational, Vec<Passed>>;
+
+/// What a run does.
+#[derive(Debug, PartialEq, Eq)]
+enum Ran {
+    /// Comes back to where it was: after this time, for the first time after that, with what passes in one round.
+    Round { start: BigRational, length: BigRational, passed: Vec<Passed> },
+    /// Nothing changes any more, from this time on.
+    Silent { at: BigRational },
+    /// Time stops.
+    Livelock,
+}
+
+/// Runs the system in its executable meaning, the first internal step each time.
+fn plainly(network: &Network) -> (Ran, Log) {
+    let mut ports = BTreeSet::new();
+    let mut stack: Vec<Term> = network.components.clone();
+    stack.extend(network.definitions.iter().map(|definition| definition.body.clone()));
+    while let Some(term) = stack.pop() {
+        if let Node::In(port, _) | Node::Out(port, _) = term.node() {
+            ports.insert(port.clone());
+        }
+        stack.extend(term.children().into_iter().cloned());
+    }
+    let whole = ports
+        .iter()
+        .fold(Term::par(network.components.iter().cloned()), |body, port| Term::new(Node::New(port.clone(), body)));
+    let model = Model::new(&network.definitions);
+    let mut state = model.state(&whole).expect("a meaning");
+    let mut seen: HashMap<State, (BigRational, usize)> = HashMap::new();
+    let (mut now, mut passed) = (BigRational::zero(), Vec::new());
+    let mut log = Log::new();
+    let (mut steps, mut instant) = (0, HashSet::new());
+    for _ in 0..100_000 {
+        let moves = state.moves().expect("moves");
+        if let Some(step) = moves.iter().find(|step| matches!(step.action, Action::Tau(..))) {
+            let Action::Tau(port, value) = &step.action else { unreachable!() };
+            passed.push((port.clone(), value.clone()));
+            log.entry(now.clone()).or_default().push((port.clone(), value.clone()));
+            state = model.state(&step.next).expect("a meaning");
+            steps += 1;
+            if steps > 300 && !instant.insert(state.clone()) {
+                return (Ran::Livelock, log);
+            }
+            continue;
+        }
+        if let Some((start, before)) = seen.get(&state) {
+            let mut passed: Vec<Passed> = passed[*before..].to_vec();
+            passed.sort();
+            log.values_mut().for_each(|passed| passed.sort());
+            return (Ran::Round { length: &now - start, start: start.clone(), passed }, log);
+        }
+        seen.insert(state.clone(), (now.clone(), passed.len()));
+        let Patience::Until(time) = state.patience(&moves) else { return (Ran::Silent { at: now }, log) };
+        state = model.wait_state(&state, &time).expect("a meaning").expect("time passes");
+        now += time;
+        steps = 0;
+        instant.clear();
+    }
+    panic!("no end in sight");
+}
+
+fn length(edges: &[&Edge]) -> BigRational {
+    edges.iter().map(|edge| edge.duration().expect("a sum").as_rational().expect("a number")).sum()
+}
+
+/// The run that the phases describe: one way through each, since nothing is tested.
+fn followed(period: &Period) -> Ran {
+    let mut edges: Vec<&Edge> = Vec::new();
+    let mut entered: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut ways = period.initial.as_slice();
+    loop {
+        let [edge] = ways else { panic!("{} ways", ways.len()) };
+        edges.push(edge);
+        match &edge.next {
+            Next::Phase(phase) => {
+                if let Some(before) = entered.get(phase) {
+                    let mut passed: Vec<Passed> =
+                        edges[*before..].iter().flat_map(|edge| edge.communications.iter().cloned()).collect();
+                    passed.sort();
+                    return Ran::Round { start: length(&edges[..*before]), length: length(&edges[*before..]), passed };
+                }
+                entered.insert(*phase, edges.len());
+                ways = &period.phases[*phase].edges;
+            }
+            Next::End(End::Silent { .. }) => return Ran::Silent { at: length(&edges) },
+            Next::End(End::Livelock { .. }) => return Ran::Livelock,
+            Next::End(other) => panic!("{other:?}"),
+        }
+    }
+}
+
+/// Whether what the phases say is what the plain run does. A state of the plain run also holds the results that nobody
+/// reads any more, so it may come back later, though not in another round.
+fn agrees(ran: &Ran, plain: &Ran, log: &Log) -> bool {
+    let (Ran::Round { start, length, passed }, Ran::Round { start: later, length: round, passed: wanted }) =
+        (ran, plain)
+    else {
+        return ran == plain;
+    };
+    let (end, nothing) = (later + round, Vec::new());
+    let at = |time: &BigRational| log.get(time).unwrap_or(&nothing);
+    length == round
+        && passed == wanted
+        && start <= later
+        && log.keys().filter(|time| *time > start && *time + length <= end).all(|time| at(time) == at(&(time + length)))
+        && log.keys().filter(|time| *time - length > *start).all(|time| at(time) == at(&(time - length)))
+}
+
+/// Who waits for ever in some run, by the warnings.
+fn waiting(period: &Period) -> BTreeSet<String> {
+    let blocked = |failure: &Failure| match failure {
+        Failure::Unmatched(blocked) => Some(blocked.component.clone()),
+        _ => None,
+    };
+    period.warnings.iter().filter_map(blocked).collect()
+}
+
+/// Components with reads or writes of which none takes place in the round.
+fn stuck(network: &Network, ran: &Ran) -> BTreeSet<String> {
+    let busy: BTreeSet<&Name> = match ran {
+        Ran::Round { passed, .. } => passed.iter().map(|(port, _)| port).collect(),
+        _ => BTreeSet::new(),
+    };
+    let mut found = BTreeSet::new();
+    for index in 0..network.components.len() {
+        let mut own = network.pairs.iter().filter(|(_, (one, other))| *one == index || *other == index).peekable();
+        if own.peek().is_some() && own.all(|(port, _)| !busy.contains(port)) {
+            found.insert(component(index));
+        }
+    }
+    found
+}
+
+#[test]
+fn straight_networks_do_what_the_analysis_says() {
+    let mut dice = Dice(2_012);
+    let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for round in 0..5_000 {
+        let (exact, fan) = (dice.roll(2) == 0, false);
+        let network = random_network(&mut dice, exact, fan);
+        let (plain, log) = plainly(&network);
+        let about = || format!("network {round}:\n{}plainly {plain:?}", network.text);
+        let found = period::analyse(&network.components, &network.definitions, &Assumptions::default());
+        let verdict = match &found {
+            Ok(period) => {
+                let ran = followed(period);
+                assert!(agrees(&ran, &plain, &log), "{}\n{ran:?}", about());
+                let wanted = if plain == Ran::Livelock { waiting(period) } else { stuck(&network, &plain) };
+                assert_eq!(waiting(period), wanted, "{}\n{:?}", about(), period.warnings);
+                match &ran {
+                    Ran::Round { start, .. } if start.is_zero() => "period",
+                    Ran::Round { .. } => "period after a prologue",
+                    Ran::Silent { .. } => "blocked",
+                    Ran::Livelock => "livelock",
+                }
+            }
+            Err(failures) => match failures.first() {
+                Some(Failure::RateMismatch { writer, reader, .. }) => {
+                    let stuck = stuck(&network, &plain);
+                    assert!(stuck.contains(&writer.0) && stuck.contains(&reader.0), "{}\n{failures:?}", about());
+                    "rate mismatch"
+                }
+                Some(Failure::NoCommunication { .. }) => {
+                    let waits = |failure: &Failure| matches!(failure, Failure::Unmatched(_));
+                    assert!(matches!(plain, Ran::Silent { .. }) && failures.iter().any(waits), "{}", about());
+                    "no communication, and blocked"
+                }
+                other => panic!("{other:?}\n{}", about()),
+            },
+        };
+        *counts.entry(verdict).or_default() += 1;
+    }
+    println!("{counts:?}");
+    let wanted = ["period", "period after a prologue", "blocked", "rate mismatch"];
+    assert!(wanted.iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 200)), "{counts:?}");
+}
