@@ -123,6 +123,11 @@ impl State {
         !self.drawn_names().is_empty()
     }
 
+    /// Whether it holds this symbol.
+    pub(crate) fn mentions(&self, symbol: &Value) -> bool {
+        self.drawn_names().iter().any(|name| symbol.mentions(name))
+    }
+
     fn drawn_names(&self) -> Vec<Name> {
         let of = |value: &Value| value.variables().into_iter().filter(is_drawn).collect::<Vec<_>>();
         match self {
