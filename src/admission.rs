@@ -1,11 +1,10 @@
 //! What is asked of a user's law before it is in force: that it is new, ends, holds in its examples, and that no small
 //! instance contradicts it.
 
-use std::collections::BTreeMap;
-
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::diagnostic::{Diagnostic, Span};
+use crate::explain::run_lines;
 use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::{Condition, Connective, Law, Laws};
@@ -41,8 +40,10 @@ pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool)
     let limits = Limits { instances: INSTANCES, choices: 50 * INSTANCES, ..Limits::default() };
     if let Some(found) = refute::judge(law, &limits).counterexample() {
         let message = format!("the law `{}` does not hold", law.name);
-        let diagnostic = refuse("P0906", message)
-            .note(format!("{} and {} behave differently", found.left, found.right))
+        let told = run_lines(found, law.connective);
+        let diagnostic = told
+            .into_iter()
+            .fold(refuse("P0906", message), Diagnostic::note)
             .help("add the condition under which it holds, with `when`");
         return Err(Box::new(diagnostic));
     }
@@ -143,10 +144,4 @@ fn canonical(law: &Law) -> Option<(Term, Term, Vec<Condition>)> {
     let mut conditions = conditions.ok()?;
     conditions.sort();
     Some((left, right, conditions))
-}
-
-/// The metavariables of a law with what they stand for, for a person.
-pub fn instance(processes: &BTreeMap<Name, Term>, values: &BTreeMap<Name, Value>) -> Vec<String> {
-    let processes = processes.iter().map(|(name, term)| format!("{name} = {term}"));
-    processes.chain(values.iter().map(|(name, value)| format!("{name} = {value}"))).collect()
 }

@@ -7,10 +7,13 @@
 //! Time is dense. Between two events nothing changes but the residual delays, so a pair in which neither side offers a
 //! communication steps to the next event of either side. Where there is an offer, it may be taken up at any moment:
 //! such pairs step by half of the greatest common divisor of all delays, which reaches every event and a moment
-//! between any two. `Different` is always exact; `Same` is exact for terms that take up one offer between two events.
+//! between any two. What is drawn from a continuous distribution is a symbol (`draw.rs`): a difference never rests on
+//! its value. `Different` is always exact; `Same` is exact for terms that take up one offer between two events.
 
+mod draw;
 mod game;
 mod grain;
+mod lottery;
 mod run;
 mod weak;
 

@@ -2,9 +2,10 @@
 //!
 //! Strong bisimilarity is decided by partition refinement in O(m log n); weak bisimilarity, which compares endings
 //! exactly (`=c`), on the saturated branching quotient; branching bisimilarity by refinement in rounds; traces by sets
-//! of states; simulation and refinement by pairs. "No" carries a formula that holds of one side alone and a shortest
+//! of states; simulation and refinement by pairs; what draws at random by the chances of classes, in rounds. "No" carries a formula that holds of one side alone and a shortest
 //! run that tells the sides apart, both judged anew on the behaviours themselves; what does not stand is not shown.
 
+mod chance;
 mod evidence;
 mod formula;
 mod judge;
@@ -27,6 +28,7 @@ pub use run::{Evidence, RunStep};
 
 pub use crate::preorder::Preorder;
 
+use chance::Chances;
 use evidence::{Found, Lost};
 use pairs::{Pairs, Rule};
 use rounds::{History, Kind};
@@ -84,6 +86,7 @@ fn decide(
     let first = left.states() as u32;
     let task = Task { union: &union, pair, first, bounds, stop };
     let verdict = match relation {
+        _ if union.draws() => task.chances(relation),
         Preorder::Strong => task.strong(),
         Preorder::Weak => task.weak(),
         Preorder::Branching => task.branching(),
@@ -137,6 +140,25 @@ impl Task<'_> {
         }
         let quotient = self.union.quotient(&class, false);
         self.lost_bisimulation(&quotient, &class, (one, two), false)
+    }
+
+    /// Processes that draw at random: strong bisimilarity is finer than every relation, so its "yes" does for all.
+    fn chances(&self, relation: Preorder) -> Verdict {
+        let Some(found) = Chances::of(self.union, Some(self.pair), self.bounds.bytes) else {
+            let most = self.bounds.bytes >> 20;
+            return Verdict::Unknown(format!("{most} MiB of memory are not enough for the rounds"));
+        };
+        let (one, two) = self.pair;
+        match found.rank(one, two) {
+            None => Verdict::Yes,
+            Some(_) if relation != Preorder::Strong => Verdict::Unknown(
+                "a side draws at random: then `strong` alone is decided, and by that the two differ".into(),
+            ),
+            Some(_) => {
+                let class: Vec<u32> = (0..self.union.states() as u32).collect();
+                self.no(found.evidence(one, two), &class, false, false, false)
+            }
+        }
     }
 
     /// Evidence for two classes of a quotient that are not bisimilar.
@@ -216,4 +238,9 @@ impl Task<'_> {
         let lost = Lost { system: &quotient, ranks: &ranks, both: rule.both(), weak: false, branching: None };
         self.no(lost.evidence(one, two), &class, false, false, turned)
     }
+}
+
+/// The classes of strong bisimilarity; none where a process that draws needs more bytes than this.
+pub fn strong_classes(system: &TransitionSystem, bytes: usize) -> Option<Vec<u32>> {
+    if system.draws() { Some(Chances::of(system, None, bytes)?.classes()) } else { Some(strong_partition(system)) }
 }

@@ -1,5 +1,7 @@
 //! A proof as a chain that people read: the whole term on each line, and why it equals the one before.
 
+mod counterexample;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -11,6 +13,8 @@ use crate::proof::{Proof, Statement, Step, StepId, hole};
 use crate::scope::fill;
 use crate::substitution::{Substitution, instantiate};
 use crate::term::Term;
+
+pub use counterexample::{instance, run_lines};
 
 /// A chain longer than this is cut.
 pub const MOST_LINES: usize = 2_000;

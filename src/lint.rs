@@ -11,6 +11,7 @@ mod trap;
 use crate::admission::endless_term;
 use crate::ast::{Item, ItemKind};
 use crate::diagnostic::{Diagnostic, Severity, Source, Span, render_all};
+use crate::explain::run_lines;
 use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::{Law, Laws};
@@ -21,7 +22,7 @@ use crate::parser::parse;
 use crate::proof::Statement;
 use crate::refute::{Limits, Refutation, judge};
 use crate::remedy::{in_words, remedies};
-use crate::session::{Surroundings, run_lines};
+use crate::session::Surroundings;
 use crate::simplify::Simplifier;
 use crate::term::Term;
 
@@ -207,6 +208,11 @@ fn soundness(
     findings: &mut Vec<Diagnostic>,
 ) -> bool {
     let law = &entry.law;
+    if law.left == law.right {
+        let message = format!("the law `{}` says nothing: both sides are the same", law.name);
+        findings.push(warning("P0924", message, entry.span).note(format!("both are {}", law.left)));
+        return false;
+    }
     let limits = Limits { instances: INSTANCES, choices: 50 * INSTANCES, ..Limits::default() };
     let found = match judge(law, &limits) {
         Refutation::Refuted(found) => found,

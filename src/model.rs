@@ -26,6 +26,7 @@ use crate::term::Term;
 use crate::value::Value;
 
 pub use account::Event;
+pub(crate) use draw::mentions_drawn;
 pub use settle::Scope;
 
 /// What a process bound when it stopped.

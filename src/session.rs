@@ -33,7 +33,6 @@ use crate::report::{Output, Report, Verdict};
 use crate::term::Term;
 
 pub use alike::evidence_lines;
-pub use compare::run_lines;
 
 use reading::Run;
 

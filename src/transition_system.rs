@@ -5,13 +5,14 @@
 
 pub mod aut;
 mod display;
+mod draw;
 mod generate;
 mod inputs;
 mod shape;
 mod svg;
 mod tell;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 
 use num_rational::BigRational;
@@ -31,6 +32,8 @@ pub enum Label {
     Wait(BigRational),
     /// An action, as it is written: `c!1`, `c?0`, or anything from a file.
     Act(String),
+    /// A draw at random comes out so, with this chance. A state has no other steps then; they add up to one.
+    Chance(BigRational),
     /// What is shown while time passes, as a step that changes nothing: used where states are compared by steps alone.
     Shows(String),
 }
@@ -41,6 +44,7 @@ impl fmt::Display for Label {
             Label::Tau => f.write_str("tau"),
             Label::Wait(time) => write!(f, "wait {time}"),
             Label::Act(text) => f.write_str(text),
+            Label::Chance(chance) => write!(f, "chance {chance}"),
             Label::Shows(text) => write!(f, "shows {text}"),
         }
     }
@@ -223,6 +227,22 @@ impl TransitionSystem {
         &steps[start..end]
     }
 
+    /// Whether some state draws at random.
+    pub fn draws(&self) -> bool {
+        self.labels.iter().any(|label| matches!(label, Label::Chance(_)))
+    }
+
+    /// The outcomes of the draw that is due in a state, with their chances; none if it draws nothing.
+    pub fn chances(&self, state: u32) -> Vec<(&BigRational, u32)> {
+        let steps = self.steps(state).iter();
+        steps
+            .filter_map(|(label, to)| match self.label(*label) {
+                Label::Chance(chance) => Some((chance, *to)),
+                _ => None,
+            })
+            .collect()
+    }
+
     /// Whether a bound was hit before this state was looked into.
     pub fn is_open(&self, state: u32) -> bool {
         self.open.binary_search(&state).is_ok()
@@ -265,9 +285,14 @@ impl TransitionSystem {
         let mut builder = Builder { labels: self.labels.clone(), marks: self.marks.clone(), ..Builder::new() };
         builder.index();
         let mut member = vec![u32::MAX; count];
-        for (state, block) in block.iter().enumerate() {
-            if member[*block as usize] == u32::MAX {
-                member[*block as usize] = state as u32;
+        // A draw all of whose outcomes are in its own block is like them, so that they stand for the block.
+        let draws = self.draws();
+        for drawing in [false, true] {
+            for (state, block) in block.iter().enumerate() {
+                let fits = !draws || drawing != self.chances(state as u32).is_empty();
+                if fits && member[*block as usize] == u32::MAX {
+                    member[*block as usize] = state as u32;
+                }
             }
         }
         builder.seen = member.iter().map(|state| self.seen[*state as usize]).collect();
@@ -277,7 +302,15 @@ impl TransitionSystem {
             if !inert && member[own as usize] != state {
                 continue;
             }
-            for (label, to) in self.steps(state) {
+            let mut chances: BTreeMap<u32, BigRational> = BTreeMap::new();
+            for (chance, to) in if draws { self.chances(state) } else { Vec::new() } {
+                *chances.entry(block[to as usize]).or_default() += chance;
+            }
+            for (to, chance) in &chances {
+                let label = builder.label(Label::Chance(chance.clone()));
+                builder.transition(own, label, *to);
+            }
+            for (label, to) in self.steps(state).iter().filter(|_| chances.is_empty()) {
                 let to = block[*to as usize];
                 if !(inert && own == to && *self.label(*label) == Label::Tau) {
                     builder.transition(own, *label, to);

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use num_rational::BigRational;
 use num_traits::One;
 
+use super::draw::{alike, difference, distinct, symbolic_draw};
 use super::{Comparison, Difference, Reach, Run, Side, Step, grain::grain};
 use crate::definition::Definitions;
 use crate::law::Connective;
@@ -15,7 +16,7 @@ use crate::term::Term;
 use crate::value::Value;
 
 /// How many draws may follow one another in no time.
-const MOST_DRAWS: usize = 100;
+pub(super) const MOST_DRAWS: usize = 100;
 
 /// What a label is compared by: all internal steps are alike.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,6 +34,9 @@ pub(super) struct Seen {
     pub(super) offers: bool,
     /// The branches of a draw that is due; none otherwise.
     pub(super) chances: Vec<(BigRational, usize)>,
+    /// Whether it holds a value that was drawn and is not known, or nothing is known of it: then it may be equal to
+    /// others that look different.
+    pub(super) blurred: bool,
 }
 
 /// One way to press the other side: it must reach one of the answers.
@@ -55,7 +59,7 @@ pub(super) enum Pair {
 
 /// How a pair was found to differ: after how many steps, and by which challenge.
 #[derive(Clone, Copy)]
-struct Mark {
+pub(super) struct Mark {
     rank: usize,
     challenge: usize,
 }
@@ -72,12 +76,16 @@ pub(super) struct Game<'a> {
     pub(super) closures: HashMap<usize, Rc<Vec<usize>>>,
     places: HashMap<State, usize>,
     states: Vec<State>,
-    seen: Vec<Option<Rc<Seen>>>,
+    pub(super) seen: Vec<Option<Rc<Seen>>>,
     pair_places: HashMap<(usize, usize), usize>,
-    pairs: Vec<((usize, usize), Pair)>,
+    pub(super) pairs: Vec<((usize, usize), Pair)>,
     before: Vec<Vec<usize>>,
-    marks: Vec<Option<Mark>>,
-    drawing: usize,
+    pub(super) marks: Vec<Option<Mark>>,
+    pub(super) drawing: usize,
+    /// Whether some value was drawn that is not known.
+    symbols: bool,
+    /// The place of all states of which nothing is known, since what they do depends on such a value.
+    unknown: Option<usize>,
 }
 
 impl<'a> Game<'a> {
@@ -104,6 +112,8 @@ impl<'a> Game<'a> {
             before: Vec::new(),
             marks: Vec::new(),
             drawing: 0,
+            symbols: false,
+            unknown: None,
         }
     }
 
@@ -114,6 +124,7 @@ impl<'a> Game<'a> {
     }
 
     pub(super) fn decide_states(&mut self, left: State, right: State) -> Result<Comparison, Meaningless> {
+        self.symbols = left.holds_drawn() || right.holds_drawn();
         let left = self.place(left)?;
         let right = self.place(right)?;
         if left == right {
@@ -161,29 +172,43 @@ impl<'a> Game<'a> {
             let mut after: Vec<usize> = seen.moves.values().flatten().map(|(_, to)| *to).collect();
             after.extend(seen.chances.iter().map(|(_, to)| *to));
             if let Patience::Until(time) = &seen.patience {
-                let state = self.model.pass(&seen.state, time)?;
-                after.push(self.place(state)?);
+                after.push(self.passed(&seen, time)?);
             }
             open.extend(after.into_iter().filter(|place| done.insert(*place)));
         }
         Ok(())
     }
 
-    /// The place of a state; a draw with a single branch is the state after it.
+    /// The place of a state; a draw with a single branch is the state after it, and so is one from a continuous
+    /// distribution, with a symbol for the value.
     pub(super) fn place(&mut self, state: State) -> Result<usize, Meaningless> {
         if let Some(place) = self.places.get(&state) {
             return Ok(*place);
         }
-        let mut settled = state.clone();
+        let mut settled = Some(state.clone());
         for draws in 0.. {
-            match settled.moves()?.as_slice() {
-                [only] if matches!(only.action, Action::Draw(_, Some(_))) => settled = self.model.state(&only.next)?,
+            let Some(before) = &settled else { break };
+            let moves = match before.moves() {
+                Err(_) if self.is_blurred(before) => Vec::new(),
+                moves => moves?,
+            };
+            settled = match moves.as_slice() {
+                [only] if matches!(only.action, Action::Draw(_, Some(_))) => Some(self.model.state(&only.next)?),
+                [only] if matches!(only.action, Action::Draw(_, None)) => {
+                    self.symbols = true;
+                    symbolic_draw(&self.model, before, only)
+                }
                 _ => break,
-            }
+            };
             if draws > MOST_DRAWS {
                 return Err(Meaningless { why: "it draws for ever in no time".into() });
             }
         }
+        let Some(settled) = settled else {
+            let unknown = self.unknown();
+            self.places.insert(state, unknown);
+            return Ok(unknown);
+        };
         let place = match self.places.get(&settled) {
             Some(place) => *place,
             None => {
@@ -197,12 +222,45 @@ impl<'a> Game<'a> {
         Ok(place)
     }
 
+    fn is_blurred(&self, state: &State) -> bool {
+        self.symbols && state.holds_drawn()
+    }
+
+    /// The place of a state of which nothing is known.
+    fn unknown(&mut self) -> usize {
+        if let Some(place) = self.unknown {
+            return place;
+        }
+        let place = self.states.len();
+        self.states.push(State::Aborted);
+        self.seen.push(Some(Rc::new(Seen::unknown())));
+        *self.unknown.insert(place)
+    }
+
+    /// The place of the state after a move or some time; unknown where it depends on a value that is not known.
+    fn settled(&mut self, blurred: bool, after: Result<State, Meaningless>) -> Result<usize, Meaningless> {
+        match after {
+            Ok(state) => self.place(state),
+            Err(_) if blurred => Ok(self.unknown()),
+            Err(why) => Err(why),
+        }
+    }
+
+    /// The place of the state after this time.
+    pub(super) fn passed(&mut self, seen: &Seen, time: &BigRational) -> Result<usize, Meaningless> {
+        self.settled(seen.blurred, self.model.pass(&seen.state, time))
+    }
+
     pub(super) fn seen(&mut self, place: usize) -> Result<Rc<Seen>, Meaningless> {
         if let Some(seen) = &self.seen[place] {
             return Ok(seen.clone());
         }
         let state = self.states[place].clone();
-        let steps = state.moves()?;
+        let blurred = self.is_blurred(&state);
+        let steps = match state.moves() {
+            Err(_) if blurred => return Ok(Rc::new(Seen::unknown())),
+            steps => steps?,
+        };
         let patience = state.patience(&steps);
         let offers = steps.iter().any(|step| matches!(step.action, Action::In(_) | Action::Out(..)));
         let mut moves: BTreeMap<Key, Vec<(Label, usize)>> = BTreeMap::new();
@@ -210,8 +268,7 @@ impl<'a> Game<'a> {
         for step in steps {
             let mut add = |game: &mut Self, value: Option<&Value>| -> Result<(), Meaningless> {
                 let next = value.map_or_else(|| step.next.clone(), |value| step.with(value));
-                let after = game.model.state(&next)?;
-                let to = game.place(after)?;
+                let to = game.settled(blurred, game.model.state(&next))?;
                 if let Action::Draw(_, Some((_, chance))) = &step.action {
                     chances.push((chance.clone(), to));
                     return Ok(());
@@ -234,31 +291,9 @@ impl<'a> Game<'a> {
         }
         let chances = if chances.is_empty() { chances } else { self.spread(chances)? };
         let shown = state.observations();
-        let seen = Rc::new(Seen { state, shown, moves, patience, offers, chances });
+        let seen = Rc::new(Seen { state, shown, moves, patience, offers, chances, blurred });
         self.seen[place] = Some(seen.clone());
         Ok(seen)
-    }
-
-    /// The chances of the states after all draws that are due, equal states together.
-    fn spread(&mut self, branches: Vec<(BigRational, usize)>) -> Result<Vec<(BigRational, usize)>, Meaningless> {
-        let mut all: BTreeMap<usize, BigRational> = BTreeMap::new();
-        for (chance, place) in branches {
-            // A draw may follow a draw, but a round of a loop must also wait or communicate.
-            self.drawing += 1;
-            if self.drawing > MOST_DRAWS {
-                return Err(Meaningless { why: "it draws for ever in no time".into() });
-            }
-            let further = self.seen(place)?.chances.clone();
-            self.drawing -= 1;
-            if further.is_empty() {
-                *all.entry(place).or_default() += chance;
-            } else {
-                for (more, place) in further {
-                    *all.entry(place).or_default() += &chance * more;
-                }
-            }
-        }
-        Ok(all.into_iter().map(|(place, chance)| (chance, place)).collect())
     }
 
     pub(super) fn pair(&mut self, left: usize, right: usize) -> usize {
@@ -293,20 +328,27 @@ impl<'a> Game<'a> {
             self.sweep(left)?;
             return Ok(Pair::Choice(Vec::new()));
         }
+        let blurred = one.blurred || two.blurred;
+        self.undecided |= blurred;
+        if [left, right].into_iter().any(|place| Some(place) == self.unknown) {
+            return Ok(Pair::Choice(Vec::new()));
+        }
         if let Some(difference) = difference(&one, &two, self.refines) {
             return Ok(Pair::Apart(Box::new(difference)));
         }
         let mut challenges = Vec::new();
         for (key, targets) in &one.moves {
-            let answers = &two.moves[key];
-            self.challenge(Side::Left, targets, answers, &mut challenges);
-            if targets.len() > 1 || answers.len() > 1 {
-                self.challenge(Side::Right, answers, targets, &mut challenges);
+            let answers = two.answers(key);
+            self.challenge(Side::Left, targets, &answers, &mut challenges);
+            if !blurred && (targets.len() > 1 || answers.len() > 1) {
+                self.challenge(Side::Right, &answers, targets, &mut challenges);
             }
         }
+        for (key, targets) in two.moves.iter().filter(|_| blurred) {
+            self.challenge(Side::Right, targets, &one.answers(key), &mut challenges);
+        }
         if let Some(time) = self.slice(&one, &two) {
-            let (after_one, after_two) = (self.model.pass(&one.state, &time)?, self.model.pass(&two.state, &time)?);
-            let (after_one, after_two) = (self.place(after_one)?, self.place(after_two)?);
+            let (after_one, after_two) = (self.passed(&one, &time)?, self.passed(&two, &time)?);
             let answers = vec![self.pair(after_one, after_two)];
             challenges.push(Challenge { side: Side::Both, label: Label::Wait(time), answers });
         }
@@ -379,42 +421,6 @@ impl<'a> Game<'a> {
         }
     }
 
-    /// Whether the branches that are still alike, taken together, have different chances on the two sides.
-    fn unbalanced(&self, place: usize, pairs: &[usize]) -> bool {
-        let chance = |place: usize, other: &[usize]| other.iter().position(|known| *known == place);
-        let rows = distinct(pairs.iter().map(|pair| self.pairs[*pair].0.0));
-        let columns = distinct(pairs.iter().map(|pair| self.pairs[*pair].0.1));
-        // Groups by flooding: a row's group is the least row it is linked to.
-        let mut group: Vec<usize> = (0..rows.len() + columns.len()).collect();
-        for pair in pairs.iter().filter(|pair| self.marks[**pair].is_none()) {
-            let (row, column) = self.pairs[*pair].0;
-            if let (Some(row), Some(column)) = (chance(row, &rows), chance(column, &columns)) {
-                let (from, to) = (group[rows.len() + column], group[row]);
-                group.iter_mut().filter(|member| **member == from).for_each(|member| *member = to);
-            }
-        }
-        let (left, right) = self.pairs[place].0;
-        let mut balance: BTreeMap<usize, BigRational> = BTreeMap::new();
-        for (chance_of, place) in self.chances(left) {
-            if let Some(row) = chance(place, &rows) {
-                *balance.entry(group[row]).or_default() += chance_of;
-            }
-        }
-        for (chance_of, place) in self.chances(right) {
-            if let Some(column) = chance(place, &columns) {
-                *balance.entry(group[rows.len() + column]).or_default() -= chance_of;
-            }
-        }
-        balance.values().any(|left| *left != BigRational::default())
-    }
-
-    fn chances(&self, place: usize) -> Vec<(BigRational, usize)> {
-        match &self.seen[place] {
-            Some(seen) if !seen.chances.is_empty() => seen.chances.clone(),
-            _ => vec![(BigRational::one(), place)],
-        }
-    }
-
     /// The shortest separation of the first pair, against the other side's best answers.
     fn run(&self) -> Run {
         let mut steps = Vec::new();
@@ -448,6 +454,23 @@ impl<'a> Game<'a> {
     }
 }
 
+impl Seen {
+    /// A state of which nothing is known.
+    fn unknown() -> Seen {
+        let (shown, moves) = (BTreeSet::new(), BTreeMap::new());
+        let (patience, chances) = (Patience::None, Vec::new());
+        Seen { state: State::Aborted, shown, moves, patience, offers: false, chances, blurred: true }
+    }
+
+    /// Where the moves lead that may be alike.
+    fn answers(&self, key: &Key) -> Vec<(Label, usize)> {
+        match self.moves.get(key) {
+            Some(answers) if !self.blurred => answers.clone(),
+            _ => self.moves.iter().filter(|(other, _)| alike(other, key)).flat_map(|(_, to)| to.clone()).collect(),
+        }
+    }
+}
+
 impl Pair {
     fn pairs(&self) -> Vec<usize> {
         match self {
@@ -456,29 +479,4 @@ impl Pair {
             _ => Vec::new(),
         }
     }
-}
-
-fn distinct(places: impl Iterator<Item = usize>) -> Vec<usize> {
-    places.collect::<BTreeSet<_>>().into_iter().collect()
-}
-
-/// How two states without a draw differ at once, if they do.
-fn difference(one: &Seen, two: &Seen, refines: bool) -> Option<Difference> {
-    let (left, right) = (one.state.outcome(), two.state.outcome());
-    if left != right {
-        return Some(Difference::Outcome(left, right));
-    }
-    let shown = if refines { two.shown.is_subset(&one.shown) } else { one.shown == two.shown };
-    if !shown {
-        return Some(Difference::Observations(Box::new(one.state.clone()), Box::new(two.state.clone())));
-    }
-    for (side, mine, other) in [(Side::Left, one, two), (Side::Right, two, one)] {
-        if let Some((_, targets)) = mine.moves.iter().find(|(key, _)| !other.moves.contains_key(key)) {
-            return targets.first().map(|(label, _)| Difference::Move(side, label.clone()));
-        }
-        if mine.patience != Patience::None && other.patience == Patience::None {
-            return Some(Difference::Time(side));
-        }
-    }
-    None
 }

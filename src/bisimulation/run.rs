@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::draw::{may_match, outcomes_differ, shown_differ, symbolic_draw};
 use super::weak::settled;
 use super::{Comparison, Difference, Reach, Run, Side, Step, compare};
 use crate::definition::Definitions;
@@ -46,8 +47,8 @@ pub fn replay(
                 }
                 continue;
             }
-            (Side::Left, label) => (after(&model, &left, label)?, after(&model, &right, label)?),
-            (_, label) => (after(&model, &right, label)?, after(&model, &left, label)?),
+            (Side::Left, label) => (after(&model, &left, label, false)?, after(&model, &right, label, true)?),
+            (_, label) => (after(&model, &right, label, false)?, after(&model, &left, label, true)?),
         };
         if !answered(&mine, &others, step, connective, definitions, reach)? {
             return Ok(false);
@@ -92,7 +93,7 @@ fn weak_answers(
 ) -> Result<(Vec<State>, Vec<State>), Meaningless> {
     let mut answers = Vec::new();
     if matches!(&step.label, Label::Act(Action::Tau(..), _)) {
-        return Ok((after(model, mine, &step.label)?, settled(model, other.clone())?));
+        return Ok((after(model, mine, &step.label, false)?, settled(model, other.clone())?));
     }
     let shown = mine.observations();
     for state in settled(model, other.clone())? {
@@ -100,7 +101,7 @@ fn weak_answers(
             Label::Wait(time) if shows(connective, step.side, &shown, &state.observations()) => {
                 model.wait_state(&state, time)?.into_iter().collect()
             }
-            label => after(model, &state, label)?,
+            label => after(model, &state, label, true)?,
         };
         for next in next {
             answers.extend(settled(model, next)?);
@@ -108,7 +109,7 @@ fn weak_answers(
     }
     let targets = match &step.label {
         Label::Wait(time) => model.wait_state(mine, time)?.into_iter().collect(),
-        label => after(model, mine, label)?,
+        label => after(model, mine, label, false)?,
     };
     Ok((targets, answers))
 }
@@ -141,25 +142,29 @@ fn shows_apart(model: &Model, left: &State, right: &State, connective: Connectiv
     Ok(false)
 }
 
-/// A state in which a draw with a single branch has been made.
+/// A state in which a draw with a single branch has been made, or one from a continuous distribution, as a symbol.
 fn drawn(model: &Model, mut state: State) -> Result<State, Meaningless> {
     for _ in 0..1000 {
-        match state.moves()?.as_slice() {
-            [only] if matches!(only.action, Action::Draw(_, Some(_))) => state = model.state(&only.next)?,
+        state = match state.moves()?.as_slice() {
+            [only] if matches!(only.action, Action::Draw(_, Some(_))) => model.state(&only.next)?,
+            [only] if matches!(only.action, Action::Draw(_, None)) => match symbolic_draw(model, &state, only) {
+                Some(state) => state,
+                None => return Err(Meaningless { why: "what it does depends on a draw".into() }),
+            },
             _ => break,
-        }
+        };
     }
     Ok(state)
 }
 
-/// The states after a move with this label; all internal steps are alike.
-fn after(model: &Model, state: &State, label: &Label) -> Result<Vec<State>, Meaningless> {
+/// The states after a move with this label; all internal steps are alike. If `like`, also after one that may be alike.
+fn after(model: &Model, state: &State, label: &Label, like: bool) -> Result<Vec<State>, Meaningless> {
     let Label::Act(action, value) = label else { return Ok(Vec::new()) };
     let mut all = Vec::new();
     for step in state.moves()? {
         let alike = match (&step.action, action) {
             (Action::Tau(..), Action::Tau(..)) => true,
-            (mine, wanted) => mine == wanted,
+            (mine, wanted) => mine == wanted || (like && may_match(mine, wanted)),
         };
         if alike {
             let next = value.as_ref().map_or_else(|| step.next.clone(), |value| step.with(value));
@@ -177,7 +182,7 @@ fn differs(
     difference: &Difference,
 ) -> Result<bool, Meaningless> {
     Ok(match difference {
-        Difference::Outcome(one, two) => left.outcome() == *one && right.outcome() == *two && one != two,
+        Difference::Outcome(one, two) => left.outcome() == *one && right.outcome() == *two && outcomes_differ(one, two),
         Difference::Observations(..) | Difference::Time(_) if connective.is_weak() => {
             shows_apart(model, left, right, connective)?
         }
@@ -185,17 +190,14 @@ fn differs(
             let (mine, other) = if *side == Side::Left { (left, right) } else { (right, left) };
             let mut able = false;
             for state in settled(model, other.clone())? {
-                able |= !after(model, &state, label)?.is_empty();
+                able |= !after(model, &state, label, true)?.is_empty();
             }
-            !after(model, mine, label)?.is_empty() && !able
+            !after(model, mine, label, false)?.is_empty() && !able
         }
-        Difference::Observations(..) => {
-            let (one, two) = (left.observations(), right.observations());
-            if connective.refines() { !two.is_subset(&one) } else { one != two }
-        }
+        Difference::Observations(..) => shown_differ(&left.observations(), &right.observations(), connective.refines()),
         Difference::Move(side, label) => {
             let (mine, other) = if *side == Side::Left { (left, right) } else { (right, left) };
-            !after(model, mine, label)?.is_empty() && after(model, other, label)?.is_empty()
+            !after(model, mine, label, false)?.is_empty() && after(model, other, label, true)?.is_empty()
         }
         Difference::Time(side) => {
             let (mine, other) = if *side == Side::Left { (left, right) } else { (right, left) };

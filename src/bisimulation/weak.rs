@@ -1,7 +1,8 @@
 //! The weak game: internal steps do not count, outcomes are compared exactly, and what is shown counts while time passes.
 //!
 //! One side makes one step; the other answers with internal steps, the step, and internal steps. An internal step may
-//! be answered by none. A draw that is due leaves a pair undecided: nothing is concluded from it.
+//! be answered by none. A draw that is due, or a value that was drawn and is not known, leaves
+//! a pair undecided: nothing is concluded from it.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -21,7 +22,7 @@ impl Game<'_> {
             self.sweep(left)?;
             return Ok(Pair::Choice(Vec::new()));
         }
-        if !one.chances.is_empty() || !two.chances.is_empty() {
+        if unclear(&one) || unclear(&two) {
             self.undecided = true;
             return Ok(Pair::Choice(Vec::new()));
         }
@@ -32,7 +33,7 @@ impl Game<'_> {
         let mut challenges = Vec::new();
         for (side, mine, place, other) in [(Side::Left, &one, left, right), (Side::Right, &two, right, left)] {
             for (key, targets) in &mine.moves {
-                let answers = self.weakly(other, key)?;
+                let Some(answers) = self.weakly(other, key)? else { continue };
                 for (label, target) in targets {
                     if answers.is_empty() {
                         return Ok(Pair::Apart(Box::new(Difference::Move(side, label.clone()))));
@@ -68,7 +69,7 @@ impl Game<'_> {
         let mut shown_else = None;
         for answer in self.closure(other)?.iter() {
             let seen = self.seen(*answer)?;
-            if !seen.chances.is_empty() {
+            if unclear(&seen) {
                 self.undecided = true;
                 return Ok(Ok(None));
             }
@@ -91,12 +92,10 @@ impl Game<'_> {
             }));
         }
         let time = self.common_slice(mine, &fitting);
-        let after = self.model.pass(&mine.state, &time)?;
-        let target = if after == mine.state { place } else { self.place(after)? };
+        let target = if mine.patience == Patience::Unbounded { place } else { self.passed(mine, &time)? };
         let mut answers = BTreeSet::new();
         for seen in fitting {
-            let after = self.model.pass(&seen.state, &time)?;
-            let after = self.place(after)?;
+            let after = self.passed(&seen, &time)?;
             answers.extend(self.closure(after)?.iter().copied());
         }
         let answers = answers.into_iter().map(|answer| self.turned(side, target, answer)).collect();
@@ -146,24 +145,30 @@ impl Game<'_> {
         Ok(all)
     }
 
-    /// Where a step leads that is taken after and before any internal steps.
-    fn weakly(&mut self, place: usize, key: &Key) -> Result<Vec<usize>, Meaningless> {
+    /// Where a step leads that is taken after and before any internal steps; none if that is not known.
+    fn weakly(&mut self, place: usize, key: &Key) -> Result<Option<Vec<usize>>, Meaningless> {
         let before = self.closure(place)?;
         if *key == Key::Tau {
-            return Ok(before.to_vec());
+            return Ok(Some(before.to_vec()));
         }
         let mut all = BTreeSet::new();
         for state in before.iter() {
             let seen = self.seen(*state)?;
-            if !seen.chances.is_empty() {
+            if unclear(&seen) {
                 self.undecided = true;
+                return Ok(None);
             }
             for (_, to) in seen.moves.get(key).into_iter().flatten() {
                 all.extend(self.closure(*to)?.iter().copied());
             }
         }
-        Ok(all.into_iter().collect())
+        Ok(Some(all.into_iter().collect()))
     }
+}
+
+/// Whether a draw is due, or what it does depends on one: then nothing is concluded.
+fn unclear(seen: &Seen) -> bool {
+    !seen.chances.is_empty() || seen.blurred
 }
 
 /// The most states that internal steps may lead to when a run is checked.

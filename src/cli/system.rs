@@ -72,7 +72,7 @@ fn aut_file(source: &Source, colour: bool) -> Result<TransitionSystem, Refused> 
     aut::read(&source.text).map_err(|wrong| {
         let place = Span::new(wrong.offset, wrong.offset);
         let text = format!("line {}, column {}: {}", wrong.line, wrong.column, wrong.what);
-        let diagnostic = Diagnostic::error("P0921", text)
+        let diagnostic = Diagnostic::error("P0925", text)
             .label(place, "here")
             .help("a system is written `des (0, 1, 2)`, then a transition a line: `(0, \"a\", 1)`");
         format!("{}\n", diagnostic.render(source, colour))

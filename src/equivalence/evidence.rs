@@ -6,6 +6,8 @@
 
 use std::collections::HashMap;
 
+use num_rational::BigRational;
+
 use super::formula::{Formulas, Node, Place};
 use super::rounds::History;
 use crate::transition_system::{Label, Mark, TransitionSystem};
@@ -27,6 +29,8 @@ pub enum Difference {
     Looks(Mark, Mark),
     /// The left side, if true, can do this, the other cannot.
     Step(bool, Label),
+    /// The formula holds with these chances, on the left and on the right, once the draws that are due have been made.
+    Chances(Place, BigRational, BigRational),
 }
 
 /// What is needed to tell two states apart, in a system whose states are classes of states.
@@ -113,26 +117,16 @@ impl<R: Ranks> Lost<'_, R> {
         let mut places: HashMap<(u32, u32), Place> = HashMap::new();
         for (rank, pair) in order {
             let plan = &plans[&pair];
-            let place =
-                if rank == 0 { formulas.add(self.atom(pair)) } else { self.made(plan, &places, &mut formulas)? };
+            let place = if rank == 0 {
+                formulas.add(atom(self.system, pair))
+            } else {
+                self.made(plan, &places, &mut formulas)?
+            };
             places.insert(pair, place);
         }
         let root = *places.get(&(left, right))?;
         let (steps, difference) = self.run(left, right, &plans)?;
         Some(Found { formulas, root, holds_left: true, steps, difference })
-    }
-
-    /// What holds of the first alone at once.
-    fn atom(&self, (one, two): (u32, u32)) -> Node {
-        let (one, two) = (self.system.mark(one), self.system.mark(two));
-        if one.ending != two.ending {
-            return Node::Ends(one.ending.clone());
-        }
-        match (two.shown.difference(&one.shown).next(), one.shown.difference(&two.shown).next()) {
-            (Some(more), _) => Node::Hides(more.clone()),
-            (None, Some(more)) => Node::Shows(more.clone()),
-            (None, None) => Node::False,
-        }
     }
 
     fn made(&self, plan: &Plan, places: &HashMap<(u32, u32), Place>, formulas: &mut Formulas) -> Option<Place> {
@@ -231,6 +225,19 @@ impl<R: Ranks> Lost<'_, R> {
             let (left, right) = if turned { (pair.1, pair.0) } else { pair };
             steps.push(Played { left_moves, label: plan.label.clone(), left, right });
         }
+    }
+}
+
+/// What holds of the first alone at once.
+pub(super) fn atom(system: &TransitionSystem, (one, two): (u32, u32)) -> Node {
+    let (one, two) = (system.mark(one), system.mark(two));
+    if one.ending != two.ending {
+        return Node::Ends(one.ending.clone());
+    }
+    match (two.shown.difference(&one.shown).next(), one.shown.difference(&two.shown).next()) {
+        (Some(more), _) => Node::Hides(more.clone()),
+        (None, Some(more)) => Node::Shows(more.clone()),
+        (None, None) => Node::False,
     }
 }
 

@@ -38,6 +38,8 @@ pub enum Node {
     /// Internal steps through states with the first, then a step with this label to a state with the second; for an
     /// internal step, the second may also hold at once.
     Until(Place, Label, Place),
+    /// It holds with at least this chance once the draws that are due have been made.
+    Chance(Place, BigRational),
 }
 
 /// Formulas that share their parts; a part stands before what is made of it.
@@ -157,6 +159,10 @@ impl Formulas {
             }
             Node::Not(part) => {
                 out.push_str("not ");
+                open.push(Piece::Part(*part, true));
+            }
+            Node::Chance(part, least) => {
+                let _ = write!(out, "chance >= {least} of ");
                 open.push(Piece::Part(*part, true));
             }
             Node::Until(hold, label, next) => {

@@ -4,6 +4,9 @@
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
+use num_rational::BigRational;
+use num_traits::{One, Zero};
+
 use super::formula::{Formulas, Node, Place};
 use super::weak::shows;
 use crate::transition_system::{Behaviour, Label, Mark, Trouble};
@@ -199,8 +202,47 @@ impl<'b, B: Behaviour> Judge<'b, B> {
                 let some = matches!(formulas.node(place), Node::Some(..));
                 return Ok(self.any(targets.into_iter().map(|to| (*next, to)), some));
             }
+            Node::Chance(part, least) => match self.sum(*part, at)? {
+                Ok(chance) => chance >= *least,
+                Err((place, state)) => return Ok(Answer::First(place, state)),
+            },
             Node::Until(hold, label, next) => return self.until(*hold, label, *next, at),
         }))
+    }
+
+    /// With what chance the formula holds once the draws that are due in the state have been made.
+    pub(super) fn chance(&mut self, formulas: &Formulas, place: Place, state: u32) -> Judged<BigRational> {
+        loop {
+            match self.sum(place, state)? {
+                Ok(chance) => return Ok(chance),
+                Err((place, state)) => {
+                    self.holds(formulas, place, state)?;
+                }
+            }
+        }
+    }
+
+    /// The chance, or what must be known first.
+    fn sum(&mut self, place: Place, state: u32) -> Judged<Result<BigRational, (Place, u32)>> {
+        let steps = self.steps(state)?;
+        let mut outcomes: Vec<(BigRational, u32)> = Vec::new();
+        for (label, to) in steps.iter() {
+            if let Label::Chance(chance) = label {
+                outcomes.push((chance.clone(), *to));
+            }
+        }
+        if outcomes.is_empty() {
+            outcomes.push((BigRational::one(), state));
+        }
+        let mut sum = BigRational::zero();
+        for (chance, to) in outcomes {
+            match self.known.get(&(place, to)) {
+                Some(true) => sum += chance,
+                Some(false) => {}
+                None => return Ok(Err((place, to))),
+            }
+        }
+        Ok(Ok(sum))
     }
 
     /// Whether one of the questions is answered so; known to be not so once all are answered otherwise.

@@ -2,7 +2,7 @@
 
 use super::replay::choices;
 use super::run::{RunStep, stands};
-use super::{Preorder, Verdict, decide, strong_partition};
+use super::{Preorder, Verdict, decide, strong_classes};
 use crate::definition::Definitions;
 use crate::model::{Model, State};
 use crate::term::Term;
@@ -48,7 +48,7 @@ pub fn system_of(
 /// states of the process in ticks.
 ///
 /// # Errors
-/// [`Trouble`] where a state that is reached has no meaning, or draws at random.
+/// [`Trouble`] where a state that is reached has no meaning, or depends on the value of a continuous draw.
 pub fn minimised_system(
     term: &Term,
     definitions: &Definitions,
@@ -58,7 +58,8 @@ pub fn minimised_system(
     let inputs = Inputs::of(&[term], definitions, OTHERS[0]);
     let stopped = Term::stop();
     let (_, [found, _]) = generate_pair([term, &stopped], definitions, &inputs, bounds, stop)?;
-    let small = found.system.quotient(&strong_partition(&found.system), false);
+    let classes = strong_classes(&found.system, bounds.bytes);
+    let small = classes.map_or_else(|| found.system.clone(), |classes| found.system.quotient(&classes, false));
     Ok((small.with_time_together(), found.system.states()))
 }
 
@@ -66,7 +67,7 @@ pub fn minimised_system(
 /// these do not stand for all, "yes" is unknown.
 ///
 /// # Errors
-/// [`Trouble`] where a state that is reached has no meaning, or draws at random.
+/// [`Trouble`] where a state that is reached has no meaning, or depends on the value of a continuous draw.
 pub fn compare_processes(
     left: &Term,
     right: &Term,
@@ -87,7 +88,7 @@ pub fn compare_processes(
         let enough = !reads || (!traces && inputs.suffice(&processes, [&one.states, &two.states]));
         let settled = !matches!(verdict, Verdict::Yes) || enough;
         let verdict = if settled { verdict } else { Verdict::Unknown(untried(&inputs)) };
-        let choices = replayed(&verdict, &inputs, definitions, [&one.states, &two.states], relation);
+        let choices = replayed(&verdict, &inputs, definitions, [left, right], [&one.states, &two.states], relation);
         let between = processes[0].is_fine();
         let answer = ProcessAnswer { verdict, states: [one.states, two.states], sizes, between, choices };
         let more_helps = inputs.symmetric && !traces;
@@ -104,6 +105,7 @@ fn replayed(
     verdict: &Verdict,
     inputs: &Inputs,
     definitions: &Definitions,
+    terms: [&Term; 2],
     states: [&[State]; 2],
     relation: Preorder,
 ) -> [Vec<String>; 2] {
@@ -112,8 +114,8 @@ fn replayed(
     let side = |side: usize| {
         let state = |number: u32| states[side].get(number as usize).cloned();
         let after = |step: &RunStep| (if side == 0 { step.left } else { step.right }).and_then(state);
-        let start = states[side].first()?;
-        choices(&model, inputs, start, &evidence.run, &after, relation.is_weak())
+        let start = model.state(terms[side]).ok()?;
+        choices(&model, inputs, &start, &evidence.run, &after, relation.is_weak())
     };
     [side(0).unwrap_or_default(), side(1).unwrap_or_default()]
 }
@@ -138,7 +140,13 @@ fn judged(
     let left = |state: u32| one.states.get(state as usize).cloned();
     let right = |state: u32| two.states.get(state as usize).cloned();
     // The model itself is asked, not the systems: so that a difference stands even where a bound was hit.
-    match (stands(evidence, [&processes[0], &processes[1]], [&left, &right], relation), cut) {
+    processes.iter().for_each(|process| process.draws().forget());
+    let stood = stands(evidence, [&processes[0], &processes[1]], [&left, &right], relation);
+    if processes.iter().any(|process| process.draws().touched()) {
+        let why = "the difference found rests on a value drawn from a continuous distribution; `prove` looks for one that does not";
+        return Verdict::Unknown(why.into());
+    }
+    match (stood, cut) {
         (Ok(true), _) => verdict,
         (_, Some(cut)) => Verdict::Unknown(cut.to_string()),
         (Ok(false), None) => Verdict::Unknown("a difference was found that did not stand up to being checked".into()),

@@ -79,14 +79,17 @@ fn way(model: &Model, inputs: &Inputs, from: &State, to: &State, label: &Label, 
             let values: Vec<Option<&Value>> =
                 if step.needs_value() { inputs.values.iter().map(Some).collect() } else { vec![None] };
             for value in values {
+                let drawn = matches!(&step.action, Action::Draw(_, Some(_)));
                 let made = match (&step.action, value) {
+                    // A draw that comes out in one way is no step.
+                    (Action::Draw(_, Some(_)), _) => Label::Tau,
                     (Action::Tau(..), _) => Label::Tau,
                     (Action::Out(port, sent), _) => Label::Act(format!("{port}!{sent}")),
                     (Action::In(port), Some(value)) => Label::Act(format!("{port}?{value}")),
                     _ => continue,
                 };
-                let taken = !node.1 && made == *label;
-                let between = weak && made == Label::Tau;
+                let taken = !node.1 && !drawn && made == *label;
+                let between = drawn || (weak && made == Label::Tau);
                 if !taken && !between {
                     continue;
                 }

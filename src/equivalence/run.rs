@@ -129,6 +129,10 @@ pub(super) fn stands<B: Behaviour>(
             at = next;
         }
         let ends = match &evidence.difference {
+            Difference::Chances(place, one, two) => {
+                let wanted = if side == 0 { one } else { two };
+                one != two && judge.chance(&evidence.formulas, *place, at)? == *wanted
+            }
             Difference::Step(left, label) => {
                 let can = if weak { judge.weakly_after(at, label)? } else { judge.after(at, label)? };
                 let moves = *left == (side == 0);

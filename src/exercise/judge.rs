@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Attempt, Done};
+use crate::explain::run_lines;
 use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::name::Name;
@@ -11,7 +12,6 @@ use crate::prove::{Answer, By, prove};
 use crate::refute::{self, Counterexample, refute};
 use crate::remedy::{in_words, near_misses, remedies};
 use crate::rewrite::Limits;
-use crate::session::run_lines;
 use crate::simplify::alone;
 
 /// Instances tried before a proof is looked for.

@@ -29,9 +29,10 @@ pub(super) fn subsumes(other: &Law, law: &Law, environment: &Environment) -> Opt
         for found in matches(other, from, &law.left, &context) {
             let Ok(image) = found.substitution.apply(to, &context) else { continue };
             let image = surround(&found.surrounding, &image);
-            // What differs in units alone is no use of the law.
+            // What differs in units alone is no use of the law, but where the law says just that.
             let moved = clean(&image) != clean(&law.left);
-            if moved && (image == law.right || clean(&image) == clean(&law.right)) {
+            let units = clean(&law.left) == clean(&law.right);
+            if (moved || units) && image == law.right || moved && clean(&image) == clean(&law.right) {
                 return Some(found);
             }
         }
@@ -51,7 +52,7 @@ pub(super) fn finding(
         let message = format!("the law `{}` follows from `{}` in one step", law.name, other.name);
         let mut finding = warning("P0922", message, span);
         finding = finding.note(format!("{} {} {}", other.left, other.connective, other.right));
-        let with = crate::admission::instance(&found.substitution.processes, &found.substitution.values);
+        let with = crate::explain::instance(&found.substitution.processes, &found.substitution.values);
         if !with.is_empty() {
             finding = finding.note(format!("with {}", with.join(", ")));
         }

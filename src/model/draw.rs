@@ -4,7 +4,8 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::step::{active, blank, running, with_part};
-use super::{Action, Meaningless, Move};
+use super::{Action, Meaningless, Move, State};
+use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::{Value, View};
 
@@ -100,5 +101,58 @@ fn finite(distribution: &Value, scale: &BigRational, depth: usize) -> Result<Opt
             Ok(Some(all))
         }
         _ => Ok(None),
+    }
+}
+
+/// How the names of values begin that were drawn and are not known; no source text can spell it.
+const DRAWN: &str = "(draw ";
+
+/// Whether this is the name of a value that was drawn and is not known.
+pub(super) fn is_drawn(name: &Name) -> bool {
+    name.as_str().starts_with(DRAWN)
+}
+
+/// Whether the value depends on one that was drawn and is not known.
+pub(crate) fn mentions_drawn(value: &Value) -> bool {
+    value.variables().iter().any(is_drawn)
+}
+
+impl State {
+    /// Whether it holds a value that was drawn and is not known.
+    pub(crate) fn holds_drawn(&self) -> bool {
+        !self.drawn_names().is_empty()
+    }
+
+    /// Whether it holds this symbol.
+    pub(crate) fn mentions(&self, symbol: &Value) -> bool {
+        self.drawn_names().iter().any(|name| symbol.mentions(name))
+    }
+
+    fn drawn_names(&self) -> Vec<Name> {
+        let of = |value: &Value| value.variables().into_iter().filter(is_drawn).collect::<Vec<_>>();
+        match self {
+            State::Stopped(results) => results.values().flat_map(of).collect(),
+            State::Aborted => Vec::new(),
+            State::Running(term) => {
+                let (mut open, mut found) = (vec![term], Vec::new());
+                while let Some(term) = open.pop() {
+                    term.values().into_iter().for_each(|value| found.extend(of(value)));
+                    open.extend(term.children());
+                }
+                found
+            }
+        }
+    }
+
+    /// A name for the next value that this state draws from this distribution, which it does not hold yet.
+    pub(crate) fn next_drawn(&self, distribution: &Value) -> Value {
+        let held = self.drawn_names();
+        let name = |number: usize| match number {
+            1 => Name::new(&format!("{DRAWN}from {distribution})")),
+            _ => Name::new(&format!("{DRAWN}{number} from {distribution})")),
+        };
+        // One of the first is free: it holds no more than those.
+        let free = (1..=held.len() + 1).map(name).find(|name| !held.contains(name));
+        Value::variable(&free.unwrap_or_else(|| name(held.len() + 2)))
     }
 }

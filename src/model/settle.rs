@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::{ToPrimitive, Zero};
 
+use super::draw::{is_drawn, mentions_drawn};
 use super::{Event, Meaningless, Model, Results, State};
 use crate::name::Name;
 use crate::term::{Node, Term};
@@ -50,7 +51,9 @@ impl Scope<'_> {
 
     /// The value of an expression here, with every name that is bound put in.
     pub(super) fn evaluate(&self, value: &Value) -> Result<Value, Meaningless> {
-        let names = value.variables();
+        let mut names = value.variables();
+        // A value that was drawn and is not known is carried about, as long as nothing depends on it.
+        names.retain(|name| !is_drawn(name));
         if names.is_empty() {
             return Ok(value.clone());
         }
@@ -149,6 +152,9 @@ fn compare(relation: Relation, left: &Value, right: &Value) -> Result<bool, Mean
         });
     }
     match relation {
+        _ if left != right && (mentions_drawn(left) || mentions_drawn(right)) => {
+            Meaningless::because(format!("whether `{left}` and `{right}` are equal depends on a draw"))
+        }
         Relation::Eq => Ok(left == right),
         Relation::Neq => Ok(left != right),
         _ => Meaningless::because(format!("`{left}` and `{right}` cannot be put in order")),

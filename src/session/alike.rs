@@ -40,7 +40,6 @@ impl Answered {
             Trouble::Meaningless(why) if why.why.contains("has no value") || why.why.contains("is not a number") => {
                 diagnostic.help("a system is made of closed processes: give each parameter a value, `param t = 1`")
             }
-            Trouble::Draws => diagnostic.help("`prove P = Q` compares processes that draw at random"),
             _ => diagnostic,
         };
         Answered { diagnostics: vec![diagnostic], ..Answered::default() }
@@ -88,7 +87,8 @@ impl Run<'_, '_> {
         let [left, right] = terms;
         let answer = match compare_processes(left, right, definitions, relation, &bounds(limits), &stop) {
             Err(Trouble::Draws) => {
-                let line = "unknown: a side draws at random; `prove P = Q` compares chances".to_string();
+                let line =
+                    "unknown: what a side does depends on a value drawn from a continuous distribution".to_string();
                 return Answered { lines: vec![line], verdict: Some("unknown"), diagnostics: Vec::new() };
             }
             Err(trouble) => return Answered::trouble(&trouble, waiting),
@@ -169,6 +169,10 @@ pub fn evidence_lines(evidence: &Evidence, name: &dyn Fn(usize, u32) -> String) 
         lines.push(format!("{who}: {label}; then {}", states.join(", ")));
     }
     lines.push(match &evidence.difference {
+        Difference::Chances(place, one, two) => {
+            let told = evidence.formulas.text(*place, LONGEST);
+            format!("the left side then satisfies {told} with chance {one}, the right side with chance {two}")
+        }
         Difference::Looks(one, two) => format!("the left side is {one}, the right side is {two}"),
         Difference::Step(left, label) => {
             format!("the {} side can do {label}, the {} side cannot", side(*left), side(!left))

@@ -3,14 +3,11 @@
 use super::claim::Found;
 use super::reading::{Run, Waiting};
 use super::{Evidence, at};
-use crate::admission::instance;
-use crate::bisimulation::{Difference, Side};
 use crate::diagnostic::{Severity, Span};
+use crate::explain::run_lines;
 use crate::kernel::Theory;
 use crate::law::Connective;
 use crate::lower::{By, CalcStep, Environment};
-use crate::model::explore::Label;
-use crate::model::{Action, Outcome, State};
 use crate::name::Name;
 use crate::proof::Statement;
 use crate::prove::{self, Answer, Gap, prove_from};
@@ -146,89 +143,25 @@ fn remains(gap: &Gap, refutation: Option<&Refutation>, named: bool) -> Vec<Strin
     if let Some(rejected) = &gap.rejected {
         lines.push(format!("a proof was found, but the kernel turned it down: {} ", rejected.reason));
     }
-    if let Some(Refutation::None { instances, cost, cut, .. }) = refutation {
+    if let Some(Refutation::None { instances, cost, cut, open, .. }) = refutation {
         let how = if *cut { "not all of them" } else { "all of them" };
         lines.push(match instances {
             0 => "no small instance meets the conditions, so none could be tried".to_string(),
-            _ => format!("no counterexample among {instances} small instances (up to size {cost}, {how})"),
+            1 => format!("no counterexample: 1 instance was tried{}", undecided(*open)),
+            _ => format!(
+                "no counterexample among {instances} small instances (up to size {cost}, {how}){}",
+                undecided(*open)
+            ),
         });
     }
     lines
 }
 
-/// The counterexample as a story.
-pub fn run_lines(found: &Counterexample, connective: Connective) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut chosen = instance(&found.processes, &found.values);
-    chosen.extend(found.names.iter().map(|(name, image)| format!("{name} = {image}")));
-    chosen.extend(found.surroundings.iter().map(|(name, value)| format!("{name} = {value}")));
-    if !chosen.is_empty() {
-        lines.push(format!("take {}", chosen.join(", ")));
+/// How many of the instances tried were not decided either.
+fn undecided(open: usize) -> String {
+    match open {
+        0 => String::new(),
+        1 => ", and 1 comparison was not decided".to_string(),
+        _ => format!(", and {open} comparisons were not decided"),
     }
-    lines.push(format!("then it says {} {connective} {}", found.left, found.right));
-    for step in &found.run.steps {
-        let who = match step.side {
-            Side::Left => "left:  ",
-            Side::Right => "right: ",
-            Side::Both => "both:  ",
-        };
-        lines.push(format!("{who}{}", label(&step.label)));
-    }
-    lines.push(difference(&found.run.difference));
-    lines
-}
-
-fn label(label: &Label) -> String {
-    match label {
-        Label::Wait(time) => format!("{time} of time passes"),
-        Label::Act(Action::In(port), Some(value)) => format!("reads {value} from {port}"),
-        Label::Act(Action::In(port), None) => format!("reads from {port}"),
-        Label::Act(Action::Out(port, value), _) => format!("writes {value} to {port}"),
-        Label::Act(Action::Tau(port, value), _) => format!("communicates {value} over {port}"),
-        Label::Act(Action::Draw(from, _), Some(value)) => format!("draws {value} from {}", listed(from)),
-        Label::Act(Action::Draw(from, _), None) => format!("draws from {}", listed(from)),
-    }
-}
-
-fn difference(difference: &Difference) -> String {
-    let side = |side: &Side| if *side == Side::Right { "right" } else { "left" };
-    let other = |side: &Side| if *side == Side::Right { "left" } else { "right" };
-    match difference {
-        Difference::Outcome(left, right) => {
-            format!("the left side {}, the right side {}", outcome(left), outcome(right))
-        }
-        Difference::Observations(left, right) => {
-            format!("the left side shows {}, the right side shows {}", shown(left), shown(right))
-        }
-        Difference::Move(who, what) => {
-            format!("the {} side {}, the {} side cannot", side(who), label(what), other(who))
-        }
-        Difference::Time(who) => format!("the {} side lets time pass, the {} side does not", side(who), other(who)),
-        Difference::Chances(..) => "the two sides draw with different chances".to_string(),
-    }
-}
-
-fn outcome(outcome: &Outcome) -> String {
-    match outcome {
-        Outcome::Stop(results) if results.is_empty() => "has stopped".to_string(),
-        Outcome::Stop(results) => {
-            let results: Vec<String> = results.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-            format!("has stopped with {}", results.join(", "))
-        }
-        Outcome::Abort => "has aborted".to_string(),
-        Outcome::Running => "still runs".to_string(),
-    }
-}
-
-fn shown(state: &State) -> String {
-    let shown: Vec<String> = state
-        .observations()
-        .into_iter()
-        .map(|(name, values)| Term::new(crate::term::Node::Observe(name, values)).to_string())
-        .collect();
-    if shown.is_empty() { "nothing".to_string() } else { shown.join(", ") }
-}
-
-fn listed(values: &[crate::value::Value]) -> String {
-    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }

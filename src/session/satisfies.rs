@@ -153,7 +153,7 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<Str
     match refute::refute(system, run, Connective::WeaklyRefines, &[], definitions, assumptions, &limits) {
         Refutation::Refuted(found) => {
             let mut lines = vec!["the printed run is not what the system does, so nothing is proved:".to_string()];
-            lines.extend(super::compare::run_lines(&found, Connective::WeaklyRefines));
+            lines.extend(crate::explain::run_lines(&found, Connective::WeaklyRefines));
             Err(lines)
         }
         Refutation::None { instances, meaningless, open, .. } => {

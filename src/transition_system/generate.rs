@@ -8,6 +8,7 @@ use std::hash::Hash;
 use num_rational::BigRational;
 use num_traits::Zero;
 
+use super::draw::Draws;
 use super::{Bounds, Builder, Cut, Ending, Inputs, Label, Mark, TransitionSystem};
 use crate::bisimulation::{common_divisor, grain};
 use crate::definition::Definitions;
@@ -26,7 +27,7 @@ pub enum Trouble {
     Grain(BigRational),
     /// A communication is offered while a delay runs: it may be taken up between two ticks.
     Coarse,
-    /// It draws at random: steps alone do not say what it does.
+    /// What it does depends on a value drawn from a continuous distribution.
     Draws,
 }
 
@@ -41,7 +42,7 @@ impl fmt::Display for Trouble {
         match self {
             Trouble::Meaningless(why) => why.fmt(f),
             Trouble::Grain(_) | Trouble::Coarse => f.write_str("its delays have no common measure"),
-            Trouble::Draws => f.write_str("it draws at random"),
+            Trouble::Draws => f.write_str("it depends on a value that is drawn from a continuous distribution"),
         }
     }
 }
@@ -115,6 +116,7 @@ pub struct Process<'a> {
     clock: Clock,
     inputs: Inputs,
     reads: Cell<bool>,
+    draws: Draws,
     /// The state whose moves were asked for last, with how long it waits.
     last: RefCell<Option<(State, Patience)>>,
 }
@@ -128,6 +130,7 @@ impl<'a> Process<'a> {
             clock,
             inputs,
             reads: Cell::new(false),
+            draws: Draws::default(),
             last: RefCell::new(None),
         }
     }
@@ -142,6 +145,17 @@ impl<'a> Process<'a> {
         matches!(self.clock, Clock::Ticks { fine: true, .. })
     }
 
+    /// What it draws from continuous distributions, and whether that was met.
+    pub(crate) fn draws(&self) -> &Draws {
+        &self.draws
+    }
+
+    /// The state that a term is in; in ticks, a draw with one outcome is that outcome.
+    fn arrive(&self, from: &State, term: &Term) -> Result<State, Trouble> {
+        let state = self.draws.sure(from, self.model.state(term))?;
+        if self.clock == Clock::Events { Ok(state) } else { self.draws.arrive(&self.model, state) }
+    }
+
     /// What it may read.
     pub fn inputs(&self) -> &Inputs {
         &self.inputs
@@ -153,7 +167,7 @@ impl<'a> Process<'a> {
         match (&self.clock, patience) {
             (_, Patience::None) | (Clock::Events, Patience::Unbounded) => {}
             (Clock::Events, Patience::Until(time)) => {
-                let after = self.model.pass(state, &time)?;
+                let after = self.draws.sure(state, self.model.pass(state, &time))?;
                 all.push((Label::Wait(time), after));
             }
             (Clock::Ticks { tick, .. }, Patience::Unbounded) => all.push((Label::Wait(tick.clone()), state.clone())),
@@ -164,8 +178,8 @@ impl<'a> Process<'a> {
                 if !(&time / tick).is_integer() {
                     return Err(Trouble::Grain(common_divisor(tick, &time)));
                 }
-                let after = self.model.pass(state, tick)?;
-                all.push((Label::Wait(tick.clone()), after));
+                let after = self.draws.sure(state, self.model.pass(state, tick))?;
+                all.push((Label::Wait(tick.clone()), self.draws.arrive(&self.model, after)?));
             }
         }
         Ok(())
@@ -176,7 +190,8 @@ impl Behaviour for Process<'_> {
     type State = State;
 
     fn start(&self) -> Result<State, Trouble> {
-        Ok(self.model.state(&self.term)?)
+        let state = self.model.state(&self.term)?;
+        if self.clock == Clock::Events { Ok(state) } else { self.draws.arrive(&self.model, state) }
     }
 
     fn mark(&self, state: &State) -> Result<Mark, Trouble> {
@@ -203,9 +218,13 @@ impl Behaviour for Process<'_> {
     }
 
     fn steps(&self, state: &State) -> Result<Vec<(Label, State)>, Trouble> {
-        let moves = state.moves()?;
+        let moves = self.draws.look(state)?;
         let mut all = Vec::new();
         let mut offers = false;
+        if self.clock != Clock::Events && matches!(moves.first(), Some(Move { action: Action::Draw(_, Some(_)), .. })) {
+            let outcomes = self.draws.outcomes(&self.model, state)?;
+            return Ok(outcomes.into_iter().map(|(state, chance)| (Label::Chance(chance), state)).collect());
+        }
         for step in &moves {
             let label = match &step.action {
                 Action::Tau(..) => Label::Tau,
@@ -217,17 +236,21 @@ impl Behaviour for Process<'_> {
                     offers = true;
                     self.reads.set(true);
                     for value in &self.inputs.values {
-                        all.push((Label::Act(format!("{port}?{value}")), self.model.state(&step.with(value))?));
+                        all.push((Label::Act(format!("{port}?{value}")), self.arrive(state, &step.with(value))?));
                     }
                     continue;
                 }
-                Action::Draw(_, Some((values, chance))) if self.clock == Clock::Events => {
+                Action::Draw(_, Some((values, chance))) => {
                     let values: Vec<String> = values.iter().map(ToString::to_string).collect();
                     Label::Act(format!("draw {} ({chance})", values.join(", ")))
                 }
-                Action::Draw(..) => return Err(Trouble::Draws),
+                Action::Draw(_, None) => {
+                    let (value, after) = self.draws.symbolic(&self.model, state, step)?;
+                    all.push((Label::Act(value.to_string()), self.arrive(state, &after.term())?));
+                    continue;
+                }
             };
-            all.push((label, self.model.state(&step.next)?));
+            all.push((label, self.arrive(state, &step.next)?));
         }
         self.time(state, &moves, offers, &mut all)?;
         Ok(all)

@@ -12,7 +12,7 @@ use crate::definition::Definitions;
 use crate::model::State;
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Value, View};
 
 /// The values that may be read.
 #[derive(Clone, Debug, Default)]
@@ -103,6 +103,20 @@ impl Walk {
         }
     }
 
+    /// Notes the values that a draw may come to, of which there are finitely many.
+    fn outcomes(&mut self, distribution: &Value) {
+        let mut open = vec![distribution.clone()];
+        while let Some(value) = open.pop() {
+            match value.view() {
+                View::Distribution(kind, parts) if kind == "Mix" => {
+                    open.extend(parts.chunks(2).filter_map(|pair| pair.get(1)).cloned());
+                }
+                View::Distribution(kind, parts) if kind == "Point" => parts.iter().for_each(|value| self.plain(value)),
+                _ => {}
+            }
+        }
+    }
+
     fn visit(&mut self, term: &Term) {
         match term.node() {
             Node::Guard(relation, left, right) => {
@@ -120,7 +134,11 @@ impl Walk {
                 }
             }
             // A time or a count that is read is more than copied.
-            Node::Delay(value) | Node::Ran(value, _) => self.symmetric &= value.variables().is_empty(),
+            Node::Delay(value) => self.symmetric &= value.variables().is_empty(),
+            Node::Ran(value, _) => {
+                self.symmetric &= value.variables().is_empty();
+                self.outcomes(value);
+            }
             Node::Power(_, value, index) => self.symmetric &= value.variables().is_empty() && index.is_none(),
             _ => term.values().into_iter().for_each(|value| self.plain(value)),
         }
