@@ -9,7 +9,7 @@ use pars::lower::{ClaimKind, Environment, Event, Lowered};
 use pars::parser::parse;
 use pars::period::{Test, analyse};
 use pars::probability::chain::{Chain, chain};
-use pars::probability::{Question, enclosed, estimated, scalar};
+use pars::probability::{Question, enclosed, estimated};
 
 const WAYPOINT: &str = "observer At(r), Done
 proc Env_r = (Delay_{1/5} # Odo_r # At_r) ; (Ran_{Normal(0, sd: 1/2)}<e> | In_v<u>) ; Env_{r+(u+e)/5}
@@ -92,10 +92,8 @@ fn python(points: u32) -> Option<(f64, f64)> {
 fn main() {
     let Some((chain, question)) = load(50) else { return println!("the waypoint could not be loaded") };
     let mut found = None;
-    let first =
-        best(1, || found = scalar::scalar(&chain, &question).ok().and_then(|one| enclosed::enclosed(&one).ok()));
-    let again =
-        best(20, || found = scalar::scalar(&chain, &question).ok().and_then(|one| enclosed::enclosed(&one).ok()));
+    let first = best(1, || found = enclosed::enclosed(&chain, &question, 1e-8).ok());
+    let again = best(20, || found = enclosed::enclosed(&chain, &question, 1e-8).ok());
     let Some(found) = found else { return println!("the waypoint could not be enclosed") };
     println!("waypoint, 50 rounds: [{}, {}], width {:.1e}", found.low, found.high, found.width());
     println!(
@@ -131,6 +129,6 @@ fn main() {
 }
 
 fn found_again(chain: &Chain, question: &Question) {
-    let found = scalar::scalar(chain, question).ok().and_then(|one| enclosed::enclosed(&one).ok());
+    let found = enclosed::enclosed(chain, question, 1e-8).ok();
     std::hint::black_box(found);
 }

@@ -13,7 +13,7 @@ use pars::parser::parse;
 use pars::period::{Test, analyse};
 use pars::probability::chain::{Chain, chain};
 use pars::probability::estimated::{estimated, interval};
-use pars::probability::{Question, enclosed, exact, normal, scalar};
+use pars::probability::{Question, enclosed, exact, normal};
 use pars::value::{Relation, Value};
 
 /// `-3/4`, `0.25`, `1.5e-12`
@@ -163,7 +163,7 @@ fn exactly((chain, question): &(Chain, Question)) -> exact::Exact {
 }
 
 fn enclose((chain, question): &(Chain, Question)) -> Interval {
-    enclosed::enclosed(&scalar::scalar(chain, question).expect("one dimension")).expect("enclosed")
+    *enclosed::enclosed(chain, question, 1e-9).expect("enclosed")
 }
 
 /// A unit command for each step of one, with noise on the velocity.
@@ -228,6 +228,31 @@ fn the_noisy_waypoint_is_enclosed() {
     assert!(estimate.low < 0.9155 && estimate.high > 0.9155 && estimate.high - estimate.low < 0.02, "{estimate:?}");
 }
 
+/// The waypoint in the plane, with independent axes; `first` where one of them is enough.
+#[test]
+fn the_noisy_waypoint_in_the_plane() {
+    let axis = |name: &str, start: &str| {
+        format!(
+            "proc Env{name}_r = (Delay_{{1/5}} # Odo{name}_r) ; (Ran_{{Normal(0, sd: 1/2)}}<e> | In_v{name}<u>) ; Env{name}_{{r+(u+e)/5}}
+proc Odo{name}_r = Ran_{{Normal(0, sd: 1/10)}}<w> ; Out_{{p{name},r+w}} ; Odo{name}_r
+proc Start{name} = Env{name}_{start}
+"
+        )
+    };
+    let plane = load(&format!(
+        "{}{}proc Go_{{g,h}} = (In_px<m> | In_py<n>) ; (Gtr_{{|m-g|,1/10}} | Gtr_{{|n-h|,1/10}}) ;
+ (Out_{{vx,(g-m)/2}} | Out_{{vy,(h-n)/2}}) ; Go_{{g,h}}
+system Sys = Startx | Starty | (Go_{{10,10}} ; Done)
+prove probability of Sys reaching Done within 74/5",
+        axis("x", "0"),
+        axis("y", "0")
+    ));
+    let found = *enclosed::enclosed(&plane.0, &plane.1, 1e-7).expect("enclosed");
+    assert!(found.width() < 1e-6, "{found:?}");
+    let estimate = estimated(&plane.0, &plane.1, 4_000, 7).expect("runs");
+    assert!(estimate.low < found.low && estimate.high > found.high, "{estimate:?} {found:?}");
+}
+
 #[test]
 fn a_guard_on_the_position_itself_cuts_the_density() {
     // The first passage of a random walk with drift: P(some of 20 sums of N(1/10, 1) is at least 3).
@@ -274,7 +299,7 @@ system Sys = Env_0 | Go
 prove probability of Sys {question}"
         ))
     };
-    let chance = |question: &str| exactly(&still(question)).chance;
+    let chance = |question: &str| *exactly(&still(question)).chance;
     assert_eq!(chance("showing At_p where |p-10| <= 1/1000 at 10"), Interval::exactly(1.0));
     assert_eq!(chance("showing At_p where |p-10| <= 1/1000 at 9"), Interval::exactly(0.0));
     assert_eq!(chance("reaching At_7 within 7"), Interval::exactly(1.0));

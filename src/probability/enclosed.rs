@@ -1,188 +1,483 @@
-//! Chances of a chain in one dimension, by quadrature with a proved bound.
+//! Chances of a chain in one or two independent dimensions, by quadrature with a proved bound.
 //!
 //! The chance V(s) of success within n more rounds from state s satisfies V_0 = 0 and
-//! V_n(s) = D(s) + ∫ k(s,x) V_(n-1)(x) dx with a kernel that is a normal density times the chance of going on. On
-//! panels of Gauss points the integral is a sum. Four errors are bounded, none by experience:
+//! V_n(s) = D(s) + ∫ k(s,x) V_(n-1)(x) dx, summed over the ways of a round, with a kernel that is a product over the axes
+//! of a normal density times the chance of the guard. Integrals become sums over points. Four errors are bounded, none
+//! by experience:
 //!
-//! * *discretisation*: k(s,z) and V(z) are analytic between the cuts that guards make, which are ends of panels. Moving
-//!   the mean of a normal density by ib multiplies its absolute integral by e^(b²/2σ²), which bounds both at a distance
-//!   b from the reals, and with it the error of Gauss's rule ([`grid::Grid::error`]);
-//! * *truncation*: states beyond 8 standard deviations of all that the rounds can do, and kernels beyond 9;
+//! * *discretisation*: [`super::grid`] says how;
+//! * *truncation*: whatever the sums leave out (states outside the window of their round, densities far out) is what
+//!   the chance of going on exceeds the sum of the kernel by; it is carried along as a chance of its own;
 //! * *rounding*: each kernel value is known to a stated error, a sum of n terms to n units in the last place;
 //! * all of them add up from round to round, as the kernel's total mass is at most 1.
 
 use num_rational::BigRational;
-use num_traits::ToPrimitive;
+use num_traits::{One, Zero};
 
-use super::grid::Grid;
-use super::normal::distribution;
-use super::scalar::{Decider, Noisy, Range, Scalar, Way};
-use crate::distribution::standard;
-use crate::interval::{Interval, normal_between};
+use super::axes::AXES;
+use super::chain::Chain;
+use super::grid::{Grid, Smooth};
+use super::kernel::{Fast, Guard, Ranges, UNIT, contains, largest, scale};
+use super::operator::{Key, Operator};
+use super::plan::{Entry, Motion, Plan, Way, plan};
+use super::region::Patch;
+use super::window::windows;
+use super::{Enclosed, Question};
+use crate::interval::Interval;
 
-/// More than the chance beyond 8 standard deviations on both sides.
-const BEYOND: f64 = 1.3e-15;
+/// Values that are held, and multiplications.
+const MOST_VALUES: usize = 8_000_000;
+const MOST_WORK: f64 = 3e11;
 
-/// A way with machine numbers.
-#[derive(Clone, Debug)]
-pub(super) struct Fast {
-    pub(super) weight: f64,
-    pub(super) slope: f64,
-    pub(super) shift: f64,
-    pub(super) sd: f64,
-    pub(super) guard: Guard,
-    pub(super) success: Vec<(f64, f64)>,
-    pub(super) last: Vec<(f64, f64)>,
-    pub(super) onward: Vec<(f64, f64)>,
+/// A patch in machine numbers.
+pub(super) type FastPatch = [Ranges; 2 * AXES];
+
+/// A way in machine numbers.
+pub(super) struct FastWay {
+    pub weight: f64,
+    pub motions: [Fast; AXES],
+    pub success: Vec<FastPatch>,
+    pub last: Vec<FastPatch>,
+    pub onward: Vec<FastPatch>,
+    pub next: usize,
 }
 
-/// What decides a way.
-#[derive(Clone, Debug)]
-pub(super) enum Guard {
-    Nothing,
-    Next,
-    Noisy {
-        factor: f64,
-        offset: f64,
-        sd: f64,
-        /// How its mean follows the next state, and its standard deviation once that is known.
-        follows: f64,
-        rest: f64,
-    },
+/// An entry in machine numbers.
+pub(super) struct FastEntry {
+    pub time: u64,
+    pub way: FastWay,
+    chance: Interval,
 }
 
-/// The chance, surely between these.
+/// A chance, surely between these, as narrow as is wanted if machine numbers allow it.
 ///
 /// # Errors
-/// Where the window or the kernel grows too large, or a way has no noise.
-pub fn enclosed(scalar: &Scalar) -> Result<Interval, String> {
-    let start: Vec<Fast> = scalar.start.iter().map(Fast::of).collect();
-    let round: Vec<Fast> = scalar.round.iter().map(Fast::of).collect();
-    let mut total = Interval::exactly(0.0);
-    for way in &scalar.start {
-        total = total.plus(at_start(way, if scalar.rounds == 0 { &way.last } else { &way.success }));
+/// Where the states or the kernel grow too large, or a way has no noise.
+pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
+    let plan = entered_apart(plan(chain, question)?);
+    if plan.entries.is_empty() || plan.rounds == 0 {
+        return Ok(Enclosed(plan.decided));
     }
-    if scalar.rounds == 0 || start.iter().all(|way| way.onward.is_empty()) {
-        return Ok(total.probability());
+    Ok(Enclosed(Machine::new(&plan, wanted)?.run(&plan)?))
+}
+
+/// Entries to be followed on a grid of their own.
+const MOST_APART: usize = 12;
+
+/// Where noise sets in, there may be less of it than in the rounds: a phase is entered by a copy of its own, which has
+/// its own grid.
+fn entered_apart(mut plan: Plan) -> Plan {
+    if plan.entries.len() > MOST_APART {
+        return plan;
     }
-    if round.iter().any(|way| !way.onward.is_empty() && way.sd <= 0.0) {
-        return Err("a round adds no noise".to_string());
+    for entry in &mut plan.entries {
+        let phase = entry.way.next;
+        entry.way.next = plan.phases.len();
+        plan.phases.push(plan.phases[phase].clone());
+        plan.states.push(plan.states[phase]);
     }
-    let grid = Grid::new(&start, &round, scalar.rounds)?;
-    let rows = grid.rows(&round)?;
-    let step = grid.error(&round, &round);
-    // V_(n-1) on the grid; the last round is evaluated where the start leads.
-    let (mut values, mut next) = (vec![0.0; grid.nodes.len()], vec![0.0; grid.nodes.len()]);
-    let mut error = step;
-    for number in 1..scalar.rounds {
-        for (value, row) in next.iter_mut().zip(&rows) {
-            *value = row.value(&values, number == 1);
+    plan
+}
+
+struct Machine {
+    phases: Vec<Vec<FastWay>>,
+    entries: Vec<FastEntry>,
+    /// By phase and axis.
+    grids: Vec<[Grid; AXES]>,
+    /// The points of each grid that are looked at in each round.
+    active: Vec<Vec<Option<[(usize, usize); AXES]>>>,
+    operators: Vec<Operator>,
+    /// The operators of each onward patch, by phase, way and patch.
+    onward: Vec<Vec<Vec<[usize; AXES]>>>,
+    /// What one round errs by at most.
+    step: f64,
+}
+
+/// Chances at the active points of a phase, and what was left out.
+#[derive(Clone, Default)]
+struct Field {
+    active: [(usize, usize); AXES],
+    values: Vec<f64>,
+    leaks: Vec<f64>,
+}
+
+impl Machine {
+    fn new(plan: &Plan, wanted: f64) -> Result<Machine, String> {
+        let units = units(plan)?;
+        let fast = |way: &Way| FastWay::of(way, &units);
+        let phases: Vec<Vec<FastWay>> = plan.phases.iter().map(|ways| ways.iter().map(fast).collect()).collect();
+        let entry = |one: &Entry| FastEntry { time: one.time, way: fast(&one.way), chance: one.chance };
+        let entries: Vec<FastEntry> = plan.entries.iter().map(entry).collect();
+        let all = || phases.iter().flatten().chain(entries.iter().map(|entry| &entry.way));
+        if !all().flat_map(|way| &way.motions).all(Fast::is_sound) {
+            return Err("a decider of a round is certain once the next state is known, or too large".to_string());
         }
-        std::mem::swap(&mut values, &mut next);
-        // The kernel's mass is at most 1, and its quadrature errs by no more than a step.
-        error = error * (1.0 + step) + step;
-    }
-    let value = |state: f64| Ok::<f64, String>(grid.row(state, &round)?.value(&values, scalar.rounds == 1));
-    for (way, exact) in start.iter().zip(&scalar.start).filter(|(way, _)| !way.onward.is_empty()) {
-        let part = if way.sd > 0.0 {
-            let fine = Grid::of_start(way)?;
-            let there: Vec<f64> = fine.nodes.iter().map(|node| value(*node)).collect::<Result<_, _>>()?;
-            error += fine.error(std::slice::from_ref(way), &round);
-            Interval::exactly(fine.row(0.0, std::slice::from_ref(way))?.kernel(&there))
-        } else {
-            Interval::exactly(value(way.shift)?).times(at_start(exact, &exact.onward))
-        };
-        total = total.plus(part);
-    }
-    let wide = error + 2.0 * step + BEYOND * (scalar.rounds as f64 + 2.0);
-    Ok(Interval::between(total.low - wide, total.high + wide).probability())
-}
-
-/// The chance that a way is taken at the start and leads into ranges.
-fn at_start(way: &Way, ranges: &[Range]) -> Interval {
-    let mut sum = Interval::exactly(0.0);
-    for (low, high) in ranges {
-        let (mean, variance) = match &way.decider {
-            Decider::Nothing => {
-                sum = sum.plus(Interval::exactly(1.0));
-                continue;
+        for way in all().filter(|way| !way.onward.is_empty()) {
+            let still = |axis: usize| plan.states[way.next][axis] && way.motions[axis].sd <= 0.0;
+            if (0..AXES).any(still) {
+                return Err("a round adds no noise".to_string());
             }
-            Decider::Next => (&way.shift, &way.variance),
-            Decider::Noisy(noisy) => (&noisy.offset, &noisy.variance),
+        }
+        let share = wanted / (plan.rounds as f64 + 2.0) / (phases.len() * AXES) as f64;
+        let wide = (2.0 * (8.0 / share).ln()).sqrt().min(9.0);
+        let windows = windows(&phases, &entries, plan.rounds, wide);
+        let mut machine = Machine {
+            phases,
+            entries,
+            grids: Vec::new(),
+            active: Vec::new(),
+            operators: Vec::new(),
+            onward: Vec::new(),
+            step: 0.0,
         };
-        let place = |bound: &Option<BigRational>, otherwise: f64| {
-            bound.as_ref().map_or(Interval::exactly(otherwise), |bound| standard(bound, mean, variance))
-        };
-        sum = sum.plus(normal_between(place(low, f64::NEG_INFINITY), place(high, f64::INFINITY)));
-    }
-    sum.times(Interval::of(&way.weight))
-}
-
-fn near(number: &BigRational) -> f64 {
-    number.to_f64().unwrap_or(f64::NAN)
-}
-
-impl Fast {
-    fn of(way: &Way) -> Fast {
-        let bounds = |ranges: &[Range]| {
-            let bound = |bound: &Option<BigRational>, otherwise: f64| bound.as_ref().map_or(otherwise, near);
-            let ends = |(low, high): &Range| (bound(low, f64::NEG_INFINITY), bound(high, f64::INFINITY));
-            ranges.iter().map(ends).collect::<Vec<_>>()
-        };
-        let guard = match &way.decider {
-            Decider::Nothing => Guard::Nothing,
-            Decider::Next => Guard::Next,
-            Decider::Noisy(noisy) => {
-                let Noisy { factor, offset, variance, covariance } = noisy.as_ref();
-                let next = near(&way.variance);
-                let follows = if next > 0.0 { near(&(covariance / &way.variance)) } else { 0.0 };
-                let known = if next > 0.0 { covariance * covariance / &way.variance } else { covariance * covariance };
-                Guard::Noisy {
-                    factor: near(factor),
-                    offset: near(offset),
-                    sd: near(variance).sqrt(),
-                    follows,
-                    rest: near(&(variance - known)).sqrt(),
+        for (phase, windows) in windows.iter().enumerate() {
+            let mut grids = [Grid::single(), Grid::single()];
+            for (axis, grid) in grids.iter_mut().enumerate().filter(|(axis, _)| plan.states[phase][*axis]) {
+                let hull =
+                    windows.iter().flatten().map(|window| window[axis]).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+                if let Some(hull) = hull {
+                    *grid = Grid::new(hull, &machine.smooth(plan, phase, axis), share / 4.0)?;
                 }
             }
+            let place = |axis: usize, (low, high): (f64, f64)| {
+                let nodes = &grids[axis].nodes;
+                if nodes.len() == 1 {
+                    return (0, 1);
+                }
+                (nodes.partition_point(|node| *node < low), nodes.partition_point(|node| *node <= high))
+            };
+            let active = windows.iter().map(|window| window.map(|window| [place(0, window[0]), place(1, window[1])]));
+            machine.active.push(active.collect());
+            machine.grids.push(grids);
+        }
+        machine.connect(plan)?;
+        machine.step = machine.bound();
+        Ok(machine)
+    }
+
+    /// What is known of the integrals over the states of a phase.
+    fn smooth(&self, plan: &Plan, phase: usize, axis: usize) -> Smooth {
+        let all = self.phases.iter().flatten().chain(self.entries.iter().map(|entry| &entry.way));
+        let into: Vec<&FastWay> = all.filter(|way| !way.onward.is_empty() && way.next == phase).collect();
+        let lands = |way: &FastWay| !way.onward.is_empty() && plan.states[way.next][axis];
+        let out = &self.phases[phase];
+        let kernel = into.iter().map(|way| way.motions[axis].growth()).fold(0.0, f64::max);
+        let value = out.iter().map(|way| way.motions[axis].growth_before(lands(way))).fold(0.0, f64::max);
+        let weight = |ways: &mut dyn Iterator<Item = &FastWay>| ways.map(|way| way.weight).sum::<f64>() + 1.0;
+        let sd = into.iter().map(|way| way.motions[axis].sd);
+        let mut cuts = Vec::new();
+        let finite = |ranges: &Ranges| {
+            ranges.iter().flat_map(|(low, high)| [*low, *high]).filter(|end| end.is_finite()).collect::<Vec<f64>>()
         };
-        Fast {
-            weight: near(&way.weight),
-            slope: near(&way.slope),
-            shift: near(&way.shift),
-            sd: near(&way.variance).sqrt(),
-            guard,
-            success: bounds(&way.success),
-            last: bounds(&way.last),
-            onward: bounds(&way.onward),
+        for way in into.iter().filter(|way| way.motions[axis].guard == Guard::Next) {
+            way.onward.iter().for_each(|patch| cuts.extend(finite(&patch[2 * axis + 1])));
+        }
+        for way in out {
+            way.patches().for_each(|patch| cuts.extend(finite(&patch[2 * axis])));
+        }
+        Smooth {
+            growth: kernel + value,
+            size: weight(&mut into.iter().copied()) * weight(&mut out.iter()),
+            sd: (sd.clone().fold(f64::INFINITY, f64::min), sd.fold(0.0, f64::max)),
+            cuts,
         }
     }
 
-    /// The chance of going on, given where from and where to.
-    pub(super) fn goes_on(&self, from: f64, to: f64) -> f64 {
-        match &self.guard {
-            Guard::Nothing => 1.0,
-            Guard::Next => f64::from(u8::from(self.onward.iter().any(|(low, high)| *low <= to && to <= *high))),
-            Guard::Noisy { factor, offset, follows, rest, .. } => {
-                let mean = factor * from + offset + follows * (to - (self.slope * from + self.shift));
-                between(&self.onward, mean, *rest)
+    /// Makes the operators, each once.
+    fn connect(&mut self, plan: &Plan) -> Result<(), String> {
+        let mut onward = Vec::new();
+        for phase in 0..self.phases.len() {
+            let mut ways = Vec::new();
+            for way in 0..self.phases[phase].len() {
+                let count = self.phases[phase][way].onward.len();
+                let mut patches = Vec::new();
+                for patch in 0..count {
+                    let here = (phase, way, patch);
+                    patches.push([self.operator(plan, here, 0), self.operator(plan, here, 1)]);
+                }
+                ways.push(patches);
+            }
+            onward.push(ways);
+            if self.operators.iter().map(Operator::size).sum::<usize>() > MOST_VALUES {
+                return Err("the kernel is too large".to_string());
             }
         }
+        self.onward = onward;
+        let work: f64 = self.operators.iter().map(|one| one.size() as f64).sum::<f64>()
+            * self.grids.iter().map(|grids| grids[0].nodes.len().min(grids[1].nodes.len())).max().unwrap_or(1) as f64
+            * plan.rounds as f64;
+        if work > MOST_WORK { Err("there is too much to compute".to_string()) } else { Ok(()) }
     }
 
-    /// The chance of success in this round.
-    pub(super) fn succeeds(&self, from: f64, last: bool) -> f64 {
-        let ranges = if last { &self.last } else { &self.success };
-        let chance = match &self.guard {
-            _ if ranges.is_empty() => 0.0,
-            Guard::Nothing => 1.0,
-            Guard::Next => between(ranges, self.slope * from + self.shift, self.sd),
-            Guard::Noisy { factor, offset, sd, .. } => between(ranges, factor * from + offset, *sd),
+    fn operator(&mut self, plan: &Plan, (phase, way, patch): (usize, usize, usize), axis: usize) -> usize {
+        let one = &self.phases[phase][way];
+        let key = key(plan, one, &one.onward[patch], axis, phase * AXES + axis);
+        let grid = |number: usize| &self.grids[number / AXES][number % AXES];
+        let same = |other: &Operator| {
+            let other = &other.key;
+            let points = grid(other.from) == grid(key.from) && grid(other.to) == grid(key.to);
+            points && Key { from: key.from, to: key.to, ..other.clone() } == key
         };
-        self.weight * chance
+        if let Some(found) = self.operators.iter().position(same) {
+            return found;
+        }
+        let operator = Operator::new(key.clone(), &grid(key.from).nodes, grid(key.to));
+        self.operators.push(operator);
+        self.operators.len() - 1
+    }
+
+    /// What one round errs by at most: quadrature of the chance and of what is left out, and rounding.
+    fn bound(&self) -> f64 {
+        let quadrature: f64 = self.grids.iter().flatten().map(|grid| grid.error).sum();
+        let reach =
+            self.grids.iter().flatten().flat_map(|grid| &grid.nodes).fold(0.0f64, |most, node| most.max(node.abs()));
+        let (mut relative, mut absolute, mut patches) = (0.0f64, 0.0, 0.0);
+        let each = |ways: &mut dyn Iterator<Item = &FastWay>| {
+            let (mut relative, mut absolute, mut patches) = (0.0f64, 0.0, 0.0);
+            for way in ways {
+                let mut whole = 0.0;
+                for (axis, motion) in way.motions.iter().enumerate() {
+                    let ends = way.patches().map(|patch| largest(&patch[2 * axis + 1])).fold(0.0, f64::max);
+                    let ranges: usize = way.patches().map(|patch| patch[2 * axis + 1].len()).sum();
+                    let (own, chance) = motion.rounding(reach, ends);
+                    whole += own;
+                    absolute += way.weight * 2.0 * ranges as f64 * chance;
+                }
+                relative = relative.max(whole);
+                patches += way.patches().count() as f64;
+            }
+            (relative, absolute, patches)
+        };
+        let groups = self.phases.iter().map(|ways| each(&mut ways.iter()));
+        for (own, chance, count) in
+            groups.chain(self.entries.iter().map(|entry| each(&mut std::iter::once(&entry.way))))
+        {
+            relative = relative.max(own);
+            absolute = f64::max(absolute, chance);
+            patches = f64::max(patches, count);
+        }
+        let longest = self.operators.iter().map(|one| one.longest).max().unwrap_or(0);
+        let most = self.grids.iter().flatten().map(|grid| grid.nodes.len()).max().unwrap_or(0);
+        let terms = 2.0 * (longest.max(most) as f64) + 8.0 * patches + 60.0;
+        2.1 * quadrature + 2.0 * relative + 2.0 * absolute + 2.0 * terms * UNIT
+    }
+
+    fn run(&self, plan: &Plan) -> Result<Interval, String> {
+        let mut fields: Vec<Field> = vec![Field::default(); self.phases.len()];
+        let mut error = self.step;
+        let mut total = plan.decided;
+        let mut entries: Vec<&FastEntry> = self.entries.iter().collect();
+        let outcomes = self.outcomes();
+        for time in (0..plan.rounds).rev() {
+            let last = time + 1 == plan.rounds;
+            let mut now = vec![Field::default(); self.phases.len()];
+            for (phase, field) in now.iter_mut().enumerate() {
+                let Some(Some(active)) = self.active[phase].get(time as usize) else { continue };
+                if active.iter().any(|(low, high)| low >= high) {
+                    continue;
+                }
+                *field = self.field(phase, *active, &fields, last, &outcomes[phase]);
+            }
+            fields = now;
+            while let Some(entry) = entries.pop_if(|entry| entry.time == time) {
+                let (value, leak) = self.enter(plan, &entry.way, &fields);
+                let part =
+                    Interval::between((value - 2.0 * error).max(0.0), (value + leak + 2.0 * error).min(1.0 + error));
+                total = total.plus(entry.chance.times(part));
+            }
+            // The kernel's mass is at most 1, and its quadrature errs by no more than a step.
+            error = error * (1.0 + self.step) + self.step;
+        }
+        // Entries of the last moment have been counted where they enter.
+        if !total.low.is_finite() || !total.high.is_finite() {
+            return Err("the bounds are too wide".to_string());
+        }
+        Ok(total.probability())
+    }
+
+    /// The chances of success from each point, by phase: in a round, and in the last one.
+    fn outcomes(&self) -> Vec<[Vec<Outcome>; 2]> {
+        let outcome = |phase: usize, way: &FastWay, patch: &FastPatch| {
+            let along = |axis: usize| {
+                let chance = |state: &f64| {
+                    let possible = contains(&patch[2 * axis], *state);
+                    if possible { way.motions[axis].chance(&patch[2 * axis + 1], *state) } else { 0.0 }
+                };
+                self.grids[phase][axis].nodes.iter().map(chance).collect::<Vec<f64>>()
+            };
+            Outcome { weight: way.weight, chances: [along(0), along(1)] }
+        };
+        let mut all = Vec::new();
+        for (phase, ways) in self.phases.iter().enumerate() {
+            let early = ways.iter().flat_map(|way| way.success.iter().map(move |patch| outcome(phase, way, patch)));
+            let last = ways.iter().flat_map(|way| way.last.iter().map(move |patch| outcome(phase, way, patch)));
+            all.push([early.collect(), last.collect()]);
+        }
+        all
+    }
+
+    /// One round back.
+    fn field(
+        &self,
+        phase: usize,
+        active: [(usize, usize); AXES],
+        after: &[Field],
+        last: bool,
+        outcomes: &[Vec<Outcome>; 2],
+    ) -> Field {
+        let width = active[1].1 - active[1].0;
+        let size = (active[0].1 - active[0].0) * width;
+        let mut field = Field { active, values: vec![0.0; size], leaks: vec![0.0; size] };
+        for outcome in &outcomes[usize::from(last)] {
+            let [one, other] = [0, 1].map(|axis: usize| &outcome.chances[axis][active[axis].0..active[axis].1]);
+            add(&mut field.values, one, other, outcome.weight);
+        }
+        if last {
+            return field;
+        }
+        for (way, patches) in self.phases[phase].iter().zip(&self.onward[phase]) {
+            for operators in patches {
+                let [one, other] = operators.map(|place| &self.operators[place]);
+                field.go(way.weight, one, other, &after[way.next]);
+            }
+        }
+        field
+    }
+
+    /// The chance from where there is no state, into a phase.
+    fn enter(&self, plan: &Plan, way: &FastWay, fields: &[Field]) -> (f64, f64) {
+        let mut field = Field { active: [(0, 1), (0, 1)], values: vec![0.0], leaks: vec![0.0] };
+        for patch in &way.onward {
+            let make = |axis: usize| {
+                let key = key(plan, way, patch, axis, 0);
+                let grid = &self.grids[way.next][axis];
+                Operator::new(key, &[0.0], grid)
+            };
+            field.go(way.weight, &make(0), &make(1), &fields[way.next]);
+        }
+        (field.values[0], field.leaks[0])
     }
 }
 
-fn between(ranges: &[(f64, f64)], mean: f64, sd: f64) -> f64 {
-    ranges.iter().map(|(low, high)| distribution((high - mean) / sd) - distribution((low - mean) / sd)).sum()
+/// Chances of success along both axes.
+struct Outcome {
+    weight: f64,
+    chances: [Vec<f64>; AXES],
+}
+
+fn key(plan: &Plan, way: &FastWay, patch: &FastPatch, axis: usize, from: usize) -> Key {
+    Key {
+        motion: way.motions[axis].clone(),
+        state: patch[2 * axis].clone(),
+        decider: patch[2 * axis + 1].clone(),
+        lands: plan.states[way.next][axis],
+        from,
+        to: way.next * AXES + axis,
+    }
+}
+
+impl Field {
+    /// Adds what one patch of a way leads to.
+    fn go(&mut self, weight: f64, one: &Operator, other: &Operator, after: &Field) {
+        let [rows, columns] = self.active;
+        let width = columns.1 - columns.0;
+        let chances = |operator: &Operator, range: (usize, usize)| operator.chances[range.0..range.1].to_vec();
+        add(&mut self.leaks, &chances(one, rows), &chances(other, columns), weight);
+        if after.values.is_empty() {
+            return;
+        }
+        let totals = |operator: &Operator, range: (usize, usize), active: (usize, usize)| {
+            (range.0..range.1).map(|row| operator.total(row, active)).collect::<Vec<f64>>()
+        };
+        let (inner, outer) = (after.active[0].1 - after.active[0].0, after.active[1].1 - after.active[1].0);
+        add(&mut self.leaks, &totals(one, rows, after.active[0]), &totals(other, columns, after.active[1]), -weight);
+        // Chances and leaks side by side: along the second axis first, then along the first.
+        let turned = beside(&turn(&after.values, inner, outer), &turn(&after.leaks, inner, outer), inner);
+        let along = other.times(columns, after.active[1], &turned, 2 * inner);
+        let (values, leaks) = apart(&along, inner);
+        let turned = beside(&turn(&values, width, inner), &turn(&leaks, width, inner), width);
+        let product = one.times(rows, after.active[0], &turned, 2 * width);
+        for (place, row) in product.chunks_exact(2 * width).enumerate() {
+            let (values, leaks) = row.split_at(width);
+            let here = place * width..(place + 1) * width;
+            self.values[here.clone()].iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+            self.leaks[here].iter_mut().zip(leaks).for_each(|(sum, leak)| *sum += weight * leak);
+        }
+    }
+}
+
+/// Adds a product of two vectors to a matrix.
+fn add(matrix: &mut [f64], one: &[f64], other: &[f64], weight: f64) {
+    for (row, factor) in matrix.chunks_exact_mut(other.len().max(1)).zip(one) {
+        let factor = weight * factor;
+        row.iter_mut().zip(other).for_each(|(entry, number)| *entry += factor * number);
+    }
+}
+
+/// The transpose of a matrix of so many rows and columns.
+fn turn(matrix: &[f64], rows: usize, columns: usize) -> Vec<f64> {
+    let mut turned = vec![0.0; matrix.len()];
+    for (place, row) in matrix.chunks_exact(columns.max(1)).enumerate().take(rows) {
+        for (column, number) in row.iter().enumerate() {
+            turned[column * rows + place] = *number;
+        }
+    }
+    turned
+}
+
+/// Two matrices of so many columns, side by side.
+fn beside(one: &[f64], other: &[f64], columns: usize) -> Vec<f64> {
+    let mut both = Vec::with_capacity(2 * one.len());
+    for (row, other) in one.chunks_exact(columns).zip(other.chunks_exact(columns)) {
+        both.extend_from_slice(row);
+        both.extend_from_slice(other);
+    }
+    both
+}
+
+fn apart(both: &[f64], columns: usize) -> (Vec<f64>, Vec<f64>) {
+    let (mut one, mut other) = (Vec::with_capacity(both.len() / 2), Vec::with_capacity(both.len() / 2));
+    for row in both.chunks_exact(2 * columns) {
+        one.extend_from_slice(&row[..columns]);
+        other.extend_from_slice(&row[columns..]);
+    }
+    (one, other)
+}
+
+/// A power of 2 for each axis that brings the least noise near 1.
+fn units(plan: &Plan) -> Result<[BigRational; AXES], String> {
+    let ways = || plan.phases.iter().flatten().chain(plan.entries.iter().map(|entry| &entry.way));
+    let unit = |axis: usize| {
+        let variances = ways().map(|way| &way.motions[axis].variance).filter(|variance| !variance.is_zero());
+        variances.min().map_or_else(BigRational::one, |least| scale(least).1)
+    };
+    let (one, other) = (unit(0), unit(1));
+    if [&one, &other].iter().any(|unit| unit.numer().bits().max(unit.denom().bits()) > 1_000) {
+        return Err("the noise is too small or too large for machine numbers".to_string());
+    }
+    Ok([one, other])
+}
+
+impl FastWay {
+    fn of(way: &Way, units: &[BigRational; AXES]) -> FastWay {
+        let ranges = |patch: &Patch, place: usize| {
+            let motion: &Motion = &way.motions[place / 2];
+            Fast::ranges(motion, &units[place / 2], &patch[place], place % 2 == 0)
+        };
+        let fast = |patches: &Vec<Patch>| {
+            patches.iter().map(|patch| [0, 1, 2, 3].map(|place| ranges(patch, place))).collect::<Vec<FastPatch>>()
+        };
+        FastWay {
+            weight: super::kernel::near(&way.weight),
+            motions: [0, 1].map(|axis: usize| Fast::of(&way.motions[axis], &units[axis])),
+            success: fast(&way.success),
+            last: fast(&way.last),
+            onward: fast(&way.onward),
+            next: way.next,
+        }
+    }
+
+    fn patches(&self) -> impl Iterator<Item = &FastPatch> {
+        self.success.iter().chain(&self.last).chain(&self.onward)
+    }
 }

@@ -6,7 +6,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::chain::{Chain, Linear, Move, Region, Side, Stretch};
-use super::{Question, late};
+use super::{Enclosed, Question, late};
 use crate::distribution::{Distribution, standard};
 use crate::interval::{Interval, normal_between};
 use crate::value::Relation;
@@ -24,7 +24,7 @@ type Matrix = Vec<Vec<BigRational>>;
 #[derive(Clone, Debug)]
 pub struct Exact {
     /// The chance.
-    pub chance: Interval,
+    pub chance: Enclosed,
     /// What is shown at the time asked for: a name with the normal parts of its distribution.
     pub shown: Vec<(crate::name::Name, Distribution)>,
 }
@@ -83,7 +83,7 @@ pub fn exact(chain: &Chain, question: &Question) -> Result<Exact, String> {
     };
     let certain = Interval::of(&walker.certain);
     let chance = if walker.chance == Interval::exactly(0.0) { certain } else { certain.plus(walker.chance) };
-    Ok(Exact { chance: chance.probability(), shown })
+    Ok(Exact { chance: Enclosed(chance.probability()), shown })
 }
 
 impl Walker<'_> {

@@ -10,7 +10,7 @@ use crate::invariant::Claim;
 use crate::lower::{Event, Likelihood, Method, Pattern};
 use crate::period;
 use crate::probability::chain::{Chain, chain};
-use crate::probability::{Question, enclosed, estimated, exact, scalar};
+use crate::probability::{Enclosed, Question, enclosed, estimated, exact};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -27,6 +27,8 @@ const MACHINE: &str = "the arithmetic of the machine, rounded outward";
 struct Answer {
     chance: Chance,
     interval: Interval,
+    /// Where it surely lies; none for a simulation.
+    enclosed: Option<Enclosed>,
     lines: Vec<String>,
 }
 
@@ -39,41 +41,43 @@ impl Run<'_, '_> {
         waiting: &Waiting,
     ) -> Found {
         let mut found = Found::default();
-        let (Ok(answer), Some(bound)) =
-            (answer(likelihood, waiting).map_err(|reasons| found.remains = reasons), threshold.as_rational())
-        else {
+        let (Ok(answer), Some(bound)) = (
+            answer(likelihood, Some((relation, threshold)), waiting).map_err(|reasons| found.remains = reasons),
+            threshold.as_rational(),
+        ) else {
             return found;
         };
         found.trace = answer.lines.clone();
-        let compared = compare(&answer.interval, relation, &bound);
-        match compared {
-            Some(_) if answer.chance.method == "estimated" => {
-                let side = if compared == Some(true) { "for" } else { "against" };
-                found.remains = vec![format!("a simulation proves nothing; it speaks {side} the claim")];
-            }
+        match answer.enclosed.and_then(|enclosed| enclosed.compare(relation, &bound)) {
             Some(holds) => {
                 found.verdict = Some(if holds { Verdict::Proved } else { Verdict::Refuted });
                 found.trusted = vec![PHASES.to_string(), MACHINE.to_string()];
             }
-            None => found.remains = vec![work(&answer, threshold)],
+            None => found.remains = vec![open(&answer, relation, threshold, &bound)],
         }
         found.chance = Some(answer.chance);
         found
     }
 
     pub(super) fn probability(&mut self, likelihood: &Likelihood, waiting: &Waiting) -> Vec<String> {
-        match answer(likelihood, waiting) {
+        match answer(likelihood, None, waiting) {
             Ok(answer) => answer.lines,
             Err(reasons) => reasons,
         }
     }
 }
 
-/// Whether every number of the interval compares so with the bound, or none does.
-fn compare(interval: &Interval, relation: Relation, bound: &BigRational) -> Option<bool> {
-    let (low, high) = (BigRational::from_float(interval.low)?, BigRational::from_float(interval.high)?);
-    let (first, second) = (relation.holds(low.cmp(bound)), relation.holds(high.cmp(bound)));
-    (first == second).then_some(first)
+/// What remains where nothing is proved.
+fn open(answer: &Answer, relation: Relation, threshold: &Value, bound: &BigRational) -> String {
+    let ends = [answer.interval.low, answer.interval.high].map(BigRational::from_float);
+    let holds = ends.map(|end| end.map(|end| relation.holds(end.cmp(bound))));
+    match holds {
+        [Some(low), Some(high)] if low == high && answer.enclosed.is_none() => {
+            let side = if low { "for" } else { "against" };
+            format!("a simulation proves nothing; it speaks {side} the claim")
+        }
+        _ => work(answer, threshold),
+    }
 }
 
 /// What it would take to decide.
@@ -93,7 +97,11 @@ fn work(answer: &Answer, threshold: &Value) -> String {
 }
 
 /// Finds a chance: by the method that is named, or by the first that applies.
-fn answer(likelihood: &Likelihood, waiting: &Waiting) -> Result<Answer, Vec<String>> {
+fn answer(
+    likelihood: &Likelihood,
+    threshold: Option<(Relation, &Value)>,
+    waiting: &Waiting,
+) -> Result<Answer, Vec<String>> {
     let environment = &waiting.environment;
     let Some(system) = environment.system(&likelihood.system) else {
         return Err(vec![format!("there is no system {}", likelihood.system)]);
@@ -132,7 +140,7 @@ fn answer(likelihood: &Likelihood, waiting: &Waiting) -> Result<Answer, Vec<Stri
     };
     let mut reasons = Vec::new();
     for method in methods {
-        match by_method(*method, &chain, &question) {
+        match by_method(*method, &chain, &question, threshold) {
             Ok(mut answer) => {
                 answer.lines.extend(reasons.iter().map(|reason| format!("note: {reason}")));
                 return Ok(answer);
@@ -151,18 +159,39 @@ fn name(method: Method) -> &'static str {
     }
 }
 
-fn by_method(method: Method, chain: &Chain, question: &Question) -> Result<Answer, String> {
-    let (interval, runs, mut lines) = match method {
+/// How wide an enclosed chance may be; where a threshold lies in it, a narrower one is looked for.
+const WIDTH: f64 = 1e-8;
+const NARROW: f64 = 1e-12;
+
+fn enclosed_for(chain: &Chain, question: &Question, threshold: Option<(Relation, &Value)>) -> Result<Enclosed, String> {
+    let found = enclosed::enclosed(chain, question, WIDTH)?;
+    let Some((relation, bound)) = threshold else { return Ok(found) };
+    match bound.as_rational().map(|bound| found.compare(relation, &bound)) {
+        Some(None) => Ok(enclosed::enclosed(chain, question, NARROW).unwrap_or(found)),
+        _ => Ok(found),
+    }
+}
+
+fn by_method(
+    method: Method,
+    chain: &Chain,
+    question: &Question,
+    threshold: Option<(Relation, &Value)>,
+) -> Result<Answer, String> {
+    let (interval, enclosed, runs, mut lines) = match method {
         Method::Exact => {
             let exact = exact::exact(chain, question)?;
             let lines = exact.shown.iter().flat_map(|(name, parts)| described(name.as_str(), parts)).collect();
-            (exact.chance, None, lines)
+            (*exact.chance, Some(exact.chance), None, lines)
         }
-        Method::Enclosed => (enclosed::enclosed(&scalar::scalar(chain, question)?)?, None, Vec::new()),
+        Method::Enclosed => {
+            let found = enclosed_for(chain, question, threshold)?;
+            (*found, Some(found), None, Vec::new())
+        }
         Method::Estimated => {
             let found = estimated::estimated(chain, question, RUNS, SEED)?;
             let line = format!("{} runs, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE);
-            (Interval::between(found.low, found.high), Some(found.runs), vec![line])
+            (Interval::between(found.low, found.high), None, Some(found.runs), vec![line])
         }
     };
     let method = name(method);
@@ -174,7 +203,7 @@ fn by_method(method: Method, chain: &Chain, question: &Question) -> Result<Answe
         confidence: runs.map(|_| estimated::CONFIDENCE),
         runs,
     };
-    Ok(Answer { chance, interval, lines })
+    Ok(Answer { chance, interval, enclosed, lines })
 }
 
 /// The digits on which both ends agree, and the ends.

@@ -1,0 +1,217 @@
+//! What a way does on one axis, in machine numbers: densities, the chances of its guards, and bounds on what these err
+//! by and on how they grow away from the reals.
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, ToPrimitive, Zero};
+
+use super::normal::{DENSITY_ERROR, DISTRIBUTION_ERROR, density, distribution};
+use super::plan::{Decider, Motion};
+use super::region::Set;
+
+/// A unit in the last place.
+pub const UNIT: f64 = f64::EPSILON;
+/// Standard deviations beyond which a density is taken for nothing.
+pub const BAND: f64 = 9.0;
+
+/// A set in machine numbers.
+pub type Ranges = Vec<(f64, f64)>;
+
+/// A motion in machine numbers, over a state that is scaled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fast {
+    /// The factor of the state.
+    pub slope: f64,
+    /// What is added.
+    pub shift: f64,
+    /// The standard deviation of the noise.
+    pub sd: f64,
+    /// What decides.
+    pub guard: Guard,
+}
+
+/// What decides, in machine numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Guard {
+    /// Nothing.
+    Nothing,
+    /// The next state.
+    Next,
+    /// A number of its own, scaled to a variance of about 1.
+    Noisy {
+        /// How it depends on the state.
+        factor: f64,
+        /// What is added.
+        offset: f64,
+        /// Its standard deviation.
+        sd: f64,
+        /// How its mean follows the next state.
+        follows: f64,
+        /// Its standard deviation once the next state is known.
+        rest: f64,
+    },
+}
+
+/// The power of 4 that brings a variance near 1, and its root.
+pub fn scale(variance: &BigRational) -> (BigRational, BigRational) {
+    let bits = |number: &BigInt| i64::try_from(number.bits()).unwrap_or(i64::MAX);
+    let half = (bits(variance.denom()) - bits(variance.numer())).div_euclid(2);
+    let power = |exponent: i64| {
+        let two = BigInt::from(2).pow(u32::try_from(exponent.unsigned_abs()).unwrap_or(u32::MAX));
+        if exponent < 0 { BigRational::new(BigInt::one(), two) } else { BigRational::from_integer(two) }
+    };
+    if variance.is_zero() { (BigRational::one(), BigRational::one()) } else { (power(2 * half), power(half)) }
+}
+
+/// The nearest machine number, or almost.
+pub fn near(number: &BigRational) -> f64 {
+    number.to_f64().unwrap_or(f64::NAN)
+}
+
+impl Fast {
+    /// The motion over a state that is multiplied by `unit`.
+    pub fn of(motion: &Motion, unit: &BigRational) -> Fast {
+        let variance = &motion.variance * unit * unit;
+        let guard = match &motion.decider {
+            Decider::Nothing => Guard::Nothing,
+            Decider::Next => Guard::Next,
+            Decider::Noisy { factor, offset, variance: own, covariance } => {
+                let (square, root) = scale(own);
+                let (own, covariance) = (own * square, covariance * &root * unit);
+                let still = variance.is_zero();
+                let follows = if still { BigRational::zero() } else { &covariance / &variance };
+                let rest = &own - &follows * &covariance;
+                Guard::Noisy {
+                    factor: near(&(factor * &root / unit)),
+                    offset: near(&(offset * &root)),
+                    sd: near(&own).sqrt(),
+                    follows: near(&follows),
+                    rest: near(&rest).max(0.0).sqrt(),
+                }
+            }
+        };
+        Fast { slope: near(&motion.slope), shift: near(&(&motion.shift * unit)), sd: near(&variance).sqrt(), guard }
+    }
+
+    /// The sets of a patch on this axis, in the scale of what they are about.
+    pub fn ranges(motion: &Motion, unit: &BigRational, set: &Set, state: bool) -> Ranges {
+        let scale = match &motion.decider {
+            Decider::Noisy { variance, .. } if !state => scale(variance).1,
+            _ => unit.clone(),
+        };
+        let end =
+            |end: &Option<BigRational>, otherwise: f64| end.as_ref().map_or(otherwise, |end| near(&(end * &scale)));
+        set.iter().map(|(low, high)| (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY))).collect()
+    }
+
+    /// Whether all numbers are such that bounds can be computed with them.
+    pub fn is_sound(&self) -> bool {
+        let guard = match &self.guard {
+            Guard::Noisy { factor, offset, sd, follows, rest } => {
+                [factor, offset, sd, follows, rest].into_iter().all(|number| number.is_finite())
+                    && *sd > 0.0
+                    && *rest > 0.0
+            }
+            _ => true,
+        };
+        guard && self.slope.is_finite() && self.shift.is_finite() && self.sd.is_finite()
+    }
+
+    /// Where the next state is expected.
+    pub fn mean(&self, from: f64) -> f64 {
+        self.slope * from + self.shift
+    }
+
+    /// The chance that the decider lies in these.
+    pub fn chance(&self, ranges: &Ranges, from: f64) -> f64 {
+        match &self.guard {
+            _ if everything(ranges) => 1.0,
+            Guard::Nothing => 1.0,
+            Guard::Next => between(ranges, self.mean(from), self.sd),
+            Guard::Noisy { factor, offset, sd, .. } => between(ranges, factor * from + offset, *sd),
+        }
+    }
+
+    /// The density of the next state with a decider in these.
+    pub fn density(&self, ranges: &Ranges, from: f64, to: f64) -> f64 {
+        let place = (to - self.mean(from)) / self.sd;
+        if place.abs() > BAND {
+            return 0.0;
+        }
+        let near = density(place) / self.sd;
+        match &self.guard {
+            _ if everything(ranges) => near,
+            Guard::Nothing => near,
+            Guard::Next if contains(ranges, to) => near,
+            Guard::Next => 0.0,
+            Guard::Noisy { factor, offset, follows, rest, .. } => {
+                let mean = factor * from + offset + follows * (to - self.mean(from));
+                near * between(ranges, mean, *rest)
+            }
+        }
+    }
+
+    /// How fast the density grows with the square of the distance from the reals: it is at most `e^(growth * b²/2)`
+    /// times as large, in absolute integral over the decider too.
+    pub fn growth(&self) -> f64 {
+        let guard = match &self.guard {
+            Guard::Noisy { follows, rest, .. } if *follows != 0.0 => (follows / rest).powi(2),
+            _ => 0.0,
+        };
+        self.sd.powi(-2) + guard
+    }
+
+    /// The same for the state from which it starts; `onward` unless the next state is of no interest.
+    pub fn growth_before(&self, onward: bool) -> f64 {
+        let square = |factor: f64, sd: f64| if factor == 0.0 { 0.0 } else { (factor / sd).powi(2) };
+        match &self.guard {
+            Guard::Noisy { factor, follows, rest, .. } if onward && self.sd > 0.0 => {
+                square(self.slope, self.sd) + square(factor - follows * self.slope, *rest)
+            }
+            Guard::Noisy { factor, sd, .. } => square(*factor, *sd),
+            _ => square(self.slope, self.sd),
+        }
+    }
+
+    /// A bound on the relative error of a density, and one on the absolute error of a decider's chance; `reach` bounds
+    /// the states and `ends` the ends of the ranges.
+    pub fn rounding(&self, reach: f64, ends: f64) -> (f64, f64) {
+        // The mean of the next state errs by a few units of the largest number in it, the exponent by at most the place
+        // times that; the standard deviation errs by a unit or two.
+        let mean = 4.0 * UNIT * (self.slope.abs() * reach + self.shift.abs() + reach);
+        let relative = if self.sd > 0.0 { 16.0 * mean / self.sd + 4.0 * DENSITY_ERROR } else { 0.0 };
+        let moved = self.slope.abs() * reach + self.shift.abs();
+        let part = |argument: f64, sd: f64| 2.0 * (8.0 * UNIT * argument / sd + 2.0 * DISTRIBUTION_ERROR);
+        let absolute = match &self.guard {
+            Guard::Nothing => 0.0,
+            Guard::Next => part(moved + ends, self.sd),
+            Guard::Noisy { factor, offset, sd, follows, rest } => {
+                // What is left of the variance was computed exactly.
+                let alone = factor.abs() * reach + offset.abs() + ends;
+                let given = alone + follows.abs() * (reach + moved);
+                part(alone, *sd) + if self.sd > 0.0 { part(given, *rest) } else { 0.0 }
+            }
+        };
+        (relative, absolute)
+    }
+}
+
+/// Whether these are all numbers.
+pub fn everything(ranges: &Ranges) -> bool {
+    matches!(ranges.as_slice(), [(low, high)] if *low == f64::NEG_INFINITY && *high == f64::INFINITY)
+}
+
+/// Whether a number lies in one of these.
+pub fn contains(ranges: &Ranges, place: f64) -> bool {
+    ranges.iter().any(|(low, high)| *low <= place && place <= *high)
+}
+
+/// The largest end in size.
+pub fn largest(ranges: &Ranges) -> f64 {
+    let ends = ranges.iter().flat_map(|(low, high)| [low.abs(), high.abs()]);
+    ends.filter(|end| end.is_finite()).fold(0.0, f64::max)
+}
+
+fn between(ranges: &Ranges, mean: f64, sd: f64) -> f64 {
+    ranges.iter().map(|(low, high)| distribution((high - mean) / sd) - distribution((low - mean) / sd)).sum()
+}

@@ -1,0 +1,127 @@
+//! The kernel of one axis between two grids, as rows of weighted densities.
+
+use super::grid::Grid;
+use super::kernel::{BAND, Fast, Ranges, contains};
+
+/// Weighted densities below this are left out; like all that is left out, they are counted.
+const LEAST: f64 = 1e-19;
+
+/// What an operator is made from.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Key {
+    pub motion: Fast,
+    pub state: Ranges,
+    pub decider: Ranges,
+    /// Whether the next state matters.
+    pub lands: bool,
+    /// The points from which it leads, and the numbers of the grids.
+    pub from: usize,
+    pub to: usize,
+}
+
+/// Rows of weighted densities: each begins at a point of the grid to which it leads.
+#[derive(Clone, Debug)]
+pub(super) struct Operator {
+    pub key: Key,
+    firsts: Vec<usize>,
+    /// Where each row ends among the values.
+    ends: Vec<usize>,
+    values: Vec<f64>,
+    /// The chance of going on from each point.
+    pub chances: Vec<f64>,
+    /// The most values in a row.
+    pub longest: usize,
+}
+
+impl Operator {
+    pub(super) fn new(key: Key, from: &[f64], to: &Grid) -> Operator {
+        let count = from.len();
+        let mut operator = Operator {
+            firsts: Vec::with_capacity(count),
+            ends: Vec::with_capacity(count),
+            values: Vec::new(),
+            chances: Vec::with_capacity(count),
+            longest: 0,
+            key,
+        };
+        for state in from {
+            operator.row(*state, to);
+        }
+        operator
+    }
+
+    fn row(&mut self, state: f64, to: &Grid) {
+        let Key { motion, state: states, decider, lands, .. } = &self.key;
+        let start = self.values.len();
+        let possible = contains(states, state);
+        let chance = if possible { motion.chance(decider, state) } else { 0.0 };
+        let mut first = 0;
+        if possible && !lands {
+            self.values.push(chance);
+        } else if possible && chance > 0.0 {
+            let mean = motion.mean(state);
+            first = to.nodes.partition_point(|node| *node < mean - BAND * motion.sd);
+            let places = to.nodes[first..].iter().zip(&to.weights[first..]);
+            for (node, weight) in places.take_while(|(node, _)| **node <= mean + BAND * motion.sd) {
+                self.values.push(weight * motion.density(decider, state, *node));
+            }
+            let small = self.values[start..].iter().take_while(|value| **value < LEAST).count();
+            self.values.drain(start..start + small);
+            first += small;
+            while self.values.len() > start && self.values.last().is_some_and(|value| *value < LEAST) {
+                self.values.pop();
+            }
+        }
+        self.longest = self.longest.max(self.values.len() - start);
+        self.firsts.push(first);
+        self.ends.push(self.values.len());
+        self.chances.push(chance);
+    }
+
+    pub(super) fn size(&self) -> usize {
+        self.values.len()
+    }
+
+    /// A row as far as it lies in a range of points: its values, and the place of the first in that range.
+    fn within(&self, row: usize, active: (usize, usize)) -> (&[f64], usize) {
+        let start = if row == 0 { 0 } else { self.ends[row - 1] };
+        let (first, values) = (self.firsts[row], &self.values[start..self.ends[row]]);
+        let low = first.max(active.0);
+        let high = (first + values.len()).min(active.1);
+        if low >= high { (&[], 0) } else { (&values[low - first..high - first], low - active.0) }
+    }
+
+    /// The sum of a row over a range of points.
+    pub(super) fn total(&self, row: usize, active: (usize, usize)) -> f64 {
+        self.within(row, active).0.iter().sum()
+    }
+
+    /// The product with a matrix of `width` columns whose rows are the points of a range, for a range of rows.
+    pub(super) fn times(&self, rows: (usize, usize), active: (usize, usize), matrix: &[f64], width: usize) -> Vec<f64> {
+        let mut product = vec![0.0; (rows.1 - rows.0) * width];
+        for (row, out) in (rows.0..rows.1).zip(product.chunks_exact_mut(width)) {
+            let (values, place) = self.within(row, active);
+            let matrix = &matrix[place * width..(place + values.len()) * width];
+            let mut column = 0;
+            while column + CHUNK <= width {
+                let mut sums = [0.0; CHUNK];
+                for (value, row) in values.iter().zip(matrix.chunks_exact(width)) {
+                    for (sum, number) in sums.iter_mut().zip(&row[column..column + CHUNK]) {
+                        *sum += value * number;
+                    }
+                }
+                out[column..column + CHUNK].copy_from_slice(&sums);
+                column += CHUNK;
+            }
+            for (value, row) in values.iter().zip(matrix.chunks_exact(width)) {
+                for (sum, number) in out[column..].iter_mut().zip(&row[column..]) {
+                    *sum += value * number;
+                }
+            }
+        }
+        product
+    }
+}
+
+/// Columns that are summed at a time.
+const CHUNK: usize = 8;
