@@ -49,6 +49,7 @@ pub mod recurrence;
 pub mod period;
 pub mod flow;
 pub mod verify;
+pub mod lasso;
 pub mod connectivity;
 pub mod invariant;
 pub mod safety;

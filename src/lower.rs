@@ -65,6 +65,15 @@ pub enum Entity {
 }
 
 impl Entity {
+    /// Whether it is a system or a property whose definition has errors.
+    pub fn is_broken(&self) -> bool {
+        match self {
+            Entity::System(system) => system.components.is_empty(),
+            Entity::Property(property) => property.body.is_none(),
+            _ => false,
+        }
+    }
+
     /// `process`, `observer`, …
     pub fn word(&self) -> &'static str {
         match self {
@@ -101,7 +110,7 @@ pub enum Class {
 pub struct System {
     /// Its name.
     pub name: Name,
-    /// Its components as written, in order.
+    /// Its components as written, in order; none if its definition has errors.
     pub components: Vec<Term>,
 }
 
@@ -127,8 +136,8 @@ impl System {
 pub struct Property {
     /// Its name.
     pub name: Name,
-    /// What it says.
-    pub body: Term,
+    /// What it says; nothing if its definition has errors.
+    pub body: Option<Term>,
 }
 
 /// What a name of a value stands for.

@@ -6,6 +6,7 @@ mod alike;
 mod always;
 mod claim;
 mod compare;
+mod contradiction;
 mod likely;
 mod question;
 mod reading;

@@ -39,8 +39,12 @@ fn outcome_of(text: &str) -> Outcome {
     let system = environment.system(&Name::new("Sys")).expect("no system").clone();
     let goal = Name::new("Goal");
     let property = environment.property(&goal).expect("no property").clone();
-    let outcome =
-        verify::verify(&system.components, (&goal, &property.body), &environment.definitions, &environment.assumptions);
+    let outcome = verify::verify(
+        &system.components,
+        (&goal, property.body.as_ref().unwrap()),
+        &environment.definitions,
+        &environment.assumptions,
+    );
     println!("{:?}\nfirst {:?}\nsteady {:?}", outcome.verdict, outcome.values, outcome.steady);
     for leg in &outcome.legs {
         println!("  phase {} {:?} from {:?} {:?} {:?}", leg.phase, leg.rounds, leg.start, leg.closed, leg.conditions);

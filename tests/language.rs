@@ -67,7 +67,7 @@ fn the_paper_system_lowers() {
     let text = system.term(&environment.definitions).to_string();
     assert_eq!(text, "new p. (new v. (BF_{a,b} | DEnv_p0))");
     let property = environment.property(&Name::new("Goal")).unwrap();
-    assert_eq!(property.body.to_string(), "Delay_?t1 ; (Delay_?t2 # At_a) ; Delay_?t3 ; Goal");
+    assert_eq!(property.body.as_ref().unwrap().to_string(), "Delay_?t1 ; (Delay_?t2 # At_a) ; Delay_?t3 ; Goal");
 }
 
 #[test]

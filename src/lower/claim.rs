@@ -55,6 +55,10 @@ impl Lowerer<'_> {
     pub(super) fn named(&mut self, ident: &Ident, word: &'static str) -> Option<Name> {
         let environment = self.environment;
         match environment.entity(&ident.name) {
+            Some(entity) if entity.word() == word && entity.is_broken() => {
+                self.refused(ident);
+                None
+            }
             Some(entity) if entity.word() == word => Some(ident.name.clone()),
             Some(entity) => {
                 let found = entity.word();
@@ -305,6 +309,7 @@ impl Lowerer<'_> {
         if let TermKind::Apply { name, arguments, results } = &term.kind {
             let bare = arguments.is_empty() && results.is_empty();
             if bare && matches!(self.environment.entity(&name.name), Some(Entity::System(_))) {
+                self.named(name, "system")?;
                 return Some(Subject::System(name.name.clone()));
             }
         }

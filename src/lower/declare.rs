@@ -156,9 +156,7 @@ impl Environment {
             ItemKind::System(name, _) => {
                 (name, Entity::System(System { name: name.name.clone(), components: Vec::new() }))
             }
-            ItemKind::Property(name, _) => {
-                (name, Entity::Property(Property { name: name.name.clone(), body: Term::stop() }))
-            }
+            ItemKind::Property(name, _) => (name, Entity::Property(Property { name: name.name.clone(), body: None })),
             ItemKind::Function(header, _) => {
                 if FUNCTIONS.iter().any(|(known, _)| *known == header.name.name.as_str()) {
                     opening.report(index, [taken(&header.name, "a function of the language")]);
@@ -311,7 +309,8 @@ impl Environment {
                 lowerer.own = Some(name.name.clone());
                 let lowered = lowerer.whole(&[body]).and_then(|mut terms| terms.pop());
                 lowerer.check_tails(body, &|called| *called == name.name);
-                (name, lowerer.finish(lowered).map(|body| Entity::Property(Property { name: name.name.clone(), body })))
+                let property = |body| Entity::Property(Property { name: name.name.clone(), body: Some(body) });
+                (name, lowerer.finish(lowered).map(property))
             }
             _ => return,
         };

@@ -167,6 +167,7 @@ impl Lowerer<'_> {
                 fits?;
                 Some(Term::new(Node::Observe(name.name.clone(), values.into_iter().collect::<Option<Vec<_>>>()?)))
             }
+            Some(entity) if self.settled && entity.is_broken() => self.refused(name),
             Some(Entity::System(system)) => {
                 self.arity(name, arguments.len(), &[], span)?;
                 if !self.settled {
@@ -182,7 +183,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn refused(&mut self, name: &Ident) -> Option<Term> {
+    pub(super) fn refused(&mut self, name: &Ident) -> Option<Term> {
         self.fail(
             Diagnostic::error("P0312", format!("`{}` cannot be used: its definition has errors", name.name))
                 .label(name.span, "used here"),

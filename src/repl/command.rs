@@ -235,7 +235,10 @@ fn one(prompt: &Prompt, name: &Name) -> String {
             let parts: Vec<String> = system.components.iter().map(ToString::to_string).collect();
             format!("system {name} = {}\n", parts.join(" | "))
         }
-        (Some(Entity::Property(property)), _) => format!("property {name} = {}\n", property.body),
+        (Some(Entity::Property(property)), _) => match &property.body {
+            Some(body) => format!("property {name} = {body}\n"),
+            None => format!("property {name}: its definition has errors\n"),
+        },
         (None, Some(Quantity::Parameter { constant: Some(value), .. })) => format!("param {name} = {value}\n"),
         (None, Some(Quantity::Parameter { .. })) => format!("param {name}\n"),
         (None, Some(Quantity::Function { parameters, body: Some(body) })) => {

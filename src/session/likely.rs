@@ -109,7 +109,7 @@ fn answer(
     let (pattern, first, time) = match &likelihood.event {
         Event::Shown { first, pattern, time } => (pattern.clone(), *first, time.clone()),
         Event::Satisfies(property) => {
-            let body = environment.property(property).map(|property| property.body.clone());
+            let body = environment.property(property).and_then(|property| property.body.clone());
             let (pattern, time) = body.as_ref().and_then(at_a_time).ok_or_else(|| {
                 vec![
                     format!("the probability of {property} is understood for `Delay_d ; At_a` alone"),

@@ -3,6 +3,7 @@
 use super::Evidence;
 use super::claim::Found;
 use super::compare::theory;
+use super::contradiction::contradict;
 use super::reading::{Run, Waiting};
 use crate::flow::{component_periods, flows};
 use crate::kernel::check;
@@ -14,11 +15,9 @@ use crate::proof::{Proof, Script, Statement, Step};
 use crate::prove::{Answer, By, prove};
 use crate::recurrence::Closed;
 use crate::refute::{self, Refutation};
-use crate::replay::replays;
 use crate::report::Verdict;
 use crate::rewrite::Limits;
 use crate::term::Term;
-use crate::value::Value;
 use crate::verify::trajectory::{Leg, Rounds};
 use crate::verify::{self, Outcome};
 
@@ -35,9 +34,10 @@ impl Run<'_, '_> {
         let (Some(system), Some(property)) = (environment.system(system), environment.property(property)) else {
             return Found::default();
         };
+        let Some(body) = &property.body else { return Found::default() };
         let outcome = verify::verify(
             &system.components,
-            (&property.name, &property.body),
+            (&property.name, body),
             &environment.definitions,
             &environment.assumptions,
         );
@@ -47,8 +47,17 @@ impl Run<'_, '_> {
         found.feedback = outcome.feedback.clone();
         match &outcome.verdict {
             verify::Verdict::Proved => self.matched(system, &outcome, waiting, &mut found),
-            verify::Verdict::Refuted { reason, run } => refuted(system, reason, run, environment, &mut found),
+            verify::Verdict::Refuted { reason, .. } => found.remains = vec![said(reason)],
             verify::Verdict::Open { remaining } => found.remains = remaining.iter().map(|line| said(line)).collect(),
+        }
+        if !matches!(outcome.verdict, verify::Verdict::Proved) {
+            contradict(system, property, &outcome, environment, &mut found);
+            if let (None, verify::Verdict::Refuted { reason, .. }) = (found.verdict, &outcome.verdict) {
+                found.remains = vec![
+                    format!("no durations were found: {}", said(reason)),
+                    "but the run does not exclude that there are some".to_string(),
+                ];
+            }
         }
         found
     }
@@ -177,24 +186,6 @@ fn with_run(system: Term, run: &Term, matched: Proof) -> Proof {
     let trusted = script.push(Step::Trust(system, Connective::WeaklyRefines, run.clone(), RUN.to_string()));
     script.push(Step::Transitive(vec![trusted, last]));
     script.finish(statement)
-}
-
-/// A refutation stands only with a run that replays in the executable meaning.
-fn refuted(system: &System, reason: &str, run: &[(Value, Vec<Term>)], environment: &Environment, found: &mut Found) {
-    if replays(&system.term(&environment.definitions), &environment.definitions, run) {
-        found.verdict = Some(Verdict::Refuted);
-        found.trace.push(format!("it does not: {}", said(reason)));
-        found.trace.push("the run:".to_string());
-        for (time, shown) in run {
-            let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
-            found.trace.push(format!("  at {time}: {}", shown.join(", ")));
-        }
-    } else {
-        found.remains = vec![said(reason)];
-        if !run.is_empty() {
-            found.remains.push("no run with numbers shows it: give the parameters values to see one".to_string());
-        }
-    }
 }
 
 fn components(system: &System, environment: &Environment) -> Vec<String> {

@@ -12,6 +12,9 @@ use crate::period::{End, Segment, Test, stretch};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
+/// Places at which a segment of known length is tried.
+const MOST_TRIED: usize = 500;
+
 /// A round of the property laid along the run.
 #[derive(Clone, Debug)]
 pub(super) struct Laid {
@@ -228,7 +231,7 @@ impl Matcher<'_> {
         trajectory: &Trajectory,
     ) -> Result<(), Missed> {
         let mut passed: Vec<Unit> = Vec::new();
-        loop {
+        for _ in 0..MOST_TRIED {
             let mut probe = Laid { run: Vec::new(), property: Vec::new(), guards: Vec::new(), ..laid.clone() };
             if free.is_some() && !want.shown.is_empty() {
                 self.skip_to(&mut probe, free, &want.shown, trajectory)?;
@@ -255,6 +258,7 @@ impl Matcher<'_> {
                 }
             }
         }
+        Err(Missed::Unsure(format!("what is asked for {time} was not found at the first {MOST_TRIED} places")))
     }
 
     /// Units of exactly this duration that show this, if the run starts so; else the run is left as it was.

@@ -346,7 +346,9 @@ impl Matcher<'_> {
                     let forms: Vec<String> = leg.closed.iter().map(|(name, closed)| form_text(name, closed)).collect();
                     // What the endless leg shows may still be what is asked, again and again.
                     let shows_once = self.lay(units, false, (&[], trajectory)).is_ok();
-                    let text = format!("phase {} never ends: {}; {reason}", leg.phase + 1, forms.join(", "));
+                    let forms =
+                        if forms.is_empty() { reason.clone() } else { format!("{}; {reason}", forms.join(", ")) };
+                    let text = format!("phase {} never ends: {forms}", leg.phase + 1);
                     if shows_once && leg.units.iter().any(|unit| self.constant(unit)) {
                         return Missed::Unsure(text);
                     }

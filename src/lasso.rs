@@ -1,0 +1,200 @@
+//! The run of a closed system as time goes on, until it repeats; and whether it can be what a property asks for, with
+//! any durations at all. A property is refuted where it cannot: a match that was not found refutes nothing.
+
+mod fit;
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use num_rational::BigRational;
+
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::model::{Action, Model, Patience, State};
+use crate::name::Name;
+use crate::recurrence::{Closed, Goal, Piece, Reach, first};
+use crate::term::{Node, Term};
+use crate::value::Value;
+use crate::verify::trajectory::{Leg, Rounds};
+use crate::verify::unit::Unit;
+
+pub use fit::{Misfit, misfit};
+
+/// Stretches of time between two changes after which a run is followed no further.
+const MOST_STRETCHES: usize = 2_000;
+/// Internal steps in one instant after which it is followed no further.
+const MOST_STEPS: usize = 2_000;
+/// The longest term of a run, in operators.
+const MOST_TERM: usize = 5_000;
+/// Bits of a number at which it is followed no further.
+const MOST_BITS: u64 = 4_000;
+
+/// What may be shown: an observer, with its values where they are known.
+pub type Sight = (Name, Option<Vec<Value>>);
+
+/// A stretch of time in which nothing changes: how long, and what may be shown.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stretch {
+    /// Its duration, greater than 0.
+    pub duration: BigRational,
+    /// All that may be shown; of what is not among it nothing is.
+    pub shown: BTreeSet<Sight>,
+}
+
+/// What comes after the stretches of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum After {
+    /// These, again and again.
+    Round(Vec<Stretch>),
+    /// Nothing: the system has ended.
+    End,
+    /// Nothing: time stops, since internal steps go on for ever or nothing can happen.
+    TimeStop,
+    /// What is not known.
+    Unknown,
+}
+
+/// A run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lasso {
+    /// From the start.
+    pub stretches: Vec<Stretch>,
+    /// And then.
+    pub after: After,
+}
+
+impl Lasso {
+    /// The run of a closed system in which the first of several internal steps is taken.
+    pub fn of(system: &Term, definitions: &Definitions) -> Lasso {
+        let model = Model::new(definitions);
+        let mut lasso = Lasso { stretches: Vec::new(), after: After::Unknown };
+        let Ok(mut state) = model.state(system) else { return lasso };
+        let mut seen: HashMap<State, usize> = HashMap::new();
+        while lasso.stretches.len() < MOST_STRETCHES {
+            let settled = match calm(&model, state) {
+                Calm::Waits(state) => state,
+                Calm::Ended => {
+                    lasso.after = After::End;
+                    return lasso;
+                }
+                Calm::Never => {
+                    lasso.after = After::TimeStop;
+                    return lasso;
+                }
+                Calm::Unknown => return lasso,
+            };
+            if let Some(start) = seen.get(&settled) {
+                lasso.after = After::Round(lasso.stretches.split_off(*start));
+                return lasso;
+            }
+            let Some((stretch, endless, next)) = stretch(&model, &settled) else { return lasso };
+            if endless {
+                lasso.after = After::Round(vec![stretch]);
+                return lasso;
+            }
+            seen.insert(settled, lasso.stretches.len());
+            lasso.stretches.push(stretch);
+            state = next;
+        }
+        lasso
+    }
+
+    /// Where the run is not known to its end, what its last leg can show, if that goes on for ever.
+    pub fn with_last_leg(mut self, legs: &[Leg], wanted: &BTreeSet<Term>, values: &BTreeMap<Name, Value>) -> Lasso {
+        let sure = legs.iter().all(|leg| leg.conditions.is_empty());
+        let Some(leg) = legs.last().filter(|leg| sure && matches!(leg.rounds, Rounds::Forever(_))) else { return self };
+        if self.after == After::Unknown
+            && let Some(shown) = last_shown(leg, wanted, values)
+        {
+            self.after = After::Round(vec![Stretch { duration: BigRational::from_integer(1.into()), shown }]);
+        }
+        self
+    }
+}
+
+enum Calm {
+    Waits(State),
+    Ended,
+    Never,
+    Unknown,
+}
+
+/// The state once all internal steps of this instant are done.
+fn calm(model: &Model<'_>, mut state: State) -> Calm {
+    let mut passed: BTreeSet<State> = BTreeSet::new();
+    for _ in 0..MOST_STEPS {
+        let Ok(moves) = state.moves() else { return Calm::Unknown };
+        if moves.iter().any(|step| matches!(step.action, Action::Draw(..))) {
+            return Calm::Unknown;
+        }
+        let Some(step) = moves.iter().find(|step| matches!(step.action, Action::Tau(..))) else {
+            return if matches!(state, State::Running(_)) { Calm::Waits(state) } else { Calm::Ended };
+        };
+        let Ok(next) = model.state(&step.next) else { return Calm::Unknown };
+        if !passed.insert(std::mem::replace(&mut state, next)) {
+            return Calm::Never;
+        }
+    }
+    Calm::Unknown
+}
+
+/// What passes until something changes, whether that is for ever, and the state then.
+fn stretch(model: &Model<'_>, state: &State) -> Option<(Stretch, bool, State)> {
+    let moves = state.moves().ok()?;
+    let shown: BTreeSet<Sight> = state.observations().into_iter().map(|(name, values)| (name, Some(values))).collect();
+    let large = |value: &Value| value.as_rational().is_none_or(|number| number.numer().bits() > MOST_BITS);
+    let sight = |sight: &Sight| sight.1.iter().flatten().any(large);
+    if shown.iter().any(sight) || state.term().size() > MOST_TERM {
+        return None;
+    }
+    match state.patience(&moves) {
+        Patience::None => None,
+        Patience::Unbounded => {
+            let duration = BigRational::from_integer(1.into());
+            Some((Stretch { duration, shown }, true, state.clone()))
+        }
+        Patience::Until(duration) => {
+            let next = model.wait_state(state, &duration).ok()??;
+            Some((Stretch { duration, shown }, false, next))
+        }
+    }
+}
+
+/// All that a leg may show that is wanted, in any of its rounds.
+fn last_shown(leg: &Leg, wanted: &BTreeSet<Term>, values: &BTreeMap<Name, Value>) -> Option<BTreeSet<Sight>> {
+    let mut shown = BTreeSet::new();
+    for unit in &leg.units {
+        let (segments, index) = match unit {
+            Unit::Single(segment) => (std::slice::from_ref(segment), None),
+            Unit::Repeat { segments, index, .. } => (segments.as_slice(), Some(index)),
+        };
+        for term in segments.iter().flat_map(|segment| &segment.observed) {
+            let Node::Observe(name, own) = term.node() else { return None };
+            let own: Vec<Value> = own.iter().map(|value| value.substitute(values).ok()).collect::<Option<_>>()?;
+            let varies = index.is_some_and(|index| own.iter().any(|value| value.mentions(index)));
+            if !varies {
+                shown.insert((name.clone(), Some(own)));
+            } else if wanted.iter().any(|wanted| may_be(name, &own, wanted, index)) {
+                shown.insert((name.clone(), None));
+            }
+        }
+    }
+    Some(shown)
+}
+
+/// Whether an observer whose values change from round to round may at some time be the one that is wanted.
+fn may_be(name: &Name, own: &[Value], wanted: &Term, index: Option<&Name>) -> bool {
+    let (Node::Observe(other, asked), Some(index)) = (wanted.node(), index) else { return true };
+    if name != other || own.len() != asked.len() {
+        return false;
+    }
+    let never = |(own, asked): (&Value, &Value)| {
+        if own.as_rational().is_none() && !own.mentions(index) || asked.as_rational().is_none() {
+            return false;
+        }
+        let pieces = vec![Piece { from: Value::zero(), until: None, form: own.clone() }];
+        let goal = Goal::Equals(asked.clone());
+        let closed = Closed { variable: name.clone(), pieces, conditions: Vec::new() };
+        matches!(first(&closed, index, &goal, &Assumptions::default()), Reach::Never(_))
+    };
+    !own.iter().zip(asked).any(never)
+}
