@@ -6,8 +6,10 @@
 //! to variables only where they differ between two visits of the same control point, so the graph is finite
 //! whenever the control points are.
 
+pub mod graph;
 pub mod ports;
 mod board;
+mod copies;
 mod drift;
 mod explore;
 mod instant;
@@ -280,6 +282,8 @@ impl Edge {
 pub struct Phase {
     /// What the system is about to do, component by component.
     pub control: Vec<String>,
+    /// The loops that each component goes round in, outermost first.
+    pub loops: Vec<Vec<Name>>,
     /// Its state variables.
     pub variables: Vec<Name>,
     /// The ways through a round.
@@ -324,7 +328,7 @@ pub fn analyse(
     definitions: &Definitions,
     assumptions: &Assumptions,
 ) -> Result<Period, Vec<Failure>> {
-    let components = ports::flatten(components);
+    let components = ports::flatten(components, definitions);
     let closed = ports::System::of(&components, definitions);
     let mut failures = closed.unmatched();
     if !failures.is_empty() {

@@ -9,7 +9,7 @@ use crate::kernel::check;
 use crate::law::Connective;
 use crate::lower::{Environment, System};
 use crate::name::Name;
-use crate::period::{self, Period};
+use crate::period::{self, Period, graph};
 use crate::proof::{Proof, Script, Statement, Step};
 use crate::prove::{Answer, By, prove};
 use crate::recurrence::Closed;
@@ -102,6 +102,14 @@ impl Run<'_, '_> {
             let mut lines = components(system, environment);
             for flow in flows(period) {
                 lines.push(format!("phase {}: {}", flow.phase + 1, flow.period_term()));
+            }
+            if let Some(rates) = &period.repetitions {
+                let rates: Vec<String> = rates.iter().map(|(name, count)| format!("{name} {count}")).collect();
+                lines.push(format!("rounds: {}", rates.join(", ")));
+            }
+            if period.phases.len() > 1 || period.phases.iter().any(|phase| phase.edges.len() > 1) {
+                lines.push("phase graph:".to_string());
+                lines.extend(graph::lines(period).into_iter().map(|line| format!("  {line}")));
             }
             lines
         })
