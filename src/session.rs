@@ -7,6 +7,7 @@ mod always;
 mod claim;
 mod compare;
 mod likely;
+mod phases;
 mod question;
 mod reading;
 mod satisfies;

@@ -78,6 +78,10 @@ fn random_network(dice: &mut Dice, exact: bool, fan: bool) -> Network {
         pairs.insert(name(&port), (writer, reader));
     }
     if fan {
+        if !links.is_empty() && dice.roll(4) == 0 {
+            // A second reader of a port may compete with the first.
+            bodies[dice.roll(count)].push(input("c0", "z"));
+        }
         let writer = dice.roll(count);
         let looping = again(output("o", number_of(7)));
         let shown = dis([wait(1 + dice.roll(2) as i64), looping]);
@@ -362,5 +366,6 @@ fn a_looping_writer_serves_any_number_of_readers() {
         *counts.entry(verdict).or_default() += 1;
     }
     println!("{counts:?}");
-    assert!(["period", "blocked", "race"].iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 20)));
+    let wanted = ["period", "blocked", "race"];
+    assert!(wanted.iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 10)), "{counts:?}");
 }

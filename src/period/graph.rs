@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use super::{Edge, End, Next, Period, Phase, Test};
+use super::{Edge, End, Next, Period, Phase, Test, stretch};
 use crate::name::Name;
+use crate::term::Term;
 use crate::transition_system::{Builder, Ending, Label, Mark, TransitionSystem};
 
 /// The most characters of one piece of text in a picture.
 const WIDE: usize = 48;
 
-/// What each component is doing in a phase: `MoveTo in BF, DEnv`; the components that this tells nothing about are
-/// left out.
+/// What each component is doing in a phase: `DEnv, MoveTo in BF`; in a mission of several states, `Mission: Carry`.
 pub fn behaviour(phase: &Phase, names: &[String]) -> String {
     let one = |(name, loops): (&String, &Vec<Name>)| {
         let mut loops: Vec<&str> = loops.iter().map(Name::as_str).collect();
@@ -19,7 +19,7 @@ pub fn behaviour(phase: &Phase, names: &[String]) -> String {
         match loops.last() {
             None => name.clone(),
             Some(outermost) if *outermost == name => loops.join(" in "),
-            Some(_) => format!("{} in {name}", loops.join(" in ")),
+            Some(_) => format!("{name}: {}", loops.join(" in ")),
         }
     };
     names.iter().zip(&phase.loops).map(one).collect::<Vec<_>>().join(", ")
@@ -33,7 +33,13 @@ pub fn lines(period: &Period) -> Vec<String> {
     }
     for (number, phase) in period.phases.iter().enumerate() {
         lines.push(format!("phase {}: {}", number + 1, behaviour(phase, &period.names)));
-        lines.extend(phase.edges.iter().map(|edge| format!(" {}", arrow(edge))));
+        let first = phase.edges.first().map(|edge| &edge.segments);
+        let differ = phase.edges.iter().any(|edge| Some(&edge.segments) != first);
+        for edge in &phase.edges {
+            let stretches = edge.segments.iter().map(|segment| stretch(&segment.duration, &segment.observed));
+            let shown = if differ { format!(": {}", Term::seq(stretches)) } else { String::new() };
+            lines.push(format!(" {}{shown}", arrow(edge)));
+        }
     }
     lines
 }

@@ -9,7 +9,7 @@ use crate::kernel::check;
 use crate::law::Connective;
 use crate::lower::{Environment, System};
 use crate::name::Name;
-use crate::period::{self, Period, graph};
+use crate::period::{self, Period};
 use crate::proof::{Proof, Script, Statement, Step};
 use crate::prove::{Answer, By, prove};
 use crate::recurrence::Closed;
@@ -95,24 +95,6 @@ impl Run<'_, '_> {
                 ];
             }
         }
-    }
-
-    pub(super) fn period(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
-        self.examined(system, waiting, |system, period, environment| {
-            let mut lines = components(system, environment);
-            for flow in flows(period) {
-                lines.push(format!("phase {}: {}", flow.phase + 1, flow.period_term()));
-            }
-            if let Some(rates) = &period.repetitions {
-                let rates: Vec<String> = rates.iter().map(|(name, count)| format!("{name} {count}")).collect();
-                lines.push(format!("rounds: {}", rates.join(", ")));
-            }
-            if period.phases.len() > 1 || period.phases.iter().any(|phase| phase.edges.len() > 1) {
-                lines.push("phase graph:".to_string());
-                lines.extend(graph::lines(period).into_iter().map(|line| format!("  {line}")));
-            }
-            lines
-        })
     }
 
     pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
@@ -203,7 +185,7 @@ fn refuted(system: &System, reason: &str, run: &[(Value, Vec<Term>)], environmen
     }
 }
 
-fn components(system: &System, environment: &Environment) -> Vec<String> {
+pub(super) fn components(system: &System, environment: &Environment) -> Vec<String> {
     component_periods(&system.components, &environment.definitions).iter().flat_map(|one| one.lines()).collect()
 }
 
