@@ -85,7 +85,7 @@ impl fmt::Display for Blocked {
         write!(f, "{} {does} port {} and waits for ever: ", self.component, self.port)?;
         match self.partners.as_slice() {
             [] => write!(f, "nobody {other} it"),
-            partners => write!(f, "{}, who {other} it, does so no more", partners.join(" or ")),
+            partners => write!(f, "{}, who {other} it, never comes to it", partners.join(" or ")),
         }
     }
 }

@@ -14,6 +14,13 @@ pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
     ratio.variables().is_empty().then_some(false)
 }
 
+/// Whether some of these durations have no rational ratio.
+pub(super) fn apart<'a>(delays: impl Iterator<Item = &'a Value>) -> bool {
+    let mut delays = delays;
+    let Some(first) = delays.next() else { return false };
+    delays.any(|delay| rational_ratio(first, delay) != Some(true))
+}
+
 /// How long one round takes, where these phases are gone through in one way only and take the same time for ever.
 pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
     let mut ways: &[Edge] = initial;
