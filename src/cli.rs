@@ -2,6 +2,7 @@
 
 mod exercise;
 mod lint;
+mod period;
 mod step;
 mod system;
 
@@ -118,6 +119,19 @@ enum Command {
         #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
     },
+    /// The phases of a system: what repeats, and when one behaviour follows another. Exit code 1 when it has no period.
+    Period {
+        /// A `.pars` file that declares the system.
+        file: PathBuf,
+        /// The system; the only one in the file when it is left out.
+        system: Option<String>,
+        /// How to write the phases.
+        #[arg(long, value_enum, default_value = "text")]
+        format: period::Format,
+        /// Where to write them.
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
     /// Compare two `.aut` files. Exit code: 0 yes, 1 no, 2 usage, 3 bad input, 4 unknown.
     Compare {
         /// The left system.
@@ -186,6 +200,9 @@ pub fn run() -> u8 {
         Some(Command::Lts { file, process, format, minimise, bound, memory, output }) => {
             let request = system::Request { file, term: process, format, minimise, bound, memory, output };
             system::lts(&request, &watch, colour)
+        }
+        Some(Command::Period { file, system, format, output }) => {
+            period::period(&period::Request { file, system, format, output }, &watch, colour)
         }
         Some(Command::Compare { left, right, relation, memory, json }) => {
             system::compare_files([&left, &right], relation, memory, json, &watch, colour)

@@ -39,7 +39,7 @@ pub struct Connectivity {
 
 /// The connectivity of a system for a claim about what these observers show.
 pub fn connectivity(components: &[Term], observers: &[Name], definitions: &Definitions) -> Connectivity {
-    let components = ports::flatten(components);
+    let components = ports::flatten(components, definitions);
     let names = ports::System::of(&components, definitions).names;
     let parts: Vec<Part> =
         components.iter().zip(names).map(|(component, name)| part(component, name, definitions)).collect();

@@ -6,8 +6,10 @@
 //! to variables only where they differ between two visits of the same control point, so the graph is finite
 //! whenever the control points are.
 
+pub mod graph;
 pub mod ports;
 mod board;
+mod copies;
 mod drift;
 mod explore;
 mod instant;
@@ -83,7 +85,7 @@ impl fmt::Display for Blocked {
         write!(f, "{} {does} port {} and waits for ever: ", self.component, self.port)?;
         match self.partners.as_slice() {
             [] => write!(f, "nobody {other} it"),
-            partners => write!(f, "{}, who {other} it, does so no more", partners.join(" or ")),
+            partners => write!(f, "{}, who {other} it, never comes to it", partners.join(" or ")),
         }
     }
 }
@@ -280,6 +282,8 @@ impl Edge {
 pub struct Phase {
     /// What the system is about to do, component by component.
     pub control: Vec<String>,
+    /// The loops that each component goes round in, outermost first.
+    pub loops: Vec<Vec<Name>>,
     /// Its state variables.
     pub variables: Vec<Name>,
     /// The ways through a round.
@@ -315,6 +319,34 @@ pub struct Period {
     pub warnings: Vec<Failure>,
 }
 
+impl Period {
+    /// How long one round takes, where the phases are gone through in one way only and take the same time for ever.
+    pub fn lasting(&self) -> Option<Value> {
+        drift::round(&self.initial, &self.phases)
+    }
+
+    /// Whether some way through the phases comes back to one of them.
+    pub fn repeats(&self) -> bool {
+        let target = |edge: &Edge| if let Next::Phase(number) = edge.next { Some(number) } else { None };
+        let mut entries = vec![0usize; self.phases.len()];
+        for number in self.phases.iter().flat_map(|phase| phase.edges.iter().filter_map(target)) {
+            entries[number] += 1;
+        }
+        let mut free: Vec<usize> = (0..entries.len()).filter(|number| entries[*number] == 0).collect();
+        let mut left = entries.len();
+        while let Some(number) = free.pop() {
+            left -= 1;
+            for next in self.phases[number].edges.iter().filter_map(target) {
+                entries[next] -= 1;
+                if entries[next] == 0 {
+                    free.push(next);
+                }
+            }
+        }
+        left > 0
+    }
+}
+
 /// Finds the period of the system of these components.
 ///
 /// # Errors
@@ -324,7 +356,7 @@ pub fn analyse(
     definitions: &Definitions,
     assumptions: &Assumptions,
 ) -> Result<Period, Vec<Failure>> {
-    let components = ports::flatten(components);
+    let components = ports::flatten(components, definitions);
     let closed = ports::System::of(&components, definitions);
     let mut failures = closed.unmatched();
     if !failures.is_empty() {
@@ -363,14 +395,12 @@ pub fn analyse(
             once.push(warning);
         }
     }
-    let forward = |(number, phase): (usize, &Phase)| {
-        phase.edges.iter().all(|edge| !matches!(edge.next, Next::Phase(to) if to <= number))
-    };
+    let period = Period { components, names: closed.names, initial, phases, repetitions, warnings: once };
     // Parts without communication may each have a period; where every run ends, there is none.
-    if groups.len() > 1 && phases.iter().enumerate().all(forward) {
-        return Err(once);
+    if groups.len() > 1 && !period.repeats() {
+        return Err(period.warnings);
     }
-    Ok(Period { components, names: closed.names, initial, phases, repetitions, warnings: once })
+    Ok(period)
 }
 
 /// Why groups of components between which there is no port have no common period, each run on its own.
@@ -385,7 +415,7 @@ fn apart(
         let own: Vec<Term> = group.iter().filter_map(|index| components.get(*index)).cloned().collect();
         let closed = ports::System::of(&own, definitions);
         let graph = explore(&own, &closed, definitions, assumptions).map_err(|failure| vec![failure])?;
-        rounds.extend(drift::round(&graph).map(|time| (closed.names.join(" with "), time)));
+        rounds.extend(drift::round(&graph.initial, &graph.phases).map(|time| (closed.names.join(" with "), time)));
     }
     Ok(drift::drift(&rounds))
 }

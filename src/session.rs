@@ -8,6 +8,7 @@ mod claim;
 mod compare;
 mod contradiction;
 mod likely;
+mod phases;
 mod question;
 mod reading;
 mod satisfies;

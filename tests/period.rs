@@ -78,6 +78,10 @@ fn random_network(dice: &mut Dice, exact: bool, fan: bool) -> Network {
         pairs.insert(name(&port), (writer, reader));
     }
     if fan {
+        if !links.is_empty() && dice.roll(4) == 0 {
+            // A second reader of a port may compete with the first.
+            bodies[dice.roll(count)].push(input("c0", "z"));
+        }
         let writer = dice.roll(count);
         let looping = again(output("o", number_of(7)));
         let shown = dis([wait(1 + dice.roll(2) as i64), looping]);
@@ -134,8 +138,8 @@ enum Ran {
     Livelock,
 }
 
-/// Runs the system in its executable meaning, the first internal step each time.
-fn plainly(network: &Network) -> (Ran, Log) {
+/// The system, with all ports private to it.
+fn whole(network: &Network) -> Term {
     let mut ports = BTreeSet::new();
     let mut stack: Vec<Term> = network.components.clone();
     stack.extend(network.definitions.iter().map(|definition| definition.body.clone()));
@@ -145,11 +149,14 @@ fn plainly(network: &Network) -> (Ran, Log) {
         }
         stack.extend(term.children().into_iter().cloned());
     }
-    let whole = ports
-        .iter()
-        .fold(Term::par(network.components.iter().cloned()), |body, port| Term::new(Node::New(port.clone(), body)));
+    let parts = Term::par(network.components.iter().cloned());
+    ports.into_iter().fold(parts, |body, port| Term::new(Node::New(port, body)))
+}
+
+/// Runs the system in its executable meaning, the first internal step each time.
+fn plainly(network: &Network) -> (Ran, Log) {
     let model = Model::new(&network.definitions);
-    let mut state = model.state(&whole).expect("a meaning");
+    let mut state = model.state(&whole(network)).expect("a meaning");
     let mut seen: HashMap<State, (BigRational, usize)> = HashMap::new();
     let (mut now, mut passed) = (BigRational::zero(), Vec::new());
     let mut log = Log::new();
@@ -285,9 +292,13 @@ fn straight_networks_do_what_the_analysis_says() {
                     "rate mismatch"
                 }
                 Some(Failure::NoCommunication { .. }) => {
-                    let waits = |failure: &Failure| matches!(failure, Failure::Unmatched(_));
-                    assert!(matches!(plain, Ran::Silent { .. }) && failures.iter().any(waits), "{}", about());
-                    "no communication, and blocked"
+                    let ends = |failure: &Failure| match plain {
+                        Ran::Silent { .. } => matches!(failure, Failure::Unmatched(_)),
+                        Ran::Livelock => matches!(failure, Failure::Livelock { .. }),
+                        Ran::Round { .. } => false,
+                    };
+                    assert!(failures.iter().any(ends), "{}\n{failures:?}", about());
+                    "no communication, and no period"
                 }
                 other => panic!("{other:?}\n{}", about()),
             },
@@ -297,4 +308,64 @@ fn straight_networks_do_what_the_analysis_says() {
     println!("{counts:?}");
     let wanted = ["period", "period after a prologue", "blocked", "rate mismatch"];
     assert!(wanted.iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 200)), "{counts:?}");
+}
+
+/// Whether the order of the communications in some instant makes a difference.
+fn order_matters(network: &Network) -> bool {
+    let model = Model::new(&network.definitions);
+    let mut state = model.state(&whole(network)).expect("a meaning");
+    for _ in 0..200 {
+        let (mut ends, mut seen) = (HashSet::new(), HashSet::new());
+        let mut stack = vec![state.clone()];
+        while let Some(state) = stack.pop() {
+            if !seen.insert(state.clone()) {
+                continue;
+            }
+            let moves = state.moves().expect("moves");
+            let taken: Vec<_> = moves.iter().filter(|step| matches!(step.action, Action::Tau(..))).collect();
+            if taken.is_empty() {
+                ends.insert(state);
+            }
+            stack.extend(taken.into_iter().map(|step| model.state(&step.next).expect("a meaning")));
+            if ends.len() > 1 || seen.len() > 2_000 {
+                return true;
+            }
+        }
+        let Some(end) = ends.into_iter().next() else { return true };
+        let moves = end.moves().expect("moves");
+        let Patience::Until(time) = end.patience(&moves) else { return false };
+        state = model.wait_state(&end, &time).expect("a meaning").expect("time passes");
+    }
+    false
+}
+
+#[test]
+fn a_looping_writer_serves_any_number_of_readers() {
+    let mut dice = Dice(1_997);
+    let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for round in 0..1_000 {
+        let exact = dice.roll(2) == 0;
+        let network = random_network(&mut dice, exact, true);
+        let (plain, log) = plainly(&network);
+        let about = || format!("network {round}:\n{}plainly {plain:?}", network.text);
+        let verdict = match period::analyse(&network.components, &network.definitions, &Assumptions::default()) {
+            Ok(period) => {
+                let ran = followed(&period);
+                assert!(agrees(&ran, &plain, &log), "{}\n{ran:?}", about());
+                if matches!(ran, Ran::Round { .. }) { "period" } else { "blocked" }
+            }
+            Err(failures) => match failures.first() {
+                Some(Failure::KillRace { .. } | Failure::Contention { .. }) => {
+                    assert!(order_matters(&network), "{}\n{failures:?}", about());
+                    "race"
+                }
+                Some(Failure::NoCommunication { .. }) => "no communication",
+                other => panic!("{other:?}\n{}", about()),
+            },
+        };
+        *counts.entry(verdict).or_default() += 1;
+    }
+    println!("{counts:?}");
+    let wanted = ["period", "blocked", "race"];
+    assert!(wanted.iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 10)), "{counts:?}");
 }

@@ -47,7 +47,7 @@ pub(super) struct Request {
 }
 
 /// What is wrong with an input, as it is shown; the exit code is 3.
-type Refused = String;
+pub(super) type Refused = String;
 
 fn bounds(states: Option<usize>, memory: Option<usize>) -> Bounds {
     let usual = Bounds::default();
@@ -63,7 +63,7 @@ pub(super) fn relation(name: &str) -> Result<Preorder, String> {
     Preorder::of(name).ok_or_else(|| format!("the relations are {}", names.join(", ")))
 }
 
-fn read(path: &Path, colour: bool) -> Result<Source, Refused> {
+pub(super) fn read(path: &Path, colour: bool) -> Result<Source, Refused> {
     let read = if path.as_os_str() == "-" { read_input() } else { read_file(path) };
     read.map_err(|trouble| format!("{}\n", trouble.1.render(&trouble.0, colour)))
 }
@@ -80,7 +80,7 @@ fn aut_file(source: &Source, colour: bool) -> Result<TransitionSystem, Refused> 
 }
 
 /// What a file declares, its claims left aside.
-fn declared(source: &Source, watch: &Rc<Watch>, colour: bool) -> Result<Environment, Refused> {
+pub(super) fn declared(source: &Source, watch: &Rc<Watch>, colour: bool) -> Result<Environment, Refused> {
     let shown = |failures: Vec<Failure>| -> Refused {
         failures.iter().map(|failure| render_all(&failure.diagnostics, &failure.source, colour)).collect()
     };
@@ -158,8 +158,8 @@ pub(super) fn lts(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     match &request.output {
         None => Printer::default().print(&text),
         Some(path) => {
-            if let Err(error) = std::fs::write(path, text) {
-                complain(&format!("`{}` cannot be written: {error}\n", path.display()));
+            if let Err(trouble) = written(path, &text) {
+                complain(&trouble);
                 return 3;
             }
         }
@@ -171,6 +171,11 @@ pub(super) fn lts(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             4
         }
     }
+}
+
+/// Writes a file.
+pub(super) fn written(path: &Path, text: &str) -> Result<(), Refused> {
+    std::fs::write(path, text).map_err(|error| format!("`{}` cannot be written: {error}\n", path.display()))
 }
 
 type Names = Box<dyn Fn(u32) -> Option<String>>;

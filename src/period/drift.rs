@@ -2,7 +2,7 @@
 
 use super::run::Run;
 use super::step::inspect;
-use super::{Edge, Failure, Graph, Next};
+use super::{Edge, Failure, Next, Phase};
 use crate::value::Value;
 
 /// The ratio of two durations, if it is one number: whether it is rational.
@@ -14,22 +14,25 @@ pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
     ratio.variables().is_empty().then_some(false)
 }
 
-/// How long one round of this graph takes, where it goes round in one way only and the same time for ever.
-pub(super) fn round(graph: &Graph) -> Option<Value> {
-    let mut ways: &[Edge] = &graph.initial;
-    let mut entered: Vec<Option<Value>> = vec![None; graph.phases.len()];
+/// Whether some of these durations have no rational ratio.
+pub(super) fn apart<'a>(delays: impl Iterator<Item = &'a Value>) -> bool {
+    let mut delays = delays;
+    let Some(first) = delays.next() else { return false };
+    delays.any(|delay| rational_ratio(first, delay) != Some(true))
+}
+
+/// How long one round takes, where these phases are gone through in one way only and take the same time for ever.
+pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
+    let mut ways: &[Edge] = initial;
+    let mut entered: Vec<Option<Value>> = vec![None; phases.len()];
     let mut time = Value::zero();
     loop {
         let [edge] = ways else { return None };
         time = time.add(&edge.duration().ok()?).ok()?;
         let Next::Phase(number) = edge.next else { return None };
-        let phase = graph.phases.get(number)?;
-        if phase
-            .edges
-            .iter()
-            .flat_map(|edge| &edge.segments)
-            .any(|segment| phase.variables.iter().any(|name| segment.duration.mentions(name)))
-        {
+        let phase = phases.get(number)?;
+        let mut segments = phase.edges.iter().flat_map(|edge| &edge.segments);
+        if segments.any(|segment| phase.variables.iter().any(|name| segment.duration.mentions(name))) {
             return None;
         }
         if let Some(before) = &entered[number] {

@@ -8,18 +8,18 @@ use super::instant::{Clock, Moment};
 use super::merge::merge;
 use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
-use super::step::{Slot, inspect, map_values, offers, readable};
+use super::step::{Slot, inspect, loops, map_values, offers, readable};
 use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Test, drift, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
-use crate::value::{Relation, Value, ValueError};
+use crate::value::{Relation, Sort, Value, ValueError};
 
 /// Phases that a system may have, before those of one behaviour are merged.
 const MOST_PHASES: usize = 30_000;
-/// Phases at the same control points that differ in the delays that remain, when these are not all numbers.
+/// Phases at the same control points that differ in the delays that remain, where these have no rational ratio.
 const MOST_REMAINDERS: usize = 100;
 /// Ways through one round.
 const MOST_WAYS: usize = 128;
@@ -94,7 +94,7 @@ pub(super) fn explore(
     let mut work = BTreeSet::new();
     let initial = explorer.ways(start, Vec::new(), assumptions.clone(), &mut work)?;
     let mut explorations = 0usize;
-    while let Some(spot) = work.pop_last() {
+    while let Some(spot) = work.pop_first() {
         explorations += 1;
         if explorations > MOST_EXPLORATIONS.saturating_mul(explorer.spots.len()) {
             return Err(Failure::NoPeriod { reason: "the control points do not settle".to_string() });
@@ -254,9 +254,16 @@ impl Explorer<'_> {
                 }
                 delays.push(None);
             }
-            entries.push(value.clone());
-            hints.push(if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") });
-            Ok(Value::zero())
+            let hint = if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") };
+            let Some(parts) = components(value) else {
+                entries.push(value.clone());
+                hints.push(hint);
+                return Ok(Value::zero());
+            };
+            hints.extend((1..=parts.len()).map(|place| Name::new(&format!("{hint}{place}"))));
+            let nothing = Value::vector(vec![Value::zero(); parts.len()]);
+            entries.extend(parts);
+            Ok(nothing.unwrap_or_else(|_| Value::zero()))
         };
         let Ok(shape) = state.iter().map(|run| map_values(run, &mut take)).collect::<Result<Vec<Run>, _>>();
         let shape = match self.index.get_key_value(&shape) {
@@ -271,8 +278,8 @@ impl Explorer<'_> {
             return Ok(Target::Spot(found, entries));
         }
         let number = self.spots.len();
-        let symbolic = || delays.iter().flatten().any(|delay| delay.as_rational().is_none());
-        if number >= MOST_PHASES || (remainders.len() >= MOST_REMAINDERS && symbolic()) {
+        let apart = || drift::apart(remainders.keys().chain([&delays]).flat_map(|delays| delays.iter().flatten()));
+        if number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
             return Err(drift::growth(self.clock.names, state, number));
         }
         remainders.insert(delays.clone(), number);
@@ -315,11 +322,17 @@ impl Explorer<'_> {
             {
                 return Ok(left.clone());
             }
-            Ok(match held.next() {
+            let mut next = |value: Value| match held.next() {
                 Some(Held::Constant(value)) => value.clone(),
                 Some(Held::Class(class)) => Value::variable(&spot.variables[*class]),
-                None => value.clone(),
-            })
+                None => value,
+            };
+            match components(value) {
+                None => Ok(next(value.clone())),
+                Some(parts) => {
+                    Value::vector(parts.into_iter().map(next).collect()).or_else(|error| Halt::because(error.0))
+                }
+            }
         };
         spot.shape.iter().map(|run| map_values(run, &mut fill)).collect()
     }
@@ -329,6 +342,7 @@ impl Explorer<'_> {
         for spot in &self.spots {
             phases.push(Phase {
                 control: Vec::new(),
+                loops: Vec::new(),
                 variables: spot.variables.clone(),
                 edges: spot.ways.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?,
             });
@@ -339,6 +353,7 @@ impl Explorer<'_> {
         let tails = self.clock.settler.tails.borrow();
         for (phase, number) in phases.iter_mut().zip(numbers) {
             let state = self.state_of(number).map_err(failure_of)?;
+            phase.loops = state.iter().map(loops).collect();
             phase.control = state.iter().map(|run| readable(run, &tails).to_string()).collect();
         }
         Ok(Graph { initial, phases, stuck: self.stuck()? })
@@ -404,15 +419,24 @@ impl Explorer<'_> {
     fn after(&self, test: &RawTest, map: &BTreeMap<Name, Value>) -> Option<Test> {
         let mut renamed = Env::new();
         for (name, value) in &test.env {
-            let value = match map.iter().find(|(_, image)| *image == value) {
-                Some((variable, _)) => Value::variable(variable),
-                None if !self.clock.settler.varies(value) => value.clone(),
-                None => return None,
+            let image = |value: &Value| match map.iter().find(|(_, image)| *image == value) {
+                Some((variable, _)) => Some(Value::variable(variable)),
+                None => (!self.clock.settler.varies(value)).then(|| value.clone()),
+            };
+            let value = match components(value) {
+                None => image(value)?,
+                Some(parts) => Value::vector(parts.iter().map(image).collect::<Option<_>>()?).ok()?,
             };
             renamed.insert(name.clone(), value);
         }
         test.raw.substitute(&renamed).ok()
     }
+}
+
+/// The components of a vector.
+fn components(value: &Value) -> Option<Vec<Value>> {
+    let Sort::Vector(length) = value.sort() else { return None };
+    (0..length).map(|place| value.component(place)).collect()
 }
 
 fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
@@ -432,16 +456,22 @@ fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
 /// Variables are called after the first place they stand in, with a number where that is taken.
 fn name_variables(spot: &mut Spot, reserved: &BTreeSet<Name>) {
     let mut names: Vec<Name> = Vec::new();
+    let mut taken: BTreeSet<Name> = BTreeSet::new();
+    let mut numbers: BTreeMap<&Name, usize> = BTreeMap::new();
     for (held, hint) in spot.held.iter().zip(&spot.hints) {
-        let Held::Class(class) = held else { continue };
-        if *class != names.len() {
+        if *held != Held::Class(names.len()) {
             continue;
         }
+        let number = numbers.entry(hint).or_insert(0);
         let mut name = hint.clone();
-        let mut number = 1usize;
-        while reserved.contains(&name) || names.contains(&name) {
-            number += 1;
-            name = Name::new(&format!("{hint}{number}"));
+        loop {
+            *number += 1;
+            if *number > 1 {
+                name = Name::new(&format!("{hint}{number}"));
+            }
+            if !reserved.contains(&name) && taken.insert(name.clone()) {
+                break;
+            }
         }
         names.push(name);
     }

@@ -6,7 +6,7 @@ use std::hash::{Hash, Hasher};
 
 use super::board::Board;
 use super::run::{Env, Halt, Path, Run, Settler};
-use super::step::{Offer, finish, inspect};
+use super::step::{Offer, finish, inspect, written};
 use super::{Blocked, End, Failure};
 use crate::name::Name;
 use crate::value::Value;
@@ -130,7 +130,7 @@ impl Clock<'_> {
             moment.board.on(&writer.port, false).filter_map(|place| place.first().copied()).take(2).collect();
         let rivals = if readers.len() > 1 { readers } else { Vec::new() };
         let value = communicate(&mut moment.state, &writer, &reader);
-        moment.communications.push((writer.port.clone(), value));
+        moment.communications.push((written(&writer.port), value));
         for component in [writer.place.first(), reader.place.first()].into_iter().flatten() {
             moment.dirty.insert(*component);
             moment.moved.insert(*component);
@@ -173,12 +173,12 @@ impl Clock<'_> {
         let port = &besides.writer.port;
         if !besides.rivals.is_empty() && !board.has(&besides.writer) {
             let components = besides.rivals.iter().map(|component| self.name(*component)).collect();
-            return Err(Failure::Contention { port: port.clone(), components }.into());
+            return Err(Failure::Contention { port: written(port), components }.into());
         }
         for (writer, reader) in &besides.pairs {
             if let Some(gone) = [reader, writer].into_iter().find(|offer| !board.has(offer)) {
                 let component = self.name_of(gone);
-                return Err(Failure::KillRace { component, ports: (port.clone(), writer.port.clone()) }.into());
+                return Err(Failure::KillRace { component, ports: (written(port), written(&writer.port)) }.into());
             }
         }
         Ok(())
@@ -207,7 +207,7 @@ impl Clock<'_> {
             }
             if let Some(one) = [writer, reader].into_iter().find(|one| known && !board.has(one)) {
                 let component = self.name_of(one);
-                return Err(Failure::KillRace { component, ports: (from.port.clone(), one.port.clone()) }.into());
+                return Err(Failure::KillRace { component, ports: (written(&from.port), written(&one.port)) }.into());
             }
         }
         Ok(())
@@ -219,7 +219,7 @@ impl Clock<'_> {
             let components: BTreeSet<usize> =
                 board.on(&writer.port, true).filter_map(|place| place.first().copied()).collect();
             let components = components.into_iter().map(|component| self.name(component)).collect();
-            return Err(Failure::Contention { port: writer.port.clone(), components }.into());
+            return Err(Failure::Contention { port: written(&writer.port), components }.into());
         }
         Ok(())
     }
@@ -239,7 +239,7 @@ impl Clock<'_> {
         let partners = self.users.get(&offer.port).map(|(readers, writers)| if reads { writers } else { readers });
         let partners = partners.into_iter().flatten().filter(|other| Some(*other) != own);
         let partners = partners.map(|other| self.name(*other)).collect();
-        Blocked { component: self.name_of(offer), port: offer.port.clone(), reads, partners }
+        Blocked { component: self.name_of(offer), port: written(&offer.port), reads, partners }
     }
 
     /// How the run ends here, if no delay is left.

@@ -13,13 +13,20 @@ use crate::name::Name;
 use crate::scope::subterms;
 use crate::term::{Node, Term};
 
-/// The components of a system: the parallel parts, without the `new` round them.
-pub fn flatten(components: &[Term]) -> Vec<Term> {
-    let mut flat = Vec::new();
+/// The components of a system: the parallel parts, without the `new` round them. Where a port is private to some of
+/// the parts and others use a port of the same name, these parts stay together.
+pub fn flatten(components: &[Term], definitions: &Definitions) -> Vec<Term> {
+    let mut flat: Vec<Term> = Vec::new();
     let mut stack: Vec<Term> = components.iter().rev().cloned().collect();
     while let Some(term) = stack.pop() {
         match term.node() {
-            Node::New(_, body) => stack.push(body.clone()),
+            Node::New(port, body) => {
+                let uses = |other: &Term| {
+                    let (reads, writes) = ports_of(other, definitions);
+                    reads.contains(port) || writes.contains(port)
+                };
+                if flat.iter().chain(&stack).any(uses) { flat.push(term.clone()) } else { stack.push(body.clone()) }
+            }
             Node::Par(parts) => stack.extend(parts.iter().rev().cloned()),
             _ => flat.push(term),
         }

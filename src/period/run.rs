@@ -5,10 +5,10 @@
 //! with the answer assumed, once each way.
 
 use std::cell::RefCell;
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{Hash, Hasher};
 use std::rc::Rc;
-
-use num_traits::ToPrimitive;
 
 use super::rest::{NOTHING, Rest, Tails};
 use super::{Failure, Test};
@@ -16,7 +16,6 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::read_names;
-use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -38,12 +37,53 @@ pub(crate) enum Run {
     Delay(Value),
     /// The part that runs, the parts to come, their values, and what is carried so far.
     Seq(Box<Run>, Rest, Env, Env),
-    /// With the alternative; true if this is a loop, whose alternative is `Stop`.
-    Else(Box<Run>, Term, Env, bool),
+    /// With the alternative.
+    Else(Box<Run>, Term, Env, Kind),
     /// Side by side.
     Par(Vec<Run>),
     /// The first that ends ends all.
     Disable(Vec<Run>),
+    /// With a port of its own.
+    New(Name, Box<Run>),
+    /// Shows these observers alone.
+    Only(BTreeSet<Name>, Box<Run>),
+}
+
+/// What an alternative belongs to.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub(crate) enum Kind {
+    /// `P else Q`
+    Choice,
+    /// A loop, whose alternative is `Stop`.
+    Loop(Called),
+}
+
+/// What people call a running part. It says nothing of what the part does, so all are equal.
+#[derive(Clone, Debug)]
+pub(crate) struct Called(pub(crate) Option<Name>);
+
+impl PartialEq for Called {
+    fn eq(&self, _: &Called) -> bool {
+        true
+    }
+}
+
+impl Eq for Called {}
+
+impl PartialOrd for Called {
+    fn partial_cmp(&self, other: &Called) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Called {
+    fn cmp(&self, _: &Called) -> Ordering {
+        Ordering::Equal
+    }
+}
+
+impl Hash for Called {
+    fn hash<H: Hasher>(&self, _: &mut H) {}
 }
 
 /// A question that came up, with the names it was asked in.
@@ -94,9 +134,6 @@ impl From<Failure> for Halt {
 
 /// Nested operators and unfoldings that one settling may go through.
 const DEEPEST: usize = 300;
-/// Copies that `P^n` may have.
-const MOST_COPIES: usize = 10_000;
-
 /// What settling needs to know.
 pub(crate) struct Settler<'a> {
     pub(crate) definitions: &'a Definitions,
@@ -165,7 +202,8 @@ impl Settler<'_> {
             Run::Seq(first, rest, env, carried) => {
                 self.settle_sequence(*first, rest, (env, carried), wanted, path, depth)
             }
-            Run::Else(first, second, env, looped) => {
+            Run::Else(first, second, env, kind) => {
+                let looped = matches!(kind, Kind::Loop(_));
                 match self.settle(*first, wanted, path, depth + 1)? {
                     Run::Done(carried) => Ok(Run::Done(carried)),
                     Run::Aborted => {
@@ -173,8 +211,8 @@ impl Settler<'_> {
                         self.settle(Run::Fresh(second, env), wanted, path, depth + 1)
                     }
                     // A loop never aborts, so a loop round it that has come to its last part adds nothing.
-                    inner @ Run::Else(_, _, _, true) if looped => Ok(inner),
-                    inner => Ok(Run::Else(Box::new(inner), second, env, looped)),
+                    inner @ Run::Else(_, _, _, Kind::Loop(_)) if looped => Ok(inner),
+                    inner => Ok(Run::Else(Box::new(inner), second, env, kind)),
                 }
             }
             Run::Par(parts) => {
@@ -188,6 +226,14 @@ impl Settler<'_> {
                 }
                 Ok(Run::Disable(parts))
             }
+            Run::New(port, body) => match self.settle(*body, wanted, path, depth + 1)? {
+                ended @ (Run::Done(_) | Run::Aborted) => Ok(ended),
+                running => Ok(Run::New(port, Box::new(running))),
+            },
+            Run::Only(shown, body) => match self.settle(*body, wanted, path, depth + 1)? {
+                ended @ (Run::Done(_) | Run::Aborted) => Ok(ended),
+                running => Ok(Run::Only(shown, Box::new(running))),
+            },
         }
     }
 
@@ -266,22 +312,21 @@ impl Settler<'_> {
                 Run::Seq(Box::new(Run::Done(Env::new())), rest, env.clone(), Env::new())
             }
             Node::Else(first, second) => {
-                Run::Else(Box::new(fresh(first, env)), second.clone(), restrict(env, &read_names(second)), false)
+                Run::Else(Box::new(fresh(first, env)), second.clone(), restrict(env, &read_names(second)), Kind::Choice)
             }
             Node::Loop(body) => {
                 let again = self.tails.borrow_mut().of(term);
                 let round = Run::Seq(Box::new(fresh(body, env)), again, env.clone(), Env::new());
-                Run::Else(Box::new(round), Term::stop(), Env::new(), true)
+                Run::Else(Box::new(round), Term::stop(), Env::new(), Kind::Loop(Called(None)))
             }
             Node::Par(parts) => Run::Par(parts.iter().map(|part| fresh(part, env)).collect()),
             Node::Disable(parts) => Run::Disable(parts.iter().map(|part| fresh(part, env)).collect()),
             Node::Call(name, arguments) => self.unfold(name, arguments, env, path)?,
-            Node::Power(body, count, index) => fresh(&self.copies(body, count, index.as_ref(), env)?, env),
+            Node::Power(body, count, index) => self.copies(body, count, index.as_ref(), env, path)?,
             Node::Meta(name, _) => return Halt::because(format!("{name} is no process but stands for any")),
-            Node::New(port, _) => return Halt::because(format!("port {port} is private to a part of a component")),
-            Node::Project(..) | Node::Replace(..) => {
-                return Halt::because("a projection or a replacement stands inside a component");
-            }
+            Node::New(port, body) => Run::New(port.clone(), Box::new(fresh(body, env))),
+            Node::Project(body, shown) => Run::Only(shown.clone(), Box::new(fresh(body, env))),
+            Node::Replace(..) => return Halt::because("`P[y := x]` stands in laws only, not in a component"),
         };
         self.settle(next, wanted, path, depth + 1)
     }
@@ -300,31 +345,10 @@ impl Settler<'_> {
         path.unfolded.push(name.clone());
         let body = fresh(&definition.body, &inner);
         if definition.recursive {
-            return Ok(Run::Else(Box::new(body), Term::stop(), Env::new(), true));
+            let called = Kind::Loop(Called(Some(name.clone())));
+            return Ok(Run::Else(Box::new(body), Term::stop(), Env::new(), called));
         }
         Ok(body)
-    }
-
-    fn copies(&self, body: &Term, count: &Value, index: Option<&Name>, env: &Env) -> Result<Term, Halt> {
-        let count = evaluate(count, env)?;
-        let number = count.as_rational().filter(|number| number.is_integer()).and_then(|number| number.to_usize());
-        let Some(number) = number.filter(|number| *number <= MOST_COPIES) else {
-            return Halt::because(format!("the number of copies, {count}, must be a number up to {MOST_COPIES}"));
-        };
-        let mut parts = Vec::new();
-        for copy in 0..number {
-            match index {
-                None => parts.push(body.clone()),
-                Some(index) => {
-                    let map = BTreeMap::from([(index.clone(), Value::integer(copy as i64))]);
-                    match substitute_values(body, &map) {
-                        Ok(part) => parts.push(part),
-                        Err(stuck) => return Halt::because(stuck.0),
-                    }
-                }
-            }
-        }
-        Ok(Term::seq(parts))
     }
 
     fn start_delay(&self, time: &Value, env: &Env, path: &Path) -> Result<Run, Halt> {

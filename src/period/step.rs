@@ -1,7 +1,7 @@
 //! What a settled system can do: offers on ports, what it shows, and how time passes.
 
 use super::rest::Tails;
-use super::run::{Env, Halt, Run, evaluate};
+use super::run::{Env, Halt, Kind, Run, evaluate};
 use crate::name::Name;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
@@ -39,18 +39,38 @@ pub(crate) fn offers(run: &Run, place: &mut Vec<usize>, found: &mut Vec<Offer>) 
                 place.pop();
             }
         }
+        Run::Only(_, body) => offers(body, place, found)?,
+        Run::New(port, body) => {
+            let before = found.len();
+            offers(body, place, found)?;
+            let places: Vec<String> = place.iter().map(usize::to_string).collect();
+            for offer in found.iter_mut().skip(before).filter(|offer| offer.port == *port) {
+                offer.port = Name::new(&format!("{port}{PRIVATE}{}", places.join(".")));
+            }
+        }
         _ => {}
     }
     Ok(())
+}
+
+/// Stands between the name of a private port and the place of its `new`.
+const PRIVATE: char = '@';
+
+/// The name of a port as it is written.
+pub(crate) fn written(port: &Name) -> Name {
+    match port.as_str().split_once(PRIVATE) {
+        Some((plain, _)) => Name::new(plain),
+        None => port.clone(),
+    }
 }
 
 /// The part at a place replaced: a read or write that has taken place.
 pub(crate) fn finish(run: Run, place: &[usize], results: &Env) -> Run {
     match run {
         Run::Seq(first, rest, env, carried) => Run::Seq(Box::new(finish(*first, place, results)), rest, env, carried),
-        Run::Else(first, second, env, looped) => {
-            Run::Else(Box::new(finish(*first, place, results)), second, env, looped)
-        }
+        Run::Else(first, second, env, kind) => Run::Else(Box::new(finish(*first, place, results)), second, env, kind),
+        Run::New(port, body) => Run::New(port, Box::new(finish(*body, place, results))),
+        Run::Only(shown, body) => Run::Only(shown, Box::new(finish(*body, place, results))),
         Run::Par(parts) => Run::Par(finish_one(parts, place, results)),
         Run::Disable(parts) => Run::Disable(finish_one(parts, place, results)),
         _ => Run::Done(results.clone()),
@@ -83,6 +103,14 @@ pub(crate) fn inspect(run: &Run, delays: &mut Vec<Value>, shown: &mut Vec<Term>)
                 inspect(part, delays, shown)?;
             }
         }
+        Run::New(_, body) => inspect(body, delays, shown)?,
+        Run::Only(named, body) => {
+            let mut all = Vec::new();
+            inspect(body, delays, &mut all)?;
+            shown.extend(
+                all.into_iter().filter(|term| matches!(term.node(), Node::Observe(name, _) if named.contains(name))),
+            );
+        }
         _ => {}
     }
     Ok(())
@@ -104,10 +132,12 @@ pub(crate) fn map_values<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) 
             let env = over(env, image)?;
             Run::Seq(first, *rest, env, over(carried, image)?)
         }
-        Run::Else(first, second, env, looped) => {
+        Run::Else(first, second, env, kind) => {
             let first = map_boxed(first, image)?;
-            Run::Else(first, second.clone(), over(env, image)?, *looped)
+            Run::Else(first, second.clone(), over(env, image)?, kind.clone())
         }
+        Run::New(port, body) => Run::New(port.clone(), map_boxed(body, image)?),
+        Run::Only(shown, body) => Run::Only(shown.clone(), map_boxed(body, image)?),
         Run::Par(parts) => Run::Par(map_parts(parts, image)?),
         Run::Disable(parts) => Run::Disable(map_parts(parts, image)?),
     })
@@ -147,9 +177,30 @@ pub(crate) fn readable(run: &Run, tails: &Tails) -> Term {
             let rest = tails.parts(*rest);
             Term::seq(std::iter::once(readable(first, tails)).chain(rest.iter().map(|term| filled(term, env))))
         }
-        Run::Else(first, _, _, true) => readable(first, tails),
-        Run::Else(first, second, env, false) => Term::otherwise(readable(first, tails), filled(second, env)),
+        Run::New(port, body) => Term::new(Node::New(port.clone(), readable(body, tails))),
+        Run::Only(shown, body) => Term::new(Node::Project(readable(body, tails), shown.clone())),
+        Run::Else(first, _, _, Kind::Loop(_)) => readable(first, tails),
+        Run::Else(first, second, env, Kind::Choice) => Term::otherwise(readable(first, tails), filled(second, env)),
         Run::Par(parts) => Term::par(all(parts)),
         Run::Disable(parts) => Term::disable(all(parts)),
+    }
+}
+
+/// The loops that a part goes round in, outermost first.
+pub(crate) fn loops(run: &Run) -> Vec<Name> {
+    let mut names = Vec::new();
+    let mut run = run;
+    loop {
+        run = match run {
+            Run::Else(first, _, _, kind) => {
+                if let Kind::Loop(called) = kind {
+                    names.extend(called.0.clone());
+                }
+                first
+            }
+            Run::Seq(first, ..) => first,
+            Run::New(_, body) | Run::Only(_, body) => body,
+            _ => return names,
+        };
     }
 }

@@ -46,7 +46,7 @@ expect proved | refuted | open | t1 = 10     behind the claim\n",
         "systems",
         "system Sys = P | Q           the ports that they share are private to them
 property Goal = Delay_{?t1} ; (Delay_{?t2} # At_a) ; Goal
-period Sys                   what repeats
+period Sys                   what repeats, and the phases: expect yes | no | lasting = 2*t | phases = 3
 flow Sys                     how a round changes the variables
 project P to {At}            what is seen of P
 probability of Sys showing At_p where |p-9| <= 1 at 10     `by exact`, `enclosed`, `estimated`

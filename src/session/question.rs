@@ -24,7 +24,10 @@ impl Run<'_, '_> {
                 let term = Term::new(Node::Project(term, shown.clone()));
                 self.simplified("project", &term, waiting)
             }
-            Question::Period(name) => ("period", self.period(name, waiting), Run::unmet(&waiting.expected)),
+            Question::Period(name) => {
+                let (lines, expected) = self.period(name, waiting);
+                ("period", lines, expected)
+            }
             Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
             Question::Solve(solve) => {
                 let (lines, expected) = super::solve::answer(solve, waiting);

@@ -110,16 +110,6 @@ impl Run<'_, '_> {
         }
     }
 
-    pub(super) fn period(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
-        self.examined(system, waiting, |system, period, environment| {
-            let mut lines = components(system, environment);
-            for flow in flows(period) {
-                lines.push(format!("phase {}: {}", flow.phase + 1, flow.period_term()));
-            }
-            lines
-        })
-    }
-
     pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
         let n = Name::new("n");
         self.examined(system, waiting, |_, period, environment| {
@@ -188,7 +178,7 @@ fn with_run(system: Term, run: &Term, matched: Proof) -> Proof {
     script.finish(statement)
 }
 
-fn components(system: &System, environment: &Environment) -> Vec<String> {
+pub(super) fn components(system: &System, environment: &Environment) -> Vec<String> {
     component_periods(&system.components, &environment.definitions).iter().flat_map(|one| one.lines()).collect()
 }
 

@@ -1,0 +1,102 @@
+//! `pars period`: the phases of a system, as text or as a picture.
+
+use std::path::PathBuf;
+use std::rc::Rc;
+
+use clap::ValueEnum;
+
+use super::system::{Refused, declared, read, written};
+use crate::lower::{Entity, System};
+use crate::name::Name;
+use crate::period::{Period, analyse, graph};
+use crate::progress::Watch;
+use crate::script::{Printer, complain};
+use crate::transition_system::{MOST_DRAWN, dot, svg};
+
+/// How the phases are written.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    /// Line by line.
+    Text,
+    /// Graphviz.
+    Dot,
+    /// A picture.
+    Svg,
+}
+
+/// What `pars period` is asked for.
+pub(super) struct Request {
+    pub(super) file: PathBuf,
+    pub(super) system: Option<String>,
+    pub(super) format: Format,
+    pub(super) output: Option<PathBuf>,
+}
+
+/// Finds the phases and writes them; gives the exit code: 1 where there is no period, 3 for bad input.
+pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
+    watch.begins("the period");
+    let made = make(request, watch, colour);
+    watch.ends();
+    let found = match made {
+        Ok(Ok(found)) => found,
+        Ok(Err(failures)) => {
+            complain(&failures.iter().map(|failure| format!("{failure}\n")).collect::<String>());
+            return 1;
+        }
+        Err(text) => {
+            complain(&text);
+            return 3;
+        }
+    };
+    let warnings: String = found.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    let text = match request.format {
+        Format::Text => graph::lines(&found).iter().map(|line| format!("{line}\n")).collect::<String>() + &warnings,
+        Format::Dot => dot(&graph::system(&found)),
+        Format::Svg => match svg(&graph::system(&found)) {
+            Some(text) => text,
+            None => {
+                let phases = found.phases.len();
+                complain(&format!(
+                    "{phases} phases are too many to draw, fewer than {MOST_DRAWN} are: try `--format dot`\n"
+                ));
+                return 4;
+            }
+        },
+    };
+    if request.format != Format::Text && !warnings.is_empty() {
+        complain(&warnings);
+    }
+    match &request.output {
+        None => Printer::default().print(&text),
+        Some(path) => {
+            if let Err(trouble) = written(path, &text) {
+                complain(&trouble);
+                return 3;
+            }
+        }
+    }
+    0
+}
+
+type Analysed = Result<Period, Vec<crate::period::Failure>>;
+
+fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, Refused> {
+    let source = read(&request.file, colour)?;
+    let environment = declared(&source, watch, colour)?;
+    let systems: Vec<(&Name, &System)> = environment
+        .entities()
+        .filter_map(|(name, entity)| if let Entity::System(system) = entity { Some((name, system)) } else { None })
+        .collect();
+    let names = || systems.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    let wanted = request.system.as_deref().map(str::trim);
+    let (_, system) = match (wanted, systems.as_slice()) {
+        (_, []) => return Err("the file declares no system: `system Sys = P | Q`\n".to_string()),
+        (None, [one]) => one,
+        (None, _) => return Err(format!("the file declares several systems; say which: {}\n", names())),
+        (Some(wanted), all) => match all.iter().find(|(name, _)| name.as_str() == wanted) {
+            Some(found) => found,
+            None => return Err(format!("there is no system `{wanted}`; the file declares {}\n", names())),
+        },
+    };
+    Ok(analyse(&system.components, &environment.definitions, &environment.assumptions))
+}

@@ -1,0 +1,97 @@
+//! `P^n`: all copies at once where n is a number, one after the other under a count where it is a symbol.
+
+use std::collections::BTreeMap;
+
+use num_traits::ToPrimitive;
+
+use super::Test;
+use super::run::{Env, Halt, Path, Run, Settler, evaluate, fresh};
+use crate::name::Name;
+use crate::scope::read_names;
+use crate::substitution::substitute_values;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// Copies that `P^n` may have where n is a number.
+const MOST_COPIES: usize = 10_000;
+/// What the number of copies still to come is called.
+const LEFT: &str = "copies";
+
+impl Settler<'_> {
+    /// What `body^count` begins with.
+    pub(super) fn copies(
+        &self,
+        body: &Term,
+        count: &Value,
+        index: Option<&Name>,
+        env: &Env,
+        path: &mut Path,
+    ) -> Result<Run, Halt> {
+        let number = evaluate(count, env)?;
+        if number.as_rational().is_none() {
+            return self.counted(body, count, index, env, path);
+        }
+        let whole = number.as_rational().filter(|number| number.is_integer()).and_then(|number| number.to_usize());
+        let Some(whole) = whole.filter(|number| *number <= MOST_COPIES) else {
+            return Halt::because(format!(
+                "the number of copies, {number}, must be a whole number up to {MOST_COPIES}"
+            ));
+        };
+        let copy = |copy: usize| match index {
+            None => Ok(body.clone()),
+            Some(index) => {
+                let map = BTreeMap::from([(index.clone(), Value::integer(copy as i64))]);
+                substitute_values(body, &map)
+            }
+        };
+        match (0..whole).map(copy).collect::<Result<Vec<Term>, _>>() {
+            Ok(parts) => Ok(fresh(&Term::seq(parts), env)),
+            Err(stuck) => Halt::because(stuck.0),
+        }
+    }
+
+    /// One copy and then the others, if there is one: the number of those to come is a value like any other.
+    fn counted(
+        &self,
+        body: &Term,
+        count: &Value,
+        index: Option<&Name>,
+        env: &Env,
+        path: &mut Path,
+    ) -> Result<Run, Halt> {
+        let (left, begun) = self.counter(body, count, index);
+        if !begun && path.assumptions.is_natural(&evaluate(count, env)?) != Some(true) {
+            return Halt::because(format!("it must be known that the number of copies, {count}, is natural"));
+        }
+        let raw = Test { relation: Relation::Gtr, left: count.clone(), right: Value::zero() };
+        if !self.ask(raw, env, path)? {
+            return Ok(Run::Done(Env::new()));
+        }
+        let mut inner = env.clone();
+        let less = evaluate(count, env)?.sub(&Value::one());
+        inner.insert(left.clone(), less.or_else(|error| Halt::because(error.0))?);
+        if let Some(index) = index {
+            let before = env.get(index).filter(|_| begun).cloned();
+            let now = before.map_or(Ok(Value::zero()), |before| before.add(&Value::one()));
+            inner.insert(index.clone(), now.or_else(|error| Halt::because(error.0))?);
+        }
+        let others = Term::new(Node::Power(body.clone(), Value::variable(&left), index.cloned()));
+        Ok(fresh(&Term::seq([body.clone(), others]), &inner))
+    }
+
+    /// The name of the count, and whether this is one already.
+    fn counter(&self, body: &Term, count: &Value, index: Option<&Name>) -> (Name, bool) {
+        let own = |name: &Name| name.as_str().starts_with(LEFT) && !self.reserved.contains(name);
+        if let Some(name) = count.as_variable().filter(|name| own(name)) {
+            return (name.clone(), true);
+        }
+        let read = read_names(body);
+        let mut name = Name::new(LEFT);
+        let mut number = 1;
+        while self.reserved.contains(&name) || read.contains(&name) || index == Some(&name) {
+            number += 1;
+            name = Name::new(&format!("{LEFT}{number}"));
+        }
+        (name, false)
+    }
+}

@@ -1,0 +1,132 @@
+//! The phases of a system as a graph: for people line by line, and as a transition system that can be drawn.
+
+use std::collections::BTreeSet;
+
+use super::{Edge, End, Next, Period, Phase, Test, stretch};
+use crate::name::Name;
+use crate::term::Term;
+use crate::transition_system::{Builder, Ending, Label, Mark, TransitionSystem};
+
+/// The most characters of one piece of text in a picture.
+const WIDE: usize = 48;
+
+/// What each component is doing in a phase: `DEnv, MoveTo in BF`; in a mission of several states, `Mission: Carry`.
+pub fn behaviour(phase: &Phase, names: &[String]) -> String {
+    let one = |(name, loops): (&String, &Vec<Name>)| {
+        let mut loops: Vec<&str> = loops.iter().map(Name::as_str).collect();
+        loops.dedup();
+        loops.reverse();
+        match loops.last() {
+            None => name.clone(),
+            Some(outermost) if *outermost == name => loops.join(" in "),
+            Some(_) => format!("{name}: {}", loops.join(" in ")),
+        }
+    };
+    names.iter().zip(&phase.loops).map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// The phases with their edges, a line each: from, to, when, and how long the round takes.
+pub fn lines(period: &Period) -> Vec<String> {
+    let mut lines = Vec::new();
+    for edge in &period.initial {
+        lines.push(format!("start{}", arrow(edge)));
+    }
+    for (number, phase) in period.phases.iter().enumerate() {
+        lines.push(format!("phase {}: {}", number + 1, behaviour(phase, &period.names)));
+        let first = phase.edges.first().map(|edge| &edge.segments);
+        let differ = phase.edges.iter().any(|edge| Some(&edge.segments) != first);
+        for edge in &phase.edges {
+            let stretches = edge.segments.iter().map(|segment| stretch(&segment.duration, &segment.observed));
+            let shown = if differ { format!(": {}", Term::seq(stretches)) } else { String::new() };
+            lines.push(format!(" {}{shown}", arrow(edge)));
+        }
+    }
+    lines
+}
+
+fn arrow(edge: &Edge) -> String {
+    let lasting = match edge.duration() {
+        Ok(time) if time.is_zero() => String::new(),
+        Ok(time) => format!(", lasting {time}"),
+        Err(_) => String::new(),
+    };
+    format!(" -> {}{lasting}{}", place(&edge.next), super::in_case(&edge.tests))
+}
+
+fn place(next: &Next) -> String {
+    match next {
+        Next::Phase(number) => format!("phase {}", number + 1),
+        Next::End(end) => ending(end),
+    }
+}
+
+/// How a run ends, in words.
+pub fn ending(end: &End) -> String {
+    match end {
+        End::Stopped => "stops".to_string(),
+        End::Aborted => "aborts".to_string(),
+        End::Livelock { cycle } => {
+            let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
+            format!("goes round in no time ({})", cycle.join(", "))
+        }
+        End::Silent { blocked, .. } if blocked.is_empty() => "idles".to_string(),
+        End::Silent { blocked, .. } => blocked.iter().map(|one| one.to_string()).collect::<Vec<_>>().join("; "),
+    }
+}
+
+/// The graph as a transition system: state 0 is the start, then the phases by their numbers, then the ends.
+pub fn system(period: &Period) -> TransitionSystem {
+    let mut builder = Builder::new();
+    let mark = |lines: Vec<String>, ending: Ending| Mark {
+        ending,
+        shown: lines.iter().map(|line| short(line)).collect::<BTreeSet<String>>(),
+        waits: true,
+    };
+    let start = builder.state(mark(Vec::new(), Ending::Running));
+    let phases: Vec<u32> = period
+        .phases
+        .iter()
+        .map(|phase| builder.state(mark(vec![behaviour(phase, &period.names)], Ending::Running)))
+        .collect();
+    let mut ends: Vec<(End, u32)> = Vec::new();
+    let sources = std::iter::once((start, &period.initial));
+    let rounds = phases.iter().copied().zip(period.phases.iter().map(|phase| &phase.edges));
+    for (from, edges) in sources.chain(rounds) {
+        for edge in edges {
+            let to = match &edge.next {
+                Next::Phase(number) => phases.get(*number).copied().unwrap_or(start),
+                Next::End(end) => match ends.iter().find(|(known, _)| known == end) {
+                    Some((_, state)) => *state,
+                    None => {
+                        let state = builder.state(match end {
+                            End::Stopped => mark(Vec::new(), Ending::Stopped(String::new())),
+                            End::Aborted => mark(Vec::new(), Ending::Aborted),
+                            other => mark(vec![ending(other)], Ending::Running),
+                        });
+                        ends.push((end.clone(), state));
+                        state
+                    }
+                },
+            };
+            let label = builder.label(Label::Act(caption(edge)));
+            builder.transition(from, label, to);
+        }
+    }
+    builder.finish(start, None)
+}
+
+/// When an edge is taken, and how long its round lasts.
+fn caption(edge: &Edge) -> String {
+    let time = edge.duration().ok().filter(|time| !time.is_zero()).map(|time| short(&time.to_string()));
+    let tests: Vec<String> = edge.tests.iter().map(Test::to_string).collect();
+    let tests = (!tests.is_empty()).then(|| short(&tests.join(" and ")));
+    tests.into_iter().chain(time).collect::<Vec<_>>().join("; ")
+}
+
+fn short(text: &str) -> String {
+    if text.chars().count() <= WIDE {
+        return text.to_string();
+    }
+    let head: String = text.chars().take(WIDE - 1).collect();
+    format!("{head}…")
+}

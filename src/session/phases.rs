@@ -1,0 +1,71 @@
+//! `period Sys`: the components' periods, what repeats, and the phase graph.
+
+use super::reading::{Run, Waiting};
+use super::satisfies::components;
+use crate::flow::flows;
+use crate::lower::Expectation;
+use crate::name::Name;
+use crate::period::{self, Failure, Period, graph};
+use crate::report::Expected;
+use crate::value::{Relation, Value};
+
+impl Run<'_, '_> {
+    /// The answer, and what came of the expectations: `yes` or `no` (does it repeat?), `lasting = 2*t`, `phases = 3`.
+    pub(super) fn period(&mut self, system: &Name, waiting: &Waiting) -> (Vec<String>, Vec<Expected>) {
+        let environment = &waiting.environment;
+        let Some(found) = environment.system(system) else {
+            return (vec![format!("there is no system {system}")], Run::unmet(&waiting.expected));
+        };
+        let period = period::analyse(&found.components, &environment.definitions, &environment.assumptions);
+        let lines = match &period {
+            Ok(period) => {
+                let mut lines = components(found, environment);
+                lines.extend(told(period));
+                lines
+            }
+            Err(failures) => failures.iter().map(ToString::to_string).collect(),
+        };
+        let expected = waiting.expected.iter().map(|(expectation, text)| {
+            let met = is_met(expectation, &period, waiting);
+            Expected { text: text.clone(), met }
+        });
+        (lines, expected.collect())
+    }
+}
+
+fn told(period: &Period) -> Vec<String> {
+    let mut lines = Vec::new();
+    for flow in flows(period) {
+        lines.push(format!("phase {}: {}", flow.phase + 1, flow.period_term()));
+    }
+    if let Some(rates) = &period.repetitions {
+        let rates: Vec<String> = rates.iter().map(|(name, count)| format!("{name} {count}")).collect();
+        lines.push(format!("rounds: {}", rates.join(", ")));
+    }
+    if let Some(time) = period.lasting() {
+        lines.push(format!("lasting: {time}"));
+    }
+    if period.phases.len() > 1 || period.phases.iter().any(|phase| phase.edges.len() > 1) {
+        lines.push("phase graph:".to_string());
+        lines.extend(graph::lines(period).into_iter().map(|line| format!("  {line}")));
+    }
+    lines.extend(period.warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines
+}
+
+fn is_met(expectation: &Expectation, period: &Result<Period, Vec<Failure>>, waiting: &Waiting) -> bool {
+    let repeats = period.as_ref().is_ok_and(Period::repeats);
+    let is = |found: Option<Value>, wanted: &Value| {
+        let decide = |found: &Value| waiting.environment.assumptions.decide(Relation::Eq, found, wanted);
+        found.is_some_and(|found| decide(&found) == Some(true))
+    };
+    match expectation {
+        Expectation::Answer(word) => word.as_str() == if repeats { "yes" } else { "no" },
+        Expectation::Values(values) => values.iter().all(|(name, wanted)| match (name.as_str(), period) {
+            ("lasting", Ok(period)) => is(period.lasting(), wanted),
+            ("phases", Ok(period)) => is(i64::try_from(period.phases.len()).ok().map(Value::integer), wanted),
+            _ => false,
+        }),
+        _ => false,
+    }
+}
