@@ -143,7 +143,7 @@ impl Asking<'_> {
         }
         let mut lines = self.ended();
         if lines.is_empty() {
-            lines.push(format!("nothing here has number {number}: there are {} moves", self.moves.len() + timed));
+            lines.push(format!("nothing here has number {number}: the last is {}", self.moves.len() + timed));
             for (query, what) in blocked {
                 lines.push(format!("{what}:"));
                 lines.extend(why_not(self.run, &query)?.into_iter().map(|line| format!("  {line}")));

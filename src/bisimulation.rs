@@ -7,13 +7,14 @@
 //! Time is dense. Between two events nothing changes but the residual delays, so a pair in which neither side offers a
 //! communication steps to the next event of either side. Where there is an offer, it may be taken up at any moment:
 //! such pairs step by half of the greatest common divisor of all delays, which reaches every event and a moment
-//! between any two. What is drawn from a continuous distribution is a symbol (`draw.rs`): a difference never rests on
+//! between any two ([`compare_densely`] tries every moment that matters). What is drawn from a continuous distribution is a symbol (`draw.rs`): a difference never rests on
 //! its value. `Different` is always exact; `Same` is exact for terms that take up one offer between two events.
 
 mod draw;
 mod game;
 mod grain;
 mod lottery;
+mod region;
 mod run;
 mod weak;
 
@@ -114,4 +115,23 @@ pub fn compare(
     reach: &Reach,
 ) -> Result<Comparison, Meaningless> {
     game::Game::new(definitions, connective, reach, left, right).decide(left, right)
+}
+
+/// Compares two closed terms with regard to every moment at which something may happen; the unit divides every delay.
+/// Both answers are exact, but for the values that are read from outside; there is no weak comparison of this kind.
+///
+/// # Errors
+/// [`Meaningless`] where a state that is reached has no meaning.
+pub fn compare_densely(
+    left: &Term,
+    right: &Term,
+    refines: bool,
+    definitions: &Definitions,
+    reach: &Reach,
+    unit: &BigRational,
+) -> Result<Comparison, Meaningless> {
+    let connective = if refines { Connective::Refines } else { Connective::Equal };
+    let mut game = game::Game::new(definitions, connective, reach, left, right);
+    game.unit = Some(unit.clone());
+    game.decide(left, right)
 }

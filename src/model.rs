@@ -22,7 +22,7 @@ use num_traits::Zero;
 
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::term::Term;
+use crate::term::{Node, Term};
 use crate::value::Value;
 
 pub use account::Event;
@@ -267,6 +267,30 @@ impl State {
             step::observe(term, None, &mut shown);
         }
         shown
+    }
+
+    /// How long each running delay still takes.
+    pub(crate) fn residues(&self) -> Vec<BigRational> {
+        let mut all = Vec::new();
+        if let State::Running(term) = self {
+            step::running(term, &mut |leaf| {
+                if let Node::Delay(time) = leaf.node() {
+                    all.extend(time.as_rational());
+                }
+            });
+        }
+        all
+    }
+
+    /// The state with other times left for its running delays, none of them 0.
+    ///
+    /// # Errors
+    /// [`Meaningless`] where a delay is not a number.
+    pub(crate) fn with_residues(&self, change: &dyn Fn(&BigRational) -> BigRational) -> Result<State, Meaningless> {
+        match self {
+            State::Running(term) => Ok(State::Running(step::with_delays(term, &|left| Some(change(left)))?)),
+            ended => Ok(ended.clone()),
+        }
     }
 
     /// How long it lets time pass, given its moves.

@@ -8,12 +8,12 @@ use std::collections::BTreeSet;
 use common::*;
 use pars::bisimulation::{self, Comparison, Reach};
 use pars::definition::Definitions;
-use pars::equivalence::{Evidence, Preorder, ProcessAnswer, Verdict, compare_processes};
+use pars::equivalence::{self, Evidence, Preorder, ProcessAnswer, Verdict, compare_processes};
 use pars::law::Connective;
 use pars::name::Name;
 use pars::stepper::Stepper;
 use pars::term::{Node, Term};
-use pars::transition_system::{Bounds, Inputs};
+use pars::transition_system::{Bounds, Inputs, generate_pair};
 use pars::value::Relation;
 
 /// As many instances as each property is tried on.
@@ -221,6 +221,59 @@ fn equality_is_kept_by_projection() {
     with_room(move || kept(20_120_904, Preorder::Strong, same, project));
 }
 
+/// Whether two terms with whole delays are alike at every moment that matters.
+fn densely(left: &Term, right: &Term, relation: Preorder) -> Option<bool> {
+    let definitions = Definitions::default();
+    let inputs = Inputs::of(&[left, right], &definitions, 3).values;
+    let refines = relation == Preorder::Refinement;
+    let reach = Reach { inputs, ..Reach::default() };
+    let unit = num_rational::BigRational::from_integer(1.into());
+    match bisimulation::compare_densely(left, right, refines, &definitions, &reach, &unit).ok()? {
+        Comparison::Same => Some(true),
+        Comparison::Different(_) => Some(false),
+        Comparison::Unknown(_) => None,
+    }
+}
+
+/// Whether two terms are alike at multiples of a tick that is halved so often.
+fn at_ticks(left: &Term, right: &Term, finer: u32) -> Option<bool> {
+    let (definitions, bounds) = (Definitions::default(), Bounds { states: 3_000, ..Bounds::default() });
+    let inputs = Inputs::of(&[left, right], &definitions, 3);
+    let (_, [one, two]) = generate_pair([left, right], &definitions, &inputs, &bounds, finer, &|| false).ok()?;
+    match equivalence::compare(&one.system, &two.system, Preorder::Strong, &bounds, &|| false) {
+        Verdict::Yes => Some(true),
+        Verdict::No(_) => Some(false),
+        Verdict::Unknown(_) => None,
+    }
+}
+
+#[test]
+fn what_is_alike_at_every_moment_is_alike_at_all_ticks_and_the_other_way_round() {
+    with_room(|| {
+        let seed = 19_941_231;
+        println!("seed {seed}");
+        let mut dice = Dice(seed);
+        let mut counts = [0; 3];
+        while counts[0] + counts[1] < 1_500 {
+            let size = 2 + dice.roll(5);
+            let left = dice.term(size);
+            let right = if dice.roll(3) > 0 { dice.disguised(&left, false) } else { dice.term(size) };
+            if left == right {
+                continue;
+            }
+            let Some(found) = densely(&left, &right, Preorder::Strong) else { continue };
+            let ticks: Vec<bool> = (0..4).filter_map(|finer| at_ticks(&left, &right, finer)).collect();
+            // Ticks may be too coarse for a difference, but never show one that is not there.
+            assert!(!found || ticks.iter().all(|same| *same), "seed {seed}: {left} and {right}: {ticks:?}");
+            assert!(found || ticks.len() < 4 || ticks.contains(&false), "seed {seed}: {left} and {right}: {ticks:?}");
+            counts[usize::from(found)] += 1;
+            counts[2] += usize::from(!found && ticks.first() == Some(&true));
+        }
+        println!("{counts:?}");
+        assert!(counts[0] > 300 && counts[1] > 300, "{counts:?}");
+    });
+}
+
 #[test]
 fn the_systems_agree_with_the_game_on_pairs() {
     with_room(|| {
@@ -250,7 +303,9 @@ fn the_systems_agree_with_the_game_on_pairs() {
                 _ => continue,
             };
             let Some(found) = related(&left, &right, relation) else { continue };
-            assert_eq!(found, wanted, "seed {seed}: {left} and {right}, {}", relation.name());
+            // The game meets half ticks alone here; the systems are compared at every moment that matters.
+            let said = format!("seed {seed}: {left} and {right}, {}", relation.name());
+            assert!(found == wanted || (wanted && densely(&left, &right, relation) == Some(false)), "{said}");
             counts[2 * usize::from(found) + usize::from(relation == Preorder::Strong)] += 1;
         }
         assert!(counts.iter().all(|count| *count > 500), "{counts:?}");

@@ -7,7 +7,7 @@ use num_rational::BigRational;
 use num_traits::One;
 
 use super::draw::{alike, difference, distinct, symbolic_draw};
-use super::{Comparison, Difference, Reach, Run, Side, Step, grain::grain};
+use super::{Comparison, Difference, Reach, Run, Side, Step, grain::grain, region};
 use crate::definition::Definitions;
 use crate::law::Connective;
 use crate::model::explore::Label;
@@ -73,6 +73,8 @@ pub(super) struct Game<'a> {
     pub(super) undecided: bool,
     pub(super) reach: &'a Reach,
     pub(super) grain: BigRational,
+    /// Where time is dense: what divides every delay.
+    pub(super) unit: Option<BigRational>,
     pub(super) closures: HashMap<usize, Rc<Vec<usize>>>,
     places: HashMap<State, usize>,
     states: Vec<State>,
@@ -104,6 +106,7 @@ impl<'a> Game<'a> {
             closures: HashMap::new(),
             reach,
             grain: grain([left, right], definitions),
+            unit: None,
             places: HashMap::new(),
             states: Vec::new(),
             seen: Vec::new(),
@@ -348,7 +351,7 @@ impl<'a> Game<'a> {
             self.challenge(Side::Right, targets, &one.answers(key), &mut challenges);
         }
         if let Some(time) = self.slice(&one, &two) {
-            let (after_one, after_two) = (self.passed(&one, &time)?, self.passed(&two, &time)?);
+            let (after_one, after_two) = self.both_passed(&one, &two, &time)?;
             let answers = vec![self.pair(after_one, after_two)];
             challenges.push(Challenge { side: Side::Both, label: Label::Wait(time), answers });
         }
@@ -382,7 +385,11 @@ impl<'a> Game<'a> {
             (Patience::Until(time), _) | (_, Patience::Until(time)) => time.clone(),
             (Patience::Unbounded, Patience::Unbounded) => return None,
         };
-        Some(if one.offers || two.offers { event.min(self.grain.clone()) } else { event })
+        let meanwhile = || match &self.unit {
+            Some(unit) => region::next([&one.state, &two.state], unit),
+            None => self.grain.clone(),
+        };
+        Some(if one.offers || two.offers { event.min(meanwhile()) } else { event })
     }
 
     /// Marks the pairs that differ, those after the fewest steps first.

@@ -149,6 +149,7 @@ impl<'s> Chances<'s> {
         }
         order.sort_unstable();
         let mut formulas = Formulas::default();
+        formulas.draws = true;
         let mut places: HashMap<(u32, u32), Place> = HashMap::new();
         for (_, _, pair) in order {
             let part =

@@ -46,6 +46,8 @@ pub enum Node {
 #[derive(Clone, Debug, Default)]
 pub struct Formulas {
     nodes: Vec<Node>,
+    /// Whether they speak of what may draw: then steps, and what is seen, are said of each outcome of the draws that are due.
+    pub draws: bool,
     places: HashMap<Node, Place>,
 }
 

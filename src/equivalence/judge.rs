@@ -181,6 +181,13 @@ impl<'b, B: Behaviour> Judge<'b, B> {
     }
 
     fn ask(&mut self, formulas: &Formulas, place: Place, at: u32) -> Judged<Answer> {
+        let joins = matches!(formulas.node(place), Node::Chance(..) | Node::And(_) | Node::Or(_) | Node::Not(_));
+        if formulas.draws && !joins {
+            let outcomes: Vec<u32> = self.outcomes(at)?.into_iter().map(|(_, to)| to).collect();
+            if !outcomes.is_empty() {
+                return Ok(self.any(outcomes.into_iter().map(|to| (place, to)), false));
+            }
+        }
         Ok(Answer::Known(match formulas.node(place) {
             Node::True => true,
             Node::False => false,
@@ -222,15 +229,20 @@ impl<'b, B: Behaviour> Judge<'b, B> {
         }
     }
 
-    /// The chance, or what must be known first.
-    fn sum(&mut self, place: Place, state: u32) -> Judged<Result<BigRational, (Place, u32)>> {
-        let steps = self.steps(state)?;
-        let mut outcomes: Vec<(BigRational, u32)> = Vec::new();
-        for (label, to) in steps.iter() {
+    /// The outcomes of the draws that are due; none if none is.
+    fn outcomes(&mut self, state: u32) -> Judged<Vec<(BigRational, u32)>> {
+        let mut outcomes = Vec::new();
+        for (label, to) in self.steps(state)?.iter() {
             if let Label::Chance(chance) = label {
                 outcomes.push((chance.clone(), *to));
             }
         }
+        Ok(outcomes)
+    }
+
+    /// The chance, or what must be known first.
+    fn sum(&mut self, place: Place, state: u32) -> Judged<Result<BigRational, (Place, u32)>> {
+        let mut outcomes = self.outcomes(state)?;
         if outcomes.is_empty() {
             outcomes.push((BigRational::one(), state));
         }

@@ -1,8 +1,11 @@
 //! Closed processes compared by the systems that they are.
 
+use num_rational::BigRational;
+
 use super::replay::choices;
 use super::run::{RunStep, stands};
 use super::{Preorder, Verdict, decide, strong_classes};
+use crate::bisimulation::{Comparison, Reach, compare_densely};
 use crate::definition::Definitions;
 use crate::model::{Model, State};
 use crate::term::Term;
@@ -22,9 +25,11 @@ pub struct ProcessAnswer {
     pub states: [Vec<State>; 2],
     /// The number of states of each.
     pub sizes: [usize; 2],
-    /// Whether communications are offered while delays run: then they were tried at every end of a delay and at one moment
-    /// between any two, so that "yes" says nothing of several communications in between.
-    pub between: bool,
+    /// Where communications are offered while delays run, and were not tried at every moment that matters: they were
+    /// tried at the multiples of this, so that "yes" says nothing of other times.
+    pub moments: Option<BigRational>,
+    /// Whether the values that were read stand for all.
+    enough: bool,
     /// For "no", the choices that lead each side through the run, as the stepper saves them; none where the side stands
     /// still.
     pub choices: [Vec<String>; 2],
@@ -57,7 +62,7 @@ pub fn minimised_system(
 ) -> Result<(TransitionSystem, usize), Trouble> {
     let inputs = Inputs::of(&[term], definitions, OTHERS[0]);
     let stopped = Term::stop();
-    let (_, [found, _]) = generate_pair([term, &stopped], definitions, &inputs, bounds, stop)?;
+    let (_, [found, _]) = generate_pair([term, &stopped], definitions, &inputs, bounds, 0, stop)?;
     let classes = strong_classes(&found.system, bounds.bytes);
     let small = classes.map_or_else(|| found.system.clone(), |classes| found.system.quotient(&classes, false));
     Ok((small.with_time_together(), found.system.states()))
@@ -79,25 +84,84 @@ pub fn compare_processes(
     let mut last = None;
     for others in OTHERS {
         let inputs = Inputs::of(&[left, right], definitions, others);
-        let (processes, [one, two]) = generate_pair([left, right], definitions, &inputs, bounds, stop)?;
-        let verdict = judged(&processes, [&one, &two], relation, bounds, stop);
-        let sizes = [one.system.states(), two.system.states()];
-        // Sets of states, which traces need, may hold more values than two states do.
-        let traces = relation.is_trace();
-        let reads = processes.iter().any(Process::reads);
-        let enough = !reads || (!traces && inputs.suffice(&processes, [&one.states, &two.states]));
-        let settled = !matches!(verdict, Verdict::Yes) || enough;
-        let verdict = if settled { verdict } else { Verdict::Unknown(untried(&inputs)) };
-        let choices = replayed(&verdict, &inputs, definitions, [left, right], [&one.states, &two.states], relation);
-        let between = processes[0].is_fine();
-        let answer = ProcessAnswer { verdict, states: [one.states, two.states], sizes, between, choices };
-        let more_helps = inputs.symmetric && !traces;
-        last = Some(answer);
+        let mut found = at_ticks([left, right], definitions, &inputs, relation, bounds, 0, stop)?;
+        if found.moments.is_some() && matches!(found.verdict, Verdict::Yes) && left != right {
+            found = at_all_times(found, [left, right], definitions, &inputs, relation, bounds, stop)?;
+        }
+        let more_helps = inputs.symmetric && !relation.is_trace();
+        let settled = !matches!(found.verdict, Verdict::Yes) || found.enough;
+        if !settled {
+            found.verdict = Verdict::Unknown(untried(&inputs));
+        }
+        last = Some(found);
         if settled || !more_helps {
             break;
         }
     }
     last.ok_or(Trouble::Coarse)
+}
+
+/// Compares them at the ends of ticks, halved so often.
+fn at_ticks(
+    terms: [&Term; 2],
+    definitions: &Definitions,
+    inputs: &Inputs,
+    relation: Preorder,
+    bounds: &Bounds,
+    finer: u32,
+    stop: &dyn Fn() -> bool,
+) -> Result<ProcessAnswer, Trouble> {
+    let (processes, [one, two]) = generate_pair(terms, definitions, inputs, bounds, finer, stop)?;
+    let verdict = judged(&processes, [&one, &two], relation, bounds, stop);
+    let sizes = [one.system.states(), two.system.states()];
+    let reads = processes.iter().any(Process::reads);
+    // Sets of states, which traces need, may hold more values than two states do.
+    let enough = !reads || (!relation.is_trace() && inputs.suffice(&processes, [&one.states, &two.states]));
+    let choices = replayed(&verdict, inputs, definitions, terms, [&one.states, &two.states], relation);
+    let moments = processes[0].tick().filter(|_| processes[0].is_fine()).cloned();
+    Ok(ProcessAnswer { verdict, states: [one.states, two.states], sizes, moments, enough, choices })
+}
+
+/// The pairs of states that are looked into for every moment.
+const MOST_PAIRS: usize = 100_000;
+/// How often ticks are halved to find the evidence for a difference between them.
+const MOST_HALVED: u32 = 3;
+
+/// Looks again at two that are alike at all ticks, at every moment that matters, where that is decided.
+fn at_all_times(
+    mut found: ProcessAnswer,
+    terms: [&Term; 2],
+    definitions: &Definitions,
+    inputs: &Inputs,
+    relation: Preorder,
+    bounds: &Bounds,
+    stop: &dyn Fn() -> bool,
+) -> Result<ProcessAnswer, Trouble> {
+    let (Preorder::Strong | Preorder::Refinement, Some(unit)) = (relation, found.moments.clone()) else {
+        return Ok(found);
+    };
+    // A delay that is only met between ticks might not be a multiple of them.
+    if !inputs.fixed_delays {
+        return Ok(found);
+    }
+    let reach = Reach { pairs: MOST_PAIRS.min(bounds.states), inputs: inputs.values.clone() };
+    let refines = relation == Preorder::Refinement;
+    match compare_densely(terms[0], terms[1], refines, definitions, &reach, &unit)? {
+        Comparison::Same => found.moments = None,
+        Comparison::Unknown(_) => {}
+        Comparison::Different(_) => {
+            for finer in 2..2 + MOST_HALVED {
+                let closer = at_ticks(terms, definitions, inputs, relation, bounds, finer, stop)?;
+                if matches!(closer.verdict, Verdict::No(_)) {
+                    return Ok(closer);
+                }
+            }
+            let why =
+                format!("alike at multiples of {unit}, but not at other times; no formula was found that shows it");
+            found.verdict = Verdict::Unknown(why);
+        }
+    }
+    Ok(found)
 }
 
 /// The choices of each side.

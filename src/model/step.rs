@@ -149,22 +149,31 @@ pub(super) fn next_event(term: &Term) -> Option<BigRational> {
 
 /// The term after this time, which no running delay is shorter than.
 pub(super) fn pass(term: &Term, time: &BigRational) -> Result<Term, Meaningless> {
+    with_delays(term, &|left| (left >= time).then(|| left - time))
+}
+
+/// The term with what is left of each running delay changed so; none says that it has run out before.
+pub(super) fn with_delays(
+    term: &Term,
+    change: &dyn Fn(&BigRational) -> Option<BigRational>,
+) -> Result<Term, Meaningless> {
+    let inner = |part: &Term| with_delays(part, change);
     match term.node() {
-        Node::Delay(left) => match left.as_rational() {
-            Some(left) if left >= *time => Ok(Term::delay(Value::rational(left - time))),
-            _ => Meaningless::because("a delay has run out before"),
+        Node::Delay(left) => match left.as_rational().and_then(|left| change(&left)) {
+            Some(left) => Ok(Term::delay(Value::rational(left))),
+            None => Meaningless::because("a delay has run out before"),
         },
         Node::Seq(parts) => {
             let place = active(parts);
-            Ok(Term::seq(with_part(parts, place, pass(&parts[place], time)?)))
+            Ok(Term::seq(with_part(parts, place, inner(&parts[place])?)))
         }
-        Node::Else(first, second) => Ok(Term::otherwise(pass(first, time)?, second.clone())),
+        Node::Else(first, second) => Ok(Term::otherwise(inner(first)?, second.clone())),
         Node::Par(parts) | Node::Disable(parts) => {
-            let parts = parts.iter().map(|part| pass(part, time)).collect::<Result<Vec<_>, _>>()?;
+            let parts = parts.iter().map(inner).collect::<Result<Vec<_>, _>>()?;
             Ok(term.with_children(parts))
         }
         Node::New(_, body) | Node::Project(body, _) | Node::Replace(body, ..) => {
-            Ok(term.with_children(vec![pass(body, time)?]))
+            Ok(term.with_children(vec![inner(body)?]))
         }
         _ => Ok(term.clone()),
     }

@@ -7,6 +7,14 @@ use crate::law::{Connective, Fact};
 use crate::lexer::{Keyword, Kind};
 use crate::name::Name;
 
+/// What stands before the equation of a law.
+struct LawHead {
+    name: Ident,
+    title: String,
+    source: String,
+    conditions: Vec<Condition>,
+}
+
 impl Parser<'_> {
     /// `[name:] P = Q [when …] [by …]`, `P <= Q …`, `Sys satisfies Goal`
     pub(super) fn claim(&mut self) -> Parse<Claim> {
@@ -138,8 +146,12 @@ impl Parser<'_> {
         Ok(By::Calc(first, steps))
     }
 
-    /// `law name "title"`, then its source, conditions, equation and examples.
+    /// `law name "title"`, then its source, conditions, equation and examples; or `law name: equation when conditions`.
     pub(super) fn law(&mut self) -> Parse<LawItem> {
+        if let Some(name) = self.claim_name() {
+            let title = name.name.to_string();
+            return self.equation(LawHead { name, title, source: "ours".to_string(), conditions: Vec::new() }, true);
+        }
         let name = self.law_name()?;
         let title = self
             .require(Kind::Text, "the title of the law in quotes")?
@@ -160,6 +172,12 @@ impl Parser<'_> {
         if let Some(role) = self.roles.get_mut(self.position) {
             *role = Role::Line;
         }
+        self.equation(LawHead { name, title, source, conditions }, false)
+    }
+
+    /// The equation of a law and its examples; if `short`, its conditions behind the equation.
+    fn equation(&mut self, head: LawHead, short: bool) -> Parse<LawItem> {
+        let LawHead { name, title, source, mut conditions } = head;
         let left = self.term()?;
         let oriented = self.at(Kind::Arrow);
         let connective = if oriented {
@@ -169,6 +187,9 @@ impl Parser<'_> {
             self.connective("`=`, `=>`, `<=` or `~~`")?
         };
         let right = self.term()?;
+        if short && self.accept(Kind::Word(Keyword::When)) {
+            conditions = self.conditions()?;
+        }
         let examples = self.examples()?;
         Ok(LawItem { name, title, source, conditions, left, connective, oriented, right, examples })
     }

@@ -98,8 +98,8 @@ impl Run<'_, '_> {
         let (verdict, lines) = match &answer.verdict {
             Verdict::Yes => ("yes", {
                 let mut lines = vec![format!("yes: {} ({sizes})", relation.says(true))];
-                if answer.between && left != right {
-                    lines.push("as far as at most one communication happens between two ends of delays".to_string());
+                if let Some(moments) = answer.moments.as_ref().filter(|_| left != right) {
+                    lines.push(format!("as far as communications happen at multiples of {moments}"));
                 }
                 lines
             }),

@@ -156,6 +156,14 @@ impl<'a> Process<'a> {
         if self.clock == Clock::Events { Ok(state) } else { self.draws.arrive(&self.model, state) }
     }
 
+    /// The length of its ticks.
+    pub fn tick(&self) -> Option<&BigRational> {
+        match &self.clock {
+            Clock::Ticks { tick, .. } => Some(tick),
+            Clock::Events => None,
+        }
+    }
+
     /// What it may read.
     pub fn inputs(&self) -> &Inputs {
         &self.inputs
@@ -338,7 +346,8 @@ pub fn generate<B: Behaviour>(
     Ok(Generated { system: builder.finish(0, cut), states })
 }
 
-/// Both terms with the same ticks, made finer as far as needed; the processes say which ticks those are.
+/// Both terms with the same ticks, made finer as far as needed, and halved so often more; the processes say which ticks
+/// those are.
 ///
 /// # Errors
 /// [`Trouble`] where a state that is reached has no meaning, or the delays have no common measure.
@@ -347,11 +356,12 @@ pub fn generate_pair<'a>(
     definitions: &'a Definitions,
     inputs: &Inputs,
     bounds: &Bounds,
+    finer: u32,
     stop: &dyn Fn() -> bool,
 ) -> Result<([Process<'a>; 2], [Generated<State>; 2]), Trouble> {
     let half = grain(terms, definitions);
-    let mut tick = &half + &half;
-    let mut fine = false;
+    let mut fine = finer > 0;
+    let mut tick = if fine { half / BigRational::from_integer(2.into()).pow(finer as i32) } else { &half + &half };
     let mut last = Trouble::Coarse;
     for _ in 0..MOST_GRAINS {
         let clock = Clock::Ticks { tick: tick.clone(), fine };

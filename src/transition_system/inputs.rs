@@ -23,12 +23,14 @@ pub struct Inputs {
     pub foreign: BTreeSet<Value>,
     /// Whether the processes only copy what they read and compare it with `Eq` and `Neq`.
     pub symmetric: bool,
+    /// Whether each delay is written as a number.
+    pub fixed_delays: bool,
 }
 
 impl Inputs {
     /// The values that these terms mention, and this many others.
     pub fn of(terms: &[&Term], definitions: &Definitions, others: usize) -> Inputs {
-        let mut found = Walk { mentioned: BTreeSet::new(), symmetric: true };
+        let mut found = Walk { mentioned: BTreeSet::new(), symmetric: true, fixed_delays: true };
         let mut called = BTreeSet::new();
         let mut open: Vec<&Term> = terms.to_vec();
         while let Some(term) = open.pop() {
@@ -51,7 +53,7 @@ impl Inputs {
             number += 1;
         }
         let values = found.mentioned.iter().chain(&foreign).cloned().collect();
-        Inputs { values, foreign, symmetric: found.symmetric }
+        Inputs { values, foreign, symmetric: found.symmetric, fixed_delays: found.fixed_delays }
     }
 
     /// How many foreign values a state holds.
@@ -89,6 +91,7 @@ impl Inputs {
 struct Walk {
     mentioned: BTreeSet<Value>,
     symmetric: bool,
+    fixed_delays: bool,
 }
 
 impl Walk {
@@ -134,7 +137,10 @@ impl Walk {
                 }
             }
             // A time or a count that is read is more than copied.
-            Node::Delay(value) => self.symmetric &= value.variables().is_empty(),
+            Node::Delay(value) => {
+                self.symmetric &= value.variables().is_empty();
+                self.fixed_delays &= value.as_rational().is_some();
+            }
             Node::Ran(value, _) => {
                 self.symmetric &= value.variables().is_empty();
                 self.outcomes(value);

@@ -1,5 +1,7 @@
 //! The relations by their definitions, as greatest fixpoints over all pairs of states and sets of states.
 
+#![allow(dead_code)]
+
 use std::collections::{BTreeSet, HashSet};
 
 use pars::equivalence::Preorder;
