@@ -5,10 +5,10 @@
 
 mod gate;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fmt;
 
-use gate::{instance_is_proper, well_sorted};
+use gate::{Needs, well_sorted};
 
 use crate::assumption::Assumptions;
 use crate::condition::exposes;
@@ -155,8 +155,16 @@ impl Derived {
 pub fn check(theory: &Theory, proof: &Proof) -> Result<Thm, Rejected> {
     let context = Context::new(&theory.assumptions, &theory.definitions, &proof.statement.hypotheses);
     let fixed = context.assumptions.variables();
-    let mut checker =
-        Checker { theory, context, fixed, derived: Vec::new(), laws: BTreeSet::new(), trusted: BTreeSet::new() };
+    let mut checker = Checker {
+        theory,
+        context,
+        fixed,
+        derived: Vec::new(),
+        laws: BTreeSet::new(),
+        trusted: BTreeSet::new(),
+        sorted: HashSet::new(),
+        needs: HashMap::new(),
+    };
     for (number, step) in proof.steps.iter().enumerate() {
         let found = checker.step(step).and_then(|derived| checker.gate(derived));
         let derived = found.map_err(|reason| Rejected { step: number, reason })?;
@@ -186,14 +194,18 @@ struct Checker<'a> {
     derived: Vec<Derived>,
     laws: BTreeSet<Name>,
     trusted: BTreeSet<String>,
+    /// Terms that have passed [`well_sorted`], with all their parts.
+    sorted: HashSet<Term>,
+    /// Of each law used, what its instances must meet.
+    needs: HashMap<Name, Needs>,
 }
 
 impl Checker<'_> {
     /// Nothing passes that is too large, or that binds a name about which something is assumed: such a name means
     /// the same everywhere, which is what makes an equation under assumptions usable in every context.
-    fn gate(&self, derived: Derived) -> Result<Derived, Reason> {
+    fn gate(&mut self, derived: Derived) -> Result<Derived, Reason> {
         for side in [&derived.left, &derived.right] {
-            well_sorted(side)?;
+            well_sorted(side, &mut self.sorted)?;
             if side.size() > MAX_SIZE || side.depth() > MAX_DEPTH {
                 return Err(Reason::TooLarge);
             }
@@ -288,7 +300,7 @@ impl Checker<'_> {
 
     fn law(&mut self, name: &Name, substitution: &Substitution) -> Result<Derived, Reason> {
         let law = self.theory.laws.get(name).ok_or_else(|| Reason::UnknownLaw(name.clone()))?.clone();
-        instance_is_proper(&law, substitution)?;
+        self.needs.entry(name.clone()).or_insert_with(|| Needs::of(&law)).are_met_by(substitution)?;
         let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
         for condition in &law.conditions {
             let instance = substitution.condition(condition, &self.context).map_err(stuck)?;
