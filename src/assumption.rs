@@ -65,8 +65,34 @@ impl Assumptions {
         if self.stated.iter().any(|(other, known)| *other == relation && *known == value) {
             return;
         }
-        self.stated.push((relation, value));
-        self.prepare();
+        self.stated.push((relation, value.clone()));
+        if !self.extended(relation, &value) {
+            self.prepare();
+        }
+    }
+
+    /// Adds what the last fact stated says to what was derived from the others; false if that may change as well: if
+    /// it gives a variable a value, or an atom that they mention a sign.
+    fn extended(&mut self, relation: Relation, value: &Value) -> bool {
+        if relation == Relation::Eq || self.solved.iter().any(|(solved, _)| value.mentions(solved)) {
+            return false;
+        }
+        if let Some(atom) = self.note_sign(relation, value) {
+            let Atom::Variable(name) = atom else { return false };
+            let others = self.stated.len() - 1;
+            if self.stated.iter().take(others).any(|(_, other)| other.mentions(&name)) {
+                return false;
+            }
+        }
+        let before = self.constraints.len();
+        self.note_constraint(relation, value);
+        if self.constraints.len() > before
+            && let Some(added) = self.constraints.pop()
+            && let Err(place) = self.constraints.binary_search(&added)
+        {
+            self.constraints.insert(place, added);
+        }
+        true
     }
 
     /// Assumes that a variable is 0, 1, 2, …
@@ -263,23 +289,21 @@ impl Assumptions {
         }
     }
 
-    /// Remembers the sign of an atom that a fact compares with a number.
-    fn note_sign(&mut self, relation: Relation, value: &Value) {
-        let Some((numerator, denominator)) = value.polynomials() else {
-            return;
-        };
+    /// Remembers the sign of an atom that a fact compares with a number; gives the atom if that is news of it.
+    fn note_sign(&mut self, relation: Relation, value: &Value) -> Option<Atom> {
+        let (numerator, denominator) = value.polynomials()?;
         let constant = numerator.constant_term();
         let rest = numerator.minus(&Polynomial::constant(constant.clone()));
-        let [(monomial, number)] = rest.terms() else { return };
-        let ([(atom, 1)], true) = (monomial.factors(), denominator.is_one()) else {
-            return;
-        };
+        let [(monomial, number)] = rest.terms() else { return None };
+        let ([(atom, 1)], true) = (monomial.factors(), denominator.is_one()) else { return None };
         // number * atom + constant REL 0, so atom REL bound, mirrored for a negative number.
         let bound = -constant / number;
         let relation = if number.is_negative() { relation.mirrored() } else { relation };
         let known = Signs::beyond(relation, &bound);
         let entry = self.signs.entry(atom.clone()).or_insert(Signs::ANY);
-        *entry = entry.and(known);
+        let before = *entry;
+        *entry = before.and(known);
+        (*entry != before).then(|| atom.clone())
     }
 
     fn note_constraint(&mut self, relation: Relation, value: &Value) {

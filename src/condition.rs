@@ -17,8 +17,8 @@ impl Context<'_> {
             Condition::Compare(relation, left, right) => self.assumptions.decide(*relation, left, right) == Some(true),
             Condition::Natural(value) => self.assumptions.is_natural(value) == Some(true),
             Condition::Is(fact, term) => self.is(*fact, &Facts::of(term, self)),
-            Condition::Lasts(term, time) => match Facts::of(term, self).duration {
-                Some(duration) => self.assumptions.decide(Relation::Eq, &duration, time) == Some(true),
+            Condition::Lasts(term, time) => match &Facts::of(term, self).duration {
+                Some(duration) => self.assumptions.decide(Relation::Eq, duration, time) == Some(true),
                 None => false,
             },
             Condition::Complementary(first, second) => self.complementary(first, second),
@@ -32,12 +32,18 @@ impl Context<'_> {
             }
             Condition::Apart(first, second) => self.apart(first, second),
             Condition::ShowsOnly(term, shown) => {
-                Facts::of(term, self).shows.is_some_and(|shows| shows.is_subset(shown))
+                Facts::of(term, self).shows.as_ref().is_some_and(|shows| shows.is_subset(shown))
             }
             Condition::ShowsNone(term, shown) => {
-                Facts::of(term, self).shows.is_some_and(|shows| shows.is_disjoint(shown))
+                Facts::of(term, self).shows.as_ref().is_some_and(|shows| shows.is_disjoint(shown))
             }
         }
+    }
+
+    /// Decides [`Condition::Is`].
+    pub fn holds_of(&self, fact: Fact, term: &Term) -> bool {
+        let supposed = || !self.hypotheses.is_empty() && self.supposes(&Condition::Is(fact, term.clone()));
+        self.is(fact, &Facts::of(term, self)) || supposed()
     }
 
     /// Decides a fact from facts.
@@ -76,11 +82,14 @@ impl Context<'_> {
     }
 
     fn apart(&self, first: &Term, second: &Term) -> bool {
-        let binds = Facts::of(first, self).binds;
-        let facts = Facts::of(second, self);
-        let mut others = facts.binds;
-        others.extend(&facts.reads);
-        if binds.is_empty() || others.is_empty() {
+        let (facts, other) = (Facts::of(first, self), Facts::of(second, self));
+        let binds = &facts.binds;
+        if binds.is_empty() {
+            return true;
+        }
+        let mut others = other.binds.clone();
+        others.extend(&other.reads);
+        if others.is_empty() {
             return true;
         }
         let pair = |a: &Name, b: &Name| self.supposes(&Condition::Apart(Term::meta(a), Term::meta(b)));

@@ -5,7 +5,9 @@
 
 mod combine;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -121,6 +123,8 @@ pub struct Context<'a> {
     /// What a claim supposes of its metavariables.
     pub hypotheses: &'a [Condition],
     defined: BTreeMap<Name, Facts>,
+    /// What [`Facts::of`] has found here: nothing that it rests on changes while the context lives.
+    known: RefCell<HashMap<Term, Rc<Facts>>>,
 }
 
 /// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
@@ -141,7 +145,8 @@ impl<'a> Context<'a> {
                 _ => {}
             }
         }
-        let mut context = Context { assumptions, definitions, hypotheses, defined: BTreeMap::new() };
+        let mut context =
+            Context { assumptions, definitions, hypotheses, defined: BTreeMap::new(), known: RefCell::default() };
         context.defined = context.fixed_point();
         context
     }
@@ -157,6 +162,7 @@ impl<'a> Context<'a> {
             definitions: self.definitions,
             hypotheses,
             defined: self.definitions.iter().map(|d| (d.name.clone(), Facts::default())).collect(),
+            known: RefCell::default(),
         };
         let mut context = plain;
         for _ in 0..ROUNDS {
@@ -164,9 +170,9 @@ impl<'a> Context<'a> {
                 .definitions
                 .iter()
                 .map(|definition| {
-                    let mut facts = Facts::of(&definition.body, &context);
+                    let mut facts = Facts::clone(&Facts::of(&definition.body, &context));
                     if definition.recursive {
-                        facts = Facts::attempt(facts);
+                        facts = facts.attempt();
                         facts.surely_binds.clear();
                         facts.duration = None;
                     }
@@ -178,6 +184,7 @@ impl<'a> Context<'a> {
                 .collect();
             let stable = next == context.defined;
             context.defined = next;
+            context.known.borrow_mut().clear();
             if stable {
                 return context.defined;
             }
@@ -193,39 +200,43 @@ impl<'a> Context<'a> {
 
 impl Facts {
     /// The facts of a term.
-    pub fn of(term: &Term, context: &Context<'_>) -> Facts {
-        let parts: Vec<Facts> = term.children().into_iter().map(|part| Facts::of(part, context)).collect();
-        Facts::combine(term, parts, context)
+    pub fn of(term: &Term, context: &Context<'_>) -> Rc<Facts> {
+        if let Some(known) = context.known.borrow().get(term) {
+            return known.clone();
+        }
+        let parts: Vec<Rc<Facts>> = term.children().into_iter().map(|part| Facts::of(part, context)).collect();
+        let facts = Rc::new(Facts::combine(term, &parts, context));
+        context.known.borrow_mut().insert(term.clone(), facts.clone());
+        facts
     }
 
     /// The facts of a term from those of its direct parts: the step that [`Facts::of`] folds.
-    pub fn combine(term: &Term, mut parts: Vec<Facts>, context: &Context<'_>) -> Facts {
+    pub fn combine(term: &Term, parts: &[Rc<Facts>], context: &Context<'_>) -> Facts {
+        let body = || parts.first().map_or_else(Facts::default, |part| Facts::clone(part));
         let mut facts = match term.node() {
-            Node::Seq(_) => parts.into_iter().reduce(Facts::then).unwrap_or_default(),
-            Node::Par(_) => Facts::parallel(&parts),
-            Node::Disable(_) => Facts::disabling(&parts),
-            Node::Else(..) => match (parts.pop(), parts.pop()) {
-                (Some(second), Some(first)) => Facts::otherwise(first, second),
+            Node::Seq(_) => parts.iter().skip(1).fold(body(), |before, next| before.then(next)),
+            Node::Par(_) => Facts::parallel(parts),
+            Node::Disable(_) => Facts::disabling(parts),
+            Node::Else(..) => match parts {
+                [first, second] => Facts::otherwise(Facts::clone(first), second),
                 _ => Facts::default(),
             },
-            Node::Power(_, count, index) => Facts::power(parts.pop().unwrap_or_default(), count, index, context),
-            Node::Loop(_) => Facts::repeated(parts.pop().unwrap_or_default()),
+            Node::Power(_, count, index) => Facts::power(body(), count, index, context),
+            Node::Loop(_) => Facts::repeated(body()),
             Node::New(port, _) => {
-                let mut facts = parts.pop().unwrap_or_default();
+                let mut facts = body();
                 facts.ports.names.remove(port);
                 facts
             }
             Node::Project(_, shown) => {
-                let mut facts = parts.pop().unwrap_or_default();
+                let mut facts = body();
                 let all = facts.shows.unwrap_or_else(|| shown.clone());
                 facts.shows = Some(all.intersection(shown).cloned().collect());
                 facts
             }
-            Node::Replace(body, name, _) => {
-                let mut facts = Facts::anything(name);
-                facts.binds = parts.pop().unwrap_or_default().binds;
-                facts.ports = Facts::of(body, context).ports;
-                facts.reads = Facts::of(body, context).reads;
+            Node::Replace(_, name, _) => {
+                let Facts { binds, ports, reads, .. } = body();
+                let mut facts = Facts { binds, ports, reads, ..Facts::anything(name) };
                 facts.reads.names.remove(name);
                 facts
             }

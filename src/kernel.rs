@@ -6,10 +6,10 @@
 mod gate;
 mod lemma;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fmt;
 
-use gate::{counts_are_settled, instance_is_proper, well_sorted};
+use gate::{Needs, counts_are_settled, well_sorted};
 
 use crate::assumption::Assumptions;
 use crate::condition::exposes;
@@ -183,7 +183,19 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         return Err(Rejected { step: 0, reason: Reason::Name(name.clone()) });
     }
     let (laws, lemmas, trusted) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
-    let mut checker = Checker { theory, context, fixed, proved, derived: Vec::new(), laws, lemmas, trusted };
+    let mut checker = Checker {
+        theory,
+        context,
+        fixed,
+        proved,
+        derived: Vec::new(),
+        laws,
+        lemmas,
+        trusted,
+        sorted: HashSet::new(),
+        counts: BTreeSet::new(),
+        needs: HashMap::new(),
+    };
     for (number, step) in steps.iter().enumerate() {
         let found = checker.step(step).and_then(|derived| checker.gate(derived));
         let derived = found.map_err(|reason| Rejected { step: number, reason })?;
@@ -215,15 +227,23 @@ struct Checker<'a> {
     laws: BTreeSet<Name>,
     lemmas: BTreeSet<Name>,
     trusted: BTreeSet<String>,
+    /// Terms that have passed [`well_sorted`], with all their parts.
+    sorted: HashSet<Term>,
+    /// Names that numbers of rounds in them read.
+    counts: BTreeSet<Name>,
+    /// Of each law used, what its instances must meet.
+    needs: HashMap<Name, Needs>,
 }
 
 impl Checker<'_> {
     /// Nothing passes that is too large, or that binds a name about which something is assumed: such a name means
     /// the same everywhere, which is what makes an equation under assumptions usable in every context.
-    fn gate(&self, derived: Derived) -> Result<Derived, Reason> {
+    fn gate(&mut self, derived: Derived) -> Result<Derived, Reason> {
         for side in [&derived.left, &derived.right] {
-            well_sorted(side)?;
-            counts_are_settled(side, self.context.definitions)?;
+            well_sorted(side, &mut self.sorted, &mut self.counts)?;
+            if !self.counts.is_empty() {
+                counts_are_settled(side, self.context.definitions)?;
+            }
             if side.size() > MAX_SIZE || side.depth() > MAX_DEPTH {
                 return Err(Reason::TooLarge);
             }
@@ -320,7 +340,7 @@ impl Checker<'_> {
 
     fn law(&mut self, name: &Name, substitution: &Substitution) -> Result<Derived, Reason> {
         let law = self.theory.laws.get(name).ok_or_else(|| Reason::UnknownLaw(name.clone()))?.clone();
-        instance_is_proper(&law, substitution)?;
+        self.needs.entry(name.clone()).or_insert_with(|| Needs::of(&law)).are_met_by(substitution)?;
         let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
         for condition in &law.conditions {
             let instance = substitution.condition(condition, &self.context).map_err(stuck)?;

@@ -3,9 +3,9 @@
 //! A metavariable may stand for a run of parts of `;`, or for several parts of `|` and `#`. What a match leaves
 //! over beside it is handed back as the context in which the law is then applied.
 
+mod choose;
 mod value;
 
-use std::collections::HashSet;
 use std::rc::Rc;
 
 use crate::fact::{Context, Facts};
@@ -16,6 +16,7 @@ use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 use crate::value::Value;
 
+use choose::{Pool, choose};
 use value::solve;
 
 /// One way in which a law applies to a term: `surrounding` with its hole filled by the instance is the term.
@@ -39,10 +40,8 @@ struct State {
     /// Whether each of two metavariables in sequence may stand for Stop. Not for laws that simplification uses:
     /// they would apply to their own results for ever.
     empty: bool,
-    /// Parts that these metavariables cannot stand for alone.
-    unfit: Rc<HashSet<(Name, Term)>>,
     /// Metavariables that the law wants to be guards.
-    guards: Vec<Name>,
+    guards: Rc<[Name]>,
     /// Values that must turn out equal once their metavariables are known.
     later: Vec<(Value, Value)>,
 }
@@ -50,10 +49,10 @@ struct State {
 /// All ways in which `pattern`, a side of `law`, applies at the root of `term` with the conditions met, at most 64.
 pub fn matches(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Vec<Match> {
     let mut out = Vec::new();
-    let fits = |name: &Name, part: &Term| fits(law, name, part, context);
+    let fits = Fits { law, context };
     at_root(pattern, term, &start(law), &fits, &mut |state, surrounding| {
         if let Some(substitution) = settle(law, state, context) {
-            out.push(Match { substitution, surrounding });
+            out.push(Match { substitution, surrounding: surrounding() });
         }
         out.len() >= MOST
     });
@@ -63,9 +62,9 @@ pub fn matches(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) ->
 /// The first of [`matches`].
 pub fn first_match(law: &Law, pattern: &Term, term: &Term, context: &Context<'_>) -> Option<Match> {
     let mut out = None;
-    let fits = |name: &Name, part: &Term| fits(law, name, part, context);
+    let fits = Fits { law, context };
     at_root(pattern, term, &start(law), &fits, &mut |state, surrounding| {
-        out = settle(law, state, context).map(|substitution| Match { substitution, surrounding });
+        out = settle(law, state, context).map(|substitution| Match { substitution, surrounding: surrounding() });
         out.is_some()
     });
     out
@@ -80,7 +79,7 @@ fn settle(law: &Law, mut state: State, context: &Context<'_>) -> Option<Substitu
             && !state.found.values.contains_key(&name)
         {
             let subject = state.found.apply(subject, context).ok()?;
-            let duration = Facts::of(&subject, context).duration?;
+            let duration = Facts::of(&subject, context).duration.clone()?;
             state.found.values.insert(name, duration);
         }
     }
@@ -108,73 +107,74 @@ fn start(law: &Law) -> State {
             _ => {}
         }
     }
-    State { empty: !law.oriented, guards, ..State::default() }
+    State { empty: !law.oriented, guards: guards.into(), ..State::default() }
 }
 
-/// Whether a part meets the conditions that the law has on this metavariable alone.
-fn fits(law: &Law, name: &Name, part: &Term, context: &Context<'_>) -> bool {
-    law.conditions.iter().all(|condition| match condition {
-        Condition::Is(fact, subject) if plain_meta(subject).as_ref() == Some(name) => {
-            context.holds(&Condition::Is(*fact, part.clone()))
-        }
-        _ => true,
-    })
+/// The conditions that a law has on one metavariable alone.
+struct Fits<'a> {
+    law: &'a Law,
+    context: &'a Context<'a>,
 }
 
-/// The start with the parts that no metavariable at the root may stand for by the law's conditions.
-fn unfit(wanted: &[Term], parts: &[Term], start: &State, fits: &dyn Fn(&Name, &Term) -> bool) -> State {
-    let mut unfit = HashSet::new();
-    for name in wanted.iter().filter_map(plain_meta) {
-        unfit.extend(parts.iter().filter(|part| !fits(&name, part)).map(|part| (name.clone(), part.clone())));
+impl Fits<'_> {
+    fn facts(&self, name: &Name) -> Vec<Fact> {
+        let own = |subject: &Term| plain_meta(subject).as_ref() == Some(name);
+        let facts = self.law.conditions.iter().filter_map(|condition| match condition {
+            Condition::Is(fact, subject) if own(subject) => Some(*fact),
+            _ => None,
+        });
+        facts.collect()
     }
-    State { unfit: Rc::new(unfit), ..start.clone() }
+
+    /// Whether a part meets them.
+    fn meets(&self, facts: &[Fact], part: &Term) -> bool {
+        facts.iter().all(|fact| self.context.holds_of(*fact, part))
+    }
 }
+
+/// What is done with a match, and with the term around it, should it be wanted; true ends the search.
+type Found<'f> = dyn FnMut(State, &dyn Fn() -> Term) -> bool + 'f;
 
 /// Calls `found` with each match and what is left over, until it returns true.
-fn at_root(
-    pattern: &Term,
-    term: &Term,
-    start: &State,
-    fits: &dyn Fn(&Name, &Term) -> bool,
-    found: &mut dyn FnMut(State, Term) -> bool,
-) -> bool {
-    let one = Term::meta(&hole(1));
+fn at_root(pattern: &Term, term: &Term, start: &State, fits: &Fits<'_>, found: &mut Found<'_>) -> bool {
+    let one = || Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
-        (Node::Seq(wanted), Node::Seq(parts)) => (0..parts.len()).any(|place| {
-            // A metavariable at the start of a run further on stands for that one part.
-            if (place > 0 || parts.len() > LONG)
-                && let Some(name) = wanted.first().and_then(plain_meta)
-                && !wanted.get(1).is_some_and(|next| within(next, &name))
-                && !fits(&name, &parts[place])
-            {
-                return false;
+        (Node::Seq(wanted), Node::Seq(parts)) => in_sequence(wanted, parts, start, fits, found),
+        (Node::Par(wanted), Node::Par(_)) | (Node::Disable(wanted), Node::Disable(_)) => {
+            let Some(mut pool) = Pool::of(term, false) else { return false };
+            for name in wanted.iter().filter_map(plain_meta) {
+                let facts = fits.facts(&name);
+                if !facts.is_empty() {
+                    pool.note_unfit(name, &|part| fits.meets(&facts, part));
+                }
             }
-            window(
-                wanted,
-                &parts[place..],
-                if place == 0 && parts.len() <= LONG { Place::Start } else { Place::Later },
-                start.clone(),
-                &mut |state, used| {
-                    let before = parts[..place].iter().cloned();
-                    let after = parts[place + used..].iter().cloned();
-                    found(state, Term::seq(before.chain([one.clone()]).chain(after)))
-                },
-            )
-        }),
-        (Node::Par(wanted), Node::Par(parts)) => {
-            let start = unfit(wanted, parts, start, fits);
-            choose(wanted, parts, (false, Term::par), start, &mut |state, rest| {
-                found(state, Term::par(rest.into_iter().chain([one.clone()])))
+            choose(&wanted.iter().collect::<Vec<_>>(), &mut pool, start.clone(), &mut |state, pool| {
+                found(state, &|| pool.joined_with(one()))
             })
         }
-        (Node::Disable(wanted), Node::Disable(parts)) => {
-            let start = unfit(wanted, parts, start, fits);
-            choose(wanted, parts, (false, Term::disable), start, &mut |state, rest| {
-                found(state, Term::disable(rest.into_iter().chain([one.clone()])))
-            })
-        }
-        _ => whole(pattern, term, start.clone(), &mut |state| found(state, one.clone())),
+        _ => whole(pattern, term, start.clone(), &mut |state| found(state, &one)),
     }
+}
+
+/// The runs of a sequence, from its first part on.
+fn in_sequence(wanted: &[Term], parts: &[Term], start: &State, fits: &Fits<'_>, found: &mut Found<'_>) -> bool {
+    // A metavariable at the start of a run further on stands for that one part.
+    let first = wanted.first().and_then(plain_meta);
+    let first = first.filter(|name| !wanted.get(1).is_some_and(|next| within(next, name)));
+    let facts = first.map(|name| fits.facts(&name)).unwrap_or_default();
+    (0..parts.len()).any(|place| {
+        if (place > 0 || parts.len() > LONG) && !fits.meets(&facts, &parts[place]) {
+            return false;
+        }
+        let at = if place == 0 && parts.len() <= LONG { Place::Start } else { Place::Later };
+        window(wanted, &parts[place..], at, start.clone(), &mut |state, used| {
+            found(state, &|| {
+                let before = parts[..place].iter().cloned();
+                let after = parts[place + used..].iter().cloned();
+                Term::seq(before.chain([Term::meta(&hole(1))]).chain(after))
+            })
+        })
+    })
 }
 
 /// Where a run of parts begins: what may be taken there differs, to keep the number of ways small.
@@ -292,92 +292,6 @@ fn plain_meta(pattern: &Term) -> Option<Name> {
     }
 }
 
-/// Parts of `|` or `#`, in any order; gives those left over (none if `all` must be used).
-fn choose(
-    wanted: &[Term],
-    parts: &[Term],
-    (all, join): (bool, Join),
-    state: State,
-    found: &mut dyn FnMut(State, Vec<Term>) -> bool,
-) -> bool {
-    let position = wanted.iter().position(|pattern| plain_meta(pattern).is_none());
-    let next = match position {
-        Some(position) => position,
-        None if wanted.is_empty() => return (!all || parts.is_empty()) && found(state, parts.to_vec()),
-        None => wanted
-            .iter()
-            .position(|pattern| plain_meta(pattern).is_some_and(|name| state.found.processes.contains_key(&name)))
-            .unwrap_or(0),
-    };
-    let pattern = &wanted[next];
-    let others: Vec<Term> = without(wanted, next);
-    if let Some(name) = plain_meta(pattern) {
-        return choose_for_meta(&name, &others, parts, (all, join), state, found);
-    }
-    (0..parts.len()).any(|index| {
-        if index > 0 && parts[index] == parts[index - 1] {
-            return false;
-        }
-        whole(pattern, &parts[index], state.clone(), &mut |state| {
-            choose(&others, &without(parts, index), (all, join), state, found)
-        })
-    })
-}
-
-fn choose_for_meta(
-    name: &Name,
-    others: &[Term],
-    parts: &[Term],
-    (all, join): (bool, Join),
-    state: State,
-    found: &mut dyn FnMut(State, Vec<Term>) -> bool,
-) -> bool {
-    if let Some(known) = state.found.processes.get(name) {
-        return match remove(known, parts) {
-            Some(rest) => choose(others, &rest, (all, join), state, found),
-            None => false,
-        };
-    }
-    if others.is_empty() && (all || parts.len() > 1) {
-        let mut state = state.clone();
-        state.found.processes.insert(name.clone(), join(parts.to_vec()));
-        if found(state, Vec::new()) {
-            return true;
-        }
-        if all {
-            return false;
-        }
-    }
-    (0..parts.len()).any(|index| {
-        if !state.unfit.is_empty() && state.unfit.contains(&(name.clone(), parts[index].clone())) {
-            return false;
-        }
-        let mut state = state.clone();
-        state.found.processes.insert(name.clone(), parts[index].clone());
-        choose(others, &without(parts, index), (all, join), state, found)
-    })
-}
-
-/// How the parts of `|`, or of `#`, are put together again.
-type Join = fn(Vec<Term>) -> Term;
-
-fn without(parts: &[Term], index: usize) -> Vec<Term> {
-    parts.iter().enumerate().filter(|(position, _)| *position != index).map(|(_, part)| part.clone()).collect()
-}
-
-fn remove(known: &Term, parts: &[Term]) -> Option<Vec<Term>> {
-    let mut rest = parts.to_vec();
-    let pieces = match known.node() {
-        Node::Par(pieces) | Node::Disable(pieces) => pieces.clone(),
-        _ => vec![known.clone()],
-    };
-    for piece in pieces {
-        let index = rest.iter().position(|part| *part == piece)?;
-        rest.remove(index);
-    }
-    Some(rest)
-}
-
 /// The pattern against the whole term.
 fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State) -> bool) -> bool {
     if let Some(name) = plain_meta(pattern) {
@@ -402,11 +316,9 @@ fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State)
             };
             window(wanted, &parts, Place::Inside, state, &mut full)
         }
-        (Node::Par(wanted), Node::Par(parts)) => {
-            choose(wanted, parts, (true, Term::par), state, &mut |state, _| found(state))
-        }
-        (Node::Disable(wanted), Node::Disable(parts)) => {
-            choose(wanted, parts, (true, Term::disable), state, &mut |state, _| found(state))
+        (Node::Par(wanted), Node::Par(_)) | (Node::Disable(wanted), Node::Disable(_)) => {
+            let Some(mut pool) = Pool::of(term, true) else { return false };
+            choose(&wanted.iter().collect::<Vec<_>>(), &mut pool, state, &mut |state, _| found(state))
         }
         (Node::Disable(wanted), _) => beside_idle(wanted, term, state, found),
         _ => leaf(pattern, term, state, found),

@@ -397,6 +397,9 @@ impl<A: Clone + Ord> Polynomial<A> {
     /// The exact quotient; `None` when there is none, or when the budget runs out.
     pub fn divide(&self, divisor: &Self, budget: &mut Budget) -> Option<Self> {
         let (head, number) = divisor.0.first()?;
+        if let Some((monomial, _)) = self.0.first() {
+            monomial.over(head)?;
+        }
         let (mut rest, mut quotient) = (self.clone(), Vec::new());
         while let Some((monomial, coefficient)) = rest.0.first() {
             let factor = (monomial.over(head)?, coefficient / number);

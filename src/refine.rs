@@ -109,7 +109,7 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
     while position < wanted.len() {
         let target = &wanted[position];
         position += 1;
-        let Some(mut open) = Facts::of(target, context).duration else {
+        let Some(mut open) = Facts::of(target, context).duration.clone() else {
             let rest = pieces.pop()?;
             ends.push((rest.clone(), target.clone()));
             split.push(rest);
@@ -163,7 +163,7 @@ fn take(
     context: &Context<'_>,
 ) -> Option<Stretch> {
     let piece = pieces.pop()?;
-    let duration = Facts::of(&piece, context).duration?;
+    let duration = Facts::of(&piece, context).duration.clone()?;
     if context.assumptions.decide(Relation::Lte, &duration, open) == Some(true) {
         return Some(Stretch { term: piece, duration });
     }
@@ -173,7 +173,7 @@ fn take(
                 Some(index) => at(body, index, &Value::integer(0))?,
                 None => body.clone(),
             };
-            let step = Facts::of(&first, context).duration?;
+            let step = Facts::of(&first, context).duration.clone()?;
             let whole = open.div(&step).ok()?.floor().ok()?;
             let whole = if context.assumptions.decide(Relation::Gte, &whole, &Value::integer(1)) == Some(true) {
                 whole
@@ -205,7 +205,7 @@ fn take_checked(
     simplifier: &mut Simplifier<'_>,
     context: &Context<'_>,
 ) -> Option<Stretch> {
-    let duration = Facts::of(pieces.last()?, context).duration?;
+    let duration = Facts::of(pieces.last()?, context).duration.clone()?;
     if context.assumptions.decide(Relation::Lte, &duration, open) == Some(true) {
         return take(pieces, open, simplifier, context);
     }

@@ -8,6 +8,7 @@
 mod unroll;
 
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::sync::Arc;
 
 use egg::{Analysis, DidMerge, EGraph, FlatTerm, Id, Language, RecExpr, Symbol};
 
@@ -40,6 +41,9 @@ impl Default for Limits {
 
 /// The most readings that one round looks at, the smallest first.
 const READINGS: usize = 250;
+
+/// The most law applications of one simplification in a search.
+const FUEL: usize = 2_000;
 
 /// Why a search ended without a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,7 +124,7 @@ impl Analysis<Operator> for Smallest {
 /// Why two terms were united.
 #[derive(Clone)]
 enum Why {
-    Law { law: std::sync::Arc<Law>, forward: bool, substitution: Substitution, surrounding: Term, from: Term },
+    Law { law: Arc<Law>, forward: bool, substitution: Substitution, surrounding: Term, from: Term },
     Simplified { from: Term },
     Unfolded { call: Term },
     Supposed(StepId),
@@ -137,7 +141,9 @@ pub struct Saturation<'a> {
     done: HashSet<Term>,
     limits: Limits,
     largest: usize,
-    laws: Vec<std::sync::Arc<Law>>,
+    laws: Vec<Way>,
+    /// Finds the simplest forms of what is added; the proofs are made anew for those that are used.
+    simple: Simplifier<'a>,
     only: Option<&'a [Name]>,
     weak: bool,
     unfolds: bool,
@@ -155,7 +161,7 @@ impl<'a> Saturation<'a> {
     ) -> Saturation<'a> {
         let wanted =
             |law: &Law| law.connective == Connective::Equal && only.is_none_or(|names| names.contains(&law.name));
-        let laws = theory.laws.iter().filter(|law| wanted(law)).cloned().collect();
+        let laws = theory.laws.iter().filter(|law| wanted(law)).flat_map(Way::both).collect();
         let egraph = EGraph::new(Smallest).with_explanations_enabled();
         Saturation {
             theory,
@@ -168,6 +174,7 @@ impl<'a> Saturation<'a> {
             limits,
             largest: 0,
             laws,
+            simple: simplifier(theory, context, only, false, interrupted),
             only,
             weak: false,
             unfolds: true,
@@ -180,7 +187,8 @@ impl<'a> Saturation<'a> {
         let wanted =
             |law: &Law| law.connective == Connective::Weak && self.only.is_none_or(|names| names.contains(&law.name));
         self.weak = true;
-        self.laws.extend(self.theory.laws.iter().filter(|law| wanted(law)).cloned());
+        self.laws.extend(self.theory.laws.iter().filter(|law| wanted(law)).flat_map(Way::both));
+        self.simple = simplifier(self.theory, self.context, self.only, true, self.interrupted);
         self
     }
 
@@ -242,17 +250,18 @@ impl<'a> Saturation<'a> {
     }
 
     fn simplifier(&self) -> Simplifier<'a> {
-        let simplifier = Simplifier::new(self.theory, self.context, self.interrupted).with_fuel(2_000);
-        let simplifier = match self.only {
-            Some(laws) => simplifier.only(laws),
-            None => simplifier,
-        };
-        if self.weak { simplifier.weakly(self.only) } else { simplifier }
+        simplifier(self.theory, self.context, self.only, self.weak, self.interrupted)
     }
 
     fn simplified(&mut self, term: &Term) -> Term {
-        let mut simplifier = self.simplifier();
-        let simple = simplifier.simplify(term).term;
+        self.simple.refuel(FUEL);
+        let simple = self.simple.simplify(term).term;
+        self.simple.script.steps.clear();
+        if self.simple.exhausted() {
+            // What it remembers now may not be simplest, and a proof made anew would go further.
+            self.simple = self.simplifier();
+            return term.clone();
+        }
         if simple != *term {
             self.unite(term, &simple, Why::Simplified { from: term.clone() });
         }
@@ -334,25 +343,21 @@ impl<'a> Saturation<'a> {
         {
             changes += usize::from(self.unite(term, &body, Why::Unfolded { call: term.clone() }));
         }
-        for law in self.laws.clone() {
-            for forward in [true, false] {
-                let (pattern, other) = if forward { (&law.left, &law.right) } else { (&law.right, &law.left) };
-                if !usable(pattern, other, forward) {
+        for index in 0..self.laws.len() {
+            let Way { law, forward } = self.laws[index].clone();
+            let (pattern, other) = if forward { (&law.left, &law.right) } else { (&law.right, &law.left) };
+            for found in matches(&law, pattern, term, self.context) {
+                let Ok(instance) = found.substitution.apply(other, self.context) else { continue };
+                let result = surround(&found.surrounding, &instance);
+                if result == *term || result.size() > self.largest {
                     continue;
                 }
-                for found in matches(&law, pattern, term, self.context) {
-                    let Ok(instance) = found.substitution.apply(other, self.context) else { continue };
-                    let result = surround(&found.surrounding, &instance);
-                    if result == *term || result.size() > self.largest {
-                        continue;
-                    }
-                    let (substitution, surrounding) = (found.substitution, found.surrounding);
-                    let why = Why::Law { law: law.clone(), forward, substitution, surrounding, from: term.clone() };
-                    if self.unite(term, &result, why) {
-                        changes += 1;
-                    }
-                    self.simplified(&result);
+                let (substitution, surrounding) = (found.substitution, found.surrounding);
+                let why = Why::Law { law: law.clone(), forward, substitution, surrounding, from: term.clone() };
+                if self.unite(term, &result, why) {
+                    changes += 1;
                 }
+                self.simplified(&result);
             }
         }
         changes
@@ -402,6 +407,37 @@ impl<'a> Saturation<'a> {
         proved.insert(number, step?);
         step
     }
+}
+
+/// A law in one direction.
+#[derive(Clone)]
+struct Way {
+    law: Arc<Law>,
+    forward: bool,
+}
+
+impl Way {
+    /// The directions in which a law may be used.
+    fn both(law: &Arc<Law>) -> Vec<Way> {
+        let forward = usable(&law.left, &law.right, true).then(|| Way { law: law.clone(), forward: true });
+        let backward = usable(&law.right, &law.left, false).then(|| Way { law: law.clone(), forward: false });
+        forward.into_iter().chain(backward).collect()
+    }
+}
+
+fn simplifier<'a>(
+    theory: &'a Theory,
+    context: &'a Context<'a>,
+    only: Option<&'a [Name]>,
+    weak: bool,
+    interrupted: &'a dyn Fn() -> bool,
+) -> Simplifier<'a> {
+    let simplifier = Simplifier::new(theory, context, interrupted);
+    let simplifier = match only {
+        Some(laws) => simplifier.only(laws),
+        None => simplifier,
+    };
+    if weak { simplifier.weakly(only) } else { simplifier }
 }
 
 /// Whether a side of a law may be used as a pattern for the other: it is no bare metavariable (any term would

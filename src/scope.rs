@@ -142,17 +142,26 @@ pub fn written(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
 
 /// A context with its holes filled: the process metavariables named in `parts` replaced, and nothing else.
 pub fn fill(shape: &Term, parts: &BTreeMap<Name, Term>) -> Term {
-    if let Node::Meta(name, arguments) = shape.node()
-        && arguments.is_empty()
-        && let Some(part) = parts.get(name)
-    {
-        return part.clone();
+    filled(shape, parts).unwrap_or_else(|| shape.clone())
+}
+
+/// The context filled; nothing if it has no hole.
+fn filled(shape: &Term, parts: &BTreeMap<Name, Term>) -> Option<Term> {
+    if let Node::Meta(name, arguments) = shape.node() {
+        return if arguments.is_empty() { parts.get(name).cloned() } else { None };
     }
-    let children = shape.children();
-    if children.is_empty() {
-        return shape.clone();
-    }
-    shape.with_children(children.into_iter().map(|child| fill(child, parts)).collect())
+    changed(shape, &mut |child| filled(child, parts))
+}
+
+/// The term with some of its parts changed; nothing if none is.
+pub fn changed(term: &Term, change: &mut dyn FnMut(&Term) -> Option<Term>) -> Option<Term> {
+    let children = term.children();
+    let first = children.iter().enumerate().find_map(|(place, child)| Some((place, change(child)?)));
+    let (place, new) = first?;
+    let before = children[..place].iter().map(|child| (*child).clone());
+    let mut parts: Vec<Term> = before.chain([new]).collect();
+    parts.extend(children[place + 1..].iter().map(|child| change(child).unwrap_or_else(|| (*child).clone())));
+    Some(term.with_children(parts))
 }
 
 /// The index metavariables of a law with the metavariables that also stand outside their reach: what such a one

@@ -1,13 +1,15 @@
 //! Simplification: the laws written `=>`, from left to right, until none applies; every answer with its proof.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::fact::Context;
 use crate::kernel::Theory;
-use crate::law::{Connective, Law, Laws};
+use crate::law::{Condition, Connective, Fact, Law, Laws};
 use crate::matching::first_match;
 use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
+use crate::scope::changed;
 use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 
@@ -27,7 +29,9 @@ pub struct Simplifier<'a> {
     /// The steps so far.
     pub script: Script,
     memo: HashMap<Term, Simplified>,
-    oriented: Vec<std::sync::Arc<Law>>,
+    oriented: Vec<Oriented>,
+    /// What [`Simplifier::cleaned`] has found.
+    cleaned: HashMap<Term, Simplified>,
     fuel: usize,
     interrupted: &'a dyn Fn() -> bool,
 }
@@ -38,14 +42,15 @@ pub const FUEL: usize = 200_000;
 impl<'a> Simplifier<'a> {
     /// A simplifier over a theory. `interrupted` is asked at every step; once true, nothing more is rewritten.
     pub fn new(theory: &'a Theory, context: &'a Context<'a>, interrupted: &'a dyn Fn() -> bool) -> Simplifier<'a> {
-        let oriented =
-            theory.laws.iter().filter(|law| law.oriented && law.connective == Connective::Equal).cloned().collect();
+        let wanted = |law: &&Arc<Law>| law.oriented && law.connective == Connective::Equal;
+        let oriented = theory.laws.iter().filter(wanted).map(Oriented::of).collect();
         Simplifier {
             theory,
             context,
             script: Script::default(),
             memo: HashMap::new(),
             oriented,
+            cleaned: HashMap::new(),
             fuel: FUEL,
             interrupted,
         }
@@ -54,8 +59,8 @@ impl<'a> Simplifier<'a> {
     /// Uses these laws alone, besides those about units.
     pub fn only(mut self, laws: &[Name]) -> Simplifier<'a> {
         let named = |law: &Law| laws.contains(&law.name) || is_unit(law);
-        self.oriented =
-            self.theory.laws.iter().filter(|law| named(law) && law.connective == Connective::Equal).cloned().collect();
+        let wanted = |law: &&Arc<Law>| named(law) && law.connective == Connective::Equal;
+        self.oriented = self.theory.laws.iter().filter(wanted).map(Oriented::of).collect();
         self
     }
 
@@ -63,7 +68,7 @@ impl<'a> Simplifier<'a> {
     pub fn weakly(mut self, only: Option<&[Name]>) -> Simplifier<'a> {
         let named = |law: &Law| only.is_none_or(|names| names.contains(&law.name));
         let weak = self.theory.laws.iter().filter(|law| law.connective == Connective::Weak && named(law));
-        self.oriented.extend(weak.cloned());
+        self.oriented.extend(weak.map(Oriented::of));
         self
     }
 
@@ -71,6 +76,11 @@ impl<'a> Simplifier<'a> {
     pub fn with_fuel(mut self, fuel: usize) -> Simplifier<'a> {
         self.fuel = fuel;
         self
+    }
+
+    /// Allows this many law applications from here on.
+    pub fn refuel(&mut self, fuel: usize) {
+        self.fuel = fuel;
     }
 
     /// Whether it ended for want of fuel or by interruption rather than because nothing applied.
@@ -183,11 +193,13 @@ impl<'a> Simplifier<'a> {
         if self.exhausted() {
             return None;
         }
+        let kinds = kinds(term.children());
         for index in 0..self.oriented.len() {
-            let law = self.oriented[index].clone();
-            if !may_apply(&law.left, term) {
+            let Oriented { law, needs } = &self.oriented[index];
+            if needs & !kinds != 0 || !may_apply(&law.left, term) {
                 continue;
             }
+            let law = law.clone();
             if let Some(found) = self.apply(&law, term) {
                 self.fuel = self.fuel.saturating_sub(1);
                 return Some(found);
@@ -243,12 +255,103 @@ impl<'a> Simplifier<'a> {
 
     /// The term without units, proved by the laws that say so.
     pub fn cleaned(&mut self, term: &Term) -> Simplified {
-        let units: Vec<Name> = self.theory.laws.iter().filter(|law| is_unit(law)).map(|law| law.name.clone()).collect();
-        let mut cleaner = Simplifier::new(self.theory, self.context, self.interrupted).only(&units);
+        let mut cleaner = Simplifier::new(self.theory, self.context, self.interrupted).only(&[]);
         cleaner.script = std::mem::take(&mut self.script);
+        cleaner.memo = std::mem::take(&mut self.cleaned);
         let found = cleaner.simplify(term);
         self.script = cleaner.script;
+        self.cleaned = cleaner.memo;
         found
+    }
+}
+
+/// A law with the kinds of parts without which it cannot apply, as a set of bits.
+struct Oriented {
+    law: Arc<Law>,
+    needs: u64,
+}
+
+/// Marks the kinds of what stands in a part that is a `;` or `#`, or is the part.
+const INSIDE: u32 = 32;
+
+/// Marks a part that begins as a guard may.
+const GUARD: u32 = 31;
+
+impl Oriented {
+    fn of(law: &Arc<Law>) -> Oriented {
+        let needs = match law.left.node() {
+            Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => {
+                parts.iter().fold(0, |all, part| all | needed(part, law))
+            }
+            _ => 0,
+        };
+        Oriented { law: law.clone(), needs }
+    }
+}
+
+/// The kinds without which a part of a pattern fits nothing.
+fn needed(pattern: &Term, law: &Law) -> u64 {
+    let inner = match pattern.node() {
+        Node::Seq(inner) | Node::Disable(inner) => inner,
+        Node::Meta(..) => return 0,
+        _ => return 1 << kind(pattern),
+    };
+    let solid = inner.iter().filter(|part| !matches!(part.node(), Node::Meta(..) | Node::Seq(_) | Node::Disable(_)));
+    let needs = solid.fold(0, |all, part| all | 1 << (INSIDE + kind(part)));
+    let first = matches!(pattern.node(), Node::Seq(_)).then(|| inner.first()).flatten();
+    let guard = first.is_some_and(|first| law.conditions.iter().any(|condition| names_guard(condition, first)));
+    if guard { needs | 1 << GUARD } else { needs }
+}
+
+fn names_guard(condition: &Condition, meta: &Term) -> bool {
+    match condition {
+        Condition::Complementary(one, two) => one == meta || two == meta,
+        Condition::Is(Fact::Guard, one) => one == meta,
+        _ => false,
+    }
+}
+
+/// The kinds of these parts of a term.
+fn kinds<'t>(parts: impl IntoIterator<Item = &'t Term>) -> u64 {
+    let begins = |part: &Term| u64::from(matches!(part.node(), Node::Guard(..) | Node::Meta(..) | Node::Replace(..)));
+    parts.into_iter().fold(0, |all, part| {
+        let own = 1 << kind(part) | 1 << (INSIDE + kind(part)) | begins(part) << GUARD;
+        let inner: u64 = match part.node() {
+            Node::Seq(inner) => inner.first().map_or(0, begins) << GUARD | insides(inner),
+            Node::Disable(inner) => insides(inner),
+            _ => 0,
+        };
+        all | own | inner
+    })
+}
+
+fn insides(parts: &[Term]) -> u64 {
+    parts.iter().fold(0, |all, part| all | 1 << (INSIDE + kind(part)))
+}
+
+fn kind(term: &Term) -> u32 {
+    match term.node() {
+        Node::Stop => 0,
+        Node::Abort => 1,
+        Node::Idle => 2,
+        Node::Delay(_) => 3,
+        Node::In(..) => 4,
+        Node::Out(..) => 5,
+        Node::Guard(..) => 6,
+        Node::Set(..) => 7,
+        Node::Ran(..) => 8,
+        Node::Observe(..) => 9,
+        Node::Call(..) => 10,
+        Node::Meta(..) => 11,
+        Node::Seq(_) => 12,
+        Node::Else(..) => 13,
+        Node::Par(_) => 14,
+        Node::Disable(_) => 15,
+        Node::Power(..) => 16,
+        Node::Loop(_) => 17,
+        Node::New(..) => 18,
+        Node::Project(..) => 19,
+        Node::Replace(..) => 20,
     }
 }
 
@@ -296,17 +399,26 @@ pub fn alone(laws: &Laws, names: &[Name]) -> Laws {
 
 /// The term without units.
 pub fn clean(term: &Term) -> Term {
-    let children = term.children();
-    if children.is_empty() {
-        return term.clone();
+    cleaner(term).unwrap_or_else(|| term.clone())
+}
+
+/// The term without units; nothing if it has none.
+fn cleaner(term: &Term) -> Option<Term> {
+    let new = changed(term, &mut cleaner);
+    let current = new.as_ref().unwrap_or(term);
+    let is_unit = |part: &Term| {
+        let pair = (current.node(), part.node());
+        matches!(pair, (Node::Seq(_), Node::Stop) | (Node::Par(_), Node::Abort) | (Node::Disable(_), Node::Idle))
+    };
+    if !current.children().into_iter().any(is_unit) {
+        return new;
     }
-    let parts = children.into_iter().map(clean);
-    match term.node() {
-        Node::Seq(_) => Term::seq(parts.filter(|part| *part != Term::stop())),
-        Node::Par(_) => Term::par(parts.filter(|part| *part != Term::abort())),
-        Node::Disable(_) => Term::disable(parts.filter(|part| *part != Term::idle())),
-        _ => term.with_children(parts.collect()),
-    }
+    let kept = current.children().into_iter().filter(|part| !is_unit(part)).cloned();
+    Some(match current.node() {
+        Node::Seq(_) => Term::seq(kept),
+        Node::Par(_) => Term::par(kept),
+        _ => Term::disable(kept),
+    })
 }
 
 /// A surrounding with its hole filled.

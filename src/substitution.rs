@@ -38,10 +38,21 @@ impl Substitution {
     /// # Errors
     /// When a value has no normal form, or a replacement cannot be carried out (see [`replace`]).
     pub fn apply(&self, pattern: &Term, context: &Context<'_>) -> Result<Term, Stuck> {
-        let parts: Result<Vec<Term>, Stuck> =
-            pattern.children().into_iter().map(|part| self.apply(part, context)).collect();
-        let shape = if pattern.children().is_empty() { pattern.clone() } else { pattern.with_children(parts?) };
-        self.apply_shallow(&shape, context)
+        if let Node::Meta(meta, arguments) = pattern.node()
+            && arguments.is_empty()
+        {
+            return Ok(self.processes.get(meta).unwrap_or(pattern).clone());
+        }
+        let children = pattern.children();
+        if children.is_empty() {
+            return self.apply_shallow(pattern, context);
+        }
+        let parts: Result<Vec<Term>, Stuck> = children.into_iter().map(|part| self.apply(part, context)).collect();
+        let shape = pattern.with_children(parts?);
+        match pattern.node() {
+            Node::Seq(_) | Node::Par(_) | Node::Disable(_) | Node::Else(..) | Node::Loop(_) => Ok(shape),
+            _ => self.apply_shallow(&shape, context),
+        }
     }
 
     fn apply_shallow(&self, shape: &Term, context: &Context<'_>) -> Result<Term, Stuck> {
@@ -69,6 +80,13 @@ impl Substitution {
     /// # Errors
     /// When the instance has no normal form.
     pub fn value(&self, value: &Value) -> Result<Value, Stuck> {
+        if let Some(name) = value.as_variable() {
+            let known = self.values.get(name).cloned().or_else(|| self.names.get(name).map(Value::variable));
+            return Ok(known.unwrap_or_else(|| value.clone()));
+        }
+        if value.as_rational().is_some() {
+            return Ok(value.clone());
+        }
         let mut map = self.values.clone();
         for (meta, name) in &self.names {
             map.entry(meta.clone()).or_insert_with(|| Value::variable(name));
@@ -124,7 +142,7 @@ pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -
         Node::Meta(..) | Node::Replace(..) => Ok(Term::new(Node::Replace(term.clone(), name.clone(), value.clone()))),
         Node::Power(body, _, index) => {
             captures(term, value, context)?;
-            let binds = Facts::of(body, context).binds;
+            let binds = &Facts::of(body, context).binds;
             if binds.names.contains(name) || !binds.processes.is_empty() {
                 return Err(Stuck(format!("a later round would read another {name}")));
             }
@@ -136,7 +154,7 @@ pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -
         }
         Node::Loop(body) => {
             captures(term, value, context)?;
-            let binds = Facts::of(body, context).binds;
+            let binds = &Facts::of(body, context).binds;
             if binds.names.contains(name) || !binds.processes.is_empty() {
                 return Err(Stuck(format!("a later round would read another {name}")));
             }
@@ -166,7 +184,8 @@ fn replace_in_sequence(parts: &[Term], name: &Name, value: &Value, context: &Con
             active = false;
         } else {
             let rest = Term::seq(parts[position + 1..].iter().cloned());
-            let reads = Facts::of(&rest, context).reads;
+            let facts_of_rest = Facts::of(&rest, context);
+            let reads = &facts_of_rest.reads;
             let later = position + 1 < parts.len() && (reads.names.contains(name) || !reads.processes.is_empty());
             let unsure = facts.binds.names.contains(name) || !facts.binds.processes.is_empty();
             if later && unsure {
@@ -196,7 +215,7 @@ fn captures(term: &Term, value: &Value, context: &Context<'_>) -> Result<(), Stu
 
 /// Whether the process, or one that stands for a metavariable of it, may write one of these names.
 fn may_write(body: &Term, reads: &BTreeSet<Name>, context: &Context<'_>) -> bool {
-    let binds = Facts::of(body, context).binds;
+    let binds = &Facts::of(body, context).binds;
     reads.iter().any(|read| binds.names.contains(read)) || (!reads.is_empty() && !binds.processes.is_empty())
 }
 

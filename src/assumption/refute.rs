@@ -1,6 +1,6 @@
 //! Refutation: that a value has a certain sign is assumed, and a contradiction looked for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
 use num_traits::One;
@@ -19,6 +19,8 @@ const MOST_SYSTEMS: usize = 60;
 const MOST_CONSTRAINTS: usize = 60;
 /// How many constraints are multiplied with each other.
 const MOST_FACTORS: usize = 9;
+/// For so many unknowns the constraints are gone through one by one.
+const FEW: usize = 3;
 /// The work that may go into one division of polynomials.
 const DIVISION_BUDGET: u64 = 5_000;
 
@@ -145,6 +147,7 @@ impl Assumptions {
         let mut fresh: Vec<Atom> = goal.form.atoms().into_iter().cloned().collect();
         let mut system = vec![goal];
         let mut used = vec![false; self.constraints.len()];
+        let mut places: Option<BTreeMap<&Atom, Vec<usize>>> = None;
         while let Some(atom) = fresh.pop() {
             if system.len() > MOST_CONSTRAINTS {
                 break;
@@ -153,11 +156,18 @@ impl Assumptions {
                 continue;
             }
             let mut more = self.facts_of_atom(&atom);
-            for (place, constraint) in self.constraints.iter().enumerate() {
-                if !used[place] && constraint.form.degree_in(&atom) > 0 {
-                    used[place] = true;
-                    more.push(constraint.clone());
+            let mut note = |place: usize| {
+                if !std::mem::replace(&mut used[place], true) {
+                    more.push(self.constraints[place].clone());
                 }
+            };
+            // An index pays once several unknowns are looked up.
+            if known.len() <= FEW {
+                let mentions = |place: &usize| self.constraints[*place].form.degree_in(&atom) > 0;
+                (0..self.constraints.len()).filter(mentions).for_each(&mut note);
+            } else {
+                let places = places.get_or_insert_with(|| self.places());
+                places.get(&atom).into_iter().flatten().copied().for_each(&mut note);
             }
             for constraint in more {
                 fresh.extend(constraint.form.atoms().into_iter().filter(|atom| !known.contains(atom)).cloned());
@@ -166,6 +176,17 @@ impl Assumptions {
         }
         self.add_monomial_signs(&mut system);
         system
+    }
+
+    /// The constraints in which each atom stands.
+    fn places(&self) -> BTreeMap<&Atom, Vec<usize>> {
+        let mut places: BTreeMap<&Atom, Vec<usize>> = BTreeMap::new();
+        for (place, constraint) in self.constraints.iter().enumerate() {
+            for atom in constraint.form.atoms() {
+                places.entry(atom).or_default().push(place);
+            }
+        }
+        places
     }
 
     /// What holds of an atom by its meaning.

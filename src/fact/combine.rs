@@ -1,6 +1,7 @@
 //! The facts of a composition from those of its parts, one function an operator.
 
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 use super::{Context, Facts};
 use crate::name::Name;
@@ -11,84 +12,99 @@ impl Facts {
         !self.may_stop && !self.may_abort
     }
 
-    fn joined(parts: &[Facts]) -> Facts {
+    /// What holds of parts together whatever the operator: what any of them may do.
+    fn extend(&mut self, other: &Facts) {
+        self.communicates |= other.communicates;
+        self.draws |= other.draws;
+        self.early |= other.early;
+        self.ports.extend(&other.ports);
+        self.binds.extend(&other.binds);
+        self.show(other);
+    }
+
+    fn show(&mut self, other: &Facts) {
+        match (&mut self.shows, &other.shows) {
+            (Some(mine), Some(others)) => mine.extend(others.iter().cloned()),
+            (mine, _) => *mine = None,
+        }
+    }
+
+    fn joined(parts: &[Rc<Facts>]) -> Facts {
         let mut all = Facts::default();
         for part in parts {
-            all.communicates |= part.communicates;
-            all.draws |= part.draws;
-            all.early |= part.early;
-            all.ports.extend(&part.ports);
-            all.binds.extend(&part.binds);
+            all.extend(part);
             all.reads.extend(&part.reads);
-            all.shows = all.shows.zip(part.shows.clone()).map(|(mine, other)| mine.union(&other).cloned().collect());
         }
         all
     }
 
-    pub(super) fn then(self, next: Facts) -> Facts {
+    pub(super) fn then(mut self, next: &Facts) -> Facts {
+        (self.guard, self.observer) = (false, false);
         if !self.may_stop {
-            return Facts { guard: false, observer: false, ..self };
+            return self;
         }
-        let mut both = Facts::joined(&[self.clone(), next.clone()]);
-        both.reads = next.reads;
-        for name in &self.surely_binds {
-            both.reads.names.remove(name);
-        }
-        both.reads.extend(&self.reads);
-        both.may_stop = next.may_stop;
-        both.may_abort = self.may_abort || next.may_abort;
-        both.starts_running = self.starts_running || (self.starts_stopped && next.starts_running);
-        both.starts_stopped = self.starts_stopped && next.starts_stopped;
-        both.starts_aborted = self.starts_aborted || (self.starts_stopped && next.starts_aborted);
-        both.instant_stop = self.instant_stop && next.instant_stop;
-        both.instant_abort = self.instant_abort || (self.instant_stop && next.instant_abort);
-        both.early = self.early || (self.instant_stop && next.early);
-        both.surely_binds = self.surely_binds.union(&next.surely_binds).cloned().collect();
-        both.duration = match (&self.duration, &next.duration) {
+        let early = self.early || (self.instant_stop && next.early);
+        self.extend(next);
+        self.early = early;
+        let unbound = next.reads.names.iter().filter(|name| !self.surely_binds.contains(*name));
+        self.reads.names.extend(unbound.cloned());
+        self.reads.processes.extend(next.reads.processes.iter().cloned());
+        self.may_abort |= next.may_abort;
+        self.may_stop = next.may_stop;
+        self.starts_running |= self.starts_stopped && next.starts_running;
+        self.starts_aborted |= self.starts_stopped && next.starts_aborted;
+        self.starts_stopped &= next.starts_stopped;
+        self.instant_abort |= self.instant_stop && next.instant_abort;
+        self.instant_stop &= next.instant_stop;
+        self.surely_binds.extend(next.surely_binds.iter().cloned());
+        self.duration = match (&self.duration, &next.duration) {
             (Some(first), Some(second)) => first.add(second).ok(),
             _ => None,
         };
-        both
+        self
     }
 
-    pub(super) fn otherwise(first: Facts, second: Facts) -> Facts {
-        if !first.may_abort {
-            return Facts { guard: false, observer: false, ..first };
+    pub(super) fn otherwise(mut self, second: &Facts) -> Facts {
+        (self.guard, self.observer) = (false, false);
+        if !self.may_abort {
+            return self;
         }
-        let mut both = Facts::joined(&[first.clone(), second.clone()]);
-        both.may_stop = first.may_stop || second.may_stop;
-        both.may_abort = second.may_abort;
-        both.starts_running = first.starts_running || (first.starts_aborted && second.starts_running);
-        both.starts_stopped = first.starts_stopped || (first.starts_aborted && second.starts_stopped);
-        both.starts_aborted = first.starts_aborted && second.starts_aborted;
-        both.instant_stop = first.instant_stop || (first.instant_abort && second.instant_stop);
-        both.instant_abort = first.instant_abort && second.instant_abort;
-        both.early = first.early || (first.instant_abort && second.early);
-        both.surely_binds = first.surely_binds.intersection(&second.surely_binds).cloned().collect();
-        if !first.may_stop && first.starts_aborted && !first.starts_running {
-            both.duration = second.duration;
+        if self.may_stop || !self.starts_aborted || self.starts_running {
+            self.duration = None;
+        } else {
+            self.duration = second.duration.clone();
         }
-        both
+        self.extend(second);
+        self.reads.extend(&second.reads);
+        self.may_stop |= second.may_stop;
+        self.may_abort = second.may_abort;
+        self.starts_running |= self.starts_aborted && second.starts_running;
+        self.starts_stopped |= self.starts_aborted && second.starts_stopped;
+        self.starts_aborted &= second.starts_aborted;
+        self.instant_stop |= self.instant_abort && second.instant_stop;
+        self.instant_abort &= second.instant_abort;
+        self.surely_binds.retain(|name| second.surely_binds.contains(name));
+        self
     }
 
-    pub(super) fn attempt(body: Facts) -> Facts {
-        Facts::otherwise(body, Facts::ended(true, false, Some(Value::integer(0))))
+    pub(super) fn attempt(self) -> Facts {
+        self.otherwise(&Facts::ended(true, false, Some(Value::integer(0))))
     }
 
-    pub(super) fn parallel(parts: &[Facts]) -> Facts {
+    pub(super) fn parallel(parts: &[Rc<Facts>]) -> Facts {
         let mut all = Facts::joined(parts);
-        let endless = parts.iter().any(Facts::never_ends);
+        let endless = parts.iter().any(|part| part.never_ends());
         all.may_stop = !endless && parts.iter().any(|part| part.may_stop);
         all.may_abort = !endless && parts.iter().all(|part| part.may_abort);
         all.starts_running = parts.iter().any(|part| part.starts_running);
         let ended = |part: &Facts| part.starts_stopped || part.starts_aborted;
-        all.starts_stopped = parts.iter().all(ended) && parts.iter().any(|part| part.starts_stopped);
+        all.starts_stopped = parts.iter().all(|part| ended(part)) && parts.iter().any(|part| part.starts_stopped);
         all.starts_aborted = parts.iter().all(|part| part.starts_aborted);
         let instant = |part: &Facts| part.instant_stop || part.instant_abort;
-        all.instant_stop = parts.iter().all(instant) && parts.iter().any(|part| part.instant_stop);
+        all.instant_stop = parts.iter().all(|part| instant(part)) && parts.iter().any(|part| part.instant_stop);
         all.instant_abort = parts.iter().all(|part| part.instant_abort);
         all.observer = parts.iter().all(|part| part.observer);
-        all.surely_binds = Facts::bound_by_all(parts);
+        all.surely_binds = Facts::bound_by_all(parts.iter());
         for part in parts.iter().filter(|part| !part.may_abort) {
             all.surely_binds.extend(part.surely_binds.iter().cloned());
         }
@@ -96,7 +112,7 @@ impl Facts {
         all
     }
 
-    pub(super) fn disabling(parts: &[Facts]) -> Facts {
+    pub(super) fn disabling(parts: &[Rc<Facts>]) -> Facts {
         let mut all = Facts::joined(parts);
         let stopped = parts.iter().any(|part| !part.starts_running && !part.starts_aborted);
         let ended = parts.iter().any(|part| !part.starts_running);
@@ -109,20 +125,21 @@ impl Facts {
         all.instant_stop = parts.iter().any(|part| part.instant_stop);
         all.instant_abort = !stopped && parts.iter().any(|part| part.instant_abort);
         all.observer = parts.iter().all(|part| part.observer);
-        let stopping: Vec<Facts> = parts.iter().filter(|part| part.may_stop).cloned().collect();
-        all.surely_binds = Facts::bound_by_all(&stopping);
+        all.surely_binds = Facts::bound_by_all(parts.iter().filter(|part| part.may_stop));
         all.duration = Facts::durations(parts, |times| Value::minimum(times).ok(), true);
         all
     }
 
-    fn bound_by_all(parts: &[Facts]) -> BTreeSet<Name> {
-        let mut sets = parts.iter().map(|part| part.surely_binds.clone());
-        let first = sets.next().unwrap_or_default();
-        sets.fold(first, |common, set| common.intersection(&set).cloned().collect())
+    fn bound_by_all<'f>(mut parts: impl Iterator<Item = &'f Rc<Facts>>) -> BTreeSet<Name> {
+        let mut common = parts.next().map(|part| part.surely_binds.clone()).unwrap_or_default();
+        for part in parts {
+            common.retain(|name| part.surely_binds.contains(name));
+        }
+        common
     }
 
     fn durations(
-        parts: &[Facts],
+        parts: &[Rc<Facts>],
         combine: impl Fn(&[Value]) -> Option<Value>,
         beside_observers: bool,
     ) -> Option<Value> {

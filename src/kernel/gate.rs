@@ -1,6 +1,6 @@
 //! What an instance of a law, and every conclusion, must be to pass.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use super::Reason;
 use crate::definition::Definitions;
@@ -11,29 +11,43 @@ use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
 
-/// Every metavariable of the law has a meaning, of the sort in which it is used, and nothing that is known only
-/// under an index leaves its reach.
-pub(super) fn instance_is_proper(law: &Law, substitution: &Substitution) -> Result<(), Reason> {
-    for meta in metavariables(&law.left).into_iter().chain(metavariables(&law.right)) {
-        let places = [
-            substitution.processes.contains_key(&meta),
-            substitution.values.contains_key(&meta),
-            substitution.names.contains_key(&meta),
-            substitution.sets.contains_key(&meta),
-        ];
-        if places.iter().filter(|place| **place).count() != 1 {
-            return Err(Reason::Unbound(meta));
-        }
+/// What every instance of a law must meet.
+pub(super) struct Needs {
+    metavariables: BTreeSet<Name>,
+    escapes: Vec<(Name, Name)>,
+}
+
+impl Needs {
+    pub(super) fn of(law: &Law) -> Needs {
+        let mut all = metavariables(&law.left);
+        all.extend(metavariables(&law.right));
+        Needs { metavariables: all, escapes: index_escapes(law) }
     }
-    for (index, meta) in index_escapes(law) {
-        let Some(index) = substitution.names.get(&index) else { continue };
-        let process = substitution.processes.get(&meta).is_some_and(|term| read_names(term).contains(index));
-        let value = substitution.values.get(&meta).is_some_and(|value| value.mentions(index));
-        if process || value {
-            return Err(Reason::Name(index.clone()));
+
+    /// Every metavariable of the law has a meaning, of the sort in which it is used, and nothing that is known only
+    /// under an index leaves its reach.
+    pub(super) fn are_met_by(&self, substitution: &Substitution) -> Result<(), Reason> {
+        for meta in &self.metavariables {
+            let places = [
+                substitution.processes.contains_key(meta),
+                substitution.values.contains_key(meta),
+                substitution.names.contains_key(meta),
+                substitution.sets.contains_key(meta),
+            ];
+            if places.iter().filter(|place| **place).count() != 1 {
+                return Err(Reason::Unbound(meta.clone()));
+            }
         }
+        for (index, meta) in &self.escapes {
+            let Some(index) = substitution.names.get(index) else { continue };
+            let process = substitution.processes.get(meta).is_some_and(|term| read_names(term).contains(index));
+            let value = substitution.values.get(meta).is_some_and(|value| value.mentions(index));
+            if process || value {
+                return Err(Reason::Name(index.clone()));
+            }
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// A number of rounds is settled before the first: it reads no name that is written anywhere.
@@ -53,25 +67,45 @@ pub(super) fn counts_are_settled(term: &Term, definitions: &Definitions) -> Resu
 }
 
 /// Times and comparisons are over reals, draws are from distributions, counts are natural numbers.
-pub(super) fn well_sorted(term: &Term) -> Result<(), Reason> {
-    for part in subterms(term) {
-        let (values, sort): (Vec<&Value>, Sort) = match part.node() {
-            Node::Delay(_) | Node::Power(..) => (part.values(), Sort::Real),
-            Node::Guard(relation, ..) if !matches!(relation, Relation::Eq | Relation::Neq) => {
-                (part.values(), Sort::Real)
-            }
-            Node::Ran(value, _) if value.as_variable().is_none() => (vec![value], Sort::Distribution),
-            _ => continue,
-        };
-        if let Some(value) = values.into_iter().find(|value| value.sort() != sort) {
-            return Err(Reason::Sort(Box::new(value.clone())));
+/// `known` holds terms that are, with all their parts; this one is added, and what its counts read to `counts`.
+pub(super) fn well_sorted(
+    term: &Term,
+    known: &mut HashSet<Term>,
+    counts: &mut BTreeSet<Name>,
+) -> Result<(), Reason> {
+    let mut open = vec![term];
+    let mut seen = Vec::new();
+    while let Some(part) = open.pop() {
+        if known.contains(part) {
+            continue;
         }
-        if let Node::Power(_, count, _) = part.node()
-            && let Some(number) = count.as_rational()
-            && (!number.is_integer() || number < num_rational::BigRational::from_integer(0.into()))
-        {
-            return Err(Reason::Sort(Box::new(count.clone())));
+        operator_is_well_sorted(part)?;
+        if let Node::Power(_, count, _) = part.node() {
+            counts.extend(count.variables());
         }
+        open.extend(part.children());
+        seen.push(part.clone());
+    }
+    // Only now, when all parts have passed.
+    known.extend(seen);
+    Ok(())
+}
+
+fn operator_is_well_sorted(part: &Term) -> Result<(), Reason> {
+    let (values, sort): (Vec<&Value>, Sort) = match part.node() {
+        Node::Delay(_) | Node::Power(..) => (part.values(), Sort::Real),
+        Node::Guard(relation, ..) if !matches!(relation, Relation::Eq | Relation::Neq) => (part.values(), Sort::Real),
+        Node::Ran(value, _) if value.as_variable().is_none() => (vec![value], Sort::Distribution),
+        _ => return Ok(()),
+    };
+    if let Some(value) = values.into_iter().find(|value| value.sort() != sort) {
+        return Err(Reason::Sort(Box::new(value.clone())));
+    }
+    if let Node::Power(_, count, _) = part.node()
+        && let Some(number) = count.as_rational()
+        && (!number.is_integer() || number < num_rational::BigRational::from_integer(0.into()))
+    {
+        return Err(Reason::Sort(Box::new(count.clone())));
     }
     Ok(())
 }
