@@ -13,6 +13,7 @@ mod flow;
 mod graph;
 mod process;
 mod scope;
+mod shape;
 mod solve;
 mod value;
 mod verdict;
@@ -47,6 +48,17 @@ pub struct Environment {
     entities: Arc<BTreeMap<Name, Entity>>,
     /// Names of values and functions.
     quantities: Arc<BTreeMap<Name, Quantity>>,
+    /// Functions as written, for arguments that are vectors.
+    templates: Arc<BTreeMap<Name, Template>>,
+}
+
+/// A function as written, with what the names in it meant.
+#[derive(Clone)]
+struct Template {
+    parameters: Vec<Name>,
+    body: Arc<ast::Value>,
+    quantities: Arc<BTreeMap<Name, Quantity>>,
+    templates: Arc<BTreeMap<Name, Template>>,
 }
 
 /// What a name with a capital stands for.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::flow::names;
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
-use super::{BASIC, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System};
+use super::{BASIC, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System, Template};
 use crate::assumption::Assumptions;
 use crate::ast::{self, Header, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
@@ -284,9 +284,20 @@ impl Environment {
             Some(body) => lowerer.number(body).map(Some),
             None => Some(None),
         };
-        let parameters = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        let parameters: Vec<Name> = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        let written = body.map(|body| Template {
+            parameters: parameters.clone(),
+            body: Arc::new(body.clone()),
+            quantities: self.quantities.clone(),
+            templates: self.templates.clone(),
+        });
         match lowerer.finish(lowered) {
             Ok(body) => {
+                let templates = Arc::make_mut(&mut self.templates);
+                match written {
+                    Some(written) => templates.insert(header.name.name.clone(), written),
+                    None => templates.remove(&header.name.name),
+                };
                 Arc::make_mut(&mut self.quantities)
                     .insert(header.name.name.clone(), Quantity::Function { parameters, body });
             }

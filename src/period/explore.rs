@@ -11,7 +11,7 @@ use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Sort, Value};
 
 /// Phases that a system may have.
 const MOST_PHASES: usize = 300;
@@ -223,9 +223,18 @@ impl Explorer<'_> {
             if matches!(slot, Slot::Delay) && !self.clock.settler.varies(value) {
                 return Ok(value.clone());
             }
-            entries.push(value.clone());
-            hints.push(if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") });
-            Ok(Value::integer(0))
+            let hint = if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") };
+            let Sort::Vector(length) = value.sort() else {
+                entries.push(value.clone());
+                hints.push(hint);
+                return Ok(Value::integer(0));
+            };
+            // The components of a vector are variables of their own.
+            for (place, part) in (0..length).filter_map(|place| Some((place, value.component(place)?))) {
+                entries.push(part);
+                hints.push(component_name(&hint, place, length));
+            }
+            Ok(value.sub(value).unwrap_or_else(|_| value.clone()))
         };
         let Ok(shape) = state.iter().map(|run| map_values(run, &mut take)).collect::<Result<Vec<Run>, _>>();
         let key = format!("{shape:?}");
@@ -291,10 +300,16 @@ impl Explorer<'_> {
             if matches!(slot, Slot::Delay) && *value != Value::integer(0) {
                 return Ok(value.clone());
             }
-            Ok(match held.next() {
+            let mut one = || match held.next() {
                 Some(Held::Constant(value)) => value.clone(),
                 Some(Held::Class(class)) => Value::variable(&spot.variables[*class]),
-                None => value.clone(),
+                None => Value::zero(),
+            };
+            Ok(match value.sort() {
+                Sort::Vector(length) => {
+                    Value::vector((0..length).map(|_| one()).collect()).unwrap_or_else(|_| value.clone())
+                }
+                _ => one(),
             })
         };
         spot.shape.iter().map(|run| map_values(run, &mut fill)).collect()
@@ -344,11 +359,18 @@ impl Explorer<'_> {
     /// A test said over the variables that the round leads to.
     fn after(&self, test: &RawTest, map: &BTreeMap<Name, Value>) -> Option<Test> {
         let mut renamed = Env::new();
+        let said = |value: &Value| match map.iter().find(|(_, image)| *image == value) {
+            Some((variable, _)) => Some(Value::variable(variable)),
+            None if !self.clock.settler.varies(value) => Some(value.clone()),
+            None => None,
+        };
         for (name, value) in &test.env {
-            let value = match map.iter().find(|(_, image)| *image == value) {
-                Some((variable, _)) => Value::variable(variable),
-                None if !self.clock.settler.varies(value) => value.clone(),
-                None => return None,
+            let value = match value.sort() {
+                Sort::Vector(length) => {
+                    let parts = (0..length).map(|place| said(&value.component(place)?));
+                    Value::vector(parts.collect::<Option<Vec<_>>>()?).ok()?
+                }
+                _ => said(value)?,
             };
             renamed.insert(name.clone(), value);
         }
@@ -368,6 +390,14 @@ fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
             Held::Class(*classes.entry(entry).or_insert(next))
         })
         .collect()
+}
+
+/// The components of `r` are `rx`, `ry`, `rz`; of longer vectors `r1`, `r2`, ….
+fn component_name(whole: &Name, place: usize, length: usize) -> Name {
+    match ["x", "y", "z"].get(place).filter(|_| length <= 3) {
+        Some(letter) => Name::new(&format!("{whole}{letter}")),
+        None => Name::new(&format!("{whole}{}", place + 1)),
+    }
 }
 
 /// Variables are called after the first place they stand in, with a number where that is taken.

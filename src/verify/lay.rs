@@ -47,6 +47,14 @@ pub(super) enum Missed {
     Unsure(String),
 }
 
+impl Missed {
+    /// That something must be known, which may be said already.
+    pub(super) fn unknown(reason: &str) -> Missed {
+        let said = reason.starts_with("it must be known");
+        Missed::Unsure(if said { reason.to_string() } else { format!("it must be known {reason}") })
+    }
+}
+
 impl From<ValueError> for Missed {
     fn from(error: ValueError) -> Missed {
         Missed::Unsure(error.0)
@@ -152,7 +160,7 @@ impl Matcher<'_> {
         let mut rest = rest.into_iter();
         for unit in rest.by_ref() {
             match unit.find(shown, self.assumptions) {
-                Hit::Unknown(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                Hit::Unknown(reason) => return Err(Missed::unknown(&reason)),
                 Hit::Miss(reason) => {
                     why = reason.or(why);
                     passed.push(unit);
@@ -188,7 +196,7 @@ impl Matcher<'_> {
                         rest.push_front(unit);
                         break;
                     }
-                    Err(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                    Err(reason) => return Err(Missed::unknown(&reason)),
                 },
                 Unit::Repeat { segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => {
                     taken.push(unit)
@@ -201,7 +209,7 @@ impl Matcher<'_> {
                             after.into_iter().rev().for_each(|unit| rest.push_front(unit));
                             round.into_iter().rev().for_each(|segment| rest.push_front(Unit::Single(segment)));
                         }
-                        Some(Err(reason)) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                        Some(Err(reason)) => return Err(Missed::unknown(&reason)),
                         _ => {
                             rest.push_front(unit);
                             break;
