@@ -279,7 +279,7 @@ impl Lowerer<'_> {
     }
 
     /// What a function gives for vectors: its body, read anew with them in place of the parameters.
-    pub(super) fn from_template(&mut self, template: &Template, values: Vec<Value>) -> Option<Value> {
+    pub(super) fn read_anew(&mut self, template: &Template, values: Vec<Value>) -> Option<Value> {
         if self.readings == 0 || self.depth >= MOST_DEPTH {
             let name = template.parameters.first().map_or("", Name::as_str);
             return self.fail(

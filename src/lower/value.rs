@@ -207,7 +207,7 @@ impl Lowerer<'_> {
         let environment = self.environment;
         let template = environment.templates.get(&name.name);
         if let (Some(template), true) = (template, values.iter().any(|value| matches!(value.sort(), Sort::Vector(_)))) {
-            return self.from_template(template, values);
+            return self.read_anew(template, values);
         }
         let result = match function {
             Some((parameters, Some(body))) => {

@@ -84,13 +84,9 @@ fn left_next(
     (goals, ways): (&BTreeMap<Name, Value>, &BTreeMap<Name, Value>),
     known: &Assumptions,
 ) -> Result<Option<Value>, NoClosedForm> {
-    let moves = |way: &&Value| known.decide(Relation::Neq, way, &Value::zero()) == Some(true);
-    let mut next: Option<Value> = None;
-    for (variable, way) in ways.iter().filter(|(_, way)| moves(way)) {
-        next = Some(goals[variable].sub(&maps[variable].substitute(places)?)?.div(way)?);
-        break;
-    }
-    let Some(next) = next else { return Ok(None) };
+    let moves = |way: &Value| known.decide(Relation::Neq, way, &Value::zero()) == Some(true);
+    let Some((variable, way)) = ways.iter().find(|(_, way)| moves(way)) else { return Ok(None) };
+    let next = goals[variable].sub(&maps[variable].substitute(places)?)?.div(way)?;
     for (variable, map) in maps {
         let image = map.substitute(places)?;
         let wanted = goals[variable].sub(&next.mul(&ways[variable])?)?;

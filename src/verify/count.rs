@@ -224,7 +224,7 @@ pub(super) fn one_difference(difference: &Value, index: &Name, known: &Assumptio
         let cross = a.mul(&d).and_then(|product| product.sub(&b.mul(&c)?));
         cross.is_ok_and(|cross| known.decide(Relation::Neq, &cross, &Value::zero()) == Some(true))
     };
-    if rest.iter().any(|part| apart(part)) {
+    if rest.iter().any(apart) {
         return Some(Value::one());
     }
     let multiple = |part: &&&Value| part.div(main).is_ok_and(|ratio| !known.simplify(&ratio).mentions(index));

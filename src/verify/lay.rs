@@ -97,7 +97,7 @@ impl Matcher<'_> {
             let mut want = want.clone();
             want.shown = with_values(&want.shown, &laid.values)?;
             match &want.length {
-                Length::Unknown(_) if want.shown.is_empty() && !(last && whole) && !last && free.is_none() => {
+                Length::Unknown(_) if want.shown.is_empty() && !last && free.is_none() => {
                     free = wants[place].free();
                     continue;
                 }

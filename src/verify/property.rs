@@ -261,8 +261,8 @@ impl Matcher<'_> {
         let forever = |unit: &Unit| matches!(unit, Unit::Repeat { count: None, .. });
         let known = trajectory.open.is_empty()
             && !matches!(trajectory.end, Some(End::Livelock { .. }))
-            && !(endless && laid.rest.iter().any(forever))
-            && !laid.run.iter().any(forever);
+            && !laid.run.iter().any(forever)
+            && (!endless || !laid.rest.iter().any(forever));
         outcome.trajectory_term = known.then(|| Term::seq(run));
         outcome.property_term = known.then(|| Term::seq(property));
         Ok(outcome)
