@@ -177,7 +177,12 @@ impl Assumptions {
                         None => all = None,
                     }
                 }
-                all
+                // Not equal in all places: then the distance is not 0.
+                let apart = || {
+                    let length = left.sub(right).ok()?.norm().ok()?;
+                    self.decide(Relation::Gtr, &length.mul(&length).ok()?, &Value::zero())
+                };
+                if all.is_none() && apart() == Some(true) { Some(false) } else { all }
             }
             _ => None,
         };
@@ -186,6 +191,11 @@ impl Assumptions {
 
     /// Compares a value with 0.
     fn decide_unless_contradictory(&self, relation: Relation, value: &Value) -> Option<bool> {
+        if let Some((low, high)) = value.enclosure()
+            && (low.is_positive() || high.is_negative())
+        {
+            return Some(Signs::of_number(&low).within(Signs::of(relation)));
+        }
         let possible = self.possible_signs(value, Signs::of(relation));
         if possible.is_empty() {
             return None;

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::assumption::Assumptions;
+use crate::closed_form::term;
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
 use crate::period::{Edge, Next, Period, Segment, Test, stretch};
@@ -95,6 +96,8 @@ pub struct PhaseFlow {
     pub duration: Option<Value>,
     /// The flow function of a round that comes back; several where guards branch, each with its tests.
     pub maps: Vec<(Vec<Test>, BTreeMap<Name, Value>)>,
+    /// Random draws of a round: names for what is drawn, with the distribution.
+    pub draws: Vec<(Name, Value)>,
     /// Ports with the values that pass in a round.
     pub communications: Vec<(Name, Value)>,
     /// Where it goes on otherwise: the tests, and the phase.
@@ -118,6 +121,7 @@ pub fn flows(period: &Period) -> Vec<PhaseFlow> {
                 segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
                 duration: shown.and_then(|edge| edge.duration().ok()),
                 maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
+                draws: shown.map(|edge| edge.draws.clone()).unwrap_or_default(),
                 communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
                 exits: phase
                     .edges
@@ -151,6 +155,20 @@ impl PhaseFlow {
         solve_together(&changing, &starts, index, assumptions)
     }
 
+    /// A name for the number of a round: `n`, where that is no variable of the phase.
+    pub fn index(&self) -> Name {
+        let free = |name: &Name| !self.variables.contains(name);
+        ["n", "k", "i"].into_iter().map(Name::new).find(free).unwrap_or_else(|| Name::new("index"))
+    }
+
+    /// The recurrence: each variable that changes with its next value, in the terms `r(n)` of the sequences.
+    pub fn steps(&self, index: &Name) -> Vec<(Name, Value)> {
+        let [(_, map)] = self.maps.as_slice() else { return Vec::new() };
+        let terms = map.keys().map(|name| (name.clone(), Value::variable(&term(name, index, 0)))).collect();
+        let changes = map.iter().filter(|(name, image)| **image != Value::variable(name));
+        changes.filter_map(|(name, image)| Some((name.clone(), image.substitute(&terms).ok()?))).collect()
+    }
+
     /// The table, line by line.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!("phase {}: {}", self.phase + 1, self.control.join(" | "))];
@@ -163,6 +181,9 @@ impl PhaseFlow {
             let images = if map.len() == 1 { images } else { format!("({images})") };
             let when = if self.maps.len() > 1 { crate::period::in_case(tests) } else { String::new() };
             lines.push(format!("  flow      f({list}) = {images}{when}"));
+        }
+        for (name, distribution) in &self.draws {
+            lines.push(format!("  draws     {name} from {distribution}"));
         }
         if !self.guard.is_empty() {
             let guard: Vec<String> = self.guard.iter().map(Test::to_string).collect();

@@ -1,5 +1,7 @@
 //! Derivations for print: `align*` with the name of a law on each line, and only what changed underlined.
 
+mod flow;
+
 use std::fmt::Write as _;
 use std::ops::Range;
 
@@ -9,6 +11,8 @@ use crate::lexer::{Keyword, Kind, Token};
 use crate::mark::marked;
 use crate::parser::{Role, parse};
 use crate::term::Term;
+
+pub use flow::phases;
 
 /// Letters with a command of their own.
 const GREEK: [(&str, &str); 28] = [

@@ -13,6 +13,7 @@ mod flow;
 mod graph;
 mod process;
 mod scope;
+mod shape;
 mod solve;
 mod value;
 mod verdict;
@@ -49,6 +50,17 @@ pub struct Environment {
     quantities: Arc<BTreeMap<Name, Quantity>>,
     /// Names of the claims about processes so far: `by` may name them.
     claims: Arc<BTreeSet<Name>>,
+    /// Functions as written, for arguments that are vectors.
+    templates: Arc<BTreeMap<Name, Template>>,
+}
+
+/// A function as written, with what the names in it meant.
+#[derive(Clone)]
+struct Template {
+    parameters: Vec<Name>,
+    body: Arc<ast::Value>,
+    quantities: Arc<BTreeMap<Name, Quantity>>,
+    templates: Arc<BTreeMap<Name, Template>>,
 }
 
 /// What a name with a capital stands for.

@@ -5,9 +5,11 @@
 //! found exactly, and there the next piece begins. Each form is checked, base and step, before it is returned.
 
 mod affine;
+mod approach;
 mod cycle;
 mod dominant;
 mod inhomogeneous;
+mod line;
 mod linear;
 mod matrix;
 mod nonlinear;
@@ -127,7 +129,8 @@ pub fn solve(
         closed.conditions = pieces.1;
         return Ok(closed);
     }
-    Pieces { map, variable, index, known, closed, history: Vec::new() }.collect(start)
+    let pieces = Pieces { map: map.clone(), variable, index, known: known.clone(), closed, history: Vec::new() };
+    pieces.collect(start).or_else(|reason| approach::approach(&map, variable, start, index, &known)?.ok_or(reason))
 }
 
 /// A piecewise form in the making.

@@ -20,7 +20,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use num_rational::BigRational;
-use num_traits::{One, Zero};
+use num_traits::{One, ToPrimitive, Zero};
 
 pub use relation::Relation;
 
@@ -239,7 +239,27 @@ impl Value {
         if arguments.iter().any(|argument| argument.sort() == Sort::Distribution) {
             return Err(ValueError::new(format!("{function} is applied to a distribution; it takes numbers")));
         }
+        if let ("part", [whole, place]) = (function.as_str(), arguments) {
+            return whole.part(place);
+        }
         Value::whole(Polynomial::atom(Atom::Apply(function.clone(), arguments.into())))
+    }
+
+    /// `part(r, 2)`: the component at this place, counted from 1. Of a variable it is kept until that has a value.
+    fn part(&self, place: &Value) -> Outcome {
+        let number =
+            place.as_rational().filter(|place| place.is_integer()).and_then(|place| place.to_integer().to_usize());
+        match (number, &self.0.content) {
+            (None | Some(0), _) => Err(ValueError::new(format!("{place} is the place of no component: 1, 2, …"))),
+            (Some(place), Content::Vector(parts)) => parts
+                .get(place - 1)
+                .cloned()
+                .ok_or_else(|| ValueError::new(format!("a vector of {} has no component {place}", parts.len()))),
+            _ if self.as_variable().is_some() => {
+                Value::whole(Polynomial::atom(Atom::Apply(Name::new("part"), [self.clone(), place.clone()].into())))
+            }
+            _ => Err(ValueError::new("a vector is needed here, and this is a number")),
+        }
     }
 
     /// A vector of numbers.

@@ -1,5 +1,6 @@
 //! From a period to a verdict: the run of the system leg by leg, and the property matched with it.
 
+mod cases;
 mod count;
 mod lay;
 mod orbit;
@@ -98,10 +99,9 @@ pub fn verify(
     };
     let mut outcome = match property::Wanted::of(property.1, property.0) {
         Err(reason) => Outcome::new(Verdict::Open { remaining: vec![reason] }),
-        Ok(wanted) => {
-            let trajectory = trajectory::walk(&period, assumptions, property.1);
-            property::judge(&wanted, trajectory)
-        }
+        Ok(wanted) => cases::in_cases(assumptions, &|known| {
+            property::judge(&wanted, trajectory::walk(&period, known, property.1))
+        }),
     };
     outcome.diagnostics.extend(period.warnings.iter().cloned());
     outcome.period = Some(period);

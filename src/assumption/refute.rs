@@ -259,7 +259,7 @@ impl Assumptions {
     }
 
     /// The signs of a polynomial, as its terms or an assumption about itself show.
-    fn assumed(&self, form: &Form) -> Signs {
+    pub(super) fn assumed(&self, form: &Form) -> Signs {
         let (scaled, opposite) = (form.primitive(), Polynomial::zero().minus(&form.primitive()));
         let positive = form.leading() > BigRational::from_integer(0.into());
         let mut signs = self.quick_signs(form);

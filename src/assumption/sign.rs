@@ -165,7 +165,13 @@ impl Assumptions {
                 }
             }
             Atom::Floor(part) => {
-                let signs = self.quick(part);
+                let mut signs = self.quick(part);
+                // A quotient has the sign of its numerator, of which something may be assumed, where the rest is positive.
+                if let Some((top, below)) = part.polynomials().filter(|_| signs == Signs::ANY)
+                    && self.quick_signs(below).within(Signs::POSITIVE)
+                {
+                    signs = self.assumed(top);
+                }
                 if signs.within(Signs::NEGATIVE) {
                     Signs::NEGATIVE
                 } else if signs.within(Signs::NONNEGATIVE) {

@@ -68,11 +68,7 @@ pub(super) fn counts_are_settled(term: &Term, definitions: &Definitions) -> Resu
 
 /// Times and comparisons are over reals, draws are from distributions, counts are natural numbers.
 /// `known` holds terms that are, with all their parts; this one is added, and what its counts read to `counts`.
-pub(super) fn well_sorted(
-    term: &Term,
-    known: &mut HashSet<Term>,
-    counts: &mut BTreeSet<Name>,
-) -> Result<(), Reason> {
+pub(super) fn well_sorted(term: &Term, known: &mut HashSet<Term>, counts: &mut BTreeSet<Name>) -> Result<(), Reason> {
     let mut open = vec![term];
     let mut seen = Vec::new();
     while let Some(part) = open.pop() {

@@ -7,7 +7,7 @@ use super::flow::names;
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
 use super::{
-    BASIC, Claim, ClaimKind, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System,
+    BASIC, Claim, ClaimKind, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System, Template,
 };
 use crate::assumption::Assumptions;
 use crate::ast::{self, Header, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
@@ -287,9 +287,20 @@ impl Environment {
             Some(body) => lowerer.number(body).map(Some),
             None => Some(None),
         };
-        let parameters = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        let parameters: Vec<Name> = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        let written = body.map(|body| Template {
+            parameters: parameters.clone(),
+            body: Arc::new(body.clone()),
+            quantities: self.quantities.clone(),
+            templates: self.templates.clone(),
+        });
         match lowerer.finish(lowered) {
             Ok(body) => {
+                let templates = Arc::make_mut(&mut self.templates);
+                match written {
+                    Some(written) => templates.insert(header.name.name.clone(), written),
+                    None => templates.remove(&header.name.name),
+                };
                 Arc::make_mut(&mut self.quantities)
                     .insert(header.name.name.clone(), Quantity::Function { parameters, body });
             }

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use super::declare::Opening;
 use super::graph::{callees, callees_first, cycles};
 use super::scope::{Lowerer, Metas};
+use super::shape::Shapes;
 use super::{Class, Entity, Environment, Flow, Signature};
 use crate::ast::{Header, Item, ItemKind, Term as Written, TermKind};
 use crate::definition::Definition;
@@ -41,8 +42,9 @@ impl Environment {
         }
         self.announce_bindings(&found);
         let seen = self.clone();
+        let shapes = Shapes::find(items, &seen);
         let mut drafts: Vec<Draft> =
-            found.into_iter().map(|(index, header, written)| draft(&seen, index, header, written)).collect();
+            found.into_iter().map(|(index, header, written)| draft(&seen, index, (header, written), &shapes)).collect();
         let loops = self.enter(&drafts);
         settle_flows(&mut drafts, &loops);
         check(&mut drafts, &loops);
@@ -141,10 +143,11 @@ impl Environment {
 fn draft<'i, 'e>(
     environment: &'e Environment,
     index: usize,
-    header: &'i Header,
-    written: &'i Written,
+    (header, written): (&'i Header, &'i Written),
+    shapes: &Shapes,
 ) -> Draft<'i, 'e> {
     let mut lowerer = Lowerer::new(environment, Metas::Forbidden);
+    lowerer.shapes = shapes.of(&header.name.name);
     lowerer.settled = false;
     lowerer.parameters(&header.parameters);
     let bound = match environment.entity(&header.name.name) {

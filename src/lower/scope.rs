@@ -7,6 +7,7 @@ use crate::ast::{Ident, Term, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span, nearest};
 use crate::lexer::MOST_ERRORS;
 use crate::name::Name;
+use crate::value::Value;
 
 /// Which `?x` may be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +42,13 @@ pub(super) struct Lowerer<'e> {
     pub(super) lenient: bool,
     /// Whether any name of a value may be read: in a part of a process, away from what binds it.
     pub(super) free: bool,
+    /// Names that are vectors, with the number of components.
+    pub(super) shapes: BTreeMap<Name, usize>,
+    /// What the parameters of a function stand for, while its body is read anew.
+    pub(super) images: BTreeMap<Name, Value>,
+    /// How often bodies of functions may still be read anew, and how deep in others this one is.
+    pub(super) readings: usize,
+    pub(super) depth: usize,
     pub(super) errors: Vec<Diagnostic>,
 }
 
@@ -58,6 +66,10 @@ impl<'e> Lowerer<'e> {
             settled: true,
             lenient: false,
             free: false,
+            shapes: BTreeMap::new(),
+            images: BTreeMap::new(),
+            readings: 10_000,
+            depth: 0,
             errors: Vec::new(),
         }
     }

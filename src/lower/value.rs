@@ -7,10 +7,10 @@ use super::{Class, Quantity};
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Value, ValueError};
+use crate::value::{Sort, Value, ValueError};
 
 /// The functions of the language, with how many arguments they take; none: any number but zero.
-pub(super) const FUNCTIONS: [(&str, Option<usize>); 10] = [
+pub(super) const FUNCTIONS: [(&str, Option<usize>); 11] = [
     ("abs", Some(1)),
     ("min", None),
     ("max", None),
@@ -21,6 +21,7 @@ pub(super) const FUNCTIONS: [(&str, Option<usize>); 10] = [
     ("ceil", Some(1)),
     ("mod", Some(2)),
     ("sqrt", Some(1)),
+    ("part", Some(2)),
 ];
 
 const DISTRIBUTIONS: [&str; 5] = ["Normal", "Exp", "Uniform", "Mix", "Point"];
@@ -101,8 +102,14 @@ impl Lowerer<'_> {
             self.must_be(name, class, ident.span);
             return Some(Value::variable(name));
         }
+        if let Some(image) = self.images.get(name) {
+            return Some(image.clone());
+        }
         if self.locals.contains_key(name) || self.results.contains_key(name) {
             self.must_be(name, class, ident.span);
+            if let Some(length) = self.shapes.get(name).copied() {
+                return self.components_of(name, length);
+            }
             return Some(Value::variable(name));
         }
         match self.environment.quantity(name) {
@@ -197,6 +204,11 @@ impl Lowerer<'_> {
             );
         }
         let values = values.into_iter().collect::<Option<Vec<_>>>()?;
+        let environment = self.environment;
+        let template = environment.templates.get(&name.name);
+        if let (Some(template), true) = (template, values.iter().any(|value| matches!(value.sort(), Sort::Vector(_)))) {
+            return self.read_anew(template, values);
+        }
         let result = match function {
             Some((parameters, Some(body))) => {
                 body.substitute(&parameters.into_iter().zip(values).collect::<BTreeMap<_, _>>())
@@ -359,6 +371,7 @@ fn basic_function(name: &str, values: &[Value]) -> Result<Value, ValueError> {
         ("floor", [x]) => x.floor(),
         ("ceil", [x]) => x.ceiling(),
         ("sqrt", [x]) => x.sqrt(),
+        ("part", [x, place]) => Value::apply(&Name::new("part"), &[x.clone(), place.clone()]),
         ("mod", [x, y]) => x.sub(&y.mul(&x.div(y)?.floor()?)?),
         ("clamp", [x, low, high]) => Value::clamp(x, low, high),
         _ => Err(ValueError(format!("`{name}` cannot be computed"))),

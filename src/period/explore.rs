@@ -260,7 +260,7 @@ impl Explorer<'_> {
                 hints.push(hint);
                 return Ok(Value::zero());
             };
-            hints.extend((1..=parts.len()).map(|place| Name::new(&format!("{hint}{place}"))));
+            hints.extend((0..parts.len()).map(|place| component_name(&hint, place, parts.len())));
             let nothing = Value::vector(vec![Value::zero(); parts.len()]);
             entries.extend(parts);
             Ok(nothing.unwrap_or_else(|_| Value::zero()))
@@ -419,9 +419,9 @@ impl Explorer<'_> {
     fn after(&self, test: &RawTest, map: &BTreeMap<Name, Value>) -> Option<Test> {
         let mut renamed = Env::new();
         for (name, value) in &test.env {
-            let image = |value: &Value| match map.iter().find(|(_, image)| *image == value) {
-                Some((variable, _)) => Some(Value::variable(variable)),
-                None => (!self.clock.settler.varies(value)).then(|| value.clone()),
+            let image = |value: &Value| {
+                let known = map.iter().find(|(_, image)| *image == value).map(|(name, _)| Value::variable(name));
+                known.or_else(|| (!self.clock.settler.varies(value)).then(|| value.clone()))
             };
             let value = match components(value) {
                 None => image(value)?,
@@ -451,6 +451,14 @@ fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
             Held::Class(*classes.entry(entry).or_insert(next))
         })
         .collect()
+}
+
+/// The components of `r` are `rx`, `ry`, `rz`; of longer vectors `r1`, `r2`, ….
+fn component_name(whole: &Name, place: usize, length: usize) -> Name {
+    match ["x", "y", "z"].get(place).filter(|_| length <= 3) {
+        Some(letter) => Name::new(&format!("{whole}{letter}")),
+        None => Name::new(&format!("{whole}{}", place + 1)),
+    }
 }
 
 /// Variables are called after the first place they stand in, with a number where that is taken.

@@ -64,7 +64,7 @@ pub(super) fn unknown(relation: Relation, left: &Value, right: &Value) -> NoClos
 }
 
 /// The places where elements of a maximum are equal, or a condition is 0, in order.
-fn breaks_of(
+pub(super) fn breaks_of(
     expression: &Value,
     variable: &Name,
     known: &Assumptions,

@@ -273,6 +273,10 @@ impl Entry<'_> {
         if later == Some(false) {
             return Ok(Reach::Never(self.moving_away()?));
         }
+        // A whole number is not below itself, and every other number is none.
+        if self.until.is_some_and(|until| wanted.ceiling().is_ok_and(|next| next == *until)) {
+            return Ok(Reach::Never(format!("it is not met before n = {wanted}")));
+        }
         let mut conditions = Vec::new();
         let whole = self.known.is_natural(&wanted);
         if whole == Some(false) {
@@ -280,8 +284,13 @@ impl Entry<'_> {
         }
         if whole.is_none() {
             let floor = self.known.simplify(&wanted.floor()?);
-            if self.known.decide(Relation::Eq, &floor, &wanted) != Some(true) {
-                conditions.push((Relation::Eq, floor, wanted.clone()));
+            match self.known.decide(Relation::Eq, &floor, &wanted) {
+                Some(true) => {}
+                Some(false) => {
+                    let text = format!("it steps over it: n would be {wanted}, which is not a whole number");
+                    return Ok(Reach::Never(text));
+                }
+                None => conditions.push((Relation::Eq, floor, wanted.clone())),
             }
         }
         if later.is_none() {

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::line::along_a_line;
 use super::reach::pieces;
 use super::{Closed, NoClosedForm, Solved, solve_all};
 use crate::assumption::Assumptions;
@@ -55,12 +56,20 @@ fn one_group(
         let next = known.simplify(&maps[*name]).substitute(&names)?;
         sequences.push(Sequence { name: (*name).clone(), start: vec![known.simplify(start)], next });
     }
-    let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known)?;
+    let solved = match solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known) {
+        Err(reason) => {
+            let own = |map: &BTreeMap<Name, Value>| {
+                group.iter().filter_map(|name| Some(((*name).clone(), map.get(*name)?.clone()))).collect()
+            };
+            return along_a_line(&own(maps), &own(starts), index, known).ok().flatten().ok_or(reason);
+        }
+        Ok(solved) => solved,
+    };
     group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect()
 }
 
 /// The form of one sequence by pieces.
-fn closed(solved: &Solved, name: &Name) -> Result<Closed, NoClosedForm> {
+pub(super) fn closed(solved: &Solved, name: &Name) -> Result<Closed, NoClosedForm> {
     let recurrence = solved.recurrence();
     let by_pieces = solved.form(name).and_then(|form| pieces(form, &recurrence.index, recurrence.from));
     let pieces =

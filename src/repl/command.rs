@@ -6,11 +6,13 @@ use super::help;
 use super::prompt::Prompt;
 use crate::diagnostic::nearest;
 use crate::explain::{Chain, Why};
+use crate::flow::flows;
 use crate::latex;
 use crate::law::{Law, Laws};
-use crate::lower::{Entity, Quantity};
+use crate::lower::{Entity, Environment, Quantity};
 use crate::mark::marked;
 use crate::name::Name;
+use crate::period::analyse;
 use crate::report::{Output, abbreviated};
 use crate::script::read_file;
 
@@ -25,7 +27,11 @@ pub const COMMANDS: [(&str, &str, &str); 14] = [
     ("load", "file", "run a script here"),
     ("save", "file", "write the inputs so far as a script"),
     ("proof", "file [claim]", "write the proof of a claim to a file, which `pars check` checks"),
-    ("latex", "[file] [claim]", "a proof for print: an align* with the laws; into a file, a whole document"),
+    (
+        "latex",
+        "[file] [claim]",
+        "a proof for print, with its laws, into a file as a document; `flow Sys`: the phases of a system",
+    ),
     ("lint", "file", "what is wrong with the laws of a rule file, or unwise; `lint \"file\"` does the same"),
     ("exercise", "[name]", "do an exercise of those that were read; without a name, lists them"),
     ("step", "process [with t = 1]", "run a process by hand, step by step; `step process` does the same"),
@@ -157,6 +163,11 @@ pub(super) fn lint(prompt: &Prompt, path: &str) -> String {
 fn latex(prompt: &Prompt, rest: &str) -> String {
     let (first, second) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
     let session = prompt.session();
+    if let ("flow", name) = (first, second.trim())
+        && !name.is_empty()
+    {
+        return flow_for_print(session.environment(), name);
+    }
     // One word is the name of a claim, if there is such a claim.
     let alone = second.is_empty() && (first.is_empty() || session.record(first).is_some());
     let (path, which) = if alone { ("", first) } else { (first, second.trim()) };
@@ -169,6 +180,15 @@ fn latex(prompt: &Prompt, rest: &str) -> String {
     match std::fs::write(path, latex::document(&record.report.claim, &chain, laws)) {
         Ok(()) => format!("written to `{path}`\n"),
         Err(error) => format!("`{path}` cannot be written: {error}\n"),
+    }
+}
+
+/// The phases of a system in LaTeX.
+fn flow_for_print(environment: &Environment, name: &str) -> String {
+    let Some(system) = environment.system(&Name::new(name)) else { return format!("there is no system `{name}`\n") };
+    match analyse(&system.components, &environment.definitions, &environment.assumptions) {
+        Ok(period) => latex::phases(&flows(&period), &environment.assumptions),
+        Err(failures) => failures.iter().map(|failure| format!("{failure}\n")).collect(),
     }
 }
 

@@ -5,6 +5,7 @@ use super::claim::Found;
 use super::compare::theory;
 use super::contradiction::contradict;
 use super::reading::{Run, Waiting};
+use crate::closed_form::term;
 use crate::flow::{component_periods, flows};
 use crate::kernel::check;
 use crate::law::Connective;
@@ -18,6 +19,7 @@ use crate::refute::{self, Refutation};
 use crate::report::Verdict;
 use crate::rewrite::Limits;
 use crate::term::Term;
+use crate::value::Value;
 use crate::verify::trajectory::{Leg, Rounds};
 use crate::verify::{self, Outcome};
 
@@ -111,11 +113,13 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
-        let n = Name::new("n");
         self.examined(system, waiting, |_, period, environment| {
             let mut lines = Vec::new();
             for flow in flows(period) {
                 lines.extend(flow.lines());
+                let n = flow.index();
+                let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
+                lines.extend(flow.steps(&n).iter().map(next));
                 match flow.recurrences(&n, &environment.assumptions) {
                     Ok(all) => lines.extend(all.iter().flat_map(|(name, closed)| closed_lines(name, closed))),
                     Err(none) => lines.push(format!("  no closed form: {}", none.0)),
@@ -156,10 +160,18 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<Str
             Err(lines)
         }
         Refutation::None { instances, meaningless, open, .. } => {
-            Ok(match instances.saturating_sub(meaningless).saturating_sub(open) {
-                0 => "the run was not tried on the executable meaning".to_string(),
-                1 => "the run agrees with the executable meaning on one instance".to_string(),
-                agree => format!("the run agrees with the executable meaning on {agree} instances"),
+            let whole = instances.saturating_sub(meaningless).saturating_sub(open);
+            let count =
+                |count: usize| if count == 1 { "one instance".to_string() } else { format!("{count} instances") };
+            Ok(match (whole, open) {
+                (0, 0) => "the run was not tried on the executable meaning".to_string(),
+                (0, open) => {
+                    format!(
+                        "the run agrees with the executable meaning as far as that was followed, on {}",
+                        count(open)
+                    )
+                }
+                (whole, _) => format!("the run agrees with the executable meaning on {}", count(whole)),
             })
         }
     }

@@ -1,5 +1,7 @@
 //! Roots, integer parts, lengths.
 
+use std::collections::BTreeMap;
+
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
@@ -16,6 +18,11 @@ impl Value {
     pub fn floor(&self) -> Result<Value, ValueError> {
         if let Some(number) = self.as_rational() {
             return Ok(Value::rational(number.floor()));
+        }
+        if let Some((low, high)) = self.enclosure()
+            && low.floor() == high.floor()
+        {
+            return Ok(Value::rational(low.floor()));
         }
         let (numerator, denominator) = self.real()?;
         if let (false, Some((lead, _))) = (denominator.is_one(), denominator.terms().first()) {
@@ -37,6 +44,23 @@ impl Value {
         let rest = numerator.minus(&integers);
         let integers = Value::whole(integers)?;
         if rest.is_zero() { Ok(integers) } else { Atom::Floor(Value::whole(rest)?).value()?.add(&integers) }
+    }
+
+    /// Numbers between which a number with roots of numbers lies; none of anything else.
+    pub(crate) fn enclosure(&self) -> Option<Bounds> {
+        let (numerator, denominator) = self.real().ok()?;
+        let atoms = numerator.atoms().into_iter().chain(denominator.atoms());
+        let mut roots = BTreeMap::new();
+        for atom in atoms {
+            let Atom::Root(inner) = atom else { return None };
+            roots.insert(atom, root_between(&inner.as_rational()?)?);
+        }
+        if roots.is_empty() {
+            return None;
+        }
+        let (top, below) = (between(numerator, &roots)?, between(denominator, &roots)?);
+        let crosses = !below.0.is_positive() && !below.1.is_negative();
+        (!crosses).then(|| product(&top, &(below.1.recip(), below.0.recip())))
     }
 
     /// The least integer that is not less.
@@ -108,6 +132,46 @@ impl Atom {
             _ => false,
         }
     }
+}
+
+/// The bits behind the point of the bounds of a root.
+const PRECISION: u64 = 256;
+
+/// A lower and an upper bound.
+type Bounds = (BigRational, BigRational);
+
+fn root_between(number: &BigRational) -> Option<Bounds> {
+    if number.is_negative() || number.numer().bits() + number.denom().bits() > 4 * PRECISION {
+        return None;
+    }
+    let unit = BigInt::one() << PRECISION;
+    let low = (number * BigRational::from_integer(&unit * &unit)).floor().to_integer().sqrt();
+    Some((BigRational::new(low.clone(), unit.clone()), BigRational::new(low + BigInt::one(), unit)))
+}
+
+fn product(one: &Bounds, other: &Bounds) -> Bounds {
+    let all = [&one.0 * &other.0, &one.0 * &other.1, &one.1 * &other.0, &one.1 * &other.1];
+    let (mut low, mut high) = (all[0].clone(), all[0].clone());
+    for number in all {
+        low = low.min(number.clone());
+        high = high.max(number);
+    }
+    (low, high)
+}
+
+fn between(polynomial: &Real, roots: &BTreeMap<&Atom, Bounds>) -> Option<Bounds> {
+    let mut sum = (BigRational::zero(), BigRational::zero());
+    for (monomial, number) in polynomial.terms() {
+        let mut term = (number.clone(), number.clone());
+        for (atom, exponent) in monomial.factors() {
+            for _ in 0..(*exponent).min(64) {
+                term = product(&term, roots.get(atom)?);
+            }
+            (*exponent <= 64).then_some(())?;
+        }
+        sum = (sum.0 + term.0, sum.1 + term.1);
+    }
+    Some(sum)
 }
 
 /// `sqrt(p/q) = sqrt(p*q)/q`, as the roots of different small primes.

@@ -1,6 +1,7 @@
 //! How often a round comes back to its phase: the recurrence of its variables, and the first test that fails.
 
 use super::trajectory::{Unsure, Values, Walker};
+use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Edge, Test};
 use crate::recurrence::{Closed, Goal, Piece, Reach, first, solve_together};
@@ -67,26 +68,20 @@ impl Walker<'_> {
             learned: None,
         };
         for (test, after) in round.tests.iter().zip(&round.after) {
-            self.limit(&mut count, test, after.as_ref(), (&forms, values))?;
+            self.limit(&mut count, test, after.as_ref(), &forms)?;
         }
         Ok(count)
     }
 
     /// Lowers the count to the first round after which a test fails.
-    fn limit(
-        &self,
-        count: &mut Count,
-        test: &Test,
-        after: Option<&Test>,
-        (forms, values): (&Forms, &Values),
-    ) -> Result<(), Unsure> {
+    fn limit(&self, count: &mut Count, test: &Test, after: Option<&Test>, forms: &Forms) -> Result<(), Unsure> {
         // A test of the values after a round is a test of the sequence one later.
         let (said, later) = after.map_or((test, false), |after| (after, true));
         let said = said.substitute(&forms.constant)?;
         let reads = |name: &&Name| said.left.mentions(name) || said.right.mentions(name);
         let reach = match forms.maps.keys().filter(reads).collect::<Vec<_>>().as_slice() {
             [] => return self.settled(count, &said),
-            [name] => self.first_of_one(&said, name, later, (forms, values))?,
+            [name] => self.first_of_one(&said, name, later, forms)?,
             many => self.first_of_many(&said, many, later, forms)?,
         };
         match reach {
@@ -117,59 +112,75 @@ impl Walker<'_> {
     }
 
     /// When a test of one variable fails first.
-    fn first_of_one(
-        &self,
-        said: &Test,
-        name: &Name,
-        later: bool,
-        (forms, values): (&Forms, &Values),
-    ) -> Result<Reach, Unsure> {
-        let image =
-            |(name, map): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&map.substitute(values)?)));
-        let own = |closed: &[(Name, Closed)]| closed.iter().find(|(other, _)| other == name).map(|one| one.1.clone());
-        let (start, closed) = if later {
-            let starts: Values = forms.maps.iter().map(image).collect::<Result<_, Unsure>>()?;
-            let closed = solve_together(&forms.maps, &starts, &self.index, &self.assumptions)?;
-            (starts.get(name).cloned(), own(&closed))
-        } else {
-            (values.get(name).cloned(), own(&forms.closed))
-        };
-        let (Some(map), Some(start), Some(closed)) = (forms.maps.get(name), start, closed) else {
-            return Err(Unsure(vec![format!("when {said} fails first")]));
-        };
-        let Some(goal) = goal_of(&said.negated(), name) else {
-            return Err(Unsure(vec![format!("when {said} fails first")]));
-        };
+    fn first_of_one(&self, said: &Test, name: &Name, later: bool, forms: &Forms) -> Result<Reach, Unsure> {
+        let unsure = || Unsure(vec![format!("when {said} fails first")]);
+        let map = forms.maps.get(name).ok_or_else(unsure)?;
+        let own = forms.closed.iter().find(|(other, _)| other == name).map(|(_, closed)| closed);
+        let mut closed = own.ok_or_else(unsure)?.clone();
+        if later {
+            closed = self.one_later(&closed)?;
+        }
+        let goal = goal_of(&said.negated(), name).ok_or_else(unsure)?;
+        let start = closed.at(&self.index, &Value::zero(), &self.assumptions);
         Ok(match &goal {
-            Goal::Equals(wanted) if self.is_never_entered(map, name, &start, wanted) => Reach::Never(format!(
-                "{name} = {wanted} is reached for no n, since only {wanted} itself is followed by {wanted}"
-            )),
+            Goal::Equals(wanted) if start.is_some_and(|start| self.is_never_entered(map, name, &start, wanted)) => {
+                Reach::Never(format!(
+                    "{name} = {wanted} is reached for no n, since only {wanted} itself is followed by {wanted}"
+                ))
+            }
             goal => first(&closed, &self.index, goal, &self.assumptions),
         })
     }
 
-    /// When a test of several variables fails first, each of which has one form for all rounds.
+    /// The sequence from its second value on.
+    fn one_later(&self, closed: &Closed) -> Result<Closed, Unsure> {
+        let (one, zero) = (Value::one(), Value::zero());
+        let next = Value::variable(&self.index).add(&one)?;
+        let mut later = Closed { pieces: Vec::new(), ..closed.clone() };
+        for piece in &closed.pieces {
+            let until = piece.until.as_ref().map(|until| until.sub(&one)).transpose()?;
+            if until.as_ref().is_some_and(|until| self.assumptions.decide(Relation::Lte, until, &zero) == Some(true)) {
+                continue;
+            }
+            let from = if later.pieces.is_empty() { zero.clone() } else { piece.from.sub(&one)? };
+            later.pieces.push(Piece { from, until, form: piece.form.with(&self.index, &next)? });
+        }
+        Ok(later)
+    }
+
+    /// When a test of several variables fails first; their forms must have their pieces in common.
     fn first_of_many(&self, said: &Test, names: &[&Name], later: bool, forms: &Forms) -> Result<Reach, Unsure> {
         let unsure = || Unsure(vec![format!("{said} compares two things that change")]);
-        let mut at = Value::variable(&self.index);
-        if later {
-            at = at.add(&Value::one())?;
-        }
-        let mut images = Values::new();
+        let mut all = Vec::new();
         for name in names {
-            let closed = forms.closed.iter().find(|(other, _)| other == *name).ok_or_else(unsure)?;
-            let [only] = closed.1.pieces.as_slice() else { return Err(unsure()) };
-            images.insert((*name).clone(), only.form.with(&self.index, &at)?);
+            let (_, closed) = forms.closed.iter().find(|(other, _)| other == *name).ok_or_else(unsure)?;
+            all.push(if later { self.one_later(closed)? } else { closed.clone() });
         }
         let failed = said.negated();
-        let form = failed.left.sub(&failed.right)?.substitute(&images)?;
-        if form.sort() != Sort::Real {
-            return Err(unsure());
+        let mut pieces = Vec::new();
+        for (place, piece) in all[0].pieces.iter().enumerate() {
+            let mut images = Values::new();
+            for (name, closed) in names.iter().zip(&all) {
+                let own = closed.pieces.get(place).filter(|own| (&own.from, &own.until) == (&piece.from, &piece.until));
+                images.insert((*name).clone(), own.ok_or_else(unsure)?.form.clone());
+            }
+            let difference = failed.left.sub(&failed.right)?.substitute(&images)?;
+            let mut known = self.assumptions.clone();
+            let index = Value::variable(&self.index);
+            known.assume_natural(&self.index);
+            known.assume(Relation::Gte, &index, &piece.from);
+            if let Some(until) = &piece.until {
+                known.assume(Relation::Lss, &index, until);
+            }
+            let form = one_difference(&difference, &self.index, &known).ok_or_else(unsure)?;
+            pieces.push(Piece { form: known.simplify(&form), ..piece.clone() });
         }
         let variable = Name::new("[difference]");
-        let piece = Piece { from: Value::zero(), until: None, form };
-        let closed = Closed { variable: variable.clone(), pieces: vec![piece], conditions: Vec::new() };
-        let goal = Goal::Holds(failed.relation, Value::variable(&variable), Value::zero());
+        let goal = match failed.relation {
+            Relation::Eq => Goal::Equals(Value::zero()),
+            relation => Goal::Holds(relation, Value::variable(&variable), Value::zero()),
+        };
+        let closed = Closed { variable, pieces, conditions: Vec::new() };
         Ok(first(&closed, &self.index, &goal, &self.assumptions))
     }
 
@@ -195,6 +206,29 @@ impl Walker<'_> {
             && differ(&factor, &Value::zero())
             && differ(start, wanted)
     }
+}
+
+/// A number that is 0 where a difference is; of a vector, a component that all others are multiples of.
+pub(super) fn one_difference(difference: &Value, index: &Name, known: &Assumptions) -> Option<Value> {
+    let Sort::Vector(length) = difference.sort() else { return Some(difference.clone()) };
+    let parts: Vec<Value> = (0..length).filter_map(|place| difference.component(place)).collect();
+    let zero = |part: &Value| known.decide(Relation::Eq, part, &Value::zero());
+    if let Some(apart) = parts.iter().find(|part| !part.mentions(index) && zero(part) == Some(false)) {
+        return Some(apart.clone());
+    }
+    let rest: Vec<&Value> = parts.iter().filter(|part| zero(part) != Some(true)).collect();
+    let Some(main) = rest.first() else { return Some(Value::zero()) };
+    // Two that grow by fixed numbers are both 0 at one index at most, and only if they are multiples.
+    let apart = |part: &&Value| {
+        let (Some((a, b)), Some((c, d))) = (main.linear_in(index), part.linear_in(index)) else { return false };
+        let cross = a.mul(&d).and_then(|product| product.sub(&b.mul(&c)?));
+        cross.is_ok_and(|cross| known.decide(Relation::Neq, &cross, &Value::zero()) == Some(true))
+    };
+    if rest.iter().any(apart) {
+        return Some(Value::one());
+    }
+    let multiple = |part: &&&Value| part.div(main).is_ok_and(|ratio| !known.simplify(&ratio).mentions(index));
+    (rest.iter().filter(multiple).count() == rest.len()).then(|| (*main).clone())
 }
 
 fn tests_of(conditions: &[(Relation, Value, Value)]) -> Vec<Test> {

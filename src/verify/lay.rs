@@ -50,6 +50,14 @@ pub(super) enum Missed {
     Unsure(String),
 }
 
+impl Missed {
+    /// That something must be known, which may be said already.
+    pub(super) fn unknown(reason: &str) -> Missed {
+        let said = reason.starts_with("it must be known");
+        Missed::Unsure(if said { reason.to_string() } else { format!("it must be known {reason}") })
+    }
+}
+
 impl From<ValueError> for Missed {
     fn from(error: ValueError) -> Missed {
         Missed::Unsure(error.0)
@@ -92,7 +100,7 @@ impl Matcher<'_> {
             let mut want = want.clone();
             want.shown = with_values(&want.shown, &laid.values)?;
             match &want.length {
-                Length::Unknown(_) if want.shown.is_empty() && !(last && whole) && !last && free.is_none() => {
+                Length::Unknown(_) if want.shown.is_empty() && !last && free.is_none() => {
                     free = wants[place].free();
                     continue;
                 }
@@ -155,7 +163,7 @@ impl Matcher<'_> {
         let mut rest = rest.into_iter();
         for unit in rest.by_ref() {
             match unit.find(shown, self.assumptions) {
-                Hit::Unknown(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                Hit::Unknown(reason) => return Err(Missed::unknown(&reason)),
                 Hit::Miss(reason) => {
                     why = reason.or(why);
                     passed.push(unit);
@@ -191,7 +199,7 @@ impl Matcher<'_> {
                         rest.push_front(unit);
                         break;
                     }
-                    Err(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                    Err(reason) => return Err(Missed::unknown(&reason)),
                 },
                 Unit::Repeat { segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => {
                     taken.push(unit)
@@ -204,7 +212,7 @@ impl Matcher<'_> {
                             after.into_iter().rev().for_each(|unit| rest.push_front(unit));
                             round.into_iter().rev().for_each(|segment| rest.push_front(Unit::Single(segment)));
                         }
-                        Some(Err(reason)) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                        Some(Err(reason)) => return Err(Missed::unknown(&reason)),
                         _ => {
                             rest.push_front(unit);
                             break;

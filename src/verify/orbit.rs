@@ -264,15 +264,43 @@ fn fresh(variable: &Name, taken: &mut BTreeSet<Name>) -> Name {
 
 /// The legs without what the property does not ask for and what would move on.
 pub(super) fn without_moving(legs: &mut [Leg], orbit: &Orbit, asked: &BTreeSet<Name>) {
-    let keep = |term: &Term| {
-        let asked = matches!(term.node(), Node::Observe(name, _) if asked.contains(name));
-        asked || !term.values().into_iter().any(|value| orbit.moves(value))
-    };
-    let only = |segment: &mut Segment| segment.observed.retain(keep);
-    for unit in legs.iter_mut().flat_map(|leg| &mut leg.units) {
+    for leg in legs {
+        leg.units = only(&leg.units, &|term| {
+            matches!(term.node(), Node::Observe(name, _) if asked.contains(name)) || !shows_moving(term, orbit)
+        });
+    }
+}
+
+/// Stretches without what moves on.
+pub(super) fn standing(units: &[Unit], orbit: &Orbit) -> Vec<Unit> {
+    only(units, &|term| !shows_moving(term, orbit))
+}
+
+fn shows_moving(term: &Term, orbit: &Orbit) -> bool {
+    term.values().into_iter().any(|value| orbit.moves(value))
+}
+
+fn only(units: &[Unit], keep: &dyn Fn(&Term) -> bool) -> Vec<Unit> {
+    let mut units = units.to_vec();
+    let only = |segment: &mut Segment| segment.observed.retain(|term| keep(term));
+    for unit in &mut units {
         match unit {
             Unit::Single(segment) => only(segment),
             Unit::Repeat { segments, .. } => segments.iter_mut().for_each(only),
         }
     }
+    units
+}
+
+/// The observers that a property names.
+pub(super) fn observers(property: &Term) -> BTreeSet<Name> {
+    let mut found = BTreeSet::new();
+    let mut rest = vec![property];
+    while let Some(term) = rest.pop() {
+        if let Node::Observe(name, _) = term.node() {
+            found.insert(name.clone());
+        }
+        rest.extend(term.children());
+    }
+    found
 }

@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 
 use super::lay::{Laid, Matcher, Missed};
-use super::orbit::Orbit;
+use super::orbit::{Orbit, standing};
 use super::trajectory::{Leg, Rounds, Trajectory};
-use super::unit::Unit;
+use super::unit::{Unit, without_end};
 use super::{Outcome, Verdict};
 use crate::name::Name;
-use crate::period::{End, Test};
+use crate::period::{End, Segment, Test};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -223,22 +223,25 @@ impl Matcher<'_> {
     fn once(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
         let cycle = trajectory.cycle.map(|cycle| units_of(&trajectory.legs[cycle..])).unwrap_or_default();
         let laid = self.lay_once(trajectory, &cycle)?;
+        let endless = self.wanted.wants.iter().any(|want| want.length == Length::Endless);
+        let (rest, cycle) = match &trajectory.orbit {
+            // What is shown from here on is of no interest any more, or what moves on from turn to turn is not.
+            Some(_) if !endless => (vec![self.bare(&laid.rest)?], vec![self.bare(&cycle)?]),
+            None if !endless => (laid.rest.iter().map(without_end).collect::<Result<_, _>>()?, cycle),
+            Some(orbit) => (laid.rest.clone(), standing(&cycle, orbit)),
+            None => (laid.rest.clone(), cycle),
+        };
         let mut run: Vec<Term> = laid.terms();
         let mut property = laid.property.clone();
-        run.extend(laid.rest.iter().map(Unit::term));
+        run.extend(rest.iter().map(Unit::term));
         let stopped = matches!(trajectory.end, Some(End::Stopped));
         if !cycle.is_empty() {
-            let round = term_of(&cycle);
-            run.push(match &trajectory.orbit {
-                Some(orbit) => orbit.round(round),
-                None => Term::new(Node::Loop(round)),
-            });
+            run.push(Term::new(Node::Loop(term_of(&cycle))));
         } else if let Some(End::Silent { observed, .. }) = &trajectory.end {
             run.push(Term::disable(observed.iter().cloned()));
         } else if matches!(trajectory.end, Some(End::Aborted)) {
             run.push(Term::abort());
         }
-        let endless = self.wanted.wants.iter().any(|want| want.length == Length::Endless);
         if !endless && cycle.is_empty() && trajectory.end.as_ref().is_some_and(|end| !matches!(end, End::Silent { .. }))
         {
             let left = self.durations(&laid.rest)?;
@@ -255,12 +258,19 @@ impl Matcher<'_> {
         outcome.steady = BTreeMap::new();
         outcome.values = laid.values;
         // A run that is not known to its end has no term.
+        let forever = |unit: &Unit| matches!(unit, Unit::Repeat { count: None, .. });
         let known = trajectory.open.is_empty()
             && !matches!(trajectory.end, Some(End::Livelock { .. }))
-            && !trajectory.legs.iter().any(|leg| matches!(leg.rounds, Rounds::Forever(_)));
+            && !laid.run.iter().any(forever)
+            && (!endless || !laid.rest.iter().any(forever));
         outcome.trajectory_term = known.then(|| Term::seq(run));
         outcome.property_term = known.then(|| Term::seq(property));
         Ok(outcome)
+    }
+
+    /// Stretches as one in which nothing is shown.
+    fn bare(&self, units: &[Unit]) -> Result<Unit, Missed> {
+        Ok(Unit::Single(Segment { duration: self.durations(units)?, observed: Vec::new() }))
     }
 
     fn lay_once(&self, trajectory: &Trajectory, cycle: &[Unit]) -> Result<Laid, Missed> {
@@ -310,11 +320,17 @@ impl Matcher<'_> {
         }
         match first {
             Some(Missed::Unsure(reason)) => return Err(Missed::Unsure(reason)),
-            Some(missed) if trajectory.orbit.is_some() => return Err(missed),
-            None if trajectory.orbit.is_some() => {
-                return Err(Missed::Unsure(
-                    "the rounds of the property and of the run do not come into step".to_string(),
-                ));
+            // What no turn shows, is not shown wherever the rounds of the property begin.
+            _ if trajectory.orbit.is_some() => {
+                let mut units = trajectory.opening.clone();
+                units.extend(units_of(&trajectory.legs));
+                units.extend(units_of(&trajectory.legs[cycle..]));
+                return Err(match self.lay(units, false, (&[], trajectory)) {
+                    Err(missed) => missed,
+                    Ok(_) => {
+                        Missed::Unsure("the rounds of the property and of the run do not come into step".to_string())
+                    }
+                });
             }
             _ => {}
         }

@@ -18,6 +18,8 @@ use crate::value::{Relation, Value, ValueError};
 
 /// Rounds that are looked at one by one.
 const MOST_ROUNDS: usize = 2_000;
+/// Rounds of those without end that are looked at one by one.
+const FEW_ROUNDS: usize = 200;
 
 type Values = BTreeMap<Name, Value>;
 
@@ -48,7 +50,7 @@ impl Matcher<'_> {
         let mut rest = rest.into_iter();
         for unit in rest.by_ref() {
             match self.moment(&unit, want, &laid.values) {
-                Moment::Unknown(reason) => return Err(Missed::Unsure(format!("it must be known {reason}"))),
+                Moment::Unknown(reason) => return Err(Missed::unknown(&reason)),
                 Moment::Never(reason) => {
                     if free.is_none() {
                         break;
@@ -93,7 +95,13 @@ impl Matcher<'_> {
         let number = count.as_ref().and_then(Value::as_rational).and_then(|count| count.to_integer().to_usize());
         match number.filter(|number| *number <= MOST_ROUNDS) {
             Some(number) => self.one_by_one(unit, number, want, known),
-            None => self.by_form(count.as_ref(), index, segments, (want, known)),
+            None => match self.by_form(count.as_ref(), index, segments, (want, known)) {
+                Moment::Unknown(reason) if count.is_none() => match self.one_by_one(unit, FEW_ROUNDS, want, known) {
+                    Moment::Never(_) => Moment::Unknown(reason),
+                    found => found,
+                },
+                found => found,
+            },
         }
     }
 

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::count::Count;
-use super::orbit::{Orbit, without_moving};
+use super::orbit::{Orbit, observers, without_moving};
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -12,7 +12,7 @@ use crate::period::{Edge, End, Next, Period, Segment, Test, in_case};
 use crate::recurrence::{Closed, NoClosedForm};
 use crate::scope::{bound_names, read_names};
 use crate::substitution::substitute_values;
-use crate::term::{Node, Term};
+use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
 /// Legs that a run may have before it repeats.
@@ -325,7 +325,14 @@ impl Walker<'_> {
         if !same {
             leg.units.extend(self.units_once(edge, &last)?);
         }
-        let onward = self.image(edge, &last)?;
+        let mut onward = self.image(edge, &last)?;
+        // What the round does to a variable, its closed form says in simpler words.
+        if let Ok(after) = self.values_at(values, &count.closed, &stays.add(&Value::one())?) {
+            let as_before = |name: &&Name| edge.map.get(*name) == round.map.get(*name);
+            let names = count.closed.iter().map(|(name, _)| name).filter(as_before);
+            let said = names.filter_map(|name| Some((name.clone(), after.get(name)?.clone())));
+            onward.extend(said.collect::<Values>());
+        }
         let next = edge.next.clone();
         self.assumptions = assumptions;
         Ok((leg, (next, onward)))
@@ -475,19 +482,6 @@ fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
         Ok((name.clone(), after.sub(value)?))
     };
     one.iter().map(change).collect()
-}
-
-/// The observers that a property names.
-fn observers(property: &Term) -> BTreeSet<Name> {
-    let mut found = BTreeSet::new();
-    let mut rest = vec![property];
-    while let Some(term) = rest.pop() {
-        if let Node::Observe(name, _) = term.node() {
-            found.insert(name.clone());
-        }
-        rest.extend(term.children());
-    }
-    found
 }
 
 fn is_long(value: &Value) -> bool {

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use num_traits::ToPrimitive;
+
+use super::count::one_difference;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Segment, stretch};
@@ -9,6 +12,9 @@ use crate::recurrence::{Closed, Goal, Piece, Reach, first};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
+
+/// Rounds that are looked at one by one.
+const MOST_ROUNDS: i64 = 2_000;
 
 /// A stretch of a run.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -157,6 +163,16 @@ pub fn total(segments: &[Segment]) -> Result<Value, ValueError> {
     segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration))
 }
 
+/// A stretch; of one without end, what lasts as long and shows nothing.
+///
+/// # Errors
+/// When the sum has no normal form.
+pub(super) fn without_end(unit: &Unit) -> Result<Unit, ValueError> {
+    let Unit::Repeat { count: None, index, segments } = unit else { return Ok(unit.clone()) };
+    let segments = vec![Segment { duration: total(segments)?, observed: Vec::new() }];
+    Ok(Unit::Repeat { count: None, index: index.clone(), segments })
+}
+
 fn at(segment: &Segment, map: &BTreeMap<Name, Value>) -> Result<Segment, ValueError> {
     let observed: Result<Vec<Term>, _> = segment.observed.iter().map(|term| substitute_values(term, map)).collect();
     Ok(Segment {
@@ -214,7 +230,7 @@ fn first_in(
         let mut reached = None;
         let mut why = None;
         for shown in segment.observed.iter().filter(|shown| same_observer(shown, one)) {
-            match first_equal(index, shown, one, assumptions) {
+            match first_equal((count, index), shown, one, assumptions) {
                 Round::At(at, _) => reached = Some(at),
                 Round::Never(reason) => why = reason,
                 Round::Unknown(reason) => return Round::Unknown(reason),
@@ -241,7 +257,12 @@ pub(super) fn same_observer(shown: &Term, wanted: &Term) -> bool {
 }
 
 /// The first round in which one observation has the wanted values. Values that count must agree with those that do not.
-fn first_equal(index: &Name, shown: &Term, wanted: &Term, assumptions: &Assumptions) -> Round {
+fn first_equal(
+    (count, index): (Option<&Value>, &Name),
+    shown: &Term,
+    wanted: &Term,
+    assumptions: &Assumptions,
+) -> Round {
     let mut number: Option<Value> = None;
     for (form, value) in shown.values().into_iter().zip(wanted.values()) {
         if !form.mentions(index) {
@@ -258,9 +279,7 @@ fn first_equal(index: &Name, shown: &Term, wanted: &Term, assumptions: &Assumpti
             }
             continue;
         }
-        let piece = Piece { from: Value::zero(), until: None, form: form.clone() };
-        let closed = Closed { variable: index.clone(), pieces: vec![piece], conditions: Vec::new() };
-        match first(&closed, index, &Goal::Equals(value.clone()), assumptions) {
+        match first_of_form(form, value, (count, index), assumptions) {
             Reach::At(at, conditions) if conditions.is_empty() => match &number {
                 None => number = Some(at),
                 Some(other) if *other == at => {}
@@ -276,6 +295,34 @@ fn first_equal(index: &Name, shown: &Term, wanted: &Term, assumptions: &Assumpti
         }
     }
     Round::At(number.unwrap_or_else(Value::zero), 0)
+}
+
+/// The first round in which a form has a value: by its shape, or else round by round.
+fn first_of_form(
+    form: &Value,
+    value: &Value,
+    (count, index): (Option<&Value>, &Name),
+    assumptions: &Assumptions,
+) -> Reach {
+    let one = form.sub(value).ok().and_then(|difference| one_difference(&difference, index, assumptions));
+    let Some(difference) = one else { return Reach::Unknown(format!("whether ever {form} = {value}")) };
+    let variable = Name::new("[difference]");
+    let pieces = vec![Piece { from: Value::zero(), until: count.cloned(), form: difference }];
+    let closed = Closed { variable, pieces, conditions: Vec::new() };
+    let found = first(&closed, index, &Goal::Equals(Value::zero()), assumptions);
+    let number = count.and_then(Value::as_rational).and_then(|count| count.to_integer().to_i64());
+    let (Reach::Unknown(_), Some(number)) = (&found, number.filter(|number| *number <= MOST_ROUNDS)) else {
+        return found;
+    };
+    for number in (0..number).map(Value::integer) {
+        let equal = form.with(index, &number).ok().and_then(|here| assumptions.decide(Relation::Eq, &here, value));
+        match equal {
+            Some(true) => return Reach::At(number, Vec::new()),
+            Some(false) => {}
+            None => return found,
+        }
+    }
+    Reach::Never("in no round".to_string())
 }
 
 /// Where a value that grows by a fixed number is equal to another: nowhere, or at a number; nothing if that is not clear.

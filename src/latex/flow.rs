@@ -1,0 +1,81 @@
+//! The phases of a system for print: what passes, the flow function, the recurrence and its closed form.
+
+use std::fmt::Write as _;
+
+use super::{escaped, math, process};
+use crate::assumption::Assumptions;
+use crate::flow::PhaseFlow;
+use crate::name::Name;
+use crate::period::Test;
+use crate::value::{Relation, Value};
+
+/// A table of the phases, an `align*` each, for use inside a document with `amsmath`.
+pub fn phases(flows: &[PhaseFlow], assumptions: &Assumptions) -> String {
+    flows.iter().map(|flow| phase(flow, assumptions)).collect()
+}
+
+fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
+    let mut rows: Vec<(String, String)> = vec![("P'".to_string(), process(&flow.period_term()))];
+    if let Some(duration) = &flow.duration {
+        rows.push(("\\text{duration}".to_string(), value(duration)));
+    }
+    for (tests, map) in &flow.maps {
+        let names: Vec<String> = map.keys().map(|name| value(&Value::variable(name))).collect();
+        let images: Vec<String> = map.values().map(value).collect();
+        let images = if images.len() == 1 { images.concat() } else { format!("({})", images.join(", ")) };
+        let when = if flow.maps.len() > 1 { conditions(tests, "if") } else { String::new() };
+        rows.push((format!("f({})", names.join(", ")), images + &when));
+    }
+    if !flow.guard.is_empty() {
+        rows.push(("\\text{again}".to_string(), conditions(&flow.guard, "while").trim_start().to_string()));
+    }
+    rows.extend(flow.draws.iter().map(|(name, distribution)| (escaped_name(name), value(distribution))));
+    let index = flow.index();
+    for (name, next) in flow.steps(&index) {
+        rows.push((format!("{}_{{{index}+1}}", escaped_name(&name)), value(&next)));
+    }
+    for (name, closed) in flow.recurrences(&index, assumptions).unwrap_or_default() {
+        for piece in &closed.pieces {
+            let from = if piece.from.is_zero() { String::new() } else { format!("{} \\le ", value(&piece.from)) };
+            let range = match (&piece.until, from.is_empty()) {
+                (Some(until), _) => format!(" \\quad ({from}{index} < {})", value(until)),
+                (None, false) => format!(" \\quad ({from}{index})"),
+                (None, true) => String::new(),
+            };
+            rows.push((format!("{}_{{{index}}}", escaped_name(&name)), value(&piece.form) + &range));
+        }
+    }
+    let mut out = format!("\\noindent Phase {}: \\texttt{{{}}}\n", flow.phase + 1, escaped(&flow.control.join(" | ")));
+    out.push_str("\\begin{align*}\n");
+    let rows: Vec<String> = rows.iter().map(|(left, right)| format!("  {left} &= {right}")).collect();
+    let _ = writeln!(out, "{}", rows.join(" \\\\\n"));
+    out + "\\end{align*}\n"
+}
+
+fn escaped_name(name: &Name) -> String {
+    value(&Value::variable(name))
+}
+
+fn conditions(tests: &[Test], word: &str) -> String {
+    if tests.is_empty() {
+        return String::new();
+    }
+    let sign = |relation: Relation| match relation {
+        Relation::Eq => "=",
+        Relation::Neq => "\\neq",
+        Relation::Gtr => ">",
+        Relation::Gte => "\\ge",
+        Relation::Lss => "<",
+        Relation::Lte => "\\le",
+    };
+    let tests =
+        tests.iter().map(|test| format!("{} {} {}", value(&test.left), sign(test.relation), value(&test.right)));
+    format!(" \\quad \\text{{{word} }} {}", tests.collect::<Vec<_>>().join(",\\ "))
+}
+
+/// A value in mathematics: as the parameter of a process, which is then taken away.
+fn value(value: &Value) -> String {
+    let whole = math(&format!("Delay_{{{value}}}"), &[]);
+    let inside = whole.strip_prefix("\\mathsf{Delay}_{").and_then(|rest| rest.strip_suffix('}'));
+    inside.map_or_else(|| format!("\\text{{\\texttt{{{}}}}}", escaped(&value.to_string())), str::to_string)
+}

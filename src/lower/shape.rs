@@ -1,0 +1,302 @@
+//! Which names are vectors, and of how many components: found from the vectors that are written, through ports,
+//! parameters, results and comparisons. A name that is a vector is its components `part(r, 1)`, `part(r, 2)`, ….
+
+use std::collections::BTreeMap;
+
+use super::scope::Lowerer;
+use super::{Entity, Environment, Quantity, Template};
+use crate::ast::{Header, Item, ItemKind, Term, TermKind, Value as Written, ValueKind};
+use crate::diagnostic::Diagnostic;
+use crate::name::Name;
+use crate::value::{Sort, Value};
+
+/// Rounds until all is known; each carries what is known over one more port, call or sum.
+const MOST_ROUNDS: usize = 60;
+/// Functions inside functions that are looked through.
+const MOST_DEPTH: usize = 12;
+/// Values that are looked at, those in functions each time.
+const MOST_LOOKS: usize = 4_000_000;
+
+/// The vectors of a text: for a process (or none, for a system) and a name in it, how many components it has.
+#[derive(Default)]
+pub(super) struct Shapes {
+    locals: BTreeMap<(Option<Name>, Name), usize>,
+    ports: BTreeMap<Name, usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shape {
+    Unknown,
+    Number,
+    Vector(usize),
+}
+
+impl Shapes {
+    /// The vectors among the names of a process.
+    pub(super) fn of(&self, process: &Name) -> BTreeMap<Name, usize> {
+        let own = self.locals.iter().filter(|((scope, _), _)| scope.as_ref() == Some(process));
+        own.map(|((_, name), length)| (name.clone(), *length)).collect()
+    }
+
+    /// Finds the vectors of a text.
+    pub(super) fn find(items: &[Item], environment: &Environment) -> Shapes {
+        let mut processes: Vec<(Option<&Header>, &Term)> = Vec::new();
+        for item in items {
+            match &item.kind {
+                ItemKind::Process(header, body) => processes.push((Some(header), body)),
+                ItemKind::System(_, body) => processes.push((None, body)),
+                _ => {}
+            }
+        }
+        let mut search = Search { environment, headers: BTreeMap::new(), found: Shapes::default(), looks: 0 };
+        search.headers = processes
+            .iter()
+            .filter_map(|(header, _)| header.map(|header| (header.name.name.clone(), header)))
+            .collect();
+        for _ in 0..MOST_ROUNDS {
+            let before = (search.found.locals.len(), search.found.ports.len());
+            for (header, body) in &processes {
+                search.process(header.map(|header| header.name.name.clone()), body);
+            }
+            if before == (search.found.locals.len(), search.found.ports.len()) {
+                break;
+            }
+        }
+        search.found
+    }
+}
+
+struct Search<'a> {
+    environment: &'a Environment,
+    headers: BTreeMap<Name, &'a Header>,
+    found: Shapes,
+    /// Values that were looked at.
+    looks: usize,
+}
+
+/// The process whose names these are, or a function's parameters with what they are.
+struct Place {
+    process: Option<Name>,
+    parameters: Option<BTreeMap<Name, Shape>>,
+    depth: usize,
+}
+
+impl Search<'_> {
+    fn process(&mut self, process: Option<Name>, body: &Term) {
+        let place = Place { process, parameters: None, depth: 0 };
+        let mut rest = vec![body];
+        while let Some(term) = rest.pop() {
+            match &term.kind {
+                TermKind::Apply { name, arguments, results } => {
+                    let result = results.first().map(|result| &result.name);
+                    self.apply(&place, name.name.as_str(), arguments, result);
+                }
+                TermKind::Seq(parts) | TermKind::Par(parts) | TermKind::Disable(parts) => rest.extend(parts),
+                TermKind::Else(first, second) => rest.extend([&**first, &**second]),
+                TermKind::Power(body, ..)
+                | TermKind::Try(body)
+                | TermKind::Loop(body)
+                | TermKind::New(_, body)
+                | TermKind::Project(body, _)
+                | TermKind::Replace(body, ..) => rest.push(body),
+                TermKind::Meta(..) => {}
+            }
+        }
+    }
+
+    fn apply(&mut self, place: &Place, name: &str, arguments: &[Written], result: Option<&Name>) {
+        let port = arguments.first().and_then(|port| match &port.kind {
+            ValueKind::Name(port) => Some(port.name.clone()),
+            _ => None,
+        });
+        match (name, arguments, port) {
+            ("In", [_], Some(port)) => {
+                let Some(result) = result else { return };
+                if let Some(length) = self.found.ports.get(&port).copied() {
+                    self.set(place, result, length);
+                }
+                if let Some(length) = self.local(place, result) {
+                    self.found.ports.entry(port).or_insert(length);
+                }
+            }
+            ("Out", [_, value], Some(port)) => {
+                if let Shape::Vector(length) = self.shape(place, value) {
+                    self.found.ports.entry(port).or_insert(length);
+                } else if let Some(length) = self.found.ports.get(&port).copied() {
+                    self.expect(place, value, length);
+                }
+            }
+            ("Set", [value], _) => {
+                let Some(result) = result else { return };
+                if let Shape::Vector(length) = self.shape(place, value) {
+                    self.set(place, result, length);
+                } else if let Some(length) = self.local(place, result) {
+                    self.expect(place, value, length);
+                }
+            }
+            ("Eq" | "Neq", [one, other], _) => {
+                self.alike(place, &[one, other]);
+            }
+            _ => self.call(place, &Name::new(name), arguments),
+        }
+    }
+
+    /// A call: parameters are what the arguments are; results are seen under the same names.
+    fn call(&mut self, place: &Place, name: &Name, arguments: &[Written]) {
+        let Some(header) = self.headers.get(name).copied() else { return };
+        for (parameter, argument) in header.parameters.iter().zip(arguments) {
+            let key = (Some(name.clone()), parameter.name.clone());
+            match (self.shape(place, argument), self.found.locals.get(&key).copied()) {
+                (Shape::Vector(length), None) => {
+                    self.found.locals.insert(key, length);
+                }
+                (Shape::Unknown, Some(length)) => self.expect(place, argument, length),
+                _ => {}
+            }
+        }
+        let Some(Entity::Process(signature)) = self.environment.entity(name) else { return };
+        for bound in &signature.flow.binds {
+            if let Some(length) = self.found.locals.get(&(Some(name.clone()), bound.clone())).copied() {
+                self.set(place, bound, length);
+            }
+        }
+    }
+
+    fn local(&self, place: &Place, name: &Name) -> Option<usize> {
+        self.found.locals.get(&(place.process.clone(), name.clone())).copied()
+    }
+
+    fn set(&mut self, place: &Place, name: &Name, length: usize) {
+        if place.parameters.is_none() {
+            self.found.locals.entry((place.process.clone(), name.clone())).or_insert(length);
+        }
+    }
+
+    /// Values that must be of one shape.
+    fn alike(&mut self, place: &Place, values: &[&Written]) -> Shape {
+        let shapes: Vec<Shape> = values.iter().map(|value| self.shape(place, value)).collect();
+        let vector = shapes.iter().find(|shape| matches!(shape, Shape::Vector(_)));
+        if let Some(Shape::Vector(length)) = vector {
+            values.iter().for_each(|value| self.expect(place, value, *length));
+            return Shape::Vector(*length);
+        }
+        if shapes.contains(&Shape::Number) { Shape::Number } else { Shape::Unknown }
+    }
+
+    fn shape(&mut self, place: &Place, value: &Written) -> Shape {
+        self.looks += 1;
+        if self.looks > MOST_LOOKS {
+            return Shape::Unknown;
+        }
+        match &value.kind {
+            ValueKind::Number(_) | ValueKind::Power(..) | ValueKind::Absolute(_) => Shape::Number,
+            ValueKind::Vector(parts) => Shape::Vector(parts.len()),
+            ValueKind::Negative(inner) => self.shape(place, inner),
+            ValueKind::Sum(parts) => self.alike(place, &parts.iter().map(|(_, part)| part).collect::<Vec<_>>()),
+            ValueKind::If(_, parts) => self.alike(place, &[&parts[2], &parts[3]]),
+            ValueKind::Product(parts) => {
+                let shapes: Vec<Shape> = parts.iter().map(|(_, part)| self.shape(place, part)).collect();
+                let vector = shapes.iter().find(|shape| matches!(shape, Shape::Vector(_)));
+                vector.copied().unwrap_or(if shapes.contains(&Shape::Unknown) { Shape::Unknown } else { Shape::Number })
+            }
+            ValueKind::Name(name) => self.name(place, &name.name),
+            ValueKind::Call(name, arguments) => {
+                let arguments: Vec<&Written> = arguments.iter().map(|argument| &argument.value).collect();
+                match (name.name.as_str(), arguments.as_slice()) {
+                    ("unit", [only]) => self.shape(place, only),
+                    _ => self.function(place, &name.name, &arguments),
+                }
+            }
+        }
+    }
+
+    fn name(&self, place: &Place, name: &Name) -> Shape {
+        if let Some(shape) = place.parameters.as_ref().and_then(|parameters| parameters.get(name)) {
+            return *shape;
+        }
+        if let (None, Some(length)) = (&place.parameters, self.local(place, name)) {
+            return Shape::Vector(length);
+        }
+        match self.environment.quantity(name) {
+            Some(Quantity::Parameter { constant, .. }) => match constant.as_ref().map(Value::sort) {
+                Some(Sort::Vector(length)) => Shape::Vector(length),
+                _ => Shape::Number,
+            },
+            _ => Shape::Unknown,
+        }
+    }
+
+    /// What a function gives for what it is given.
+    fn function(&mut self, place: &Place, name: &Name, arguments: &[&Written]) -> Shape {
+        let environment = self.environment;
+        let Some(template) = environment.templates.get(name).filter(|_| place.depth < MOST_DEPTH) else {
+            return Shape::Number;
+        };
+        let shapes = arguments.iter().map(|argument| self.shape(place, argument)).collect::<Vec<_>>();
+        let parameters = Some(template.parameters.iter().cloned().zip(shapes).collect());
+        let inside = Place { process: None, parameters, depth: place.depth + 1 };
+        self.shape(&inside, &template.body)
+    }
+
+    /// A value that must be a vector.
+    fn expect(&mut self, place: &Place, value: &Written, length: usize) {
+        match &value.kind {
+            ValueKind::Name(name) => {
+                let global = self.environment.quantity(&name.name).is_some();
+                if !global && !name.name.is_meta() && place.process.is_some() {
+                    self.set(place, &name.name, length);
+                }
+            }
+            ValueKind::Sum(parts) => parts.iter().for_each(|(_, part)| self.expect(place, part, length)),
+            ValueKind::Negative(inner) => self.expect(place, inner, length),
+            ValueKind::If(_, parts) => [&parts[2], &parts[3]].iter().for_each(|part| self.expect(place, part, length)),
+            ValueKind::Product(parts) => {
+                let shapes: Vec<Shape> = parts.iter().map(|(_, part)| self.shape(place, part)).collect();
+                let open = |(_, (shape, (divides, _))): &(usize, (&Shape, &(bool, Written)))| {
+                    **shape == Shape::Unknown && !divides
+                };
+                let open: Vec<usize> = shapes.iter().zip(parts).enumerate().filter(open).map(|(at, _)| at).collect();
+                let has_vector = shapes.iter().any(|shape| matches!(shape, Shape::Vector(_)));
+                if let ([only], false) = (open.as_slice(), has_vector) {
+                    self.expect(place, &parts[*only].1, length);
+                }
+            }
+            ValueKind::Call(name, arguments) if name.name.as_str() == "unit" => {
+                arguments.iter().for_each(|argument| self.expect(place, &argument.value, length));
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Lowerer<'_> {
+    /// A name that is a vector, by its components.
+    pub(super) fn components_of(&mut self, name: &Name, length: usize) -> Option<Value> {
+        let parts = (1..=length).map(|place| {
+            Value::apply(&Name::new("part"), &[Value::variable(name), Value::integer(i64::try_from(place).ok()?)]).ok()
+        });
+        Value::vector(parts.collect::<Option<Vec<_>>>()?).ok()
+    }
+
+    /// What a function gives for vectors: its body, read anew with them in place of the parameters.
+    pub(super) fn read_anew(&mut self, template: &Template, values: Vec<Value>) -> Option<Value> {
+        if self.readings == 0 || self.depth >= MOST_DEPTH {
+            let name = template.parameters.first().map_or("", Name::as_str);
+            return self.fail(
+                Diagnostic::error("P0402", "functions of vectors are nested too deep, or used too often")
+                    .label(template.body.span, format!("with a vector for `{name}`")),
+            );
+        }
+        let mut environment = self.environment.clone();
+        environment.quantities = template.quantities.clone();
+        environment.templates = template.templates.clone();
+        let mut inside = Lowerer::new(&environment, self.metas);
+        inside.images = template.parameters.iter().cloned().zip(values).collect();
+        (inside.readings, inside.depth) = (self.readings - 1, self.depth + 1);
+        let result = inside.number(&template.body);
+        self.readings = inside.readings;
+        let errors: Vec<Diagnostic> = std::mem::take(&mut inside.errors);
+        errors.into_iter().for_each(|error| self.report(error));
+        result
+    }
+}

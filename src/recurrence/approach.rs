@@ -1,0 +1,100 @@
+//! `x := x + clamp(g - x, -w, w)`: straight to a goal, no faster than w a step. Whatever the numbers are, it arrives
+//! after `ceil(distance / w)` steps.
+
+use std::collections::BTreeSet;
+
+use super::region::breaks_of;
+use super::{Closed, NoClosedForm, Piece};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// The form by two pieces, on the way and at the goal; `None` of any other map.
+///
+/// # Errors
+/// When it is not known on which side of the goal it starts.
+pub(super) fn approach(
+    map: &Value,
+    variable: &Name,
+    start: &Value,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Option<Closed>, NoClosedForm> {
+    let Some((goal, step)) = goal_and_step(map, variable, known)? else { return Ok(None) };
+    let distance = goal.sub(start)?;
+    let zero = Value::zero();
+    let ahead = if known.decide(Relation::Gtr, &distance, &zero) == Some(true) {
+        true
+    } else if known.decide(Relation::Lss, &distance, &zero) == Some(true) {
+        false
+    } else {
+        return Err(NoClosedForm(format!("it must be known whether {start} < {goal}")));
+    };
+    let (size, signed) = if ahead { (distance, step.clone()) } else { (distance.neg()?, step.neg()?) };
+    let steps = known.simplify(&size.div(&step)?.ceiling()?);
+    let on_the_way = start.add(&Value::variable(index).mul(&signed)?)?;
+    let pieces = vec![
+        Piece { from: zero, until: Some(steps.clone()), form: on_the_way },
+        Piece { from: steps, until: None, form: goal },
+    ];
+    Ok(Some(Closed { variable: variable.clone(), pieces, conditions: Vec::new() }))
+}
+
+/// The goal and the longest step, if the map is this one: it is looked at where it must be affine.
+fn goal_and_step(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option<(Value, Value)>, NoClosedForm> {
+    let mut breaks = Vec::new();
+    if breaks_of(map, variable, known, &mut breaks).is_err() {
+        return Ok(None);
+    }
+    let half = Value::fraction(1, 2)?;
+    let distance = Name::new("[distance]");
+    let away = Value::variable(&distance);
+    let all: BTreeSet<&Value> = breaks.iter().collect();
+    for low in &all {
+        for high in &all {
+            let step = known.simplify(&high.sub(low)?.mul(&half)?);
+            if known.decide(Relation::Gtr, &step, &Value::zero()) != Some(true) {
+                continue;
+            }
+            let goal = known.simplify(&low.add(high)?.mul(&half)?);
+            let place = goal.sub(&away)?;
+            let image = map.with(variable, &place)?;
+            let is = |bounds: &[(Relation, Value)], wanted: Value| {
+                let mut here = known.clone();
+                bounds.iter().for_each(|(relation, bound)| here.assume(*relation, &away, bound));
+                here.decide(Relation::Eq, &here.simplify(&image), &wanted) == Some(true)
+            };
+            let back = step.neg()?;
+            let near = [(Relation::Lte, step.clone()), (Relation::Gte, back.clone())];
+            if is(&[(Relation::Gtr, step.clone())], place.add(&step)?)
+                && is(&near, goal.clone())
+                && is(&[(Relation::Lss, back)], place.sub(&step)?)
+            {
+                return Ok(Some((goal, step)));
+            }
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_arrives_after_the_distance_over_the_step() {
+        let [x, n, g, w, p] = ["x", "n", "g", "w", "p"].map(Name::new);
+        let [vx, vg, vw, vp] = [&x, &g, &w, &p].map(Value::variable);
+        let mut known = Assumptions::default();
+        known.assume(Relation::Gtr, &vw, &Value::zero());
+        known.assume(Relation::Lss, &vp, &vg);
+        let clamped = Value::clamp(&vg.sub(&vx).unwrap(), &vw.neg().unwrap(), &vw).unwrap();
+        let map = vx.add(&clamped).unwrap();
+        let found = approach(&map, &x, &vp, &n, &known).unwrap().expect("this map");
+        let steps = vg.sub(&vp).unwrap().div(&vw).unwrap().ceiling().unwrap();
+        assert_eq!(found.pieces[1].from, steps);
+        assert_eq!(found.pieces[1].form, vg);
+        let other = vx.add(&clamped.mul(&Value::fraction(1, 2).unwrap()).unwrap()).unwrap();
+        assert_eq!(approach(&other, &x, &vp, &n, &known), Ok(None));
+    }
+}

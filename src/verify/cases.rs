@@ -1,0 +1,191 @@
+//! Parameters that are only known to differ: the system is looked at once for either order, and what was found is
+//! written as one, with the distance `abs(x - y)` and the direction `(x - y)/abs(x - y)`.
+//!
+//! What is written as one must be, in either case and under its assumptions, what was found there.
+
+use std::collections::BTreeMap;
+
+use super::trajectory::{Leg, Rounds};
+use super::{Outcome, Verdict};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::recurrence::{Closed, Piece};
+use crate::term::Term;
+use crate::value::{Relation, Value};
+
+/// Pairs of parameters whose order is looked at either way.
+const MOST_SPLITS: usize = 3;
+
+/// The outcome under assumptions, in cases where it is open without.
+pub(super) fn in_cases(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome) -> Outcome {
+    let found = split(assumptions, look, MOST_SPLITS);
+    if !matches!(found.verdict, Verdict::Proved) || matches!(look(assumptions).verdict, Verdict::Proved) {
+        return found;
+    }
+    // A proof is under one set of assumptions; these are several.
+    let said = "the run matches in every order of the parameters, each looked at for itself; one proof is of one order: \
+                assume one, such as `param p0 < a`";
+    Outcome { verdict: Verdict::Open { remaining: vec![said.to_string()] }, ..found }
+}
+
+fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most: usize) -> Outcome {
+    let whole = look(assumptions);
+    if most == 0 || !matches!(whole.verdict, Verdict::Open { .. }) {
+        return whole;
+    }
+    let zero = Value::zero();
+    let undirected = |difference: &Value| {
+        difference.variables().iter().any(|name| solved(difference, name).is_some())
+            && assumptions.decide(Relation::Gtr, difference, &zero).is_none()
+    };
+    let differ = assumptions.iter().filter(|(relation, _)| *relation == Relation::Neq).map(|(_, value)| value);
+    for difference in differ.filter(undirected) {
+        let [mut above, mut below] = [assumptions.clone(), assumptions.clone()];
+        above.assume(Relation::Gtr, &difference, &zero);
+        below.assume(Relation::Lss, &difference, &zero);
+        let one = split(&above, look, most - 1);
+        if !matches!(one.verdict, Verdict::Proved) {
+            continue;
+        }
+        let other = split(&below, look, most - 1);
+        if !matches!(other.verdict, Verdict::Proved) {
+            continue;
+        }
+        let merge = Merge { difference, above, below };
+        if let Some(found) = merge.outcomes(&one, &other) {
+            return found;
+        }
+    }
+    whole
+}
+
+/// The factor of a variable in a difference that it occurs in once, with the rest.
+fn solved(difference: &Value, name: &Name) -> Option<(Value, Value)> {
+    let (factor, rest) = difference.linear_in(name)?;
+    let number = factor.as_rational()?;
+    (!num_traits::Zero::is_zero(&number)).then_some((factor, rest))
+}
+
+/// Two cases of one difference: above and below 0.
+struct Merge {
+    difference: Value,
+    above: Assumptions,
+    below: Assumptions,
+}
+
+impl Merge {
+    fn outcomes(&self, one: &Outcome, other: &Outcome) -> Option<Outcome> {
+        let mut found = one.clone();
+        found.values = self.maps(&one.values, &other.values)?;
+        found.steady = self.maps(&one.steady, &other.steady)?;
+        found.trajectory_term = Some(self.terms(one.trajectory_term.as_ref()?, other.trajectory_term.as_ref()?)?);
+        found.property_term = Some(self.terms(one.property_term.as_ref()?, other.property_term.as_ref()?)?);
+        found.period_term = match (&one.period_term, &other.period_term) {
+            (Some(one), Some(other)) => self.terms(one, other),
+            _ => None,
+        };
+        if one.legs.len() != other.legs.len() {
+            return None;
+        }
+        found.legs =
+            one.legs.iter().zip(&other.legs).map(|(one, other)| self.legs(one, other)).collect::<Option<_>>()?;
+        Some(found)
+    }
+
+    fn maps(&self, one: &BTreeMap<Name, Value>, other: &BTreeMap<Name, Value>) -> Option<BTreeMap<Name, Value>> {
+        let pair = |(name, value): (&Name, &Value)| Some((name.clone(), self.values(value, other.get(name)?)?));
+        if one.len() == other.len() { one.iter().map(pair).collect() } else { None }
+    }
+
+    fn legs(&self, one: &Leg, other: &Leg) -> Option<Leg> {
+        let mut leg = one.clone();
+        leg.start = self.maps(&one.start, &other.start)?;
+        leg.units = Vec::new();
+        leg.rounds = match (&one.rounds, &other.rounds) {
+            (Rounds::Count(one), Rounds::Count(other)) => Rounds::Count(self.values(one, other)?),
+            (one, other) if one == other => one.clone(),
+            _ => return None,
+        };
+        leg.closed = one
+            .closed
+            .iter()
+            .zip(&other.closed)
+            .map(|((name, one), (second, other))| {
+                Some((name.clone(), self.closed((name == second).then_some(one)?, other)?))
+            })
+            .collect::<Option<_>>()?;
+        (one.phase == other.phase && one.closed.len() == other.closed.len()).then_some(leg)
+    }
+
+    fn closed(&self, one: &Closed, other: &Closed) -> Option<Closed> {
+        let pieces = one.pieces.iter().zip(&other.pieces).map(|(one, other)| {
+            let until = match (&one.until, &other.until) {
+                (Some(one), Some(other)) => Some(self.values(one, other)?),
+                (None, None) => None,
+                _ => return None,
+            };
+            Some(Piece {
+                from: self.values(&one.from, &other.from)?,
+                until,
+                form: self.values(&one.form, &other.form)?,
+            })
+        });
+        let pieces = pieces.collect::<Option<Vec<_>>>()?;
+        (one.pieces.len() == other.pieces.len()).then(|| Closed { pieces, ..one.clone() })
+    }
+
+    /// Two processes that differ in values alone.
+    fn terms(&self, one: &Term, other: &Term) -> Option<Term> {
+        let (parts, others) = (one.children(), other.children());
+        let bare = |term: &Term, parts: &[&Term]| {
+            let plain = if parts.is_empty() {
+                term.clone()
+            } else {
+                term.with_children(parts.iter().map(|_| Term::stop()).collect())
+            };
+            plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
+        };
+        if parts.len() != others.len() || bare(one, &parts) != bare(other, &others) {
+            return None;
+        }
+        let values = other.values();
+        let mut values = values.into_iter();
+        let merged = if parts.is_empty() {
+            one.clone()
+        } else {
+            let parts = parts.into_iter().zip(others).map(|(one, other)| self.terms(one, other));
+            one.with_children(parts.collect::<Option<Vec<_>>>()?)
+        };
+        merged.map_values(&mut |value| values.next().and_then(|other| self.values(value, other)).ok_or(())).ok()
+    }
+
+    /// One value that is the first in the one case and the second in the other.
+    fn values(&self, one: &Value, other: &Value) -> Option<Value> {
+        if one == other {
+            return Some(one.clone());
+        }
+        let found = self.written_as_one(one, other)?;
+        let is = |known: &Assumptions, wanted: &Value| {
+            known.decide(Relation::Eq, &known.simplify(&found), wanted) == Some(true)
+        };
+        (is(&self.above, one) && is(&self.below, other)).then_some(found)
+    }
+
+    fn written_as_one(&self, one: &Value, other: &Value) -> Option<Value> {
+        let distance = Name::new("[distance]");
+        let size = Value::variable(&distance);
+        let (name, (factor, rest)) = self
+            .difference
+            .variables()
+            .into_iter()
+            .find_map(|name| Some((name.clone(), solved(&self.difference, &name)?)))?;
+        let at = |signed: &Value| signed.sub(&rest).and_then(|value| value.div(&factor)).ok();
+        let above = one.with(&name, &at(&size)?).ok()?;
+        let below = other.with(&name, &at(&size.neg().ok()?)?).ok()?;
+        let half = Value::fraction(1, 2).ok()?;
+        let length = self.difference.abs().ok()?;
+        let middle = above.add(&below).ok()?.mul(&half).ok()?.with(&distance, &length).ok()?;
+        let side = above.sub(&below).ok()?.mul(&half).ok()?.with(&distance, &length).ok()?;
+        middle.add(&side.mul(&self.difference.div(&length).ok()?).ok()?).ok()
+    }
+}
