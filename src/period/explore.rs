@@ -71,12 +71,15 @@ enum Target {
     End(End),
 }
 
+/// The phases of one control point by the delays that remain.
+type Remainders = HashMap<Vec<Option<Value>>, usize>;
+
 struct Explorer<'a> {
     clock: Clock<'a>,
     assumptions: &'a Assumptions,
     spots: Vec<Spot>,
     /// The phases by their control points, and then by the delays that remain.
-    index: HashMap<Rc<Vec<Run>>, HashMap<Vec<Option<Value>>, usize>>,
+    index: HashMap<Rc<Vec<Run>>, Remainders>,
 }
 
 /// Runs the system.

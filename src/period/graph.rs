@@ -8,7 +8,7 @@ use crate::term::Term;
 use crate::transition_system::{Builder, Ending, Label, Mark, TransitionSystem};
 
 /// The most characters of one piece of text in a picture.
-const WIDE: usize = 48;
+const WIDE: usize = 32;
 
 /// What each component is doing in a phase: `DEnv, MoveTo in BF`; in a mission of several states, `Mission: Carry`.
 pub fn behaviour(phase: &Phase, names: &[String]) -> String {

@@ -152,7 +152,12 @@ impl Clock<'_> {
                     if let Failure::Livelock { cycle, .. } = *failure {
                         return Ok(Some(End::Livelock { cycle }));
                     }
-                    return Err(Halt::Failed(failure));
+                    return Err(Halt::Failed(Box::new(match *failure {
+                        Failure::NoPeriod { reason } => {
+                            Failure::NoPeriod { reason: format!("in {}: {reason}", self.name(component)) }
+                        }
+                        other => other,
+                    })));
                 }
                 Err(question) => {
                     moment.path.draws.truncate(draws);
