@@ -18,6 +18,7 @@ mod rest;
 mod run;
 mod step;
 mod stuck;
+mod vector;
 
 use std::collections::BTreeMap;
 use std::fmt;

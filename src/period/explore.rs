@@ -9,13 +9,14 @@ use super::merge::merge;
 use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Slot, inspect, loops, map_values, offers, readable};
+use super::vector::{component_name, components};
 use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Test, drift, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
-use crate::value::{Relation, Sort, Value, ValueError};
+use crate::value::{Relation, Value, ValueError};
 
 /// Phases that a system may have, before those of one behaviour are merged.
 const MOST_PHASES: usize = 30_000;
@@ -436,12 +437,6 @@ impl Explorer<'_> {
     }
 }
 
-/// The components of a vector.
-fn components(value: &Value) -> Option<Vec<Value>> {
-    let Sort::Vector(length) = value.sort() else { return None };
-    (0..length).map(|place| value.component(place)).collect()
-}
-
 fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
     let mut classes: BTreeMap<&Value, usize> = BTreeMap::new();
     entries
@@ -454,14 +449,6 @@ fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
             Held::Class(*classes.entry(entry).or_insert(next))
         })
         .collect()
-}
-
-/// The components of `r` are `rx`, `ry`, `rz`; of longer vectors `r1`, `r2`, ….
-fn component_name(whole: &Name, place: usize, length: usize) -> Name {
-    match ["x", "y", "z"].get(place).filter(|_| length <= 3) {
-        Some(letter) => Name::new(&format!("{whole}{letter}")),
-        None => Name::new(&format!("{whole}{}", place + 1)),
-    }
 }
 
 /// Variables are called after the first place they stand in, with a number where that is taken.
