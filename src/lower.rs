@@ -5,6 +5,7 @@
 
 mod check;
 mod claim;
+mod criteria;
 mod declare;
 mod define;
 mod direction;
@@ -14,7 +15,9 @@ mod graph;
 mod process;
 mod scope;
 mod solve;
+mod sweep;
 mod value;
+mod vary;
 mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,9 +33,11 @@ use crate::preorder::Preorder;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
+pub use criteria::{Ask, Criteria, Criterion, Goal};
 pub use declare::Batch;
 pub use flow::Flow;
 pub use solve::Question;
+pub use sweep::{MOST_POINTS, Sweep};
 
 /// Everything that has been declared; cheap to copy, so that any earlier one can be kept.
 #[derive(Clone, Default)]
@@ -47,6 +52,9 @@ pub struct Environment {
     entities: Arc<BTreeMap<Name, Entity>>,
     /// Names of values and functions.
     quantities: Arc<BTreeMap<Name, Quantity>>,
+    /// Criteria as written.
+    criteria: Arc<BTreeMap<Name, Arc<ast::Criteria>>>,
+    history: vary::History,
 }
 
 /// What a name with a capital stands for.
@@ -186,6 +194,10 @@ pub enum Lowered {
     Law(Law),
     /// `exercise …`
     Exercise(Exercise),
+    /// `criteria …`
+    Criteria(Box<Criteria>),
+    /// `sweep …`
+    Sweep(Box<Sweep>),
 }
 
 /// What is projected.
@@ -206,6 +218,10 @@ pub enum Expectation {
     Refuted,
     /// The claim is left open.
     Open,
+    /// The criteria are met.
+    Met,
+    /// They are not.
+    NotMet,
     /// The answer is `yes`, `no` or `unknown`.
     Answer(Name),
     /// What is looked for is never met.

@@ -6,11 +6,14 @@ mod alike;
 mod always;
 mod claim;
 mod compare;
+mod criteria;
 mod likely;
+mod illustrate;
 mod question;
 mod reading;
 mod satisfies;
 mod solve;
+mod sweep;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -33,6 +36,7 @@ use crate::term::Term;
 
 pub use alike::evidence_lines;
 pub use compare::run_lines;
+pub use sweep::{Plan, Plans, cores, plans};
 
 use reading::Run;
 
@@ -46,6 +50,11 @@ pub trait Surroundings {
 
     /// Whether the user wants the current search to stop.
     fn interrupted(&self) -> bool;
+
+    /// Whether claims are to come with pictures.
+    fn pictures(&self) -> bool {
+        false
+    }
 
     /// Work on this begins.
     fn begins(&self, _what: &str) {}
@@ -115,7 +124,8 @@ impl Session {
     /// # Errors
     /// What is wrong with the texts that are part of the program; a test holds that nothing is.
     pub fn new(surroundings: Rc<dyn Surroundings>) -> Result<Session, Vec<Failure>> {
-        let environment = library::standard()?;
+        let mut environment = library::standard()?;
+        environment.keep_history();
         let own = environment.laws.clone();
         Ok(Session { own, state: State { environment, ..State::default() }, earlier: Vec::new(), surroundings })
     }
