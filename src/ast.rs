@@ -1,5 +1,9 @@
 //! What was written, with its places, before names are looked up.
 
+mod criteria;
+
+use std::sync::Arc;
+
 use num_rational::BigRational;
 
 use crate::diagnostic::Span;
@@ -7,6 +11,8 @@ use crate::law::{Connective, Fact};
 use crate::name::Name;
 use crate::preorder::Preorder;
 use crate::value::Relation;
+
+pub use criteria::{AxisKind, Clause, ClauseKind, Criteria, Sweep, SweepQuestion};
 
 /// A name where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,6 +75,10 @@ pub enum ItemKind {
     Law(Box<LawItem>),
     /// `exercise name "title" …`
     Exercise(Box<ExerciseItem>),
+    /// `criteria Name for Sys { … }`
+    Criteria(Arc<Criteria>),
+    /// `sweep k in 0 .. 1 step 1/10 { … }`
+    Sweep(Arc<Sweep>),
 }
 
 /// `bound 1000 memory 64`: how much may be built.
@@ -213,7 +223,7 @@ pub struct CalcStep {
 /// What a claim or a simplification is expected to give.
 #[derive(Clone, Debug)]
 pub enum Expect {
-    /// `expect proved`, `refuted`, `open`, `yes`, `no`, `unknown`
+    /// `expect proved`, `refuted`, `open`, `yes`, `no`, `unknown`, `met`, `not met`
     Verdict(Ident),
     /// `expect = P`
     Term(Term),

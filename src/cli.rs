@@ -3,7 +3,9 @@
 mod exercise;
 mod lint;
 mod period;
+mod page;
 mod step;
+mod sweep;
 mod system;
 
 use std::io::IsTerminal;
@@ -148,6 +150,37 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Write what came of a script as one page, FILE.html and FILE.md: verdicts and margins first, then what limits them,
+    /// pictures, the model and what it rests on. Exit codes as with `run`.
+    Report {
+        /// The script.
+        file: PathBuf,
+        /// Where to write, without an extension; by default named as the script.
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Print it instead, with pictures in signs.
+        #[arg(long)]
+        terminal: bool,
+    },
+    /// Run the sweeps of a script, point by point on all cores. What was done is kept: the same command goes on where it
+    /// was interrupted. Exit code: 0 all points done, 2 usage, 3 bad input, 4 interrupted.
+    Sweep {
+        /// The script; with `--merge`, the `.points.jsonl` files of all parts.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// Where to write: FILE.points.jsonl, FILE.csv, FILE.parquet, FILE.svg; by default named as the script.
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// One part of several: `2/8`. Each part writes its own file of points.
+        #[arg(long, value_name = "PART/PARTS", value_parser = sweep::shard, default_value = "1/1")]
+        shard: (usize, usize),
+        /// How many points at a time; by default as many as there are cores.
+        #[arg(long, value_name = "N")]
+        jobs: Option<usize>,
+        /// Put the parts of one sweep together.
+        #[arg(long)]
+        merge: bool,
+    },
     /// Explain the code of an error, such as P0204.
     Explain {
         /// The code; all codes when it is left out.
@@ -207,6 +240,17 @@ pub fn run() -> u8 {
         Some(Command::Compare { left, right, relation, memory, json }) => {
             system::compare_files([&left, &right], relation, memory, json, &watch, colour)
         }
+        Some(Command::Report { file, output, terminal }) => {
+            page::report(&file, output.as_deref(), terminal, watch, colour)
+        }
+        Some(Command::Sweep { files, output, merge: true, .. }) => sweep::merge(&files, output.as_deref()),
+        Some(Command::Sweep { files, output, shard, jobs, .. }) => match files.as_slice() {
+            [file] => sweep::sweep(file, &sweep::Request { output, shard, jobs }, watch, colour),
+            _ => {
+                complain("one script at a time; `--merge` puts the parts of a sweep together\n");
+                2
+            }
+        },
         Some(Command::Explain { code }) => explain(code.as_deref()),
     }
 }

@@ -45,6 +45,10 @@ pub enum Keyword {
     Exercise,
     /// `probability`
     Probability,
+    /// `criteria`
+    Criteria,
+    /// `sweep`
+    Sweep,
     /// `by`
     By,
     /// `when`
@@ -70,8 +74,8 @@ pub enum Keyword {
 }
 
 impl Keyword {
-    /// All of them with their spelling; the first twenty begin an item.
-    pub const ALL: [(Keyword, &'static str); 31] = [
+    /// All of them with their spelling; the first twenty-two begin an item.
+    pub const ALL: [(Keyword, &'static str); 33] = [
         (Keyword::Exercise, "exercise"),
         (Keyword::Param, "param"),
         (Keyword::Fn, "fn"),
@@ -92,6 +96,8 @@ impl Keyword {
         (Keyword::Import, "import"),
         (Keyword::Law, "law"),
         (Keyword::Probability, "probability"),
+        (Keyword::Criteria, "criteria"),
+        (Keyword::Sweep, "sweep"),
         (Keyword::By, "by"),
         (Keyword::When, "when"),
         (Keyword::Satisfies, "satisfies"),
@@ -117,7 +123,7 @@ impl Keyword {
 
     /// Whether it begins an item.
     pub fn begins_item(self) -> bool {
-        Keyword::ALL.iter().take(20).any(|(keyword, _)| *keyword == self)
+        Keyword::ALL.iter().take(22).any(|(keyword, _)| *keyword == self)
     }
 }
 
@@ -186,6 +192,8 @@ pub enum Kind {
     Colon,
     /// `.`
     Dot,
+    /// `..`
+    Dots,
     /// `+`
     Plus,
     /// `-`, `−`
@@ -407,7 +415,7 @@ impl Lexer<'_> {
         let start = self.position;
         let rest = self.rest();
         let pairs = [("<=", Kind::LessEqual), (">=", Kind::GreaterEqual), ("!=", Kind::NotEqual), ("=>", Kind::Arrow)];
-        let more = [(":=", Kind::Assign), ("~~", Kind::Weak), ("<~", Kind::LessWeak)];
+        let more = [(":=", Kind::Assign), ("~~", Kind::Weak), ("<~", Kind::LessWeak), ("..", Kind::Dots)];
         let pair = pairs.into_iter().chain(more).find(|(text, _)| rest.starts_with(text));
         if let Some((_, kind)) = pair {
             if kind == Kind::GreaterEqual && self.closes_results() {

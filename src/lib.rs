@@ -56,10 +56,15 @@ pub mod safety;
 pub mod interval;
 pub mod distribution;
 pub mod probability;
+pub mod timeline;
+pub mod criteria;
+pub mod picture;
+pub mod sweep;
 // ── surface: what people see ──
 pub mod explain;
 pub mod latex;
 pub mod report;
+pub mod page;
 pub mod admission;
 pub mod session;
 pub mod codes;

@@ -5,6 +5,7 @@
 
 mod check;
 mod claim;
+mod criteria;
 mod declare;
 mod define;
 mod direction;
@@ -15,7 +16,9 @@ mod process;
 mod scope;
 mod shape;
 mod solve;
+mod sweep;
 mod value;
+mod vary;
 mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,9 +34,11 @@ use crate::preorder::Preorder;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
+pub use criteria::{Ask, Criteria, Criterion, Goal};
 pub use declare::Batch;
 pub use flow::Flow;
 pub use solve::Question;
+pub use sweep::{MOST_POINTS, Sweep};
 
 /// Everything that has been declared; cheap to copy, so that any earlier one can be kept.
 #[derive(Clone, Default)]
@@ -52,6 +57,9 @@ pub struct Environment {
     claims: Arc<BTreeSet<Name>>,
     /// Functions as written, for arguments that are vectors.
     templates: Arc<BTreeMap<Name, Template>>,
+    /// Criteria as written.
+    criteria: Arc<BTreeMap<Name, Arc<ast::Criteria>>>,
+    history: vary::History,
 }
 
 /// A function as written, with what the names in it meant.
@@ -209,6 +217,10 @@ pub enum Lowered {
     Law(Law),
     /// `exercise …`
     Exercise(Exercise),
+    /// `criteria …`
+    Criteria(Box<Criteria>),
+    /// `sweep …`
+    Sweep(Box<Sweep>),
 }
 
 /// What is projected.
@@ -229,6 +241,10 @@ pub enum Expectation {
     Refuted,
     /// The claim is left open.
     Open,
+    /// The criteria are met.
+    Met,
+    /// They are not.
+    NotMet,
     /// The answer is `yes`, `no` or `unknown`.
     Answer(Name),
     /// What is looked for is never met.

@@ -3,6 +3,7 @@
 //! Recovers at the next item, so that a file gets all its errors at once; nests at most [`DEEPEST`] deep.
 
 mod claim;
+mod criteria;
 mod exercise;
 mod item;
 mod system;

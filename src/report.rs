@@ -1,24 +1,35 @@
 //! What a session answers, as data; as text for a person, and as JSON for a program, one object a line.
 
+mod assessment;
+
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use serde_json::{Map, Value as Json, json};
 
 use crate::diagnostic::{Diagnostic, Severity, Source, render_all};
 use crate::name::Name;
+use crate::picture::Picture;
 use crate::value::Value;
+
+pub use assessment::Assessment;
 
 /// The name of what is typed at the prompt; its place needs no mention.
 pub const PROMPT: &str = "<prompt>";
 
 /// What came of a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Verdict {
     /// Proved, and checked by the kernel.
     Proved,
     /// Refuted: a run shows it.
     Refuted,
+    /// Every criterion is met.
+    Met,
+    /// One criterion is not met.
+    NotMet,
     /// Neither.
+    #[default]
     Open,
 }
 
@@ -28,6 +39,8 @@ impl Verdict {
         match self {
             Verdict::Proved => "proved",
             Verdict::Refuted => "refuted",
+            Verdict::Met => "met",
+            Verdict::NotMet => "not met",
             Verdict::Open => "open",
         }
     }
@@ -71,7 +84,7 @@ impl Chance {
 }
 
 /// What came of one claim, or of one question that has an expectation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Report {
     /// The number of the claim in its session, from 1.
     pub number: usize,
@@ -109,6 +122,12 @@ pub struct Report {
     pub diagnostics: Vec<(Source, Diagnostic)>,
     /// Whether the user stopped the search.
     pub interrupted: bool,
+    /// What came of each criterion, where it is about criteria.
+    pub assessment: Option<Arc<Assessment>>,
+    /// Pictures, where the surroundings want them.
+    pub pictures: Vec<Picture>,
+    /// What was assumed of parameters.
+    pub assumed: Vec<String>,
 }
 
 /// One answer of a session.
@@ -149,7 +168,8 @@ impl Report {
     /// Whether everything came as expected; a claim without expectations is expected to be proved.
     pub fn as_expected(&self) -> bool {
         let verdict = self.expected.iter().any(|expected| is_verdict(&expected.text));
-        self.expected.iter().all(|expected| expected.met) && (verdict || self.verdict == Verdict::Proved)
+        self.expected.iter().all(|expected| expected.met)
+            && (verdict || matches!(self.verdict, Verdict::Proved | Verdict::Met))
     }
 
     /// The exit code that it asks for: 0 as expected, 1 refuted or otherwise than expected, 4 open.
@@ -164,7 +184,7 @@ impl Report {
 
 /// Whether an expectation names a verdict.
 pub fn is_verdict(text: &str) -> bool {
-    matches!(text, "proved" | "refuted" | "open")
+    matches!(text, "proved" | "refuted" | "open" | "met" | "not met")
 }
 
 impl Output {
@@ -280,6 +300,9 @@ impl Report {
         let word = match (self.verdict, self.interrupted) {
             (Verdict::Proved, _) => "proved",
             (Verdict::Refuted, _) => "refuted",
+            (Verdict::Met, _) => "met",
+            (Verdict::NotMet, _) => "not met",
+            (Verdict::Open, _) if self.kind == "criteria" => "open",
             (Verdict::Open, false) => "could not prove",
             (Verdict::Open, true) => "interrupted, could not prove",
         };
@@ -344,6 +367,7 @@ impl Report {
         put("feedback", json!(self.feedback));
         let diagnostics: Vec<Json> = self.diagnostics.iter().map(|(source, one)| one.to_json(source)).collect();
         put("diagnostics", json!(diagnostics));
+        put("criteria", self.assessment.as_ref().map_or_else(|| json!([]), |assessment| assessment.json()));
         Json::Object(object)
     }
 }

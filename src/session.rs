@@ -7,12 +7,15 @@ mod always;
 mod claim;
 mod compare;
 mod contradiction;
+mod criteria;
+mod illustrate;
 mod likely;
 mod phases;
 mod question;
 mod reading;
 mod satisfies;
 mod solve;
+mod sweep;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -35,6 +38,7 @@ use crate::report::{Output, Report, Verdict};
 use crate::term::Term;
 
 pub use alike::evidence_lines;
+pub use sweep::{Plan, Plans, cores, plans};
 
 use reading::Run;
 
@@ -48,6 +52,11 @@ pub trait Surroundings {
 
     /// Whether the user wants the current search to stop.
     fn interrupted(&self) -> bool;
+
+    /// Whether claims are to come with pictures.
+    fn pictures(&self) -> bool {
+        false
+    }
 
     /// Work on this begins.
     fn begins(&self, _what: &str) {}
@@ -117,7 +126,8 @@ impl Session {
     /// # Errors
     /// What is wrong with the texts that are part of the program; a test holds that nothing is.
     pub fn new(surroundings: Rc<dyn Surroundings>) -> Result<Session, Vec<Failure>> {
-        let environment = library::standard()?;
+        let mut environment = library::standard()?;
+        environment.keep_history();
         let own = environment.laws.clone();
         Ok(Session { own, state: State { environment, ..State::default() }, earlier: Vec::new(), surroundings })
     }

@@ -295,6 +295,8 @@ impl Lowerer<'_> {
                 "refuted" => Expectation::Refuted,
                 "yes" | "no" | "unknown" => Expectation::Answer(word.name.clone()),
                 "never" => Expectation::Never,
+                "met" => Expectation::Met,
+                "not met" => Expectation::NotMet,
                 _ => Expectation::Open,
             },
             ast::Expect::Term(term) => Expectation::Term(self.whole(&[term])?.pop()?),
@@ -347,6 +349,10 @@ impl Environment {
             }
             ast::ItemKind::Import(path) => Some(Lowered::Import(path.clone())),
             ast::ItemKind::Law(law) => lowerer.law(law).map(Lowered::Law),
+            ast::ItemKind::Criteria(criteria) => {
+                lowerer.criteria(criteria).map(|criteria| Lowered::Criteria(Box::new(criteria)))
+            }
+            ast::ItemKind::Sweep(sweep) => lowerer.sweep(sweep, text).map(|sweep| Lowered::Sweep(Box::new(sweep))),
             ast::ItemKind::Exercise(exercise) => lowerer.exercise(exercise, item.span, text).map(Lowered::Exercise),
             _ => None,
         };

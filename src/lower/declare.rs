@@ -56,6 +56,7 @@ impl Environment {
     /// Takes in all declarations of a text, so that its processes see each other; then [`Environment::step`]
     /// takes the items one by one. An import belongs before the rest: split the items at imports.
     pub fn open(&mut self, items: &[Item], text: &str) -> Batch {
+        self.history.opened(items, text);
         let mut opening = Opening {
             errors: vec![Vec::new(); items.len()],
             before: self.clone(),
@@ -84,10 +85,10 @@ impl Environment {
             }
         }
         let outcomes = items.iter().zip(opening.errors).map(|(item, errors)| {
-            let names = declared(&item.kind)?;
             if !errors.is_empty() {
                 return Some(Err(errors));
             }
+            let names = declared(&item.kind)?;
             // An item of parameters takes effect in its turn.
             let redefined = names.iter().filter(|name| opening.before.knows(name)).cloned().collect();
             Some(Ok(Lowered::Declared { names, redefined }))
@@ -104,6 +105,7 @@ impl Environment {
             let lowered = outcome?;
             if let ItemKind::Param(parameters) = &item.kind {
                 self.assume_all(parameters)?;
+                self.history.stepped(item);
             }
             return Ok(lowered);
         }
@@ -165,6 +167,12 @@ impl Environment {
                 self.once(opening, index, &header.name);
                 return;
             }
+            ItemKind::Criteria(criteria) => {
+                if self.once(opening, index, &criteria.name) {
+                    Arc::make_mut(&mut self.criteria).insert(criteria.name.name.clone(), criteria.clone());
+                }
+                return;
+            }
             _ => return,
         };
         self.enter_name(opening, index, name, entity);
@@ -212,7 +220,8 @@ impl Environment {
                         let value = lowerer.number(right);
                         match lowerer.finish(value) {
                             Ok(value) if self.once(opening, index, &name) => {
-                                self.declare_parameter(opening, index, &name, Class::Number, Some(value));
+                                let value = self.instead_of(&name.name).cloned().unwrap_or(Some(value));
+                                self.declare_parameter(opening, index, &name, Class::Number, value);
                             }
                             Ok(_) => {}
                             Err(errors) => opening.report(index, errors),
@@ -230,6 +239,12 @@ impl Environment {
                 }
             }
         }
+    }
+
+    /// Whether `x = 3` is a value that is passed over here.
+    fn left_open(&self, relation: Relation, left: &ast::Value) -> bool {
+        let ValueKind::Name(name) = &left.kind else { return false };
+        relation == Relation::Eq && self.instead_of(&name.name).is_some()
     }
 
     /// The name that `x = 3` gives a value to: one that is new, or had a value before.
@@ -369,7 +384,7 @@ impl Environment {
                     assumptions.assume_natural(&name.name)
                 }
                 Parameter::Assumed(relation, left, right) => {
-                    let given = self.constant(*relation, left, right).is_some();
+                    let given = self.constant(*relation, left, right).is_some() || self.left_open(*relation, left);
                     let (one, other) = (lowerer.number(left), lowerer.number(right));
                     let (Some(one), Some(other), false) = (one, other, given) else {
                         continue;

@@ -24,7 +24,7 @@ impl Lowerer<'_> {
     }
 
     /// Observers whose parameters are names for what is shown, or values that must be shown, and what is said of them.
-    fn pattern(&mut self, shown: &[ast::Term], conditions: &[Comparison]) -> Option<Pattern> {
+    pub(super) fn pattern(&mut self, shown: &[ast::Term], conditions: &[Comparison]) -> Option<Pattern> {
         let mut variables = BTreeSet::new();
         let mut terms = Vec::new();
         for term in shown {

@@ -1,9 +1,12 @@
 //! Items: declarations, commands, expectations, imports.
 
+use std::sync::Arc;
+
 use super::{Parse, Parser, Role};
 use crate::ast::{Expect, Header, Ident, Item, ItemKind, Parameter, Term};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind};
+use crate::name::Name;
 
 impl Parser<'_> {
     /// The next item, up to where another one begins.
@@ -67,7 +70,9 @@ impl Parser<'_> {
             }
             Keyword::Law => ItemKind::Law(Box::new(self.law()?)),
             Keyword::Exercise => ItemKind::Exercise(Box::new(self.exercise()?)),
-            Keyword::Probability => ItemKind::Probability(self.likelihood()?),
+            Keyword::Probability => ItemKind::Probability(self.likelihood(None)?),
+            Keyword::Criteria => ItemKind::Criteria(Arc::new(self.criteria()?)),
+            Keyword::Sweep => ItemKind::Sweep(Arc::new(self.sweep()?)),
             _ => return self.no_item(),
         })
     }
@@ -254,15 +259,20 @@ impl Parser<'_> {
         if self.accept(Kind::Equal) {
             return Ok(Expect::Term(self.term()?));
         }
-        let verdict = matches!(self.spelling(), "proved" | "refuted" | "open" | "yes" | "no" | "unknown" | "never")
-            && self.ahead(1).kind != Kind::Equal;
+        let verdict =
+            matches!(self.spelling(), "proved" | "refuted" | "open" | "yes" | "no" | "unknown" | "never" | "met")
+                && self.ahead(1).kind != Kind::Equal;
         if verdict {
             return Ok(Expect::Verdict(self.ident()));
+        }
+        if self.spelling() == "not" && self.ahead(1).span.of(self.text) == "met" {
+            let span = self.advance().span.to(self.advance().span);
+            return Ok(Expect::Verdict(Ident { name: Name::new("not met"), span }));
         }
         let mut values = Vec::new();
         loop {
             let name = self.small(
-                "`proved`, `refuted`, `open`, `yes`, `no`, `unknown`, `never`, `= P`, or a value such as `t1 = 10`",
+                "`proved`, `refuted`, `open`, `met`, `not met`, `yes`, `no`, `unknown`, `never`, `= P`, or a value such as `t1 = 10`",
             )?;
             let name = if self.at(Kind::OpenRound) { self.term_of(name)? } else { name };
             self.require(Kind::Equal, "`=` and a value")?;

@@ -34,12 +34,18 @@ impl Parser<'_> {
 
     /// `of Sys reaching At_a within d >= q`
     pub(super) fn likely(&mut self) -> Parse<ClaimKind> {
-        let mut likelihood = self.likelihood()?;
+        let (likelihood, relation, bound) = self.likely_enough(None)?;
+        Ok(ClaimKind::Likely(likelihood, relation, bound))
+    }
+
+    /// `of Sys reaching At_a within d >= q`; without a system where one is given.
+    pub(super) fn likely_enough(&mut self, system: Option<Ident>) -> Parse<(Likelihood, Relation, crate::ast::Value)> {
+        let mut likelihood = self.likelihood(system)?;
         let (relation, bound) = self.threshold()?;
         if likelihood.method.is_none() {
             likelihood.method = self.method()?;
         }
-        Ok(ClaimKind::Likely(likelihood, relation, bound))
+        Ok((likelihood, relation, bound))
     }
 
     fn threshold(&mut self) -> Parse<(Relation, crate::ast::Value)> {
@@ -50,10 +56,13 @@ impl Parser<'_> {
     }
 
     /// `of Sys reaching At_p where … within d by enclosed`
-    pub(super) fn likelihood(&mut self) -> Parse<Likelihood> {
+    pub(super) fn likelihood(&mut self, system: Option<Ident>) -> Parse<Likelihood> {
         let start = self.token().span.start;
         self.word("of")?;
-        let system = self.capital("the name of a system")?;
+        let system = match system {
+            Some(system) => system,
+            None => self.capital("the name of a system")?,
+        };
         let first = match self.spelling() {
             "reaching" => true,
             "showing" => false,
@@ -86,7 +95,7 @@ impl Parser<'_> {
     }
 
     /// A word that has a meaning here alone.
-    fn word(&mut self, word: &str) -> Parse<()> {
+    pub(super) fn word(&mut self, word: &str) -> Parse<()> {
         if self.spelling() != word {
             return self.unexpected(&format!("`{word}`"));
         }
@@ -112,7 +121,7 @@ impl Parser<'_> {
         Ok(Comparison { span: self.since(start), relation, left, right })
     }
 
-    fn patterns(&mut self) -> Parse<Vec<Term>> {
+    pub(super) fn patterns(&mut self) -> Parse<Vec<Term>> {
         let mut all = vec![self.pattern()?];
         while self.accept(Kind::Comma) {
             all.push(self.pattern()?);

@@ -3,7 +3,7 @@
 use super::command::COMMANDS;
 use crate::diagnostic::nearest;
 
-const TOPICS: [(&str, &str); 10] = [
+const TOPICS: [(&str, &str); 11] = [
     (
         "processes",
         "Stop  Abort  Idle            end well, end badly, wait for ever
@@ -51,6 +51,21 @@ flow Sys                     how a round changes the variables
 project P to {At}            what is seen of P
 probability of Sys showing At_p where |p-9| <= 1 at 10     `by exact`, `enclosed`, `estimated`
 prove Sys satisfies Goal\n",
+    ),
+    (
+        "criteria",
+        "criteria Trip for Sys {      what an operator asks, each with its margin
+  goals At_10, At_0          where it must come by, in this order
+  radius 1/10                nearer than this is there
+  leg within 12              `leg to At_10 within 5`, `every leg within 12`
+  round within 20            `every round within 20`
+  clearance > 1 between At, Rock
+  battery 100 rate 2, rate 1 while Rough keep 20
+  probability of reaching At_p where |p-10| <= 1 within 10 >= 9/10
+}
+expect met | not met | open | round = 20
+sweep k in 0 .. 1 step 1/10, n in [1, 2] { Trip }     the same at each point
+pars sweep FILE   pars report FILE                    tables and pictures, a page\n",
     ),
     ("stepping", crate::walk::HELP),
     ("exercises", crate::exercise::HELP),

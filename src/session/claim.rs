@@ -26,6 +26,8 @@ pub(super) fn expectations(
         match expectation {
             Expectation::Proved => result.push(verdict(Verdict::Proved)),
             Expectation::Refuted => result.push(verdict(Verdict::Refuted)),
+            Expectation::Met => result.push(verdict(Verdict::Met)),
+            Expectation::NotMet => result.push(verdict(Verdict::NotMet)),
             Expectation::Open => result.push(verdict(Verdict::Open)),
             Expectation::Term(_) | Expectation::Answer(_) | Expectation::Never => {
                 result.push(Expected { text: text.clone(), met: false })
@@ -92,17 +94,15 @@ impl Run<'_, '_> {
             claim: waiting.text.clone(),
             kind,
             verdict,
-            expected: Vec::new(),
             values: found.values,
             steady: found.steady,
-            laws: Vec::new(),
-            trusted: Vec::new(),
             chance: found.chance,
             trace: found.trace,
             feedback: found.feedback,
             remains: found.remains,
             diagnostics: found.diagnostics,
             interrupted: verdict == Verdict::Open && self.surroundings.interrupted(),
+            ..Report::default()
         };
         if let Some(evidence) = &found.evidence {
             report.laws = evidence.theorem.lemmas().iter().chain(evidence.theorem.laws()).cloned().collect();

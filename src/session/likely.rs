@@ -4,10 +4,11 @@ use num_rational::BigRational;
 
 use super::claim::Found;
 use super::reading::{Run, Waiting};
+use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
 use crate::invariant::Claim;
-use crate::lower::{Event, Likelihood, Method, Pattern};
+use crate::lower::{Environment, Event, Likelihood, Method, Pattern};
 use crate::period;
 use crate::probability::chain::{Chain, chain};
 use crate::probability::{Enclosed, Question, enclosed, estimated, exact};
@@ -42,7 +43,8 @@ impl Run<'_, '_> {
     ) -> Found {
         let mut found = Found::default();
         let (Ok(answer), Some(bound)) = (
-            answer(likelihood, Some((relation, threshold)), waiting).map_err(|reasons| found.remains = reasons),
+            answer(likelihood, Some((relation, threshold)), &waiting.environment)
+                .map_err(|reasons| found.remains = reasons),
             threshold.as_rational(),
         ) else {
             return found;
@@ -60,7 +62,7 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn probability(&mut self, likelihood: &Likelihood, waiting: &Waiting) -> Vec<String> {
-        match answer(likelihood, None, waiting) {
+        match answer(likelihood, None, &waiting.environment) {
             Ok(answer) => answer.lines,
             Err(reasons) => reasons,
         }
@@ -96,13 +98,55 @@ fn work(answer: &Answer, threshold: &Value) -> String {
     }
 }
 
+/// A probability, for criteria.
+pub(super) fn chances(likelihood: &Likelihood, environment: &Environment) -> Result<Likely, Vec<String>> {
+    let answer = answer(likelihood, None, environment)?;
+    let Chance { low, high, method, .. } = answer.chance;
+    Ok(Likely {
+        low,
+        high,
+        sure: method != "estimated",
+        method,
+        trusted: vec![PHASES.to_string(), MACHINE.to_string()],
+    })
+}
+
+/// What is shown at the time asked for, where that is known exactly: names with their distributions.
+pub(super) fn distributions(
+    likelihood: &Likelihood,
+    environment: &Environment,
+) -> Vec<(crate::name::Name, Distribution)> {
+    let asked = asked(likelihood, environment);
+    let exact = asked.ok().and_then(|(chain, question)| exact::exact(&chain, &question).ok());
+    exact.map(|exact| exact.shown).unwrap_or_default()
+}
+
 /// Finds a chance: by the method that is named, or by the first that applies.
 fn answer(
     likelihood: &Likelihood,
     threshold: Option<(Relation, &Value)>,
-    waiting: &Waiting,
+    environment: &Environment,
 ) -> Result<Answer, Vec<String>> {
-    let environment = &waiting.environment;
+    let (chain, question) = asked(likelihood, environment)?;
+    let methods: &[Method] = match &likelihood.method {
+        Some(method) => std::slice::from_ref(method),
+        None => &[Method::Exact, Method::Enclosed, Method::Estimated],
+    };
+    let mut reasons = Vec::new();
+    for method in methods {
+        match by_method(*method, &chain, &question, threshold) {
+            Ok(mut answer) => {
+                answer.lines.extend(reasons.iter().map(|reason| format!("note: {reason}")));
+                return Ok(answer);
+            }
+            Err(reason) => reasons.push(format!("not {}: {reason}", name(*method))),
+        }
+    }
+    Err(reasons)
+}
+
+/// The system as a chain, and what is asked of it.
+fn asked(likelihood: &Likelihood, environment: &Environment) -> Result<(Chain, Question), Vec<String>> {
     let Some(system) = environment.system(&likelihood.system) else {
         return Err(vec![format!("there is no system {}", likelihood.system)]);
     };
@@ -134,21 +178,7 @@ fn answer(
     };
     let chain = chain(&period, &event, &environment.assumptions).map_err(|reason| vec![reason])?;
     let question = Question { first, time, names: pattern.variables.iter().cloned().collect() };
-    let methods: &[Method] = match &likelihood.method {
-        Some(method) => std::slice::from_ref(method),
-        None => &[Method::Exact, Method::Enclosed, Method::Estimated],
-    };
-    let mut reasons = Vec::new();
-    for method in methods {
-        match by_method(*method, &chain, &question, threshold) {
-            Ok(mut answer) => {
-                answer.lines.extend(reasons.iter().map(|reason| format!("note: {reason}")));
-                return Ok(answer);
-            }
-            Err(reason) => reasons.push(format!("not {}: {reason}", name(*method))),
-        }
-    }
-    Err(reasons)
+    Ok((chain, question))
 }
 
 fn name(method: Method) -> &'static str {

@@ -36,7 +36,7 @@ impl Run<'_, '_> {
             Question::Probability(likelihood) => {
                 ("probability", self.probability(likelihood, waiting), Run::unmet(&waiting.expected))
             }
-            Question::Claim(_) => ("claim", Vec::new(), Vec::new()),
+            Question::Claim(_) | Question::Criteria(_) | Question::Sweep(_) => ("claim", Vec::new(), Vec::new()),
             Question::Lts(subject, limits) => {
                 answered = self.transition_system(&subject_term(subject, &waiting.environment), *limits, waiting);
                 ("lts", std::mem::take(&mut answered.lines), Run::unmet(&waiting.expected))

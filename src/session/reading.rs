@@ -29,6 +29,10 @@ pub(super) enum Question {
     Solve(Box<crate::lower::Question>),
     /// `probability of …`
     Probability(Likelihood),
+    /// `criteria …`
+    Criteria(Box<crate::lower::Criteria>),
+    /// `sweep …`
+    Sweep(Box<crate::lower::Sweep>),
     /// `project P to {…}`
     Project(Subject, BTreeSet<Name>),
     /// `lts P`
@@ -104,6 +108,8 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Flow(name) => Question::Flow(name),
             Lowered::Solve(solve) => Question::Solve(solve),
             Lowered::Probability(likelihood) => Question::Probability(likelihood),
+            Lowered::Criteria(criteria) => Question::Criteria(criteria),
+            Lowered::Sweep(sweep) => Question::Sweep(sweep),
             Lowered::Project(subject, shown) => Question::Project(subject, shown),
             Lowered::Exercise(exercise) => Question::Claim(self.exercise(environment, exercise, item.span)),
             Lowered::Lts(subject, limits) => Question::Lts(subject, limits),
@@ -235,9 +241,16 @@ impl<'r, 'e> Run<'r, 'e> {
         self.surroundings.begins(waiting.text.lines().next().unwrap_or(""));
         let (output, record) = match &waiting.question {
             Question::Claim(claim) => {
-                let record = self.claim(claim, &waiting);
+                let mut record = self.claim(claim, &waiting);
+                self.illustrate(&mut record.report, &waiting);
                 (Output::Claim(Box::new(record.report.clone())), Some(record))
             }
+            Question::Criteria(criteria) => {
+                let mut record = self.criteria(criteria, &waiting);
+                self.illustrate(&mut record.report, &waiting);
+                (Output::Claim(Box::new(record.report.clone())), Some(record))
+            }
+            Question::Sweep(sweep) => (Output::Answer(Box::new(self.sweep(sweep, &waiting))), None),
             _ => (self.question(&waiting), None),
         };
         self.surroundings.ends();

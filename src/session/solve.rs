@@ -42,7 +42,7 @@ pub(super) fn answer(question: &Question, waiting: &Waiting) -> (Vec<String>, Ve
         Expectation::Values(values) => {
             values.iter().all(|(name, value)| is_met(name, value, recurrence, solved.as_ref(), found.as_ref(), known))
         }
-        Expectation::Refuted | Expectation::Term(_) | Expectation::Answer(_) => false,
+        _ => false,
     };
     let expected =
         waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });

@@ -1,0 +1,329 @@
+//! Criteria of an operator, each judged on the exact run of the system, or by what always holds of it, or by a
+//! probability: met or not, by what margin, and what decides it.
+
+pub mod blame;
+mod measure;
+pub mod repair;
+pub mod simplest;
+mod visit;
+
+use std::collections::BTreeMap;
+
+use num_rational::BigRational;
+use num_traits::{One, ToPrimitive, Zero};
+
+use crate::assumption::Assumptions;
+use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood, System};
+use crate::name::Name;
+use crate::period::{self, Period};
+use crate::timeline::trail::trail;
+use crate::timeline::{Follower, Timeline};
+use crate::value::Value;
+
+pub use visit::{Leg, Visits, visits};
+
+/// Stretches of a run that are followed to judge criteria.
+pub const MOST_STRETCHES: usize = 20_000;
+/// The same while other values of parameters are tried.
+pub const FEW_STRETCHES: usize = 600;
+/// The same at each point of a sweep.
+pub const SOME_STRETCHES: usize = 3_000;
+
+/// Whether a criterion is met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Standing {
+    /// It is not: the run shows it, or the whole interval of the probability lies on the wrong side.
+    NotMet,
+    /// That was not found out.
+    Open,
+    /// It is.
+    Met,
+}
+
+impl Standing {
+    /// `met`, `not met`, `open`
+    pub fn spelling(self) -> &'static str {
+        match self {
+            Standing::Met => "met",
+            Standing::NotMet => "not met",
+            Standing::Open => "open",
+        }
+    }
+}
+
+/// What was measured, or how much room there is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Measure {
+    /// Exactly this.
+    Exact(Value),
+    /// At least this.
+    AtLeast(Value),
+    /// At most this.
+    AtMost(Value),
+    /// Between these, which are rounded outward.
+    Between(f64, f64),
+}
+
+impl Measure {
+    /// As a number of the machine, for pictures and tables: the exact number rounded, or the middle.
+    pub fn near(&self) -> Option<f64> {
+        match self {
+            Measure::Exact(value) | Measure::AtLeast(value) | Measure::AtMost(value) => near(value),
+            Measure::Between(low, high) => Some(f64::midpoint(*low, *high)),
+        }
+    }
+}
+
+/// A value rounded to a number of the machine.
+pub fn near(value: &Value) -> Option<f64> {
+    match value.as_rational() {
+        Some(number) => number.to_f64(),
+        None => None,
+    }
+}
+
+impl std::fmt::Display for Measure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Measure::Exact(value) => write!(f, "{value}"),
+            Measure::AtLeast(value) => write!(f, "at least {value}"),
+            Measure::AtMost(value) => write!(f, "at most {value}"),
+            Measure::Between(low, high) if low == high => write!(f, "{low} (rounded)"),
+            Measure::Between(low, high) => write!(f, "between {low} and {high}"),
+        }
+    }
+}
+
+/// The moment that decides a criterion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// The stretch of the run.
+    pub stretch: usize,
+    /// From when on.
+    pub from: Value,
+    /// Until when, where it is a span of time.
+    pub to: Option<Value>,
+    /// The leg, from 0, where it is about one.
+    pub leg: Option<usize>,
+}
+
+/// What came of one criterion.
+#[derive(Clone, Debug)]
+pub struct Finding {
+    /// What its value is called.
+    pub name: Name,
+    /// What was asked.
+    pub text: String,
+    /// Whether it is met.
+    pub standing: Standing,
+    /// What was measured.
+    pub value: Option<Measure>,
+    /// How much room there is; less than 0 where it is not met.
+    pub margin: Option<Measure>,
+    /// The moment that decides it.
+    pub moment: Option<Moment>,
+    /// By what method, where that is a choice; and what else there is to say.
+    pub notes: Vec<String>,
+    /// What was taken on trust.
+    pub trusted: Vec<String>,
+}
+
+impl Finding {
+    fn new(criterion: &Criterion) -> Finding {
+        Finding {
+            name: criterion.name.clone(),
+            text: criterion.text.clone(),
+            standing: Standing::Open,
+            value: None,
+            margin: None,
+            moment: None,
+            notes: Vec::new(),
+            trusted: Vec::new(),
+        }
+    }
+
+    /// The margin, less than which nothing is known.
+    pub fn exact_margin(&self) -> Option<&Value> {
+        match &self.margin {
+            Some(Measure::Exact(value)) => Some(value),
+            _ => None,
+        }
+    }
+}
+
+/// A probability with how it was found.
+#[derive(Clone, Debug)]
+pub struct Likely {
+    /// Its lower bound.
+    pub low: f64,
+    /// Its upper bound.
+    pub high: f64,
+    /// Whether the bounds are proved.
+    pub sure: bool,
+    /// `exact`, `enclosed`, `estimated`
+    pub method: &'static str,
+    /// What was taken on trust.
+    pub trusted: Vec<String>,
+}
+
+/// Finds a probability; gives the reasons where there is none.
+pub type Chances<'a> = dyn Fn(&Likelihood, &Environment) -> Result<Likely, Vec<String>> + Sync + 'a;
+
+/// What judging needs beside the criteria.
+#[derive(Clone, Copy)]
+pub struct Judge<'a> {
+    /// Finds probabilities.
+    pub chances: &'a Chances<'a>,
+    /// Whether the user wants it to stop.
+    pub interrupted: &'a dyn Fn() -> bool,
+    /// Stretches of a run that are followed.
+    pub stretches: usize,
+    /// Whether an invariant is looked for where the run does not decide.
+    pub invariants: bool,
+}
+
+/// Criteria judged, with the run that they were judged on.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// What came of each, in order.
+    pub findings: Vec<Finding>,
+    /// The run, as far as it was followed.
+    pub run: Timeline,
+    /// Where it comes by.
+    pub visits: Visits,
+}
+
+impl Judged {
+    /// The worst of all.
+    pub fn standing(&self) -> Standing {
+        self.findings.iter().map(|finding| finding.standing).min().unwrap_or(Standing::Open)
+    }
+}
+
+impl Judge<'_> {
+    /// Judges all criteria.
+    pub fn judge(&self, criteria: &Criteria, environment: &Environment) -> Judged {
+        self.judge_some(criteria, environment, None)
+    }
+
+    /// Judges one criterion, by its name, and follows the run no further than its standing needs.
+    pub fn one(&self, criteria: &Criteria, environment: &Environment, name: &Name) -> Option<Finding> {
+        self.judge_some(criteria, environment, Some(name)).findings.into_iter().next()
+    }
+
+    fn judge_some(&self, criteria: &Criteria, environment: &Environment, only: Option<&Name>) -> Judged {
+        let wanted = |criterion: &&Criterion| only.is_none_or(|name| criterion.name == *name);
+        let chosen: Vec<&Criterion> = criteria.all.iter().filter(wanted).collect();
+        let nothing = Timeline {
+            stretches: Vec::new(),
+            ending: crate::timeline::Ending::Unknown("it was not followed".to_string()),
+            at: BTreeMap::new(),
+        };
+        let Some(system) = environment.system(&criteria.system) else {
+            return Judged { findings: Vec::new(), run: nothing, visits: Visits::default() };
+        };
+        let (run, visits) = if chosen.iter().all(|one| matches!(one.kind, Ask::Probability { .. })) {
+            (nothing, Visits::default())
+        } else {
+            self.followed(criteria, system, environment, &chosen, only.is_some())
+        };
+        let scene = measure::Scene { judge: self, criteria, environment, system, run: &run, visits: &visits };
+        let findings = chosen.iter().map(|criterion| scene.finding(criterion)).collect();
+        Judged { findings, run, visits }
+    }
+
+    /// The run as far as the criteria need it.
+    fn followed(
+        &self,
+        criteria: &Criteria,
+        system: &System,
+        environment: &Environment,
+        chosen: &[&Criterion],
+        quick: bool,
+    ) -> (Timeline, Visits) {
+        let term = system.term(&environment.definitions);
+        let mut follower = Follower::new(&term, &environment.definitions);
+        let all = chosen.iter().any(|criterion| {
+            matches!(
+                criterion.kind,
+                Ask::Clearance { .. } | Ask::Leg { every: true, .. } | Ask::Round { every: true, .. }
+            )
+        });
+        let horizon = chosen.iter().filter_map(|criterion| match &criterion.kind {
+            Ask::Battery { time: Some(time), .. } => Some(time.clone()),
+            _ => None,
+        });
+        let horizon = horizon.max().unwrap_or_else(BigRational::zero);
+        let mut most = 64;
+        loop {
+            follower.follow(most.min(self.stretches), self.interrupted);
+            let found = visits(follower.run(), &criteria.goals, &Value::rational(criteria.radius.clone()));
+            let late = follower.run().known_until().and_then(|time| time.as_rational());
+            let enough = !all && found.first_round_is_over() && late.is_some_and(|time| time >= horizon);
+            let scene =
+                measure::Scene { judge: self, criteria, environment, system, run: follower.run(), visits: &found };
+            let decided = |one: &&Criterion| scene.on_the_run(one).is_some_and(|one| one.standing != Standing::Open);
+            let enough = enough || (quick && chosen.iter().all(decided));
+            if follower.over() || enough || most >= self.stretches {
+                return (follower.run().clone(), found);
+            }
+            most *= 2;
+        }
+    }
+}
+
+/// The run with one parameter left open, for margins as formulas of it.
+pub struct Formulas {
+    environment: Environment,
+    run: Timeline,
+    visits: Visits,
+}
+
+impl Formulas {
+    /// The run near the value that a parameter has; none where the phases cannot be told without its value.
+    pub fn of(
+        criteria: &Criteria,
+        environment: &Environment,
+        (parameter, value): (&Name, &BigRational),
+        stretches: usize,
+    ) -> Option<Formulas> {
+        let open = environment.varied(&BTreeMap::from([(parameter.clone(), None)])).ok()?;
+        let system = open.system(&criteria.system)?;
+        let (period, assumptions) = period_near(&open, system, parameter, value)?;
+        let at = BTreeMap::from([(parameter.clone(), Value::rational(value.clone()))]);
+        let run = trail(&period, &at, &assumptions, stretches);
+        let visits = visits(&run, &criteria.goals, &Value::rational(criteria.radius.clone()));
+        Some(Formulas { environment: open, run, visits })
+    }
+
+    /// The margin of a criterion as a formula of the parameter, true near the value that it has.
+    pub fn margin(&self, criteria: &Criteria, criterion: &Name) -> Option<Value> {
+        let wanted = criteria.all.iter().find(|one| one.name == *criterion)?;
+        let never = |_: &Likelihood, _: &Environment| Err(Vec::new());
+        let judge = Judge { chances: &never, interrupted: &|| false, stretches: 0, invariants: false };
+        let system = self.environment.system(&criteria.system)?;
+        let (environment, run, visits) = (&self.environment, &self.run, &self.visits);
+        let scene = measure::Scene { judge: &judge, criteria, environment, system, run, visits };
+        scene.on_the_run(wanted)?.exact_margin().cloned()
+    }
+}
+
+/// The period with a parameter left open, near the value that it has.
+fn period_near(
+    open: &Environment,
+    system: &System,
+    parameter: &Name,
+    value: &BigRational,
+) -> Option<(Period, Assumptions)> {
+    let mut assumptions = open.assumptions.clone();
+    let name = Value::variable(parameter);
+    if !value.is_zero() {
+        let little = BigRational::new(1.into(), 1000.into());
+        let (one, other) = (value * (BigRational::one() - &little), value * (BigRational::one() + &little));
+        let (low, high) = if one < other { (one, other) } else { (other, one) };
+        assumptions.assume(crate::value::Relation::Gte, &name, &Value::rational(low));
+        assumptions.assume(crate::value::Relation::Lte, &name, &Value::rational(high));
+    }
+    let period = period::analyse(&system.components, &open.definitions, &assumptions).ok()?;
+    Some((period, assumptions))
+}

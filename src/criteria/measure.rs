@@ -1,0 +1,419 @@
+//! What each kind of criterion measures, and by what margin it is met.
+
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+
+use super::visit::{Visits, apart};
+use super::{Finding, Judge, Measure, Moment, Standing};
+use crate::invariant::Claim;
+use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood, System};
+use crate::name::Name;
+use crate::period::Test;
+use crate::safety;
+use crate::term::{Node, Term};
+use crate::timeline::{Ending, Timeline, end_of};
+use crate::value::{Relation, Value};
+
+/// One system with its run, to measure on.
+pub(super) struct Scene<'a> {
+    pub(super) judge: &'a Judge<'a>,
+    pub(super) criteria: &'a Criteria,
+    pub(super) environment: &'a Environment,
+    pub(super) system: &'a System,
+    pub(super) run: &'a Timeline,
+    pub(super) visits: &'a Visits,
+}
+
+fn exact(value: &BigRational) -> Value {
+    Value::rational(value.clone())
+}
+
+impl Scene<'_> {
+    pub(super) fn finding(&self, criterion: &Criterion) -> Finding {
+        let mut finding = match &criterion.kind {
+            Ask::Probability { likelihood, relation, threshold } => {
+                self.probability(criterion, likelihood, *relation, threshold)
+            }
+            Ask::Clearance { strict, limit, between } => self.clearance(criterion, *strict, limit, between),
+            _ => self.on_the_run(criterion).unwrap_or_else(|| Finding::new(criterion)),
+        };
+        if let (Standing::Open, Ending::Unknown(why), true) =
+            (finding.standing, &self.run.ending, finding.notes.is_empty())
+        {
+            finding.notes.push(format!("the run could not be followed: {why}"));
+        }
+        finding
+    }
+
+    /// What the run alone tells.
+    pub(super) fn on_the_run(&self, criterion: &Criterion) -> Option<Finding> {
+        Some(match &criterion.kind {
+            Ask::Radius(goal) => self.radius(criterion, *goal),
+            Ask::Leg { goal, every, limit } => self.times(criterion, *every, limit, Some(*goal)),
+            Ask::Round { every, limit } => self.times(criterion, *every, limit, None),
+            Ask::Battery { start, rates, keep, time } => self.battery(criterion, start, rates, keep, time.as_ref()),
+            Ask::Clearance { strict, limit, between } => {
+                let mut finding = Finding::new(criterion);
+                self.least_distance(between, limit, *strict, &mut finding);
+                finding
+            }
+            Ask::Probability { .. } => return None,
+        })
+    }
+
+    /// A margin: `high - low`.
+    fn room(&self, low: &Value, high: &Value) -> Option<Value> {
+        high.sub(low).ok()
+    }
+
+    fn holds(&self, relation: Relation, left: &Value, right: &Value) -> bool {
+        self.run.decide(relation, left, right) == Some(true)
+    }
+
+    fn radius(&self, criterion: &Criterion, goal: usize) -> Finding {
+        let mut finding = Finding::new(criterion);
+        let radius = exact(&self.criteria.radius);
+        let Some((near, time, stretch)) = self.visits.closest.get(goal).cloned().flatten() else {
+            finding.notes.push(match goal.checked_sub(1).and_then(|before| self.criteria.goals.get(before)) {
+                Some(before) if self.visits.never => format!("{before} is never reached, and this goal comes after it"),
+                _ => "nothing is shown of it".to_string(),
+            });
+            if self.visits.never {
+                finding.standing = Standing::NotMet;
+            }
+            return finding;
+        };
+        let reached = self.visits.leg(0, goal).is_some();
+        let margin = self.room(&near, &radius);
+        if reached {
+            finding.standing = Standing::Met;
+        } else if self.visits.never {
+            finding.standing = Standing::NotMet;
+        }
+        // Nearer may still come, as long as the run is not known to its end.
+        let whole = self.visits.legs.len() > goal + 1 || self.visits.all;
+        finding.value = Some(if whole { Measure::Exact(near) } else { Measure::AtMost(near) });
+        finding.margin = margin.map(|margin| if whole { Measure::Exact(margin) } else { Measure::AtLeast(margin) });
+        finding.moment = Some(Moment { stretch, from: time, to: None, leg: Some(goal) });
+        finding
+    }
+
+    /// Legs to one goal, or rounds.
+    fn times(&self, criterion: &Criterion, every: bool, limit: &BigRational, goal: Option<usize>) -> Finding {
+        let mut finding = Finding::new(criterion);
+        let limit = exact(limit);
+        let spans: Vec<(Value, Value, usize, usize)> = match goal {
+            Some(goal) => {
+                let legs = self.visits.legs.iter().filter(|leg| leg.goal == goal);
+                legs.map(|leg| (leg.from.clone(), leg.to.clone(), leg.stretch, leg.goal)).collect()
+            }
+            None => {
+                let rounds = self.visits.rounds().into_iter();
+                rounds
+                    .map(|(from, to, leg)| (from, to, leg.stretch, self.slowest(leg.round).unwrap_or(leg.goal)))
+                    .collect()
+            }
+        };
+        let mut worst: Option<(Value, Moment)> = None;
+        for (from, to, stretch, leg) in if every { &spans[..] } else { spans.get(..1).unwrap_or(&[]) } {
+            let Some(time) = self.room(from, to) else { continue };
+            if worst.as_ref().is_none_or(|(before, _)| self.holds(Relation::Gtr, &time, before)) {
+                let moment = Moment { stretch: *stretch, from: from.clone(), to: Some(to.clone()), leg: Some(*leg) };
+                worst = Some((time, moment));
+            }
+        }
+        let whole = if every { self.visits.all && !self.visits.never } else { worst.is_some() };
+        if let Some((time, moment)) = worst {
+            let margin = self.room(&time, &limit);
+            let late = self.holds(Relation::Gtr, &time, &limit);
+            finding.standing = match (late, whole) {
+                (true, _) => Standing::NotMet,
+                (false, true) => Standing::Met,
+                (false, false) => Standing::Open,
+            };
+            finding.value = Some(if whole { Measure::Exact(time) } else { Measure::AtLeast(time) });
+            finding.margin = margin.map(|margin| if whole { Measure::Exact(margin) } else { Measure::AtMost(margin) });
+            finding.moment = Some(moment);
+        }
+        if !whole {
+            self.missing(&limit, goal, every, &mut finding);
+        }
+        finding
+    }
+
+    /// The leg that takes longest in a round.
+    fn slowest(&self, round: usize) -> Option<usize> {
+        let mut slowest: Option<(Value, usize)> = None;
+        for leg in self.visits.legs.iter().filter(|leg| leg.round == round) {
+            let time = leg.duration()?;
+            if slowest.as_ref().is_none_or(|(before, _)| self.holds(Relation::Gtr, &time, before)) {
+                slowest = Some((time, leg.goal));
+            }
+        }
+        slowest.map(|(_, goal)| goal)
+    }
+
+    /// What is to be said of a leg or a round that was not seen to its end.
+    fn missing(&self, limit: &Value, goal: Option<usize>, every: bool, finding: &mut Finding) {
+        let done = self.visits.legs.len();
+        let sought = done % self.criteria.goals.len().max(1);
+        let at = self.criteria.goals.get(sought).map(ToString::to_string).unwrap_or_default();
+        let since = self.visits.legs.last().map_or_else(Value::zero, |leg| leg.to.clone());
+        let begun = match goal {
+            Some(goal) if goal != sought && !self.visits.never => return,
+            Some(_) => since.clone(),
+            None => self.visits.rounds().last().map_or_else(Value::zero, |(_, to, _)| to.clone()),
+        };
+        let radius = exact(&self.criteria.radius);
+        let within = if radius.is_zero() { String::new() } else { format!(" to within {radius}") };
+        if self.visits.never {
+            // A program that has done its rounds and stands still owes no further one.
+            if every && done > 0 && sought == 0 && matches!(self.run.ending, Ending::Still | Ending::Ended) {
+                if finding.standing == Standing::Open && finding.value.is_some() {
+                    finding.standing = Standing::Met;
+                    finding.notes.push("the mission ends after its last round".to_string());
+                }
+                return;
+            }
+            finding.standing = Standing::NotMet;
+            finding.notes.push(format!("after {since} it never reaches {at}{within}"));
+        } else if let Some(until) = self.run.known_until() {
+            let waited = self.room(&begun, &until);
+            if waited.as_ref().is_some_and(|waited| self.holds(Relation::Gtr, waited, limit)) {
+                finding.standing = Standing::NotMet;
+                finding.value = waited.clone().map(Measure::AtLeast);
+                finding.margin = waited.and_then(|waited| self.room(&waited, limit)).map(Measure::AtMost);
+            }
+            if let Ending::Unknown(why) = &self.run.ending {
+                finding.notes.push(format!("{at} is not reached{within} by {until}, and {why}"));
+            }
+        }
+        let stretch = self.run.stretches.len().saturating_sub(1);
+        if finding.moment.is_none() {
+            finding.moment = Some(Moment { stretch, from: begun, to: None, leg: Some(sought) });
+        }
+    }
+
+    fn battery(
+        &self,
+        criterion: &Criterion,
+        start: &BigRational,
+        rates: &[(BigRational, Option<Name>)],
+        keep: &BigRational,
+        time: Option<&BigRational>,
+    ) -> Finding {
+        let mut finding = Finding::new(criterion);
+        let keep = exact(keep);
+        let full = exact(start);
+        let end = match time {
+            Some(time) => Some(exact(time)),
+            None => self.visits.rounds().first().map(|(_, to, _)| to.clone()),
+        };
+        let mut charge = full.clone();
+        let mut least = (full.clone(), Value::zero(), 0);
+        let turns = end.as_ref().map_or(0, |end| self.turns(end));
+        let mut reached = false;
+        for (place, begin) in self.run.unrolled(turns) {
+            let stretch = &self.run.stretches[place];
+            if end.as_ref().is_some_and(|end| !self.holds(Relation::Lss, &begin, end)) {
+                reached = true;
+                break;
+            }
+            let mut until = stretch.duration.as_ref().and_then(|duration| begin.add(duration).ok());
+            if let Some(end) = &end
+                && until.as_ref().is_none_or(|until| self.holds(Relation::Gtr, until, end))
+            {
+                until = Some(end.clone());
+            }
+            let Some(until) = until else { break };
+            let Some(left) = drained(&charge, &rate(rates, &stretch.shown), &begin, &until) else { return finding };
+            charge = if self.holds(Relation::Gtr, &left, &full) { full.clone() } else { left };
+            if self.holds(Relation::Lss, &charge, &least.0) {
+                least = (charge.clone(), until.clone(), place);
+            }
+            reached = end.as_ref() == Some(&until);
+        }
+        let margin = self.room(&keep, &least.0);
+        let low = self.holds(Relation::Lss, &least.0, &keep);
+        finding.standing = match (low, reached) {
+            (true, _) => Standing::NotMet,
+            (false, true) => Standing::Met,
+            (false, false) => Standing::Open,
+        };
+        if !reached {
+            let why = if end.is_none() { "the round is not completed" } else { "the run is not known that far" };
+            finding.notes.push(why.to_string());
+        }
+        finding.value = Some(if reached { Measure::Exact(least.0) } else { Measure::AtMost(least.0) });
+        finding.margin = margin.map(|margin| if reached { Measure::Exact(margin) } else { Measure::AtMost(margin) });
+        finding.moment = Some(Moment { stretch: least.2, from: least.1, to: None, leg: None });
+        finding
+    }
+
+    /// How often a run that repeats goes round before this time; bounded.
+    fn turns(&self, end: &Value) -> usize {
+        let Ending::Repeats(from) = self.run.ending else { return 0 };
+        let (Some(first), Some(last)) = (self.run.stretches.get(from), self.run.stretches.last().and_then(end_of))
+        else {
+            return 0;
+        };
+        let period = last.sub(&first.start).ok().and_then(|period| period.as_rational());
+        let (Some(period), Some(end)) = (period, end.as_rational()) else { return 1 };
+        let most = BigRational::from_integer((super::MOST_STRETCHES / self.run.stretches.len().max(1) + 1).into());
+        let turns = (end / period).ceil().min(most);
+        num_traits::ToPrimitive::to_usize(&turns.to_integer()).unwrap_or(0)
+    }
+
+    fn clearance(
+        &self,
+        criterion: &Criterion,
+        strict: bool,
+        limit: &BigRational,
+        between: &[(Name, usize); 2],
+    ) -> Finding {
+        let mut finding = Finding::new(criterion);
+        self.least_distance(between, limit, strict, &mut finding);
+        if finding.standing != Standing::Open || !self.judge.invariants {
+            return finding;
+        }
+        // The run goes on; what always holds may be proved of its phases.
+        let claim = claim(between, strict, limit);
+        let Ok(claim) = claim else { return finding };
+        let outcome = safety::always(
+            &self.system.term(&self.environment.definitions),
+            &self.system.components,
+            &claim,
+            &self.environment.definitions,
+            &self.environment.assumptions,
+            self.judge.interrupted,
+        );
+        if let safety::Verdict::Proved(safe) = &outcome.verdict {
+            finding.standing = Standing::Met;
+            finding.notes = vec!["by an invariant of the phases".to_string()];
+            finding.trusted.extend(safe.trusted().iter().cloned());
+        } else {
+            finding.notes.extend(outcome.remaining);
+        }
+        finding
+    }
+
+    /// The least distance of two things in the run.
+    fn least_distance(&self, between: &[(Name, usize); 2], limit: &BigRational, strict: bool, finding: &mut Finding) {
+        let limit = exact(limit);
+        let mut least: Option<(Value, Value, usize)> = None;
+        for (place, stretch) in self.run.stretches.iter().enumerate() {
+            let [one, other] = between.each_ref().map(|(name, _)| values_of(&stretch.shown, name));
+            let (Some(one), Some(other)) = (one, other) else { continue };
+            let Some(distance) = apart(self.run, one, other) else { continue };
+            if least.as_ref().is_none_or(|(before, ..)| self.holds(Relation::Lss, &distance, before)) {
+                least = Some((distance, stretch.start.clone(), place));
+            }
+        }
+        let closed = self.run.closed();
+        let Some((distance, time, stretch)) = least else {
+            if closed {
+                finding.standing = Standing::Met;
+                finding.notes.push("the two are never shown together".to_string());
+            }
+            return;
+        };
+        let relation = if strict { Relation::Gtr } else { Relation::Gte };
+        let far = self.holds(relation, &distance, &limit);
+        let margin = self.room(&limit, &distance);
+        finding.standing = match (far, closed) {
+            (false, _) => Standing::NotMet,
+            (true, true) => Standing::Met,
+            (true, false) => Standing::Open,
+        };
+        finding.value = Some(if closed { Measure::Exact(distance) } else { Measure::AtMost(distance) });
+        finding.margin = margin.map(|margin| if closed { Measure::Exact(margin) } else { Measure::AtMost(margin) });
+        finding.moment = Some(Moment { stretch, from: time, to: None, leg: None });
+    }
+
+    fn probability(
+        &self,
+        criterion: &Criterion,
+        likelihood: &Likelihood,
+        relation: Relation,
+        threshold: &BigRational,
+    ) -> Finding {
+        let mut finding = Finding::new(criterion);
+        let likely = match (self.judge.chances)(likelihood, self.environment) {
+            Ok(likely) => likely,
+            Err(reasons) => {
+                finding.notes = reasons;
+                return finding;
+            }
+        };
+        let ends = (BigRational::from_float(likely.low), BigRational::from_float(likely.high));
+        if let (Some(low), Some(high)) = ends {
+            let (first, second) = (relation.holds(low.cmp(threshold)), relation.holds(high.cmp(threshold)));
+            finding.standing = match (first == second && likely.sure, first) {
+                (true, true) => Standing::Met,
+                (true, false) => Standing::NotMet,
+                _ => Standing::Open,
+            };
+            let upward = matches!(relation, Relation::Gtr | Relation::Gte);
+            let (near, far) =
+                if upward { (&low - threshold, &high - threshold) } else { (threshold - &high, threshold - &low) };
+            finding.margin = Some(outward(&near, &far));
+        }
+        finding.value = Some(Measure::Between(likely.low, likely.high));
+        finding.notes.push(likely.method.to_string());
+        finding.trusted = likely.trusted;
+        finding
+    }
+}
+
+/// Two numbers as machine numbers, rounded outward.
+fn outward(low: &BigRational, high: &BigRational) -> Measure {
+    let (low, high) = (crate::interval::Interval::of(low), crate::interval::Interval::of(high));
+    Measure::Between(low.low, high.high)
+}
+
+fn drained(charge: &Value, rate: &BigRational, from: &Value, until: &Value) -> Option<Value> {
+    let time = until.sub(from).ok()?;
+    if rate.is_zero() && !rate.is_negative() {
+        return Some(charge.clone());
+    }
+    charge.sub(&exact(rate).mul(&time).ok()?).ok()
+}
+
+/// What is used in a unit of time while this is shown.
+fn rate(rates: &[(BigRational, Option<Name>)], shown: &[Term]) -> BigRational {
+    let counts = |observer: &Option<Name>| observer.as_ref().is_none_or(|name| values_of(shown, name).is_some());
+    rates.iter().filter(|(_, observer)| counts(observer)).map(|(rate, _)| rate.clone()).sum()
+}
+
+fn values_of<'t>(shown: &'t [Term], observer: &Name) -> Option<&'t [Value]> {
+    shown.iter().find_map(|term| match term.node() {
+        Node::Observe(name, values) if name == observer => Some(values.as_slice()),
+        _ => None,
+    })
+}
+
+/// `|p - o| > c` whenever both are shown.
+fn claim(between: &[(Name, usize); 2], strict: bool, limit: &BigRational) -> Result<Claim, crate::value::ValueError> {
+    let mut terms = Vec::new();
+    let mut variables = std::collections::BTreeSet::new();
+    let mut places: Vec<Vec<Value>> = Vec::new();
+    for (side, (observer, arity)) in between.iter().enumerate() {
+        let names: Vec<Name> = (0..*arity).map(|place| Name::new(&format!("{observer}~{side}~{place}"))).collect();
+        let values: Vec<Value> = names.iter().map(Value::variable).collect();
+        variables.extend(names);
+        terms.push(Term::new(Node::Observe(observer.clone(), values.clone())));
+        places.push(values);
+    }
+    let mut parts = Vec::new();
+    if let [one, other] = places.as_slice() {
+        for (one, other) in one.iter().zip(other) {
+            parts.push(one.sub(other)?);
+        }
+    }
+    let left = match parts.as_slice() {
+        [only] => only.abs()?,
+        _ => Value::vector(parts)?.norm()?,
+    };
+    let relation = if strict { Relation::Gtr } else { Relation::Gte };
+    Ok(Claim { shown: terms, variables, tests: vec![Test { relation, left, right: exact(limit) }] })
+}

@@ -1,0 +1,462 @@
+//! What would repair a criterion: one parameter, to which value, or two; each tried by judging again.
+
+use std::collections::BTreeMap;
+
+use num_rational::BigRational;
+use num_traits::{One, Signed, Zero};
+
+use super::simplest::simplest;
+use super::{Finding, Formulas, Judge, Judged, Measure, Standing};
+use crate::lower::{Ask, Criteria, Environment};
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// Numbers with a larger denominator are not simple.
+const MOST_DENOMINATOR: i64 = 10_000;
+/// Halvings of an interval in which the least change lies.
+const HALVINGS: usize = 20;
+/// Parameters that are tried, at most.
+pub const MOST_PARAMETERS: usize = 10;
+/// Pairs of parameters that are tried, at most.
+const MOST_PAIRS: usize = 15;
+
+/// Other values for some parameters.
+pub type Point = Vec<(Name, BigRational)>;
+
+/// A change that repairs a criterion; it was judged again with it.
+#[derive(Clone, Debug)]
+pub struct Repair {
+    /// Each parameter with its present value and the one that repairs it.
+    pub changes: Vec<(Name, BigRational, BigRational)>,
+    /// What comes of the criterion then.
+    pub after: Finding,
+    /// Other criteria that were met, and are not any more.
+    pub breaks: Vec<Name>,
+    /// By how little the change may not be less.
+    pub least: Option<BigRational>,
+    /// A value that is only just not enough.
+    pub not_at: Option<BigRational>,
+    /// The margin as a formula of the parameter, where the value was solved from it.
+    pub formula: Option<Value>,
+}
+
+/// What to do about one criterion.
+#[derive(Clone, Debug)]
+pub struct Feedback {
+    /// The criterion.
+    pub name: Name,
+    /// What decides it.
+    pub blame: Vec<String>,
+    /// The limit at which it would be met, as a line to write.
+    pub limit: Option<String>,
+    /// Changes of one parameter.
+    pub single: Vec<Repair>,
+    /// Changes of two, where one is not enough.
+    pub pairs: Vec<Repair>,
+    /// The parameters that were tried.
+    pub tried: Vec<Name>,
+}
+
+/// How the margin of a criterion moves with a parameter.
+#[derive(Clone, Debug)]
+pub struct Sensitivity {
+    /// The criterion.
+    pub name: Name,
+    /// The parameter.
+    pub parameter: Name,
+    /// By how much the margin changes when the parameter is a hundredth larger.
+    pub up: Option<Measure>,
+    /// The same, when it is a hundredth smaller.
+    pub down: Option<Measure>,
+    /// The slope of the margin, exact as long as the run takes the same ways.
+    pub slope: Option<Value>,
+}
+
+/// A criterion and all that is needed to try other values.
+pub struct Workshop<'a> {
+    /// Judges.
+    pub judge: Judge<'a>,
+    /// The criteria.
+    pub criteria: &'a Criteria,
+    /// The declarations as they are.
+    pub environment: &'a Environment,
+    /// What came of the criteria as they are.
+    pub judged: &'a Judged,
+    /// The parameters that may be changed, with their values.
+    pub parameters: &'a [(Name, BigRational)],
+    formulas: BTreeMap<Name, Formulas>,
+}
+
+impl<'a> Workshop<'a> {
+    /// A workshop for criteria that were judged.
+    pub fn new(
+        judge: Judge<'a>,
+        criteria: &'a Criteria,
+        environment: &'a Environment,
+        judged: &'a Judged,
+        parameters: &'a [(Name, BigRational)],
+    ) -> Workshop<'a> {
+        let long = (judged.run.stretches.len() + 8).min(judge.stretches);
+        let formulas = parameters.iter().filter(|_| !judged.run.stretches.is_empty()).filter_map(|(name, value)| {
+            Some((name.clone(), Formulas::of(criteria, environment, (name, value), long)?))
+        });
+        let formulas = formulas.collect();
+        Workshop { judge, criteria, environment, judged, parameters, formulas }
+    }
+
+    /// The criteria with other values; none where the declarations do not allow them.
+    pub fn elsewhere(&self, point: &[(Name, BigRational)]) -> Option<(Criteria, Environment)> {
+        let instead: BTreeMap<Name, Option<Value>> =
+            point.iter().map(|(name, value)| (name.clone(), Some(Value::rational(value.clone())))).collect();
+        let environment = self.environment.varied(&instead).ok()?;
+        let criteria = environment.criteria(&self.criteria.written).ok()?;
+        Some((criteria, environment))
+    }
+
+    fn met(&self, name: &Name, point: &[(Name, BigRational)]) -> bool {
+        let Some((criteria, environment)) = self.elsewhere(point) else { return false };
+        let found = self.judge.one(&criteria, &environment, name);
+        found.is_some_and(|finding| finding.standing == Standing::Met)
+    }
+
+    /// Judges everything with a change: a repair if the criterion is met then.
+    fn repair(&self, name: &Name, point: &[(Name, BigRational)]) -> Option<Repair> {
+        let (criteria, environment) = self.elsewhere(point)?;
+        let judged = self.judge.judge(&criteria, &environment);
+        let after = judged.findings.iter().find(|finding| finding.name == *name)?.clone();
+        if after.standing != Standing::Met {
+            return None;
+        }
+        let met_before =
+            |name: &Name| self.judged.findings.iter().any(|one| one.name == *name && one.standing == Standing::Met);
+        let breaks = judged.findings.iter().filter(|one| one.standing != Standing::Met && met_before(&one.name));
+        let breaks = breaks.map(|one| one.name.clone()).collect();
+        let present = |name: &Name| self.parameters.iter().find(|(other, _)| other == name).map(|(_, value)| value);
+        let changes =
+            point.iter().filter_map(|(name, value)| Some((name.clone(), present(name)?.clone(), value.clone())));
+        Some(Repair { changes: changes.collect(), after, breaks, least: None, not_at: None, formula: None })
+    }
+
+    /// A repair that breaks nothing.
+    fn harmless(&self, name: &Name, point: &[(Name, BigRational)]) -> Option<Repair> {
+        let repair = if self.met(name, point) { self.repair(name, point) } else { None };
+        repair.filter(|repair| repair.breaks.is_empty())
+    }
+
+    /// What to do about a criterion that is not met.
+    pub fn feedback(&self, finding: &Finding, blame: Vec<String>) -> Feedback {
+        let mut single = Vec::new();
+        for (name, value) in self.parameters {
+            if (self.judge.interrupted)() {
+                break;
+            }
+            let solved = self.solved(&finding.name, name, value);
+            for up in [true, false] {
+                let there =
+                    |repair: &Repair| repair.changes.first().is_some_and(|(_, before, after)| (after > before) == up);
+                match &solved {
+                    Some(repair) if there(repair) => single.push(repair.clone()),
+                    _ => single.extend(self.searched(&finding.name, name, value, up)),
+                }
+            }
+        }
+        single.sort_by(|one, other| {
+            one.breaks.len().cmp(&other.breaks.len()).then_with(|| change(one).cmp(&change(other)))
+        });
+        let pairs = if single.iter().any(|repair| repair.breaks.is_empty()) {
+            Vec::new()
+        } else {
+            self.pairs(&finding.name, &single)
+        };
+        let tried = self.parameters.iter().map(|(name, _)| name.clone()).collect();
+        Feedback { name: finding.name.clone(), blame, limit: self.limit(finding), single, pairs, tried }
+    }
+
+    /// From the margin as a formula of the parameter: where it is 0.
+    fn solved(&self, name: &Name, parameter: &Name, value: &BigRational) -> Option<Repair> {
+        let margin = self.formulas.get(parameter)?.margin(self.criteria, name)?;
+        let top = margin.numerator().unwrap_or_else(|| margin.clone());
+        let (factor, rest) = top.linear_in(parameter)?;
+        let (factor, rest) = (factor.as_rational()?, rest.as_rational()?);
+        if factor.is_zero() {
+            return None;
+        }
+        let root = -rest / factor;
+        let nearer = &root + (value - &root) * small();
+        if !self.plausible(&root, value) || self.met(name, &[(parameter.clone(), nearer.clone())]) {
+            return None;
+        }
+        let mut repair = self.repair(name, &[(parameter.clone(), root)])?;
+        repair.least = repair.changes.first().map(|(.., after)| (after - nearer).abs());
+        repair.formula = Some(margin);
+        Some(repair)
+    }
+
+    fn plausible(&self, value: &BigRational, present: &BigRational) -> bool {
+        present.is_zero() || value.is_positive() == present.is_positive()
+    }
+
+    /// By trying: outward from the present value, then halving, then the simplest number there is.
+    fn searched(&self, name: &Name, parameter: &Name, value: &BigRational, up: bool) -> Option<Repair> {
+        let at = |value: &BigRational| vec![(parameter.clone(), value.clone())];
+        let mut fails = value.clone();
+        let mut found = None;
+        for factor in factors() {
+            if (self.judge.interrupted)() {
+                return None;
+            }
+            let next = moved(value, &factor, up);
+            if self.met(name, &at(&next)) {
+                found = Some(next);
+                break;
+            }
+            fails = next;
+        }
+        let mut works = found?;
+        let met = |value: &BigRational| self.met(name, &at(value));
+        for round in 0..2 {
+            for _ in 0..HALVINGS / 2 {
+                let middle = (&fails + &works) / BigRational::from_integer(2.into());
+                if met(&middle) { works = middle } else { fails = middle }
+            }
+            // A simple number may be just the place: met there, and not a little before.
+            let simple = simplest(&fails, &works);
+            let before = &simple + (value - &simple) * small();
+            if round == 0 && simple != fails && met(&simple) && !met(&before) {
+                (fails, works) = (before, simple);
+                break;
+            }
+        }
+        let simple = simplest(&fails, &works);
+        let mut repair = None;
+        if simple.denom() < &MOST_DENOMINATOR.into() && simple != works {
+            // The place itself does not count: a little further then.
+            let further = self.further(name, parameter, value, &works);
+            repair = further.or_else(|| self.repair(name, &at(&works)));
+            if let Some(repair) = &mut repair {
+                repair.not_at = Some(simple);
+            }
+        } else if works.denom() < &MOST_DENOMINATOR.into() {
+            repair = self.repair(name, &at(&works));
+            if let Some(repair) = &mut repair {
+                repair.least = Some((&works - &fails).abs());
+            }
+        }
+        repair.or_else(|| self.further(name, parameter, value, &works)).or_else(|| self.repair(name, &at(&works)))
+    }
+
+    /// The simplest number at which the criterion is met, a hundredth further from the present value at most.
+    fn further(&self, name: &Name, parameter: &Name, present: &BigRational, works: &BigRational) -> Option<Repair> {
+        let further = works + (works - present) * BigRational::new(1.into(), 100.into());
+        self.repair(name, &[(parameter.clone(), simplest(works, &further))])
+    }
+
+    /// Two parameters: what one repairs and breaks mended by another, or both moved together.
+    fn pairs(&self, name: &Name, single: &[Repair]) -> Vec<Repair> {
+        let mut found: Vec<Repair> = Vec::new();
+        for repair in single.iter().take(4) {
+            let Some((first, _, value)) = repair.changes.first() else { continue };
+            for (second, present) in self.parameters.iter().filter(|(other, _)| other != first) {
+                let sides = [true, false];
+                found.extend(
+                    sides.into_iter().filter_map(|up| self.mended(name, (first, value), (second, present), up)),
+                );
+            }
+        }
+        if single.is_empty() {
+            let all = self.parameters;
+            let pairs = (0..all.len()).flat_map(|one| (one + 1..all.len()).map(move |other| (one, other)));
+            for (one, other) in pairs.take(MOST_PAIRS) {
+                if (self.judge.interrupted)() {
+                    break;
+                }
+                found.extend(self.together(name, &all[one], &all[other]));
+            }
+        }
+        found.sort_by_key(change);
+        found.truncate(4);
+        found
+    }
+
+    /// A value of the second parameter with which the first repairs the criterion and nothing breaks.
+    fn mended(
+        &self,
+        name: &Name,
+        (first, value): (&Name, &BigRational),
+        (second, present): (&Name, &BigRational),
+        up: bool,
+    ) -> Option<Repair> {
+        let point = |other: &BigRational| vec![(first.clone(), value.clone()), (second.clone(), other.clone())];
+        let fine = |other: &BigRational| self.harmless(name, &point(other));
+        let mut fails = present.clone();
+        let mut works = None;
+        for factor in factors() {
+            let next = moved(present, &factor, up);
+            if fine(&next).is_some() {
+                works = Some(next);
+                break;
+            }
+            fails = next;
+        }
+        let mut works = works?;
+        for _ in 0..HALVINGS / 2 {
+            let middle = (&fails + &works) / BigRational::from_integer(2.into());
+            if fine(&middle).is_some() { works = middle } else { fails = middle }
+        }
+        fine(&simplest(&fails, &works)).or_else(|| fine(&works))
+    }
+
+    /// Both parameters changed by one factor each, up or down.
+    fn together(&self, name: &Name, one: &(Name, BigRational), other: &(Name, BigRational)) -> Option<Repair> {
+        let mut best: Option<Repair> = None;
+        for (up, also_up) in [(true, true), (true, false), (false, true), (false, false)] {
+            let point = |factor: &BigRational| {
+                vec![(one.0.clone(), moved(&one.1, factor, up)), (other.0.clone(), moved(&other.1, factor, also_up))]
+            };
+            let fine = |factor: &BigRational| self.harmless(name, &point(factor));
+            let mut fails = BigRational::one();
+            let mut works = None;
+            for factor in [(5, 4), (2, 1), (8, 1)] {
+                if (self.judge.interrupted)() {
+                    return best;
+                }
+                let factor = BigRational::new(factor.0.into(), factor.1.into());
+                if fine(&factor).is_some() {
+                    works = Some(factor);
+                    break;
+                }
+                fails = factor;
+            }
+            let Some(mut works) = works else { continue };
+            for _ in 0..HALVINGS / 2 {
+                let middle = (&fails + &works) / BigRational::from_integer(2.into());
+                if fine(&middle).is_some() { works = middle } else { fails = middle }
+            }
+            let repair = fine(&simplest(&fails, &works)).or_else(|| fine(&works));
+            if let Some(repair) = repair
+                && best.as_ref().is_none_or(|best| change(&repair) < change(best))
+            {
+                best = Some(repair);
+            }
+        }
+        best
+    }
+
+    /// The limit at which the criterion would be met as everything is.
+    fn limit(&self, finding: &Finding) -> Option<String> {
+        let criterion = self.criteria.all.iter().find(|one| one.name == finding.name)?;
+        let Some(Measure::Exact(value)) = &finding.value else { return None };
+        Some(match &criterion.kind {
+            Ask::Radius(_) => format!("a radius of {value}"),
+            Ask::Leg { .. } => format!("a leg within {value}"),
+            Ask::Round { .. } => format!("a round within {value}"),
+            Ask::Clearance { .. } if value.is_zero() => return None,
+            Ask::Clearance { strict: true, .. } => format!("a clearance of less than {value}"),
+            Ask::Clearance { .. } => format!("a clearance of {value}"),
+            Ask::Battery { start, keep, .. } => {
+                let more = Value::rational(keep - value.as_rational()? + start);
+                format!("a battery of {more}, or keeping {value}")
+            }
+            Ask::Probability { .. } => return None,
+        })
+    }
+
+    /// How each margin moves with each parameter.
+    pub fn sensitivities(&self) -> Vec<Sensitivity> {
+        let mut all = Vec::new();
+        for (parameter, value) in self.parameters {
+            if (self.judge.interrupted)() {
+                break;
+            }
+            let hundredth = value / BigRational::from_integer(100.into());
+            let step = if hundredth.is_zero() { BigRational::new(1.into(), 100.into()) } else { hundredth.abs() };
+            let around = [value + &step, value - &step].map(|value| {
+                let (criteria, environment) = self.elsewhere(&[(parameter.clone(), value)])?;
+                Some(self.judge.judge(&criteria, &environment).findings)
+            });
+            for finding in &self.judged.findings {
+                let [up, down] = around.each_ref().map(|findings| {
+                    let there = findings.as_ref()?.iter().find(|other| other.name == finding.name)?;
+                    difference(there.margin.as_ref()?, finding.margin.as_ref()?)
+                });
+                let slope = self.slope(&finding.name, parameter, value);
+                if up.is_some() || down.is_some() || slope.is_some() {
+                    let name = finding.name.clone();
+                    all.push(Sensitivity { name, parameter: parameter.clone(), up, down, slope });
+                }
+            }
+        }
+        all
+    }
+
+    fn slope(&self, name: &Name, parameter: &Name, value: &BigRational) -> Option<Value> {
+        let margin = self.formulas.get(parameter)?.margin(self.criteria, name)?;
+        derivative(&margin, parameter, &Value::rational(value.clone()))
+    }
+}
+
+/// The derivative of a formula at a value: the difference quotient, simplified, with no difference left.
+pub fn derivative(formula: &Value, name: &Name, at: &Value) -> Option<Value> {
+    let small = Name::new("difference~");
+    let step = Value::variable(&small);
+    let there = formula.with(name, &at.add(&step).ok()?).ok()?;
+    let here = formula.with(name, at).ok()?;
+    let quotient = there.sub(&here).ok()?.div(&step).ok()?;
+    let slope = quotient.with(&small, &Value::zero()).ok()?;
+    slope.variables().is_empty().then_some(slope)
+}
+
+/// By how much a margin changed; nothing where only bounds are known.
+fn difference(there: &Measure, here: &Measure) -> Option<Measure> {
+    match (there, here) {
+        (Measure::Exact(there), Measure::Exact(here)) => there.sub(here).ok().map(Measure::Exact),
+        (Measure::Between(low, high), Measure::Between(least, most)) => {
+            Some(Measure::Between((low - most).next_down(), (high - least).next_up()))
+        }
+        _ => None,
+    }
+}
+
+/// How far a repair goes, as the larger of its changes in proportion.
+fn change(repair: &Repair) -> BigRational {
+    let far = |(_, before, after): &(Name, BigRational, BigRational)| {
+        let (before, after) = (before.abs(), after.abs());
+        if before.is_zero() || after.is_zero() {
+            return BigRational::from_integer(1000.into());
+        }
+        if after > before { after / before } else { before / after }
+    };
+    repair.changes.iter().map(far).max().unwrap_or_else(BigRational::zero)
+}
+
+/// The factors by which parameters are changed, one after the other.
+fn factors() -> impl Iterator<Item = BigRational> {
+    let factors = [(9, 8), (3, 2), (2, 1), (4, 1), (16, 1), (256, 1)];
+    factors
+        .into_iter()
+        .map(|(numerator, denominator): (i64, i64)| BigRational::new(numerator.into(), denominator.into()))
+}
+
+/// A value changed by a factor, away from 0 or towards it; 0 itself is changed by a step.
+fn moved(value: &BigRational, factor: &BigRational, up: bool) -> BigRational {
+    if value.is_zero() {
+        let step = factor - BigRational::one();
+        return if up { step } else { -step };
+    }
+    if up == value.is_positive() { value * factor } else { value / factor }
+}
+
+fn small() -> BigRational {
+    BigRational::new(1.into(), (1_i64 << 20).into())
+}
+
+/// Whether a value is less than 0, exactly.
+pub fn is_short(margin: &Measure) -> bool {
+    match margin {
+        Measure::Exact(value) | Measure::AtMost(value) => {
+            crate::assumption::Assumptions::default().decide(Relation::Lss, value, &Value::zero()) == Some(true)
+        }
+        Measure::AtLeast(_) => false,
+        Measure::Between(_, high) => *high < 0.0,
+    }
+}

@@ -1,0 +1,138 @@
+//! The same declarations with other values for parameters.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use num_rational::BigRational;
+
+use super::{Class, Environment, Quantity};
+use crate::ast::{Item, ItemKind};
+use crate::diagnostic::Diagnostic;
+use crate::name::Name;
+use crate::value::Value;
+
+/// How an environment came about, so that it can come about otherwise.
+#[derive(Clone, Default)]
+pub(super) struct History {
+    /// What it began from; without one nothing is kept.
+    base: Option<Arc<Environment>>,
+    steps: Arc<Vec<Arc<Entry>>>,
+    /// The values that parameters have instead of those written; none: left open.
+    pub(super) instead: Arc<BTreeMap<Name, Option<Value>>>,
+}
+
+enum Entry {
+    /// A text was opened: its declarations, the rest left out.
+    Open(Vec<Item>, String),
+    /// The parameters of this place in the last text that was opened took effect.
+    Step(usize),
+}
+
+fn declares(kind: &ItemKind) -> bool {
+    matches!(
+        kind,
+        ItemKind::Param(_)
+            | ItemKind::Function(..)
+            | ItemKind::Process(..)
+            | ItemKind::Observer(_)
+            | ItemKind::System(..)
+            | ItemKind::Property(..)
+            | ItemKind::Criteria(_)
+    )
+}
+
+impl History {
+    pub(super) fn opened(&mut self, items: &[Item], text: &str) {
+        if self.base.is_some() {
+            let kept: Vec<Item> = items.iter().filter(|item| declares(&item.kind)).cloned().collect();
+            if !kept.is_empty() {
+                Arc::make_mut(&mut self.steps).push(Arc::new(Entry::Open(kept, text.to_string())));
+            }
+        }
+    }
+
+    /// The parameters that stand here took effect.
+    pub(super) fn stepped(&mut self, item: &Item) {
+        let place = self.steps.iter().rev().find_map(|entry| match &**entry {
+            Entry::Open(items, _) => items.iter().position(|other| other.span == item.span),
+            Entry::Step(_) => None,
+        });
+        if let (Some(_), Some(place)) = (&self.base, place) {
+            Arc::make_mut(&mut self.steps).push(Arc::new(Entry::Step(place)));
+        }
+    }
+}
+
+impl Environment {
+    /// Begins to keep what is declared from now on, for [`Environment::varied`].
+    pub fn keep_history(&mut self) {
+        let base = Arc::new(Environment { history: History::default(), ..self.clone() });
+        self.history = History { base: Some(base), ..History::default() };
+    }
+
+    /// The same declarations with other values for parameters that have one; without a value a parameter is left open.
+    ///
+    /// # Errors
+    /// What is wrong with the declarations then: an assumption that does not hold, for one.
+    pub fn varied(&self, instead: &BTreeMap<Name, Option<Value>>) -> Result<Environment, Vec<Diagnostic>> {
+        let Some(base) = &self.history.base else { return Ok(self.clone()) };
+        let mut all = (*self.history.instead).clone();
+        all.extend(instead.iter().map(|(name, value)| (name.clone(), value.clone())));
+        let mut environment = (**base).clone();
+        environment.history = History { base: Some(base.clone()), instead: Arc::new(all), steps: Arc::default() };
+        let mut current: Option<(super::Batch, &[Item])> = None;
+        for entry in self.history.steps.iter() {
+            match &**entry {
+                Entry::Open(items, text) => {
+                    let mut batch = environment.open(items, text);
+                    for (index, item) in items.iter().enumerate() {
+                        if !matches!(item.kind, ItemKind::Param(_)) {
+                            environment.step(&mut batch, index, item)?;
+                        }
+                    }
+                    current = Some((batch, items));
+                }
+                Entry::Step(place) => {
+                    if let Some((batch, items)) = &mut current
+                        && let Some(item) = items.get(*place)
+                    {
+                        environment.step(batch, *place, item)?;
+                    }
+                }
+            }
+        }
+        environment.laws = self.laws.clone();
+        Ok(environment)
+    }
+
+    /// The parameters that have a number for a value, with it.
+    pub fn valued(&self) -> Vec<(Name, BigRational)> {
+        let number = |(name, quantity): (&Name, &Quantity)| match quantity {
+            Quantity::Parameter { class: Class::Number, constant: Some(value) } => {
+                value.as_rational().map(|number| (name.clone(), number))
+            }
+            _ => None,
+        };
+        self.quantities().filter_map(number).collect()
+    }
+
+    /// The names that are declared from other values, `param v = 2*k`: they move with those.
+    pub(super) fn instead_of(&self, name: &Name) -> Option<&Option<Value>> {
+        self.history.instead.get(name)
+    }
+
+    /// The names of all criteria.
+    pub fn criteria_names(&self) -> impl Iterator<Item = &Name> {
+        self.criteria.keys()
+    }
+
+    /// The criteria of this name, as written.
+    pub fn criteria_of(&self, name: &Name) -> Option<&Arc<crate::ast::Criteria>> {
+        self.criteria.get(name)
+    }
+
+    /// The names that a declaration of this environment gives a value to.
+    pub fn parameters(&self) -> BTreeSet<Name> {
+        self.valued().into_iter().map(|(name, _)| name).collect()
+    }
+}

@@ -1,0 +1,145 @@
+//! Pictures of runs and distributions: as SVG for a page, in signs for a terminal. What they show is rounded.
+
+mod run;
+
+use plotters::prelude::{
+    AreaSeries, BLACK, ChartBuilder, Color, IntoDrawingArea, LineSeries, PathElement, RGBColor, Rectangle, SVGBackend,
+    SeriesLabelPosition, Text, WHITE,
+};
+use textplots::{Chart, Plot, Shape};
+
+pub use run::of_run;
+
+/// A curve.
+#[derive(Clone, Debug, Default)]
+pub struct Line {
+    /// What it shows.
+    pub name: String,
+    /// Its points, from left to right.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// A picture with axes.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// What it shows.
+    pub title: String,
+    /// The axis to the right.
+    pub across: String,
+    /// The axis up.
+    pub up: String,
+    /// The curves.
+    pub lines: Vec<Line>,
+    /// Stretches of the axis up that matter, with what they are: a goal to within its radius.
+    pub bands: Vec<(f64, f64, String)>,
+    /// Places on the axis to the right that matter: a deadline.
+    pub marks: Vec<(f64, String)>,
+    /// A stretch of the axis to the right under which the first curve is filled.
+    pub filled: Option<(f64, f64)>,
+}
+
+/// Colours that people who see fewer of them can tell apart.
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(33, 102, 172),
+    RGBColor(178, 24, 43),
+    RGBColor(77, 146, 33),
+    RGBColor(118, 42, 131),
+    RGBColor(224, 130, 20),
+    RGBColor(90, 90, 90),
+];
+
+type Failure = Box<dyn std::error::Error>;
+
+impl Picture {
+    /// The least and the greatest of what is drawn, with some room; none where nothing is drawn.
+    fn frame(&self) -> Option<[f64; 4]> {
+        let points = || self.lines.iter().flat_map(|line| &line.points).filter(|(x, y)| x.is_finite() && y.is_finite());
+        points().next()?;
+        let least = |numbers: &mut dyn Iterator<Item = f64>| numbers.fold(f64::INFINITY, f64::min);
+        let most = |numbers: &mut dyn Iterator<Item = f64>| numbers.fold(f64::NEG_INFINITY, f64::max);
+        let right = || points().map(|(x, _)| *x).chain(self.marks.iter().map(|(x, _)| *x));
+        let up = || points().map(|(_, y)| *y).chain(self.bands.iter().flat_map(|(low, high, _)| [*low, *high]));
+        let (left, right) = (least(&mut right()), most(&mut right()));
+        let (low, high) = (least(&mut up()), most(&mut up()));
+        let room = |low: f64, high: f64, part: f64| if high > low { (high - low) * part } else { 0.5 };
+        let (aside, above) = (room(left, right, 0.02), room(low, high, 0.08));
+        Some([left - aside, right + aside, low - above, high + above])
+    }
+
+    /// As SVG, which can stand within a page; empty where nothing is drawn.
+    pub fn svg(&self) -> String {
+        let mut text = String::new();
+        let Some(frame) = self.frame() else { return text };
+        match self.draw(frame, &mut text) {
+            Ok(()) => text,
+            Err(_) => String::new(),
+        }
+    }
+
+    fn draw(&self, [left, right, low, high]: [f64; 4], text: &mut String) -> Result<(), Failure> {
+        let root = SVGBackend::with_string(text, (760, 340)).into_drawing_area();
+        root.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&root)
+            .caption(&self.title, ("sans-serif", 16))
+            .margin(12)
+            .x_label_area_size(42)
+            .y_label_area_size(64)
+            .build_cartesian_2d(left..right, low..high)?;
+        chart.configure_mesh().x_desc(&self.across).y_desc(&self.up).light_line_style(WHITE).draw()?;
+        for (from, to, name) in &self.bands {
+            let style = COLOURS[2].mix(0.18).filled();
+            chart.draw_series([Rectangle::new([(left, *from), (right, *to)], style)])?;
+            let edge = COLOURS[2].mix(0.6);
+            chart.draw_series([PathElement::new(vec![(left, *from), (right, *from)], edge)])?;
+            chart.draw_series([Text::new(name.clone(), (left, *to), ("sans-serif", 12))])?;
+        }
+        if let (Some((from, to)), Some(line)) = (self.filled, self.lines.first()) {
+            let inside = line.points.iter().filter(|(x, _)| *x >= from && *x <= to).copied();
+            chart.draw_series(AreaSeries::new(inside, 0.0, COLOURS[0].mix(0.3)))?;
+        }
+        for (place, name) in &self.marks {
+            let style = COLOURS[1].stroke_width(1);
+            chart.draw_series([PathElement::new(vec![(*place, low), (*place, high)], style)])?;
+            chart.draw_series([Text::new(name.clone(), (*place, high), ("sans-serif", 12))])?;
+        }
+        for (number, line) in self.lines.iter().enumerate() {
+            let colour = COLOURS[number % COLOURS.len()];
+            let points = line.points.iter().filter(|(x, y)| x.is_finite() && y.is_finite()).copied();
+            chart
+                .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
+                .label(line.name.clone())
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], colour));
+        }
+        if self.lines.len() > 1 {
+            let place = SeriesLabelPosition::UpperRight;
+            let mut labels = chart.configure_series_labels();
+            labels.position(place).background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw()?;
+        }
+        root.present()?;
+        Ok(())
+    }
+
+    /// In signs, each line of it apart; nothing where nothing is drawn.
+    pub fn signs(&self) -> Vec<String> {
+        let Some([left, right, low, high]) = self.frame() else { return Vec::new() };
+        let mut all = vec![self.title.clone()];
+        let narrow = |number: f64| number as f32;
+        let points = |line: &Line| {
+            let fine = line.points.iter().filter(|(x, y)| x.is_finite() && y.is_finite());
+            fine.map(|(x, y)| (narrow(*x), narrow(*y))).collect::<Vec<(f32, f32)>>()
+        };
+        let drawn: Vec<Vec<(f32, f32)>> = self.lines.iter().map(points).collect();
+        let shapes: Vec<Shape<'_>> = drawn.iter().map(|points| Shape::Lines(points)).collect();
+        let frame = [left, right, low, high].map(narrow);
+        let mut chart = Chart::new_with_y_range(120, 40, frame[0], frame[1], frame[2], frame[3]);
+        let mut whole = &mut chart;
+        for shape in &shapes {
+            whole = whole.lineplot(shape);
+        }
+        whole.axis();
+        whole.figures();
+        all.extend(whole.to_string().lines().map(|line| line.trim_end().to_string()));
+        all.push(format!("{} to the right, {} up (rounded)", self.across, self.up));
+        all
+    }
+}

@@ -1,0 +1,184 @@
+//! What came of criteria, as lines for a person and as data for a program.
+
+use num_rational::BigRational;
+use serde_json::{Value as Json, json};
+
+use crate::criteria::repair::{Feedback, Repair, Sensitivity, is_short};
+use crate::criteria::{Finding, Measure, Standing};
+use crate::lower::Criteria;
+use crate::timeline::Timeline;
+use crate::value::Value;
+
+/// What came of criteria.
+#[derive(Clone, Debug)]
+pub struct Assessment {
+    /// The criteria.
+    pub criteria: Criteria,
+    /// What came of each, in order.
+    pub findings: Vec<Finding>,
+    /// The run that they were judged on.
+    pub run: Timeline,
+    /// What to do about those that are not met.
+    pub feedback: Vec<Feedback>,
+    /// How each margin moves with each parameter.
+    pub sensitivities: Vec<Sensitivity>,
+}
+
+impl Assessment {
+    /// The criterion with the least room: the first that is not met, then the first that is open.
+    pub fn limiting(&self) -> Option<&Finding> {
+        self.findings.iter().min_by_key(|finding| finding.standing).filter(|one| one.standing != Standing::Met)
+    }
+
+    /// One line a criterion: its standing, what was asked, what was measured, the margin.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for finding in &self.findings {
+            let mut line = format!("{:<8}{}", finding.standing.spelling(), finding.text);
+            if let Some(value) = &finding.value {
+                line.push_str(&format!(": {} = {value}", finding.name));
+            }
+            if let Some(margin) = &finding.margin {
+                let word = if is_short(margin) { "short by" } else { "margin" };
+                line.push_str(&format!(
+                    ", {word} {}",
+                    if is_short(margin) { opposite(margin) } else { margin.clone() }
+                ));
+            }
+            lines.push(line);
+            lines.extend(finding.notes.iter().map(|note| format!("        {note}")));
+            if let Some(feedback) = self.feedback.iter().find(|feedback| feedback.name == finding.name) {
+                lines.extend(feedback.blame.iter().map(|line| format!("        {line}")));
+            }
+        }
+        lines.extend(self.sensitivities.iter().filter_map(sensitivity));
+        lines
+    }
+
+    /// What could be changed.
+    pub fn advice(&self) -> Vec<String> {
+        self.feedback.iter().flat_map(advice).collect()
+    }
+
+    /// As data.
+    pub fn json(&self) -> Json {
+        let findings = self.findings.iter().map(|finding| {
+            let feedback = self.feedback.iter().find(|feedback| feedback.name == finding.name);
+            json!({
+                "name": finding.name.as_str(),
+                "criterion": finding.text,
+                "verdict": finding.standing.spelling(),
+                "value": finding.value.as_ref().map(ToString::to_string),
+                "margin": finding.margin.as_ref().map(ToString::to_string),
+                "notes": finding.notes,
+                "blame": feedback.map(|feedback| feedback.blame.clone()),
+                "repairs": feedback.map(|feedback| {
+                    feedback.single.iter().chain(&feedback.pairs).map(repair_json).collect::<Vec<_>>()
+                }),
+            })
+        });
+        findings.collect()
+    }
+}
+
+fn repair_json(repair: &Repair) -> Json {
+    let changes = repair
+        .changes
+        .iter()
+        .map(|(name, before, after)| json!({ "parameter": name.as_str(), "from": text(before), "to": text(after) }));
+    json!({
+        "changes": changes.collect::<Vec<_>>(),
+        "margin": repair.after.margin.as_ref().map(ToString::to_string),
+        "breaks": repair.breaks.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
+fn text(number: &BigRational) -> String {
+    Value::rational(number.clone()).to_string()
+}
+
+/// A number as it is, with a decimal beside it where it is long.
+fn readable(number: &BigRational) -> String {
+    let exact = text(number);
+    if exact.len() <= 12 {
+        return exact;
+    }
+    let near = num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN);
+    format!("{exact} (rounded: {near:.6})")
+}
+
+fn opposite(measure: &Measure) -> Measure {
+    let minus = |value: &Value| value.neg().unwrap_or_else(|_| value.clone());
+    match measure {
+        Measure::Exact(value) => Measure::Exact(minus(value)),
+        Measure::AtLeast(value) => Measure::AtMost(minus(value)),
+        Measure::AtMost(value) => Measure::AtLeast(minus(value)),
+        Measure::Between(low, high) => Measure::Between(-high, -low),
+    }
+}
+
+/// How a margin moves, where it does.
+fn sensitivity(one: &Sensitivity) -> Option<String> {
+    let moves = |measure: &Option<Measure>| match measure {
+        Some(Measure::Exact(value)) => !value.is_zero(),
+        Some(Measure::Between(low, high)) => *low > 0.0 || *high < 0.0,
+        _ => false,
+    };
+    let slope = one.slope.as_ref().filter(|slope| !slope.is_zero());
+    if !moves(&one.up) && !moves(&one.down) && slope.is_none() {
+        return None;
+    }
+    let mut parts = Vec::new();
+    for (word, measure) in [("+1 %", &one.up), ("-1 %", &one.down)] {
+        if let Some(measure) = measure {
+            parts.push(format!("{word} changes it by {measure}"));
+        }
+    }
+    if let Some(slope) = slope {
+        parts.push(format!("slope {slope} while the run takes the same ways"));
+    }
+    Some(format!("margin of {} by {}: {}", one.name, one.parameter, parts.join(", ")))
+}
+
+fn advice(feedback: &Feedback) -> Vec<String> {
+    let mut lines = Vec::new();
+    for repair in feedback.single.iter().chain(&feedback.pairs) {
+        let changes = repair
+            .changes
+            .iter()
+            .map(|(name, before, after)| format!("{name} = {} in place of {}", readable(after), readable(before)));
+        let mut line = format!("{}: {}", feedback.name, changes.collect::<Vec<_>>().join(" and "));
+        if let Some(value) = &repair.after.value {
+            line.push_str(&format!(" gives {} = {value}", feedback.name));
+        }
+        if let Some(margin) = &repair.after.margin {
+            line.push_str(&format!(", margin {margin}"));
+        }
+        if let Some(formula) = &repair.formula {
+            line.push_str(&format!("; solved from the margin {formula}"));
+        }
+        if let Some(least) = &repair.least {
+            line.push_str(&format!("; not yet when it is changed {} less", text(least)));
+        }
+        if let Some(place) = &repair.not_at {
+            line.push_str(&format!("; {} itself is not enough", text(place)));
+        }
+        if !repair.breaks.is_empty() {
+            let broken: Vec<String> = repair.breaks.iter().map(ToString::to_string).collect();
+            line.push_str(&format!("; but then not met: {}", broken.join(", ")));
+        }
+        lines.push(line);
+    }
+    if feedback.single.is_empty() {
+        let tried: Vec<String> = feedback.tried.iter().map(ToString::to_string).collect();
+        lines.push(match (tried.is_empty(), feedback.pairs.is_empty()) {
+            (true, _) => format!("{}: no parameter has a value that could be changed", feedback.name),
+            (false, true) => format!("{}: no change found of one or two of {}", feedback.name, tried.join(", ")),
+            (false, false) => format!("{}: no change of one of {} alone", feedback.name, tried.join(", ")),
+        });
+    }
+    if let Some(limit) = &feedback.limit {
+        lines.push(format!("{}: or ask for {limit}", feedback.name));
+    }
+    lines
+}

@@ -1,0 +1,78 @@
+//! `criteria Name for Sys { … }`: each judged, with its margin; for those not met, what to do.
+
+use std::sync::Arc;
+
+use super::Record;
+use super::claim::expectations;
+use super::likely::chances;
+use super::reading::{Run, Waiting, names_in};
+use crate::criteria::blame::{Parts, blame};
+use crate::criteria::repair::{MOST_PARAMETERS, Workshop};
+use crate::criteria::{FEW_STRETCHES, Finding, Judge, MOST_STRETCHES, Measure, Standing};
+use crate::lower::Criteria;
+use crate::report::{Assessment, Report, Verdict};
+
+impl Run<'_, '_> {
+    /// Judges criteria.
+    pub(super) fn criteria(&mut self, criteria: &Criteria, waiting: &Waiting) -> Record {
+        let uses = self.state.closure(names_in(&waiting.text));
+        let assessment = self.assess(criteria, waiting, &uses);
+        let findings = &assessment.findings;
+        let standing = findings.iter().map(|finding| finding.standing).min().unwrap_or(Standing::Open);
+        let verdict = match standing {
+            Standing::Met => Verdict::Met,
+            Standing::NotMet => Verdict::NotMet,
+            Standing::Open => Verdict::Open,
+        };
+        let exact = |finding: &Finding| match &finding.value {
+            Some(Measure::Exact(value)) => Some((finding.name.clone(), value.clone())),
+            _ => None,
+        };
+        let mut trusted: Vec<String> = findings.iter().flat_map(|finding| finding.trusted.clone()).collect();
+        trusted.dedup();
+        let mut report = Report {
+            number: self.state.records.len() + 1,
+            name: Some(criteria.name.clone()),
+            file: waiting.file.clone(),
+            line: waiting.line,
+            claim: format!("criteria {} for {}", criteria.name, criteria.system),
+            kind: "criteria",
+            verdict,
+            values: findings.iter().filter_map(exact).collect(),
+            trusted,
+            trace: assessment.lines(),
+            feedback: assessment.advice(),
+            interrupted: standing == Standing::Open && self.surroundings.interrupted(),
+            assessment: Some(Arc::new(assessment)),
+            ..Report::default()
+        };
+        report.expected = expectations(&report, &waiting.environment, &waiting.expected);
+        Record { report, evidence: None, uses, stale: None }
+    }
+
+    fn assess(
+        &self,
+        criteria: &Criteria,
+        waiting: &Waiting,
+        uses: &std::collections::BTreeSet<crate::name::Name>,
+    ) -> Assessment {
+        let environment = &waiting.environment;
+        let interrupted = || self.surroundings.interrupted();
+        let judge = Judge { chances: &chances, interrupted: &interrupted, stretches: MOST_STRETCHES, invariants: true };
+        let judged = judge.judge(criteria, environment);
+        let mut parameters = environment.valued();
+        parameters.retain(|(name, _)| uses.contains(name));
+        parameters.truncate(MOST_PARAMETERS);
+        let judge = Judge { stretches: FEW_STRETCHES, invariants: false, ..judge };
+        let workshop = Workshop::new(judge, criteria, environment, &judged, &parameters);
+        let parts = Parts::of(criteria, environment, FEW_STRETCHES);
+        let mut feedback = Vec::new();
+        for finding in judged.findings.iter().filter(|finding| finding.standing == Standing::NotMet) {
+            let blame = parts.as_ref().map(|parts| blame(criteria, finding, &judged, parts)).unwrap_or_default();
+            feedback.push(workshop.feedback(finding, blame));
+        }
+        let sensitivities = workshop.sensitivities();
+        let run = judged.run.clone();
+        Assessment { criteria: criteria.clone(), findings: judged.findings, run, feedback, sensitivities }
+    }
+}

@@ -1,0 +1,144 @@
+//! Pictures for a report: the run, what is shown at a time, how a probability grows.
+
+use num_rational::BigRational;
+use num_traits::ToPrimitive;
+
+use super::likely::{chances, distributions};
+use super::reading::{Question, Run, Waiting};
+use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
+use crate::name::Name;
+use crate::picture::{Line, Picture, of_run};
+use crate::report::Report;
+use crate::timeline::Follower;
+use crate::value::{Relation, Value};
+
+/// Stretches of a run that are drawn.
+const DRAWN: usize = 600;
+/// Times at which a probability is asked for, to draw how it grows.
+const TIMES: i64 = 20;
+/// Points of a density.
+const POINTS: i32 = 200;
+
+impl Run<'_, '_> {
+    /// Adds pictures to what came of a claim, where they are wanted.
+    pub(super) fn illustrate(&self, report: &mut Report, waiting: &Waiting) {
+        if !self.surroundings.pictures() {
+            return;
+        }
+        let environment = &waiting.environment;
+        let relation = |relation: Relation, value: &Value| format!("{value} {} 0", relation.symbol());
+        report.assumed = environment.assumptions.iter().map(|(one, value)| relation(one, &value)).collect();
+        match &waiting.question {
+            Question::Claim(claim) => match &claim.kind {
+                ClaimKind::Satisfies { system, .. } | ClaimKind::Always { system, .. } => {
+                    report.pictures.extend(self.run_of(system, environment));
+                }
+                ClaimKind::Likely { likelihood, .. } => {
+                    report.pictures.extend(likely(likelihood, environment, &|| self.surroundings.interrupted()));
+                }
+                ClaimKind::Compare { .. } => {}
+            },
+            Question::Criteria(criteria) => {
+                if let Some(assessment) = &report.assessment {
+                    let mut picture = of_run(&format!("The run of {}", criteria.system), &assessment.run, None);
+                    let radius = criteria.radius.to_f64().unwrap_or(0.0);
+                    picture.bands = criteria.goals.iter().filter_map(|goal| band(goal, radius)).collect();
+                    report.pictures.push(picture);
+                }
+                for criterion in &criteria.all {
+                    if let crate::lower::Ask::Probability { likelihood, .. } = &criterion.kind {
+                        report.pictures.extend(likely(likelihood, environment, &|| self.surroundings.interrupted()));
+                    }
+                }
+            }
+            _ => {}
+        }
+        report.pictures.retain(|picture| !picture.lines.is_empty());
+    }
+
+    fn run_of(&self, system: &Name, environment: &Environment) -> Option<Picture> {
+        let system = environment.system(system)?;
+        let term = system.term(&environment.definitions);
+        let mut follower = Follower::new(&term, &environment.definitions);
+        follower.follow(DRAWN, &|| self.surroundings.interrupted());
+        Some(of_run(&format!("The run of {}", system.name), follower.run(), None))
+    }
+}
+
+/// A goal with its radius, where it is a number.
+fn band(goal: &Goal, radius: f64) -> Option<(f64, f64, String)> {
+    let [value] = goal.values.as_slice() else { return None };
+    let place = crate::criteria::near(value)?;
+    Some((place - radius, place + radius, goal.to_string()))
+}
+
+/// The distribution at a time, or the probability as it grows up to the time.
+fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Vec<Picture> {
+    let mut all = Vec::new();
+    for (name, distribution) in distributions(likelihood, environment) {
+        all.extend(distribution.normals().map(|parts| density(&name, &parts, &at(likelihood))));
+    }
+    if let Event::Shown { first: true, pattern, time } = &likelihood.event
+        && let Some(whole) = time.as_rational()
+    {
+        let (mut low, mut high) = (Vec::new(), Vec::new());
+        for part in 0..=TIMES {
+            if interrupted() {
+                break;
+            }
+            let moment = &whole * BigRational::new(part.into(), TIMES.into());
+            let event = Event::Shown { first: true, pattern: pattern.clone(), time: Value::rational(moment.clone()) };
+            let Ok(likely) = chances(&Likelihood { event, ..likelihood.clone() }, environment) else { break };
+            let Some(moment) = moment.to_f64() else { break };
+            low.push((moment, likely.low));
+            high.push((moment, likely.high));
+        }
+        let wide = low.iter().zip(&high).any(|((_, low), (_, high))| high - low > 1e-3);
+        let mut lines = vec![Line { name: "lower bound".to_string(), points: low }];
+        if wide {
+            lines.push(Line { name: "upper bound".to_string(), points: high });
+        }
+        all.push(Picture {
+            title: format!("Probability of being there by a time, {}", likelihood.system),
+            across: "time".to_string(),
+            up: "probability".to_string(),
+            lines,
+            ..Picture::default()
+        });
+    }
+    all
+}
+
+fn at(likelihood: &Likelihood) -> String {
+    match &likelihood.event {
+        Event::Shown { time, .. } => format!("of {} at {time}", likelihood.system),
+        Event::Satisfies(property) => format!("of {} for {property}", likelihood.system),
+    }
+}
+
+/// The density of a mixture of normal parts: weights, means, variances.
+fn density(name: &Name, parts: &[(BigRational, BigRational, BigRational)], when: &str) -> Picture {
+    let near = |number: &BigRational| number.to_f64().unwrap_or(f64::NAN);
+    let parts: Vec<(f64, f64, f64)> =
+        parts.iter().map(|(weight, mean, variance)| (near(weight), near(mean), near(variance).sqrt())).collect();
+    let spread = |sign: f64| parts.iter().map(move |(_, mean, deviation)| mean + sign * 4.0 * deviation);
+    let (low, high) = (spread(-1.0).fold(f64::INFINITY, f64::min), spread(1.0).fold(f64::NEG_INFINITY, f64::max));
+    let at = |x: f64| -> f64 {
+        parts
+            .iter()
+            .filter(|(.., deviation)| *deviation > 0.0)
+            .map(|(weight, mean, deviation)| {
+                let far = (x - mean) / deviation;
+                weight * (-far * far / 2.0).exp() / (deviation * std::f64::consts::TAU.sqrt())
+            })
+            .sum()
+    };
+    let points = (0..=POINTS).map(|step| low + (high - low) * f64::from(step) / f64::from(POINTS));
+    Picture {
+        title: format!("Distribution of {name}, {when}"),
+        across: name.to_string(),
+        up: "density".to_string(),
+        lines: vec![Line { name: name.to_string(), points: points.map(|x| (x, at(x))).collect() }],
+        ..Picture::default()
+    }
+}

@@ -1,0 +1,262 @@
+//! What an operator gets: criteria with margins, what repairs them, sweeps that go on and are merged, reports.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn pars(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pars"));
+    command.args(arguments).args(["--color", "never"]).current_dir(folder).output().expect("pars runs")
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("text")
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("text")
+}
+
+fn folder(text: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("mission.pars"), text).expect("written");
+    folder
+}
+
+/// A robot that goes to `far` and back, in steps of `t` at up to `speed`.
+fn trip(parameters: &str, rest: &str) -> String {
+    format!(
+        "param {parameters}
+fn s(d) = clamp(d / t, -speed, speed)
+proc BF_{{a,b}}  = MoveTo_a ; MoveTo_b ; BF_{{a,b}}
+proc MoveTo_g  = In_p<r> ; Neq_{{r,g}} ; Out_{{v,s(g-r)}} ; MoveTo_g
+proc DEnv_r    = (Delay_t # Odo_r # At_r) ; In_v<u> ; DEnv_{{r+u*t}}
+proc Odo_r     = Out_{{p,r}} ; Odo_r
+system Sys     = DEnv_0 | BF_{{far,0}}
+{rest}"
+    )
+}
+
+fn json(text: &str) -> Vec<serde_json::Value> {
+    text.lines().map(|line| serde_json::from_str(line).expect("an object")).collect()
+}
+
+#[test]
+fn the_round_trip_of_the_paper_is_repaired_by_speed_or_by_a_longer_limit() {
+    let text = trip("speed = 1, t = 1, far = 10", "criteria Trip for Sys { goals At_far, At_0 round within 10 }");
+    let folder = folder(&text);
+    let output = pars(folder.path(), &["run", "--json", "mission.pars"]);
+    assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+    let report = &json(&out(&output))[0];
+    assert_eq!(report["verdict"], "not met");
+    let criterion = &report["criteria"][0];
+    // Ten steps out and ten back; the last step shows the goal at its end.
+    assert_eq!(criterion["value"], "20");
+    assert_eq!(criterion["margin"], "-10");
+    let repairs = criterion["repairs"].as_array().expect("repairs");
+    let of = |name: &str| {
+        let one = repairs.iter().find(|one| one["changes"][0]["parameter"] == name);
+        one.unwrap_or_else(|| panic!("{name} in {repairs:?}"))["changes"][0]["to"]
+            .as_str()
+            .expect("a value")
+            .to_string()
+    };
+    // 2*ceil(10/speed) <= 10 where speed >= 2; 2*ceil(far) <= 10 where far <= 5.
+    assert_eq!(of("speed"), "2");
+    assert_eq!(of("far"), "5");
+    let advice = report["feedback"].as_array().expect("lines");
+    assert!(
+        advice.iter().any(|line| line.as_str().is_some_and(|line| line.contains("a round within 20"))),
+        "{advice:?}"
+    );
+    // What was said is so.
+    for change in ["speed = 2, t = 1, far = 10", "speed = 1, t = 1, far = 5"] {
+        let text = trip(change, "criteria Trip for Sys { goals At_far, At_0 round within 10 }\nexpect met");
+        std::fs::write(folder.path().join("mission.pars"), text).expect("written");
+        assert_eq!(pars(folder.path(), &["run", "mission.pars"]).status.code(), Some(0));
+    }
+}
+
+#[test]
+fn what_one_parameter_cannot_repair_alone_two_can() {
+    // Half the speed of the faster leg is bound by `most`: raising one alone gains too little.
+    let text = "param go = 1, back = 1
+proc Run = (Delay_{8/go} # At_0) ; (Delay_{8/back} # At_1) ; (Delay_1 # At_2)
+system Sys = Run | Delay_100
+criteria Trip for Sys { goals At_1, At_2 round within 8 }";
+    let folder = folder(text);
+    let output = pars(folder.path(), &["run", "--json", "mission.pars"]);
+    let report = &json(&out(&output))[0];
+    let criterion = &report["criteria"][0];
+    assert_eq!(criterion["value"], "16");
+    let repairs = criterion["repairs"].as_array().expect("repairs");
+    assert!(!repairs.is_empty(), "{report}");
+    // 8/go + 8/back <= 8: neither alone, whatever it is; both at 2.
+    assert!(repairs.iter().all(|one| one["changes"].as_array().is_some_and(|all| all.len() == 2)), "{repairs:?}");
+    let changes = &repairs[0]["changes"];
+    assert_eq!((&changes[0]["to"], &changes[1]["to"]), (&"2".into(), &"2".into()));
+}
+
+#[test]
+fn bad_criteria_are_answered_with_their_place() {
+    let system = "observer Rock(q)\nproc P = (Delay_1 # At_0)\nsystem Sys = P | Delay_2\n";
+    let cases = [
+        ("criteria C for Sys { goals At_1 round within -3 }", "P0408", ":4:46"),
+        ("criteria C for Sys { goals At_1 round within 0 }", "P0408", ":4:46"),
+        ("criteria C for Nowhere { goals At_1 round within 3 }", "P0318", ":4:16"),
+        ("criteria C for Sys { clearance 1 between At, Rok }", "P0318", ":4:46"),
+        ("criteria C for Sys { round within 3 }", "P0411", ":4:22"),
+        ("criteria C for Sys { goals At_1 leg to At_2 within 3 }", "P0412", ":4:40"),
+        ("criteria C for Sys { goals At_1 radius -1 }", "P0408", ":4:40"),
+        ("criteria C for Sys { }", "P0410", ":4:10"),
+        ("criteria C for Sys { goals At_1 rond within 3 }", "P0201", ":4:33"),
+        ("criteria C for Sys { probability of showing At_p at 1 >= 2 }", "P0406", ":4:58"),
+        ("param k = 1\nsweep j in [1] { C }", "P0414", ":5:7"),
+        ("param k > 0\nsweep k in [1] { C }", "P0414", ":5:7"),
+        ("param k = 1\nsweep k in 0 .. 1 step 0 { C }", "P0415", ":5:24"),
+        ("param k = 1\nsweep k in [1] { Missing }", "P0318", ":5:18"),
+    ];
+    for (text, error, place) in cases {
+        let folder = folder(&format!("{system}{text}\n"));
+        let output = pars(folder.path(), &["run", "mission.pars"]);
+        assert_eq!(output.status.code(), Some(3), "{text}: {}", out(&output));
+        assert!(errors(&output).contains(error), "{text}: {}", errors(&output));
+        assert!(errors(&output).contains(&format!("mission.pars{place}")), "{text}: {}", errors(&output));
+    }
+}
+
+const SWEEP: &str = "criteria Trip for Sys { goals At_far, At_0 round within 8 }
+sweep far in 2 .. 6 step 2, speed in [1/2, 1, 3/2, 2] { Trip }";
+
+fn swept(parameters: &str) -> tempfile::TempDir {
+    folder(&trip(parameters, SWEEP))
+}
+
+#[test]
+fn a_sweep_is_a_table_and_a_picture() {
+    let folder = swept("speed = 1, t = 1, far = 4");
+    let output = pars(folder.path(), &["sweep", "mission.pars"]);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    let table = std::fs::read_to_string(folder.path().join("mission.csv")).expect("a table");
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let names = reader.headers().expect("a head").clone();
+    let place =
+        |name: &str| names.iter().position(|other| other == name).unwrap_or_else(|| panic!("{name}: {names:?}"));
+    let mut rows = 0;
+    for record in reader.records() {
+        let record = record.expect("a row");
+        let number = |name: &str| record[place(name)].parse::<f64>().expect("a number");
+        // Independently: so many steps out, as many back.
+        let round = 2.0 * (number("far_rounded") / number("speed_rounded")).ceil();
+        assert_eq!(number("Trip_round_rounded"), round, "{record:?}");
+        assert_eq!(&record[place("feasible")], if round <= 8.0 { "yes" } else { "no" });
+        rows += 1;
+    }
+    assert_eq!(rows, 12);
+    let bytes = std::fs::read(folder.path().join("mission.parquet")).expect("Parquet");
+    assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
+    let picture = std::fs::read_to_string(folder.path().join("mission.svg")).expect("a picture");
+    assert_eq!(picture.matches("<title>speed = ").count(), 12);
+}
+
+#[test]
+fn parquet_holds_what_the_table_holds() {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    let folder = swept("speed = 1, t = 1, far = 4");
+    assert!(pars(folder.path(), &["sweep", "mission.pars"]).status.success());
+    let file = std::fs::File::open(folder.path().join("mission.parquet")).expect("Parquet");
+    let reader = SerializedFileReader::new(file).expect("it reads");
+    let table = std::fs::read_to_string(folder.path().join("mission.csv")).expect("a table");
+    let names: Vec<String> = table.lines().next().expect("a head").split(',').map(str::to_string).collect();
+    let schema = reader.metadata().file_metadata().schema();
+    let fields: Vec<String> = schema.get_fields().iter().map(|field| field.name().to_string()).collect();
+    assert_eq!(fields, names);
+    assert_eq!(reader.metadata().file_metadata().num_rows(), 12);
+}
+
+#[test]
+fn an_interrupted_sweep_goes_on_with_nothing_lost_or_done_twice() {
+    let folder = swept("speed = 1, t = 1, far = 4");
+    assert!(pars(folder.path(), &["sweep", "mission.pars"]).status.success());
+    let path = folder.path().join("mission.points.jsonl");
+    let whole = std::fs::read_to_string(&path).expect("points");
+    let table = std::fs::read(folder.path().join("mission.csv")).expect("a table");
+    let lines: Vec<&str> = whole.lines().collect();
+    assert_eq!(lines.len(), 13);
+    // Killed in the middle of a line: five points are whole.
+    let cut = format!("{}\n{}", lines[..6].join("\n"), &lines[6][..lines[6].len() / 2]);
+    std::fs::write(&path, cut).expect("written");
+    assert!(pars(folder.path(), &["sweep", "mission.pars"]).status.success());
+    let again = std::fs::read_to_string(&path).expect("points");
+    assert_eq!(again.lines().take(6).collect::<Vec<_>>(), lines[..6]);
+    let mut points: Vec<u64> = again
+        .lines()
+        .skip(1)
+        .map(|line| {
+            serde_json::from_str::<serde_json::Value>(line).expect("a line")["point"].as_u64().expect("a number")
+        })
+        .collect();
+    points.sort_unstable();
+    assert_eq!(points, (0..12).collect::<Vec<u64>>());
+    assert_eq!(std::fs::read(folder.path().join("mission.csv")).expect("a table"), table);
+    // Another input does not go on in the same file.
+    std::fs::write(folder.path().join("mission.pars"), trip("speed = 1, t = 1/2, far = 4", SWEEP)).expect("written");
+    let output = pars(folder.path(), &["sweep", "mission.pars"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(errors(&output).contains("another input"), "{}", errors(&output));
+}
+
+#[test]
+fn parts_are_merged_and_those_of_other_inputs_refused() {
+    let folder = swept("speed = 1, t = 1, far = 4");
+    assert!(pars(folder.path(), &["sweep", "mission.pars", "-o", "whole"]).status.success());
+    let names = ["1/3", "2/3", "3/3"].map(|part| {
+        let output = pars(folder.path(), &["sweep", "mission.pars", "--shard", part]);
+        assert!(output.status.success(), "{}", errors(&output));
+        format!("mission.{}.points.jsonl", part.replace('/', "of"))
+    });
+    let [one, two, three] = names.each_ref().map(String::as_str);
+    assert!(pars(folder.path(), &["sweep", "--merge", three, one, two, "-o", "merged"]).status.success());
+    let read = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");
+    assert_eq!(read("whole.csv"), read("merged.csv"));
+    assert_eq!(read("whole.svg"), read("merged.svg"));
+    let missing = pars(folder.path(), &["sweep", "--merge", one, three]);
+    assert_eq!(missing.status.code(), Some(3));
+    assert!(errors(&missing).contains("part 2 of 3 is missing"), "{}", errors(&missing));
+    let twice = pars(folder.path(), &["sweep", "--merge", one, two, one]);
+    assert!(errors(&twice).contains("both part 1"), "{}", errors(&twice));
+    let other = swept("speed = 1, t = 1/2, far = 4");
+    assert!(pars(other.path(), &["sweep", "mission.pars", "--shard", "2/3"]).status.success());
+    let strange = other.path().join("mission.2of3.points.jsonl").display().to_string();
+    let mixed = pars(folder.path(), &["sweep", "--merge", one, &strange, three]);
+    assert_eq!(mixed.status.code(), Some(3));
+    assert!(errors(&mixed).contains("another input"), "{}", errors(&mixed));
+    for part in ["0/3", "4/3", "x", "1/0"] {
+        assert_eq!(pars(folder.path(), &["sweep", "mission.pars", "--shard", part]).status.code(), Some(2), "{part}");
+    }
+}
+
+#[test]
+fn a_report_is_one_page_with_the_verdict_first() {
+    let rest =
+        "criteria Trip for Sys { goals At_far, At_0 radius 1/10 round within 10 }\nprove Delay_1 ; Delay_2 = Delay_3";
+    let folder = folder(&trip("speed = 1, t = 1, far = 10", rest));
+    let output = pars(folder.path(), &["report", "mission.pars"]);
+    assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+    let page = std::fs::read_to_string(folder.path().join("mission.html")).expect("a page");
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text} in the page"));
+    assert!(at("not met") < at("What limits it") && at("What limits it") < at("<svg") && at("<svg") < at("The model"));
+    assert!(at("Laws used") < at("The model"));
+    // Nothing beside it is needed, and what opens closes.
+    assert!(!page.contains("src=") && !page.contains("<link") && !page.contains("<script"));
+    for tag in ["svg", "table", "ul", "pre", "figure", "tr", "td", "h2", "h3", "body", "html"] {
+        let (open, close) = (
+            page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count(),
+            page.matches(&format!("</{tag}>")).count(),
+        );
+        assert_eq!(open, close, "{tag}");
+    }
+    let text = std::fs::read_to_string(folder.path().join("mission.md")).expect("a page");
+    assert!(text.contains("| not met | round within 10 | 20 | -10 (short) |"), "{text}");
+    let terminal = pars(folder.path(), &["report", "--terminal", "mission.pars"]);
+    assert!(out(&terminal).contains('⡇') || out(&terminal).contains('⠤'), "{}", out(&terminal));
+}
