@@ -127,6 +127,8 @@ pub struct Property {
     pub name: Name,
     /// What it says.
     pub body: Term,
+    /// `where P(x <= d) >= q`: the latest time, and how likely it must be.
+    pub within: Option<(Value, Relation, Value)>,
 }
 
 /// What a name of a value stands for.
