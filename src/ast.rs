@@ -46,7 +46,7 @@ pub enum ItemKind {
     /// `system Sys = P | Q`
     System(Ident, Term),
     /// `property Goal = P`
-    Property(Ident, Term),
+    Property(Ident, Term, Option<Within>),
     /// `prove …`
     Prove(Claim),
     /// `simplify P`, or a term alone at the prompt
@@ -163,6 +163,19 @@ pub struct Comparison {
     pub left: Value,
     /// The right value.
     pub right: Value,
+}
+
+/// `where P(x <= d) >= q` behind a property.
+#[derive(Clone, Debug)]
+pub struct Within {
+    /// Where it stands.
+    pub span: Span,
+    /// The name of the time.
+    pub name: Ident,
+    /// The latest time.
+    pub time: Value,
+    /// How likely it must be.
+    pub threshold: (Relation, Value),
 }
 
 /// `Sys reaching At_p where abs(p-a) <= e within 10*t by enclosed`

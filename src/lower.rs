@@ -158,6 +158,8 @@ pub struct Property {
     pub name: Name,
     /// What it says; nothing if its definition has errors.
     pub body: Option<Term>,
+    /// `where P(x <= d) >= q`: the latest time, and how likely it must be.
+    pub within: Option<(Value, Relation, Value)>,
 }
 
 /// What a name of a value stands for.

@@ -3,11 +3,14 @@
 
 pub mod axes;
 pub mod chain;
+mod draft;
 pub mod enclosed;
 pub mod estimated;
 pub mod exact;
+mod field;
 pub mod grid;
 mod kernel;
+pub mod linear;
 pub mod normal;
 mod operator;
 pub mod plan;

@@ -7,14 +7,15 @@ use num_traits::{Signed, ToPrimitive, Zero};
 
 use pars::distribution::Distribution;
 use pars::interval::Interval;
-use pars::invariant::Claim;
-use pars::lower::{ClaimKind, Environment, Event, Likelihood, Lowered};
-use pars::parser::parse;
-use pars::period::{Test, analyse};
-use pars::probability::chain::{Chain, chain};
+use pars::probability::chain::Chain;
 use pars::probability::estimated::{estimated, interval};
 use pars::probability::{Question, enclosed, exact, normal};
-use pars::value::{Relation, Value};
+use pars::value::Value;
+
+#[path = "probability/load.rs"]
+mod load;
+
+use load::load;
 
 /// `-3/4`, `0.25`, `1.5e-12`
 fn rational(text: &str) -> BigRational {
@@ -131,33 +132,6 @@ fn fast_chances_keep_their_bounds() {
     assert!(Interval::exactly(1.0).normal().holds(0.841_344_746_068_542_9));
 }
 
-/// The chain and the question of the last claim.
-fn load(text: &str) -> (Chain, Question) {
-    let text = format!("observer At(r), Done\n{text} >= 1/2");
-    let parsed = parse(&text);
-    assert!(parsed.diagnostics.is_empty(), "{:?}", parsed.diagnostics);
-    let mut environment = Environment::default();
-    let mut batch = environment.open(&parsed.items, &text);
-    let mut last = None;
-    for (index, item) in parsed.items.iter().enumerate() {
-        match environment.step(&mut batch, index, item) {
-            Ok(Lowered::Claim(claim)) => last = Some(claim.kind),
-            Ok(_) => {}
-            Err(errors) => panic!("{errors:?}"),
-        }
-    }
-    let Some(ClaimKind::Likely { likelihood: Likelihood { system, event, .. }, .. }) = last else { panic!("no claim") };
-    let Event::Shown { first, pattern, time } = event else { panic!("not shown") };
-    let components = environment.system(&system).expect("a system").components.clone();
-    let period = analyse(&components, &environment.definitions, &environment.assumptions).expect("a period");
-    let test = |(relation, left, right): (Relation, Value, Value)| Test { relation, left, right };
-    let tests = pattern.conditions.into_iter().map(test).collect();
-    let claim = Claim { shown: pattern.terms, variables: pattern.variables.clone(), tests };
-    let chain = chain(&period, &claim, &environment.assumptions).expect("a chain");
-    let names = pattern.variables.into_iter().collect();
-    (chain, Question { first, time: time.as_rational().expect("a number"), names })
-}
-
 fn exactly((chain, question): &(Chain, Question)) -> exact::Exact {
     exact::exact(chain, question).expect("exact")
 }
@@ -247,9 +221,26 @@ prove probability of Sys reaching Done within 74/5",
         axis("x", "0"),
         axis("y", "0")
     ));
-    let found = *enclosed::enclosed(&plane.0, &plane.1, 1e-7).expect("enclosed");
+    let found = *enclosed::enclosed(&plane.0, &plane.1, 1e-8).expect("enclosed");
     assert!(found.width() < 1e-6, "{found:?}");
-    let estimate = estimated(&plane.0, &plane.1, 4_000, 7).expect("runs");
+    // By a dense quadrature elsewhere, with 250 to 500 points an axis: 0.92024601954(1).
+    assert!(found.holds(0.920_246_019_54), "{found:?}");
+    let estimate = estimated(&plane.0, &plane.1, 1_000, 7).expect("runs");
+    assert!(estimate.low < found.low && estimate.high > found.high, "{estimate:?} {found:?}");
+}
+
+#[test]
+fn two_legs_in_sequence() {
+    let legs = load(
+        "proc Env_r = (Delay_{1/5} # Odo_r # At_r) ; (Ran_{Normal(0, sd: 1/2)}<e> | In_v<u>) ; Env_{r+(u+e)/5}
+proc Odo_r = Ran_{Normal(0, sd: 1/10)}<w> ; Out_{p,r+w} ; Odo_r
+proc Go_g  = In_p<m> ; Gtr_{|m-g|,1/10} ; Out_{v,(g-m)/2} ; Go_g
+system Sys = Env_0 | (Go_10 ; Go_2 ; Done)
+prove probability of Sys reaching Done within 15",
+    );
+    let found = enclose(&legs);
+    assert!(found.width() < 1e-6, "{found:?}");
+    let estimate = estimated(&legs.0, &legs.1, 20_000, 7).expect("runs");
     assert!(estimate.low < found.low && estimate.high > found.high, "{estimate:?} {found:?}");
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::scope::{Lowerer, Metas};
-use super::{By, CalcStep, Claim, ClaimKind, Entity, Environment, Expectation, Subject};
+use super::{By, CalcStep, Claim, ClaimKind, Entity, Environment, Event, Expectation, Likelihood, Subject};
 use crate::ast::{self, ConditionKind, Ident, Item, LawItem, Term as Written, TermKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::law::{Condition, Law};
@@ -29,7 +29,15 @@ impl Lowerer<'_> {
             ast::ClaimKind::Satisfies(system, property) => {
                 let system = self.named(system, "system");
                 let property = self.named(property, "property")?;
-                ClaimKind::Satisfies { system: system?, property }
+                let (system, within) =
+                    (system?, self.environment.property(&property).and_then(|one| one.within.clone()));
+                match within {
+                    None => ClaimKind::Satisfies { system, property },
+                    Some((_, relation, threshold)) => {
+                        let likelihood = Likelihood { system, event: Event::Satisfies(property), method: None };
+                        ClaimKind::Likely { likelihood, relation, threshold }
+                    }
+                }
             }
             ast::ClaimKind::Always { system, conditions, shown } => self.always(system, conditions, shown)?,
             ast::ClaimKind::Likely(likelihood, relation, bound) => self.likely(likelihood, *relation, bound)?,

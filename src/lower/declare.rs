@@ -158,7 +158,9 @@ impl Environment {
             ItemKind::System(name, _) => {
                 (name, Entity::System(System { name: name.name.clone(), components: Vec::new() }))
             }
-            ItemKind::Property(name, _) => (name, Entity::Property(Property { name: name.name.clone(), body: None })),
+            ItemKind::Property(name, ..) => {
+                (name, Entity::Property(Property { name: name.name.clone(), body: None, within: None }))
+            }
             ItemKind::Function(header, _) => {
                 if FUNCTIONS.iter().any(|(known, _)| *known == header.name.name.as_str()) {
                     opening.report(index, [taken(&header.name, "a function of the language")]);
@@ -330,13 +332,21 @@ impl Environment {
                 name,
                 self.components(body).map(|components| Entity::System(System { name: name.name.clone(), components })),
             ),
-            ItemKind::Property(name, body) => {
+            ItemKind::Property(name, body, within) => {
                 let mut lowerer = Lowerer::new(self, Metas::Values);
                 lowerer.own = Some(name.name.clone());
                 let lowered = lowerer.whole(&[body]).and_then(|mut terms| terms.pop());
                 lowerer.check_tails(body, &|called| *called == name.name);
-                let property = |body| Entity::Property(Property { name: name.name.clone(), body: Some(body) });
-                (name, lowerer.finish(lowered).map(property))
+                let latest = within.as_ref().map(|within| lowerer.within(within));
+                let lowered = if latest == Some(None) { None } else { lowered };
+                let whole = lowerer.finish(lowered);
+                let name_of = name.name.clone();
+                (
+                    name,
+                    whole.map(|body| {
+                        Entity::Property(Property { name: name_of, body: Some(body), within: latest.flatten() })
+                    }),
+                )
             }
             _ => return,
         };
@@ -473,7 +483,7 @@ fn declared(kind: &ItemKind) -> Option<Vec<Name>> {
         ItemKind::Observer(headers) => headers.iter().map(|header| header.name.name.clone()).collect(),
         ItemKind::Function(header, _) | ItemKind::Process(header, _) => vec![header.name.name.clone()],
 
-        ItemKind::System(name, _) | ItemKind::Property(name, _) => vec![name.name.clone()],
+        ItemKind::System(name, _) | ItemKind::Property(name, ..) => vec![name.name.clone()],
         _ => return None,
     })
 }

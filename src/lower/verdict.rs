@@ -9,7 +9,7 @@ use crate::ast::{self, Comparison, TermKind, ValueKind};
 use crate::diagnostic::Diagnostic;
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::Relation;
+use crate::value::{Relation, Value};
 
 impl Lowerer<'_> {
     pub(super) fn always(
@@ -84,13 +84,9 @@ impl Lowerer<'_> {
                 let deadline = self.number(time);
                 let pattern = self.pattern(shown, conditions)?;
                 let deadline = deadline?;
-                let past = self.environment.assumptions.decide(Relation::Lss, &deadline, &crate::value::Value::zero());
+                let past = self.environment.assumptions.decide(Relation::Lss, &deadline, &Value::zero());
                 if past == Some(true) {
-                    return self.fail(
-                        Diagnostic::error("P0405", format!("the time {deadline} lies before the start"))
-                            .label(time.span, "this time")
-                            .help("times count from the start of the system, which is 0"),
-                    );
+                    return self.past(&deadline, time.span);
                 }
                 Event::Shown { first: *first, pattern, time: deadline }
             }
@@ -103,6 +99,39 @@ impl Lowerer<'_> {
         Some(Likelihood { system: system?, event, method })
     }
 
+    /// `where P(x <= d) >= q`: the latest time, and how likely it must be.
+    pub(super) fn within(&mut self, within: &ast::Within) -> Option<(Value, Relation, Value)> {
+        let time = self.number(&within.time);
+        let threshold = self.chance(&within.threshold.1);
+        let time = time?;
+        if self.environment.assumptions.decide(Relation::Lss, &time, &Value::zero()) == Some(true) {
+            return self.past(&time, within.time.span);
+        }
+        Some((time, within.threshold.0, threshold?))
+    }
+
+    fn past<T>(&mut self, time: &Value, span: crate::diagnostic::Span) -> Option<T> {
+        self.fail(
+            Diagnostic::error("P0405", format!("the time {time} lies before the start"))
+                .label(span, "this time")
+                .help("times count from the start of the system, which is 0"),
+        )
+    }
+
+    /// A number from 0 to 1.
+    fn chance(&mut self, bound: &ast::Value) -> Option<Value> {
+        let threshold = self.number(bound)?;
+        let integer = |number: i64| num_rational::BigRational::from_integer(number.into());
+        if threshold.as_rational().is_some_and(|number| number >= integer(0) && number <= integer(1)) {
+            return Some(threshold);
+        }
+        self.fail(
+            Diagnostic::error("P0406", format!("{threshold} is no probability"))
+                .label(bound.span, "this threshold")
+                .help("a probability is a number from 0 to 1, such as 9/10"),
+        )
+    }
+
     pub(super) fn likely(
         &mut self,
         likelihood: &ast::Likelihood,
@@ -110,19 +139,7 @@ impl Lowerer<'_> {
         bound: &ast::Value,
     ) -> Option<ClaimKind> {
         let lowered = self.likelihood(likelihood);
-        let threshold = self.number(bound)?;
-        let number = threshold.as_rational();
-        let fine = number.is_some_and(|number| {
-            let integer = |number: i64| num_rational::BigRational::from_integer(number.into());
-            number >= integer(0) && number <= integer(1)
-        });
-        if !fine {
-            return self.fail(
-                Diagnostic::error("P0406", format!("{threshold} is no probability"))
-                    .label(bound.span, "this threshold")
-                    .help("a probability is a number from 0 to 1, such as 9/10"),
-            );
-        }
+        let threshold = self.chance(bound)?;
         Some(ClaimKind::Likely { likelihood: lowered?, relation, threshold })
     }
 }

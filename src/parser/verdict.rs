@@ -1,7 +1,7 @@
 //! What is asked of a system beside its property: what always holds, and how likely something is.
 
 use super::{Parse, Parser};
-use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Term};
+use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Term, Within};
 use crate::lexer::{Keyword, Kind, Token};
 use crate::value::Relation;
 
@@ -46,6 +46,28 @@ impl Parser<'_> {
             likelihood.method = self.method()?;
         }
         Ok((likelihood, relation, bound))
+    }
+
+    /// `where P(x <= d) >= q`, if it stands here.
+    pub(super) fn within(&mut self) -> Parse<Option<Within>> {
+        if self.spelling() != "where" {
+            return Ok(None);
+        }
+        let start = self.token().span.start;
+        self.advance();
+        self.word("P")?;
+        self.require(Kind::OpenRound, "`(` and the time that is drawn, as in `where P(x <= 10) >= 9/10`")?;
+        if !self.at(Kind::Lower) {
+            return self.unexpected("the name of the time that is drawn");
+        }
+        let name = self.ident();
+        if !self.relation().is_some_and(|one| matches!(one, Relation::Lte | Relation::Lss)) {
+            return self.unexpected("`<=` and the latest time");
+        }
+        let time = self.value()?;
+        self.require(Kind::CloseRound, "`)`")?;
+        let threshold = self.threshold()?;
+        Ok(Some(Within { span: self.since(start), name, time, threshold }))
     }
 
     fn threshold(&mut self) -> Parse<(Relation, crate::ast::Value)> {

@@ -16,10 +16,11 @@ use num_traits::{One, Zero};
 
 use super::axes::AXES;
 use super::chain::Chain;
+use super::field::{Field, Outcome, add};
 use super::grid::{Grid, Smooth};
-use super::kernel::{Fast, Guard, Ranges, UNIT, contains, largest, scale};
+use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, largest, scale};
 use super::operator::{Key, Operator};
-use super::plan::{Entry, Motion, Plan, Way, plan};
+use super::plan::{Entry, PLACES, Plan, Way, plan};
 use super::region::Patch;
 use super::window::windows;
 use super::{Enclosed, Question};
@@ -30,7 +31,7 @@ const MOST_VALUES: usize = 8_000_000;
 const MOST_WORK: f64 = 3e11;
 
 /// A patch in machine numbers.
-pub(super) type FastPatch = [Ranges; 2 * AXES];
+pub(super) type FastPatch = [AxisRanges; AXES];
 
 /// A way in machine numbers.
 pub(super) struct FastWay {
@@ -58,7 +59,7 @@ pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclo
     if plan.entries.is_empty() || plan.rounds == 0 {
         return Ok(Enclosed(plan.decided));
     }
-    Ok(Enclosed(Machine::new(&plan, wanted)?.run(&plan)?))
+    Ok(Enclosed(Machine::new(&plan, chain.phases.len(), wanted)?.run(&plan)?))
 }
 
 /// Entries to be followed on a grid of their own.
@@ -89,20 +90,16 @@ struct Machine {
     operators: Vec<Operator>,
     /// The operators of each onward patch, by phase, way and patch.
     onward: Vec<Vec<Vec<[usize; AXES]>>>,
+    /// What one sum should err by at most.
+    share: f64,
     /// What one round errs by at most.
     step: f64,
-}
-
-/// Chances at the active points of a phase, and what was left out.
-#[derive(Clone, Default)]
-struct Field {
-    active: [(usize, usize); AXES],
-    values: Vec<f64>,
-    leaks: Vec<f64>,
+    /// The number of phases that are not entered apart.
+    own: usize,
 }
 
 impl Machine {
-    fn new(plan: &Plan, wanted: f64) -> Result<Machine, String> {
+    fn new(plan: &Plan, own: usize, wanted: f64) -> Result<Machine, String> {
         let units = units(plan)?;
         let fast = |way: &Way| FastWay::of(way, &units);
         let phases: Vec<Vec<FastWay>> = plan.phases.iter().map(|ways| ways.iter().map(fast).collect()).collect();
@@ -128,7 +125,9 @@ impl Machine {
             active: Vec::new(),
             operators: Vec::new(),
             onward: Vec::new(),
+            share: share / 4.0,
             step: 0.0,
+            own,
         };
         for (phase, windows) in windows.iter().enumerate() {
             let mut grids = [Grid::single(), Grid::single()];
@@ -136,7 +135,7 @@ impl Machine {
                 let hull =
                     windows.iter().flatten().map(|window| window[axis]).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
                 if let Some(hull) = hull {
-                    *grid = Grid::new(hull, &machine.smooth(plan, phase, axis), share / 4.0)?;
+                    *grid = Grid::new(hull, &machine.smooth(plan, phase, axis), machine.share)?;
                 }
             }
             let place = |axis: usize, (low, high): (f64, f64)| {
@@ -170,10 +169,10 @@ impl Machine {
             ranges.iter().flat_map(|(low, high)| [*low, *high]).filter(|end| end.is_finite()).collect::<Vec<f64>>()
         };
         for way in into.iter().filter(|way| way.motions[axis].guard == Guard::Next) {
-            way.onward.iter().for_each(|patch| cuts.extend(finite(&patch[2 * axis + 1])));
+            way.onward.iter().for_each(|patch| cuts.extend(finite(&patch[axis][1])));
         }
         for way in out {
-            way.patches().for_each(|patch| cuts.extend(finite(&patch[2 * axis])));
+            way.patches().for_each(|patch| cuts.extend(finite(&patch[axis][0])));
         }
         Smooth {
             growth: kernel + value,
@@ -228,7 +227,7 @@ impl Machine {
 
     /// What one round errs by at most: quadrature of the chance and of what is left out, and rounding.
     fn bound(&self) -> f64 {
-        let quadrature: f64 = self.grids.iter().flatten().map(|grid| grid.error).sum();
+        let quadrature: f64 = self.grids[..self.own].iter().flatten().map(|grid| grid.error).sum();
         let reach =
             self.grids.iter().flatten().flat_map(|grid| &grid.nodes).fold(0.0f64, |most, node| most.max(node.abs()));
         let (mut relative, mut absolute, mut patches) = (0.0f64, 0.0, 0.0);
@@ -237,8 +236,9 @@ impl Machine {
             for way in ways {
                 let mut whole = 0.0;
                 for (axis, motion) in way.motions.iter().enumerate() {
-                    let ends = way.patches().map(|patch| largest(&patch[2 * axis + 1])).fold(0.0, f64::max);
-                    let ranges: usize = way.patches().map(|patch| patch[2 * axis + 1].len()).sum();
+                    let sets = || way.patches().flat_map(|patch| &patch[axis][1..]);
+                    let ends = sets().map(largest).fold(0.0, f64::max);
+                    let ranges: usize = sets().map(Vec::len).sum();
                     let (own, chance) = motion.rounding(reach, ends);
                     whole += own;
                     absolute += way.weight * 2.0 * ranges as f64 * chance;
@@ -264,10 +264,11 @@ impl Machine {
 
     fn run(&self, plan: &Plan) -> Result<Interval, String> {
         let mut fields: Vec<Field> = vec![Field::default(); self.phases.len()];
-        let mut error = self.step;
         let mut total = plan.decided;
         let mut entries: Vec<&FastEntry> = self.entries.iter().collect();
         let outcomes = self.outcomes();
+        let step = self.step;
+        let mut error = step;
         for time in (0..plan.rounds).rev() {
             let last = time + 1 == plan.rounds;
             let mut now = vec![Field::default(); self.phases.len()];
@@ -281,12 +282,13 @@ impl Machine {
             fields = now;
             while let Some(entry) = entries.pop_if(|entry| entry.time == time) {
                 let (value, leak) = self.enter(plan, &entry.way, &fields);
-                let part =
-                    Interval::between((value - 2.0 * error).max(0.0), (value + leak + 2.0 * error).min(1.0 + error));
+                let entered: f64 = self.grids[entry.way.next].iter().map(|grid| grid.error).sum();
+                let wide = 2.0 * error + 2.1 * entered;
+                let part = Interval::between((value - wide).max(0.0), (value + leak + wide).min(1.0));
                 total = total.plus(entry.chance.times(part));
             }
             // The kernel's mass is at most 1, and its quadrature errs by no more than a step.
-            error = error * (1.0 + self.step) + self.step;
+            error = error * (1.0 + step) + step;
         }
         // Entries of the last moment have been counted where they enter.
         if !total.low.is_finite() || !total.high.is_finite() {
@@ -299,10 +301,9 @@ impl Machine {
     fn outcomes(&self) -> Vec<[Vec<Outcome>; 2]> {
         let outcome = |phase: usize, way: &FastWay, patch: &FastPatch| {
             let along = |axis: usize| {
-                let chance = |state: &f64| {
-                    let possible = contains(&patch[2 * axis], *state);
-                    if possible { way.motions[axis].chance(&patch[2 * axis + 1], *state) } else { 0.0 }
-                };
+                let (motion, ranges) = (&way.motions[axis], &patch[axis]);
+                let chance =
+                    |state: &f64| if contains(&ranges[0], *state) { motion.chance(ranges, *state) } else { 0.0 };
                 self.grids[phase][axis].nodes.iter().map(chance).collect::<Vec<f64>>()
             };
             Outcome { weight: way.weight, chances: [along(0), along(1)] }
@@ -350,8 +351,7 @@ impl Machine {
         for patch in &way.onward {
             let make = |axis: usize| {
                 let key = key(plan, way, patch, axis, 0);
-                let grid = &self.grids[way.next][axis];
-                Operator::new(key, &[0.0], grid)
+                Operator::new(key, &[0.0], &self.grids[way.next][axis])
             };
             field.go(way.weight, &make(0), &make(1), &fields[way.next]);
         }
@@ -359,89 +359,14 @@ impl Machine {
     }
 }
 
-/// Chances of success along both axes.
-struct Outcome {
-    weight: f64,
-    chances: [Vec<f64>; AXES],
-}
-
 fn key(plan: &Plan, way: &FastWay, patch: &FastPatch, axis: usize, from: usize) -> Key {
     Key {
         motion: way.motions[axis].clone(),
-        state: patch[2 * axis].clone(),
-        decider: patch[2 * axis + 1].clone(),
+        ranges: patch[axis].clone(),
         lands: plan.states[way.next][axis],
         from,
         to: way.next * AXES + axis,
     }
-}
-
-impl Field {
-    /// Adds what one patch of a way leads to.
-    fn go(&mut self, weight: f64, one: &Operator, other: &Operator, after: &Field) {
-        let [rows, columns] = self.active;
-        let width = columns.1 - columns.0;
-        let chances = |operator: &Operator, range: (usize, usize)| operator.chances[range.0..range.1].to_vec();
-        add(&mut self.leaks, &chances(one, rows), &chances(other, columns), weight);
-        if after.values.is_empty() {
-            return;
-        }
-        let totals = |operator: &Operator, range: (usize, usize), active: (usize, usize)| {
-            (range.0..range.1).map(|row| operator.total(row, active)).collect::<Vec<f64>>()
-        };
-        let (inner, outer) = (after.active[0].1 - after.active[0].0, after.active[1].1 - after.active[1].0);
-        add(&mut self.leaks, &totals(one, rows, after.active[0]), &totals(other, columns, after.active[1]), -weight);
-        // Chances and leaks side by side: along the second axis first, then along the first.
-        let turned = beside(&turn(&after.values, inner, outer), &turn(&after.leaks, inner, outer), inner);
-        let along = other.times(columns, after.active[1], &turned, 2 * inner);
-        let (values, leaks) = apart(&along, inner);
-        let turned = beside(&turn(&values, width, inner), &turn(&leaks, width, inner), width);
-        let product = one.times(rows, after.active[0], &turned, 2 * width);
-        for (place, row) in product.chunks_exact(2 * width).enumerate() {
-            let (values, leaks) = row.split_at(width);
-            let here = place * width..(place + 1) * width;
-            self.values[here.clone()].iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
-            self.leaks[here].iter_mut().zip(leaks).for_each(|(sum, leak)| *sum += weight * leak);
-        }
-    }
-}
-
-/// Adds a product of two vectors to a matrix.
-fn add(matrix: &mut [f64], one: &[f64], other: &[f64], weight: f64) {
-    for (row, factor) in matrix.chunks_exact_mut(other.len().max(1)).zip(one) {
-        let factor = weight * factor;
-        row.iter_mut().zip(other).for_each(|(entry, number)| *entry += factor * number);
-    }
-}
-
-/// The transpose of a matrix of so many rows and columns.
-fn turn(matrix: &[f64], rows: usize, columns: usize) -> Vec<f64> {
-    let mut turned = vec![0.0; matrix.len()];
-    for (place, row) in matrix.chunks_exact(columns.max(1)).enumerate().take(rows) {
-        for (column, number) in row.iter().enumerate() {
-            turned[column * rows + place] = *number;
-        }
-    }
-    turned
-}
-
-/// Two matrices of so many columns, side by side.
-fn beside(one: &[f64], other: &[f64], columns: usize) -> Vec<f64> {
-    let mut both = Vec::with_capacity(2 * one.len());
-    for (row, other) in one.chunks_exact(columns).zip(other.chunks_exact(columns)) {
-        both.extend_from_slice(row);
-        both.extend_from_slice(other);
-    }
-    both
-}
-
-fn apart(both: &[f64], columns: usize) -> (Vec<f64>, Vec<f64>) {
-    let (mut one, mut other) = (Vec::with_capacity(both.len() / 2), Vec::with_capacity(both.len() / 2));
-    for row in both.chunks_exact(2 * columns) {
-        one.extend_from_slice(&row[..columns]);
-        other.extend_from_slice(&row[columns..]);
-    }
-    (one, other)
 }
 
 /// A power of 2 for each axis that brings the least noise near 1.
@@ -460,12 +385,11 @@ fn units(plan: &Plan) -> Result<[BigRational; AXES], String> {
 
 impl FastWay {
     fn of(way: &Way, units: &[BigRational; AXES]) -> FastWay {
-        let ranges = |patch: &Patch, place: usize| {
-            let motion: &Motion = &way.motions[place / 2];
-            Fast::ranges(motion, &units[place / 2], &patch[place], place % 2 == 0)
+        let ranges = |patch: &Patch, axis: usize| {
+            Fast::ranges(&way.motions[axis], &units[axis], &patch[axis * PLACES..(axis + 1) * PLACES])
         };
         let fast = |patches: &Vec<Patch>| {
-            patches.iter().map(|patch| [0, 1, 2, 3].map(|place| ranges(patch, place))).collect::<Vec<FastPatch>>()
+            patches.iter().map(|patch| [ranges(patch, 0), ranges(patch, 1)]).collect::<Vec<FastPatch>>()
         };
         FastWay {
             weight: super::kernel::near(&way.weight),

@@ -10,7 +10,7 @@
 use super::kernel::{BAND, UNIT};
 
 /// Gauss points of a panel.
-const POINTS: usize = 24;
+pub const POINTS: usize = 24;
 /// Points of a grid.
 const MOST_POINTS: f64 = 40_000.0;
 
@@ -115,12 +115,13 @@ fn panels((low, high): (f64, f64), smooth: &Smooth) -> Result<Grid, String> {
     // over that distance.
     let reach = low.abs().max(high.abs());
     let band = 2.0 * BAND * smooth.sd.1 + 4.0 * half;
-    let points = band * size(smooth.sd.0) / smooth.sd.0 * 4.0 * UNIT * (reach + half);
+    let distance = smooth.growth.sqrt().recip();
+    let points = band * size(distance) / distance * 4.0 * UNIT * (reach + half);
     Ok(Grid { nodes, weights, error: quadrature + points })
 }
 
 /// Points and weights of Gauss's rule on [-1,1]: the roots of Legendre's polynomial by Newton's method.
-pub(crate) fn gauss() -> [(f64, f64); POINTS] {
+pub fn gauss() -> [(f64, f64); POINTS] {
     let count = POINTS as f64;
     let mut rule = [(0.0, 0.0); POINTS];
     for (number, entry) in rule.iter_mut().enumerate() {

@@ -6,7 +6,7 @@ use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
 use super::normal::{DENSITY_ERROR, DISTRIBUTION_ERROR, density, distribution};
-use super::plan::{Decider, Motion};
+use super::plan::{Decider, Gate, Motion, PLACES};
 use super::region::Set;
 
 /// A unit in the last place.
@@ -16,6 +16,9 @@ pub const BAND: f64 = 9.0;
 
 /// A set in machine numbers.
 pub type Ranges = Vec<(f64, f64)>;
+
+/// The sets of a patch on one axis: the state, the decider, the gates.
+pub type AxisRanges = [Ranges; PLACES];
 
 /// A motion in machine numbers, over a state that is scaled.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +31,8 @@ pub struct Fast {
     pub sd: f64,
     /// What decides.
     pub guard: Guard,
+    /// What decides too: factors, what is added, and standard deviations.
+    pub gates: Vec<(f64, f64, f64)>,
 }
 
 /// What decides, in machine numbers.
@@ -90,18 +95,33 @@ impl Fast {
                 }
             }
         };
-        Fast { slope: near(&motion.slope), shift: near(&(&motion.shift * unit)), sd: near(&variance).sqrt(), guard }
+        let gate = |gate: &Gate| {
+            let (square, root) = scale(&gate.variance);
+            let sd = near(&(&gate.variance * square)).sqrt();
+            (near(&(&gate.factor * &root / unit)), near(&(&gate.offset * &root)), sd)
+        };
+        Fast {
+            slope: near(&motion.slope),
+            shift: near(&(&motion.shift * unit)),
+            sd: near(&variance).sqrt(),
+            guard,
+            gates: motion.gates.iter().map(gate).collect(),
+        }
     }
 
     /// The sets of a patch on this axis, in the scale of what they are about.
-    pub fn ranges(motion: &Motion, unit: &BigRational, set: &Set, state: bool) -> Ranges {
-        let scale = match &motion.decider {
-            Decider::Noisy { variance, .. } if !state => scale(variance).1,
-            _ => unit.clone(),
+    pub fn ranges(motion: &Motion, unit: &BigRational, sets: &[Set]) -> AxisRanges {
+        let ranges = |place: usize, set: &Set| {
+            let variance = match (&motion.decider, place) {
+                (Decider::Noisy { variance, .. }, 1) => Some(variance),
+                (_, 0 | 1) => None,
+                _ => motion.gates.get(place - 2).map(|gate| &gate.variance),
+            };
+            let scale = variance.map_or_else(|| unit.clone(), |variance| scale(variance).1);
+            let end = |end: &Option<BigRational>, other: f64| end.as_ref().map_or(other, |end| near(&(end * &scale)));
+            set.iter().map(|(low, high)| (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY))).collect()
         };
-        let end =
-            |end: &Option<BigRational>, otherwise: f64| end.as_ref().map_or(otherwise, |end| near(&(end * &scale)));
-        set.iter().map(|(low, high)| (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY))).collect()
+        std::array::from_fn(|place| sets.get(place).map(|set| ranges(place, set)).unwrap_or_default())
     }
 
     /// Whether all numbers are such that bounds can be computed with them.
@@ -114,7 +134,8 @@ impl Fast {
             }
             _ => true,
         };
-        guard && self.slope.is_finite() && self.shift.is_finite() && self.sd.is_finite()
+        let gates = self.gates.iter().all(|(a, b, sd)| a.is_finite() && b.is_finite() && sd.is_finite() && *sd > 0.0);
+        guard && gates && self.slope.is_finite() && self.shift.is_finite() && self.sd.is_finite()
     }
 
     /// Where the next state is expected.
@@ -122,17 +143,26 @@ impl Fast {
         self.slope * from + self.shift
     }
 
-    /// The chance that the decider lies in these.
-    pub fn chance(&self, ranges: &Ranges, from: f64) -> f64 {
-        match &self.guard {
-            _ if everything(ranges) => 1.0,
+    /// The chance that the decider and the gates lie in these.
+    pub fn chance(&self, ranges: &AxisRanges, from: f64) -> f64 {
+        let own = match &self.guard {
+            _ if everything(&ranges[1]) => 1.0,
             Guard::Nothing => 1.0,
-            Guard::Next => between(ranges, self.mean(from), self.sd),
-            Guard::Noisy { factor, offset, sd, .. } => between(ranges, factor * from + offset, *sd),
-        }
+            Guard::Next => between(&ranges[1], self.mean(from), self.sd),
+            Guard::Noisy { factor, offset, sd, .. } => between(&ranges[1], factor * from + offset, *sd),
+        };
+        own * self.passes(ranges, from)
     }
 
-    /// The density of the next state with a decider in these.
+    /// The chance that the gates lie in these.
+    pub fn passes(&self, ranges: &AxisRanges, from: f64) -> f64 {
+        let pass = |((factor, offset, sd), ranges): (&(f64, f64, f64), &Ranges)| {
+            if everything(ranges) { 1.0 } else { between(ranges, factor * from + offset, *sd) }
+        };
+        self.gates.iter().zip(&ranges[2..]).map(pass).product()
+    }
+
+    /// The density of the next state with a decider in these, without the gates.
     pub fn density(&self, ranges: &Ranges, from: f64, to: f64) -> f64 {
         let place = (to - self.mean(from)) / self.sd;
         if place.abs() > BAND {
@@ -151,8 +181,20 @@ impl Fast {
         }
     }
 
+    /// Everything that decides: factor of the state, what is added, standard deviation, place of the set.
+    pub fn limits(&self) -> Vec<(f64, f64, f64, usize)> {
+        let own = match &self.guard {
+            Guard::Nothing => None,
+            Guard::Next => Some((self.slope, self.shift, self.sd, 1)),
+            Guard::Noisy { factor, offset, sd, .. } => Some((*factor, *offset, *sd, 1)),
+        };
+        let gates =
+            self.gates.iter().enumerate().map(|(place, (factor, offset, sd))| (*factor, *offset, *sd, place + 2));
+        own.into_iter().chain(gates).collect()
+    }
+
     /// How fast the density grows with the square of the distance from the reals: it is at most `e^(growth * b²/2)`
-    /// times as large, in absolute integral over the decider too.
+    /// times as large, in absolute integral over what decides too.
     pub fn growth(&self) -> f64 {
         let guard = match &self.guard {
             Guard::Noisy { follows, rest, .. } if *follows != 0.0 => (follows / rest).powi(2),
@@ -163,14 +205,15 @@ impl Fast {
 
     /// The same for the state from which it starts; `onward` unless the next state is of no interest.
     pub fn growth_before(&self, onward: bool) -> f64 {
-        let square = |factor: f64, sd: f64| if factor == 0.0 { 0.0 } else { (factor / sd).powi(2) };
-        match &self.guard {
+        let gates = self.gates.iter().map(|gate| square(gate.0, gate.2)).sum::<f64>();
+        let own = match &self.guard {
             Guard::Noisy { factor, follows, rest, .. } if onward && self.sd > 0.0 => {
                 square(self.slope, self.sd) + square(factor - follows * self.slope, *rest)
             }
             Guard::Noisy { factor, sd, .. } => square(*factor, *sd),
             _ => square(self.slope, self.sd),
-        }
+        };
+        own + gates
     }
 
     /// A bound on the relative error of a density, and one on the absolute error of a decider's chance; `reach` bounds
@@ -192,8 +235,14 @@ impl Fast {
                 part(alone, *sd) + if self.sd > 0.0 { part(given, *rest) } else { 0.0 }
             }
         };
+        let gate = |(factor, offset, sd): &(f64, f64, f64)| part(factor.abs() * reach + offset.abs() + ends, *sd);
+        let absolute = absolute + self.gates.iter().map(gate).sum::<f64>();
         (relative, absolute)
     }
+}
+
+fn square(factor: f64, sd: f64) -> f64 {
+    if factor == 0.0 { 0.0 } else { (factor / sd).powi(2) }
 }
 
 /// Whether these are all numbers.

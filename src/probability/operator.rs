@@ -1,7 +1,7 @@
 //! The kernel of one axis between two grids, as rows of weighted densities.
 
 use super::grid::Grid;
-use super::kernel::{BAND, Fast, Ranges, contains};
+use super::kernel::{AxisRanges, BAND, Fast, contains};
 
 /// Weighted densities below this are left out; like all that is left out, they are counted.
 const LEAST: f64 = 1e-19;
@@ -10,8 +10,7 @@ const LEAST: f64 = 1e-19;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Key {
     pub motion: Fast,
-    pub state: Ranges,
-    pub decider: Ranges,
+    pub ranges: AxisRanges,
     /// Whether the next state matters.
     pub lands: bool,
     /// The points from which it leads, and the numbers of the grids.
@@ -33,7 +32,11 @@ pub(super) struct Operator {
     pub longest: usize,
 }
 
+/// A row in the making: the place of its first value, and the values.
+type Row = (usize, Vec<f64>);
+
 impl Operator {
+    /// The operator from these points.
     pub(super) fn new(key: Key, from: &[f64], to: &Grid) -> Operator {
         let count = from.len();
         let mut operator = Operator {
@@ -45,35 +48,37 @@ impl Operator {
             key,
         };
         for state in from {
-            operator.row(*state, to);
+            let Key { motion, ranges, lands, .. } = &operator.key;
+            let chance = if contains(&ranges[0], *state) { motion.chance(ranges, *state) } else { 0.0 };
+            let row = match lands {
+                _ if chance <= 0.0 => (0, Vec::new()),
+                true => operator.straight(*state, to),
+                false => (0, vec![chance]),
+            };
+            operator.add(row, chance);
         }
         operator
     }
 
-    fn row(&mut self, state: f64, to: &Grid) {
-        let Key { motion, state: states, decider, lands, .. } = &self.key;
-        let start = self.values.len();
-        let possible = contains(states, state);
-        let chance = if possible { motion.chance(decider, state) } else { 0.0 };
-        let mut first = 0;
-        if possible && !lands {
-            self.values.push(chance);
-        } else if possible && chance > 0.0 {
-            let mean = motion.mean(state);
-            first = to.nodes.partition_point(|node| *node < mean - BAND * motion.sd);
-            let places = to.nodes[first..].iter().zip(&to.weights[first..]);
-            for (node, weight) in places.take_while(|(node, _)| **node <= mean + BAND * motion.sd) {
-                self.values.push(weight * motion.density(decider, state, *node));
-            }
-            let small = self.values[start..].iter().take_while(|value| **value < LEAST).count();
-            self.values.drain(start..start + small);
-            first += small;
-            while self.values.len() > start && self.values.last().is_some_and(|value| *value < LEAST) {
-                self.values.pop();
-            }
+    /// Densities from a state to the points of a grid.
+    fn straight(&self, state: f64, to: &Grid) -> Row {
+        let Key { motion, ranges, .. } = &self.key;
+        let (passes, mean) = (motion.passes(ranges, state), motion.mean(state));
+        let first = to.nodes.partition_point(|node| *node < mean - BAND * motion.sd);
+        let places = to.nodes[first..].iter().zip(&to.weights[first..]);
+        let places = places.take_while(|(node, _)| **node <= mean + BAND * motion.sd);
+        let value = |(node, weight): (&f64, &f64)| weight * passes * motion.density(&ranges[1], state, *node);
+        (first, places.map(value).collect())
+    }
+
+    fn add(&mut self, (first, mut values): Row, chance: f64) {
+        while values.last().is_some_and(|value| *value < LEAST) {
+            values.pop();
         }
-        self.longest = self.longest.max(self.values.len() - start);
-        self.firsts.push(first);
+        let small = values.iter().take_while(|value| **value < LEAST).count();
+        self.values.extend_from_slice(&values[small..]);
+        self.longest = self.longest.max(values.len() - small);
+        self.firsts.push(first + small);
         self.ends.push(self.values.len());
         self.chances.push(chance);
     }

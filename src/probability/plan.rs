@@ -7,12 +7,12 @@ use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 
 use super::Question;
-use super::axes::{AXES, Axes, axes, combinations, ratio, shown, stateless};
-use super::chain::{Chain, Linear, Move, Region, Side};
-use super::region::{Patch, Set, common, half, meet, merged, outside, whole};
+use super::axes::{AXES, Axes, axes, combinations, shown};
+use super::chain::{Chain, Move};
+use super::draft::Draft;
+use super::region::{Patch, Range, merged, whole};
 use crate::distribution::standard;
 use crate::interval::{Interval, normal_between};
-use crate::value::Relation;
 
 /// What decides a way on one axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,6 +34,17 @@ pub enum Decider {
     },
 }
 
+/// A further number that decides, independent of all others once the state is known: `factor * s + offset + noise`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Gate {
+    /// The factor.
+    pub factor: BigRational,
+    /// What is added.
+    pub offset: BigRational,
+    /// The variance of the noise, positive.
+    pub variance: BigRational,
+}
+
 /// What a way does on one axis: the next state is `slope * s + shift` and noise of this variance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Motion {
@@ -45,9 +56,16 @@ pub struct Motion {
     pub variance: BigRational,
     /// What decides.
     pub decider: Decider,
+    /// What decides too, each by itself.
+    pub gates: Vec<Gate>,
 }
 
-/// One way through a round. A patch has a set for the state and one for the decider of each axis in turn.
+/// The numbers that may decide on one axis.
+pub const DECIDERS: usize = 3;
+/// Coordinates of a patch for each axis: the state, the decider, the gates.
+pub const PLACES: usize = 2 + DECIDERS;
+
+/// One way through a round. A patch has [`PLACES`] sets for each axis in turn.
 #[derive(Clone, Debug)]
 pub struct Way {
     /// The chance of this part of the draws.
@@ -114,16 +132,42 @@ pub fn plan(chain: &Chain, question: &Question) -> Result<Plan, String> {
         None => Some(0),
     };
     let rounds = rounds.filter(|rounds| *rounds <= MOST_ROUNDS).ok_or("there are too many rounds")?;
-    let reducer = Reducer { chain, question, axes: &axes };
+    let leads = vec![Leads::default(); chain.phases.len()];
+    let mut reducer = Reducer { chain, question, axes: &axes, leads };
+    reducer.leads = reducer.leads(&live)?;
     let mut phases = vec![Vec::new(); chain.phases.len()];
     for phase in live {
         for one in &chain.phases[phase] {
             phases[phase].extend(reducer.ways(one, Some(phase), None)?);
         }
+        phases[phase] = together(std::mem::take(&mut phases[phase]));
     }
     let states = axes.directions.iter().map(|all| [all[0].is_some(), all[1].is_some()]).collect();
     let (entries, decided) = reducer.unfold(rounds)?;
     Ok(Plan { states, phases, entries, decided, rounds })
+}
+
+/// Ways that move alike, as one.
+fn together(ways: Vec<Way>) -> Vec<Way> {
+    let mut all: Vec<Way> = Vec::new();
+    for way in ways {
+        let alike =
+            |other: &&mut Way| other.next == way.next && other.weight == way.weight && other.motions == way.motions;
+        match all.iter_mut().find(alike) {
+            Some(other) => {
+                other.success.extend(way.success);
+                other.last.extend(way.last);
+                other.onward.extend(way.onward);
+            }
+            None => all.push(way),
+        }
+    }
+    for way in &mut all {
+        for patches in [&mut way.success, &mut way.last, &mut way.onward] {
+            *patches = merged(std::mem::take(patches));
+        }
+    }
+    all
 }
 
 /// The duration of a round, which is the same everywhere; none where there are no rounds.
@@ -147,21 +191,17 @@ fn duration(chain: &Chain, live: &[usize]) -> Result<Option<BigRational>, String
     Ok(found)
 }
 
-struct Reducer<'a> {
-    chain: &'a Chain,
-    question: &'a Question,
-    axes: &'a Axes,
+pub(super) struct Reducer<'a> {
+    pub chain: &'a Chain,
+    pub question: &'a Question,
+    pub axes: &'a Axes,
+    /// By phase and axis: the variance of the noise that sets in before anything is looked at, where the state is taken
+    /// after it.
+    pub leads: Vec<Leads>,
 }
 
-/// A form over the states of the axes and the draws.
-#[derive(Clone, Debug)]
-struct Form {
-    factors: [BigRational; AXES],
-    draws: Vec<BigRational>,
-    offset: BigRational,
-}
-
-type Drawn = [(BigRational, BigRational)];
+/// The variances of the parts of a noise, by axis.
+pub(super) type Leads = [Option<Vec<BigRational>>; AXES];
 
 impl Reducer<'_> {
     /// The ways of a move, from the states of a phase or from one that is known.
@@ -171,6 +211,32 @@ impl Reducer<'_> {
             ways.extend(Draft { reducer: self, one, phase, point, drawn: &drawn }.way(weight)?);
         }
         Ok(ways)
+    }
+
+    /// Where several guards of a round look at one position, they share the noise with which it was reached. On such an
+    /// axis the state of a phase is taken behind that noise, which then belongs to the round before; here are the
+    /// variances of its parts.
+    fn leads(&self, live: &[usize]) -> Result<Vec<Leads>, String> {
+        let mut leads = vec![Leads::default(); self.chain.phases.len()];
+        let mut needed = [false; AXES];
+        for phase in live {
+            for one in &self.chain.phases[*phase] {
+                for (_, drawn) in combinations(one)? {
+                    let draft = Draft { reducer: self, one, phase: Some(*phase), point: None, drawn: &drawn };
+                    for (axis, (shares, parts)) in draft.leads()?.into_iter().enumerate() {
+                        needed[axis] |= shares;
+                        let least = leads[*phase][axis].as_ref().map(Vec::len);
+                        if parts.as_ref().is_some_and(|parts| least.is_none_or(|least| parts.len() < least)) {
+                            leads[*phase][axis] = parts;
+                        }
+                    }
+                }
+            }
+        }
+        for all in &mut leads {
+            all.iter_mut().zip(needed).filter(|(_, needed)| !needed).for_each(|(lead, _)| *lead = None);
+        }
+        Ok(leads)
     }
 
     /// Follows known states exactly, until noise sets in on every axis.
@@ -188,7 +254,7 @@ impl Reducer<'_> {
                 }
                 let moves = phase.map_or(self.chain.initial.as_slice(), |phase| self.chain.phases[phase].as_slice());
                 for one in moves {
-                    for way in self.ways(one, phase, Some(&state))? {
+                    for way in together(self.ways(one, phase, Some(&state))?) {
                         let patches = if time == rounds { &way.last } else { &way.success };
                         for patch in patches {
                             decided = plus(decided, times(chance, way.chance(patch)));
@@ -200,9 +266,10 @@ impl Reducer<'_> {
                         let still: Vec<bool> = axes.map(|axis| way.motions[axis].variance.is_zero()).collect();
                         if still.iter().all(|still| *still) {
                             let state = way.motions.iter().map(|motion| motion.shift.clone()).collect();
-                            let onward = way.onward.iter().map(|patch| times(chance, way.chance(patch)));
                             let entry = later.entry((Some(way.next), state)).or_insert(Interval::exactly(0.0));
-                            *entry = onward.fold(*entry, plus);
+                            for patch in &way.onward {
+                                *entry = plus(*entry, times(chance, way.chance(patch)));
+                            }
                         } else if still.iter().any(|still| *still) {
                             return Err("one axis is certain and the other is not".to_string());
                         } else {
@@ -242,223 +309,24 @@ impl Way {
     fn chance(&self, patch: &Patch) -> Interval {
         let mut chance = Interval::of(&self.weight);
         for (axis, motion) in self.motions.iter().enumerate() {
-            let (mean, variance) = match &motion.decider {
-                Decider::Nothing => continue,
-                Decider::Next => (&motion.shift, &motion.variance),
-                Decider::Noisy { offset, variance, .. } => (offset, variance),
+            let sets = &patch[axis * PLACES..(axis + 1) * PLACES];
+            let own = match &motion.decider {
+                Decider::Nothing => None,
+                Decider::Next => Some((&motion.shift, &motion.variance)),
+                Decider::Noisy { offset, variance, .. } => Some((offset, variance)),
             };
-            if patch[2 * axis + 1] == whole() {
-                continue;
+            let gates = motion.gates.iter().map(|gate| Some((&gate.offset, &gate.variance)));
+            for (number, set) in std::iter::once(own).chain(gates).zip(&sets[1..]) {
+                if let (Some((mean, variance)), false) = (number, *set == whole()) {
+                    let place = |bound: &Option<BigRational>, otherwise: f64| {
+                        bound.as_ref().map_or(Interval::exactly(otherwise), |bound| standard(bound, mean, variance))
+                    };
+                    let part =
+                        |(low, high): &Range| normal_between(place(low, f64::NEG_INFINITY), place(high, f64::INFINITY));
+                    chance = times(chance, set.iter().map(part).fold(Interval::exactly(0.0), plus));
+                }
             }
-            let place = |bound: &Option<BigRational>, otherwise: f64| {
-                bound.as_ref().map_or(Interval::exactly(otherwise), |bound| standard(bound, mean, variance))
-            };
-            let part = |(low, high): &super::region::Range| {
-                normal_between(place(low, f64::NEG_INFINITY), place(high, f64::INFINITY))
-            };
-            chance = times(chance, patch[2 * axis + 1].iter().map(part).fold(Interval::exactly(0.0), plus));
         }
         chance
     }
-}
-
-/// A way in the making: a move with the means and variances of what it draws.
-struct Draft<'a> {
-    reducer: &'a Reducer<'a>,
-    one: &'a Move,
-    phase: Option<usize>,
-    point: Option<&'a [BigRational]>,
-    drawn: &'a Drawn,
-}
-
-/// Which axis a draw belongs to, and the random number that decides on each axis.
-struct Owners {
-    draws: Vec<Option<usize>>,
-    bases: [Option<Form>; AXES],
-}
-
-impl Draft<'_> {
-    /// None where it is never taken.
-    fn way(&self, weight: BigRational) -> Result<Option<Way>, String> {
-        let axes = self.reducer.axes;
-        let target = self.one.next.map(|next| axes.settled.get(next).copied().flatten().ok_or(next));
-        let mut next: [Option<Form>; AXES] = [None, None];
-        let mut region = Region::new();
-        match target {
-            Some(Err(phase)) => {
-                for (axis, direction) in axes.directions[phase].iter().enumerate() {
-                    let Some(direction) = direction else { continue };
-                    let linear = Linear { state: direction.clone(), ..Linear::default() };
-                    next[axis] = Some(self.form(&linear.after(&self.one.image))?);
-                }
-                region = shown(self.reducer.chain, phase)?;
-                region.iter_mut().flatten().for_each(|side| side.form = side.form.after(&self.one.image));
-            }
-            Some(Ok(true)) => region = vec![Vec::new()],
-            Some(Ok(false)) => {}
-            None => {
-                let rest = self.one.stretches.iter().find(|stretch| stretch.duration.is_none());
-                region = rest.map(|stretch| stretch.shown.clone()).unwrap_or_default();
-            }
-        }
-        let mut owners = self.owners(&next, &region)?;
-        let Some(taken) = self.patch(&self.one.tests, &mut owners)? else { return Ok(None) };
-        let mut asked = Vec::new();
-        for sides in &region {
-            asked.extend(self.patch(sides, &mut owners)?.and_then(|patch| common(&taken, &patch)));
-        }
-        let phase = if let Some(Err(phase)) = target { Some(phase) } else { None };
-        let rest = asked.iter().fold(vec![taken.clone()], outside);
-        let (success, last, onward) = match (phase, self.reducer.question.first) {
-            (None, _) => (asked.clone(), asked, Vec::new()),
-            (Some(_), true) => (asked.clone(), asked, rest),
-            (Some(_), false) => (Vec::new(), asked, vec![taken]),
-        };
-        let mut way = Way {
-            weight,
-            motions: [self.motion(&next[0], &owners.bases[0]), self.motion(&next[1], &owners.bases[1])],
-            success,
-            last,
-            onward,
-            next: phase.unwrap_or_default(),
-        };
-        for axis in 0..AXES {
-            let transform = next[axis].as_ref().zip(owners.bases[axis].as_ref()).and_then(|(a, b)| multiple(a, b));
-            let Some((ratio, constant)) = transform else { continue };
-            for patch in [&mut way.success, &mut way.last, &mut way.onward].into_iter().flatten() {
-                patch[2 * axis + 1] = moved(&patch[2 * axis + 1], &ratio, &constant);
-            }
-        }
-        for patches in [&mut way.success, &mut way.last, &mut way.onward] {
-            *patches = merged(std::mem::take(patches));
-        }
-        Ok(Some(way))
-    }
-
-    fn motion(&self, next: &Option<Form>, base: &Option<Form>) -> Motion {
-        let zero = BigRational::zero;
-        let axis_factor =
-            |form: &Form| form.factors.iter().find(|factor| !factor.is_zero()).cloned().unwrap_or_default();
-        let decider = match (base, next) {
-            (None, _) => Decider::Nothing,
-            (Some(base), Some(next)) if multiple(next, base).is_some() => Decider::Next,
-            (Some(base), next) => Decider::Noisy {
-                factor: axis_factor(base),
-                offset: base.offset.clone(),
-                variance: self.inner(base, base),
-                covariance: next.as_ref().map_or_else(zero, |next| self.inner(next, base)),
-            },
-        };
-        let Some(next) = next else { return Motion { slope: zero(), shift: zero(), variance: zero(), decider } };
-        Motion { slope: axis_factor(next), shift: next.offset.clone(), variance: self.inner(next, next), decider }
-    }
-
-    fn form(&self, linear: &Linear) -> Result<Form, String> {
-        let means: BigRational = linear.draws.iter().zip(self.drawn).map(|(factor, (mean, _))| factor * mean).sum();
-        let mut draws = linear.draws.clone();
-        draws.resize(self.drawn.len(), BigRational::zero());
-        for (factor, _) in draws.iter_mut().zip(self.drawn).filter(|(_, (_, variance))| variance.is_zero()) {
-            *factor = BigRational::zero();
-        }
-        let mut form =
-            Form { factors: [BigRational::zero(), BigRational::zero()], draws, offset: &linear.constant + means };
-        if stateless(linear) {
-            return Ok(form);
-        }
-        let directions = self.phase.and_then(|phase| self.reducer.axes.directions.get(phase));
-        let mut along = directions.into_iter().flatten().enumerate();
-        let found = along.find_map(|(axis, direction)| Some((axis, ratio(direction.as_ref()?, &linear.state)?)));
-        let (axis, factor) = found.ok_or("a round depends on a combination of the state that is not followed")?;
-        match self.point {
-            Some(point) => form.offset += factor * point.get(axis).ok_or("a state is missing")?,
-            None => form.factors[axis] = factor,
-        }
-        Ok(form)
-    }
-
-    /// The covariance of two forms, for a given state.
-    fn inner(&self, left: &Form, right: &Form) -> BigRational {
-        left.draws.iter().zip(&right.draws).zip(self.drawn).map(|((a, b), (_, variance))| a * b * variance).sum()
-    }
-
-    /// The draws on which a form depends.
-    fn drawn(&self, form: &Form) -> Vec<usize> {
-        (0..self.drawn.len()).filter(|place| !form.draws[*place].is_zero()).collect()
-    }
-
-    /// Which axis each draw belongs to; the axes must be independent.
-    fn owners(&self, next: &[Option<Form>; AXES], region: &Region) -> Result<Owners, String> {
-        let mut owners = Owners { draws: vec![None; self.drawn.len()], bases: [None, None] };
-        let mut forms: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
-        for (axis, form) in next.iter().enumerate() {
-            forms.extend(form.as_ref().map(|form| (Some(axis), self.drawn(form))));
-        }
-        for side in self.one.tests.iter().chain(region.iter().flatten()) {
-            let form = self.form(&side.form)?;
-            forms.push((form.factors.iter().position(|factor| !factor.is_zero()), self.drawn(&form)));
-        }
-        for _ in 0..=forms.len() {
-            for (axis, draws) in &mut forms {
-                *axis = axis.or(draws.iter().find_map(|draw| owners.draws[*draw]));
-                let Some(axis) = *axis else { continue };
-                for draw in draws {
-                    if owners.draws[*draw].replace(axis).is_some_and(|other| other != axis) {
-                        return Err("two dimensions of the state share their noise".to_string());
-                    }
-                }
-            }
-        }
-        Ok(owners)
-    }
-
-    /// Where the states and the random numbers must lie for all of these to hold; none if one of them never does.
-    fn patch(&self, sides: &[Side], owners: &mut Owners) -> Result<Option<Patch>, String> {
-        let mut patch: Patch = vec![whole(); 2 * AXES];
-        for side in sides {
-            let form = self.form(&side.form)?;
-            let along = form.factors.iter().position(|factor| !factor.is_zero());
-            let drawn = self.drawn(&form);
-            let (place, set) = match (side.relation, along, drawn.first()) {
-                (relation, None, None) if relation.holds(form.offset.cmp(&BigRational::zero())) => continue,
-                (_, None, None) | (Relation::Eq, _, _) => return Ok(None),
-                (Relation::Neq, _, _) => continue,
-                (relation, Some(axis), None) => (2 * axis, half(relation, &form.factors[axis], &form.offset)),
-                (relation, _, Some(draw)) => {
-                    let free = || (0..AXES).find(|axis| owners.bases[*axis].is_none());
-                    let axis = along.or(owners.draws[*draw]).or_else(free);
-                    let axis = axis.ok_or("the guards of a round depend on more than two random numbers")?;
-                    drawn.iter().for_each(|draw| owners.draws[*draw] = Some(axis));
-                    let base = owners.bases[axis].get_or_insert_with(|| form.clone());
-                    let parts = multiple(base, &form);
-                    let (ratio, constant) = parts.ok_or("the guards of a round depend on different random numbers")?;
-                    (2 * axis + 1, half(relation, &ratio, &constant))
-                }
-            };
-            patch[place] = meet(&patch[place], &set);
-            if patch[place].is_empty() {
-                return Ok(None);
-            }
-        }
-        Ok(Some(patch))
-    }
-}
-
-/// `(r, c)` with `other = r * base + c`.
-fn multiple(base: &Form, other: &Form) -> Option<(BigRational, BigRational)> {
-    let place = base.draws.iter().position(|factor| !factor.is_zero())?;
-    let ratio = &other.draws[place] / &base.draws[place];
-    let same = |(one, two): (&BigRational, &BigRational)| *two == one * &ratio;
-    let fits = base.draws.iter().zip(&other.draws).all(same) && base.factors.iter().zip(&other.factors).all(same);
-    (fits && !ratio.is_zero()).then(|| (ratio.clone(), &other.offset - &ratio * &base.offset))
-}
-
-/// Ranges of `ratio * x + constant` as ranges of x.
-fn moved(set: &Set, ratio: &BigRational, constant: &BigRational) -> Set {
-    let place = |bound: &Option<BigRational>| bound.as_ref().map(|bound| (bound - constant) / ratio);
-    let range = |(low, high): &super::region::Range| {
-        if ratio.is_negative() { (place(high), place(low)) } else { (place(low), place(high)) }
-    };
-    let mut ranges: Set = set.iter().map(range).collect();
-    ranges.sort_by(|one, other| one.0.cmp(&other.0));
-    ranges
 }

@@ -38,9 +38,7 @@ pub(super) fn windows(phases: &[Vec<FastWay>], entries: &[FastEntry], rounds: u6
             let Some(clouds) = clouds else { continue };
             for way in &phases[phase] {
                 for patch in &way.onward {
-                    let cloud = |axis: usize| {
-                        moved(&clouds[axis], &way.motions[axis], &patch[2 * axis], &patch[2 * axis + 1], wide)
-                    };
+                    let cloud = |axis: usize| moved(&clouds[axis], &way.motions[axis], &patch[axis], wide);
                     if let (Some(one), Some(other)) = (cloud(0), cloud(1)) {
                         add(&mut next[way.next], [one, other]);
                     }
@@ -70,29 +68,26 @@ fn add(entry: &mut Option<[Cloud; AXES]>, clouds: [Cloud; AXES]) {
 }
 
 /// Where a motion leads from a cloud, as far as its guards let it; none where they hardly do.
-fn moved(cloud: &Cloud, motion: &Fast, state: &Ranges, decider: &Ranges, wide: f64) -> Option<Cloud> {
+fn moved(cloud: &Cloud, motion: &Fast, ranges: &[Ranges], wide: f64) -> Option<Cloud> {
     let hull = |ranges: &Ranges| Some((ranges.first()?.0, ranges.last()?.1));
-    let (mut low, mut high) = hull(state)?;
-    let (from, to) = hull(decider)?;
-    let (factor, offset, sd) = match &motion.guard {
-        Guard::Nothing => (0.0, 0.0, 0.0),
-        Guard::Next => (motion.slope, motion.shift, motion.sd),
-        Guard::Noisy { factor, offset, sd, .. } => (*factor, *offset, *sd),
-    };
-    if factor != 0.0 {
-        let ends = [(from - wide * sd - offset) / factor, (to + wide * sd - offset) / factor];
-        low = low.max(ends[0].min(ends[1]));
-        high = high.min(ends[0].max(ends[1]));
+    let (mut low, mut high) = hull(&ranges[0])?;
+    for (factor, offset, sd, place) in motion.limits() {
+        let (from, to) = hull(&ranges[place])?;
+        if factor != 0.0 {
+            let ends = [(from - wide * sd - offset) / factor, (to + wide * sd - offset) / factor];
+            low = low.max(ends[0].min(ends[1]));
+            high = high.min(ends[0].max(ends[1]));
+        }
     }
     let side = wide * cloud.variance.sqrt();
     if low > cloud.high + side || high < cloud.low - side || low > high {
         return None;
     }
-    let ends = [motion.mean(cloud.low.clamp(low, high)), motion.mean(cloud.high.clamp(low, high))];
+    let ends = [cloud.low, cloud.high].map(|end| motion.mean(end.clamp(low, high)));
     let (mut first, mut last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     if motion.guard == Guard::Next {
+        let (from, to) = hull(&ranges[1])?;
         (first, last) = (first.clamp(from, to), last.clamp(from, to));
     }
-    let variance = motion.slope * motion.slope * cloud.variance + motion.sd * motion.sd;
-    Some(Cloud { low: first, high: last, variance })
+    Some(Cloud { low: first, high: last, variance: motion.slope.powi(2) * cloud.variance + motion.sd.powi(2) })
 }

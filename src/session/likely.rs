@@ -8,10 +8,10 @@ use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
 use crate::invariant::Claim;
-use crate::lower::{Environment, Event, Likelihood, Method, Pattern};
+use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property};
 use crate::period;
 use crate::probability::chain::{Chain, chain};
-use crate::probability::{Enclosed, Question, enclosed, estimated, exact};
+use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -152,16 +152,14 @@ fn asked(likelihood: &Likelihood, environment: &Environment) -> Result<(Chain, Q
     };
     let (pattern, first, time) = match &likelihood.event {
         Event::Shown { first, pattern, time } => (pattern.clone(), *first, time.clone()),
-        Event::Satisfies(property) => {
-            let body = environment.property(property).and_then(|property| property.body.clone());
-            let (pattern, time) = body.as_ref().and_then(at_a_time).ok_or_else(|| {
-                vec![
-                    format!("the probability of {property} is understood for `Delay_d ; At_a` alone"),
-                    "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
-                ]
-            })?;
-            (pattern, false, time)
-        }
+        Event::Satisfies(property) => read(environment.property(property)).ok_or_else(|| {
+            vec![
+                format!("the probability of {property} is understood for `Delay_d ; At_a`,"),
+                "and for `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with a distribution D that is a parameter"
+                    .to_string(),
+                "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
+            ]
+        })?,
     };
     let time = time.as_rational().ok_or_else(|| vec![format!("the time {time} must be a number")])?;
     let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions)
@@ -189,6 +187,8 @@ fn name(method: Method) -> &'static str {
     }
 }
 
+/// Rounds from which on mean and variance are no longer computed as rationals.
+const FAR: u64 = 300;
 /// How wide an enclosed chance may be; where a threshold lies in it, a narrower one is looked for.
 const WIDTH: f64 = 1e-8;
 const NARROW: f64 = 1e-12;
@@ -210,9 +210,21 @@ fn by_method(
 ) -> Result<Answer, String> {
     let (interval, enclosed, runs, mut lines) = match method {
         Method::Exact => {
-            let exact = exact::exact(chain, question)?;
-            let lines = exact.shown.iter().flat_map(|(name, parts)| described(name.as_str(), parts)).collect();
-            (*exact.chance, Some(exact.chance), None, lines)
+            let moments = linear::moments(chain, question);
+            let far = moments.as_ref().ok().filter(|moments| moments.rounds() > FAR).map(linear::Moments::chance);
+            let (chance, mut lines) = match far {
+                Some(Ok(chance)) => (chance, Vec::new()),
+                _ => {
+                    let exact = exact::exact(chain, question)?;
+                    let lines = exact.shown.iter().flat_map(|(name, parts)| described(name.as_str(), parts));
+                    (exact.chance, lines.collect::<Vec<String>>())
+                }
+            };
+            if let Ok(solved) = moments.and_then(|moments| moments.solved()) {
+                lines.push("after n rounds, by induction:".to_string());
+                lines.extend(solved.lines().iter().map(|line| format!("  {line}")));
+            }
+            (*chance, Some(chance), None, lines)
         }
         Method::Enclosed => {
             let found = enclosed_for(chain, question, threshold)?;
@@ -264,14 +276,24 @@ fn described(name: &str, parts: &Distribution) -> Vec<String> {
     vec![format!("{name} is {kind}, with mean {} and variance {}", text(&parts.mean()), text(&parts.variance()))]
 }
 
-/// `Delay_d ; At_a`: what is shown, and when.
-fn at_a_time(body: &Term) -> Option<(Pattern, Value)> {
-    let Node::Seq(parts) = body.node() else { return None };
-    let [delay, shown] = parts.as_slice() else { return None };
-    match (delay.node(), shown.node()) {
-        (Node::Delay(time), Node::Observe(..)) => {
-            let pattern = Pattern { terms: vec![shown.clone()], variables: Default::default(), conditions: Vec::new() };
-            Some((pattern, time.clone()))
+/// What a property asks for, whether any time up to the given one counts, and that time: `Delay_d ; At_a` asks what is
+/// shown at d; `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with an unknown D says that there is a distribution of
+/// the time of arrival of which this holds, so it asks for the first passage.
+fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
+    let Property { body, within, .. } = property?;
+    let Node::Seq(parts) = body.as_ref()?.node() else { return None };
+    let (drawn, delay, shown) = match parts.as_slice() {
+        [delay, shown] => (None, delay, shown),
+        [drawn, delay, shown] => (Some(drawn), delay, shown),
+        _ => return None,
+    };
+    let (Node::Delay(time), Node::Observe(..)) = (delay.node(), shown.node()) else { return None };
+    let pattern = Pattern { terms: vec![shown.clone()], variables: Default::default(), conditions: Vec::new() };
+    match (drawn.map(Term::node), within) {
+        (None, None) => Some((pattern, false, time.clone())),
+        (Some(Node::Ran(distribution, name)), Some((latest, ..))) => {
+            let arrival = time.as_variable() == Some(name) && distribution.as_variable().is_some();
+            arrival.then(|| (pattern, true, latest.clone()))
         }
         _ => None,
     }

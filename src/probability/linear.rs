@@ -1,0 +1,333 @@
+//! Rounds that are one linear map with independent noise: mean, variance and covariance as closed forms in the number
+//! of rounds, and the chance at a time in as many steps as that number has binary digits.
+
+use num_rational::BigRational;
+use num_traits::{Signed, ToPrimitive, Zero};
+
+use super::chain::{Chain, Linear, Move, Region};
+use super::{Enclosed, Question};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Recurrence, Sequence, Solved};
+use crate::interval::{Interval, normal_between};
+use crate::name::Name;
+use crate::recurrence::solve_all;
+use crate::value::{Relation, Value};
+
+/// Linear forms of the state that are followed.
+const MOST_FORMS: usize = 4;
+
+/// What is shown, round by round: linear forms of the state with their moments.
+#[derive(Clone, Debug)]
+pub struct Moments {
+    /// What the forms are called; those that are not shown have no name of their own.
+    names: Vec<Name>,
+    /// What the mean of each becomes: factors of all means, and what is added.
+    means: Vec<Vec<BigRational>>,
+    /// The covariances of the noise of a round.
+    noise: Vec<Vec<BigRational>>,
+    /// The means at the start, and the covariances.
+    start: (Vec<BigRational>, Vec<Vec<BigRational>>),
+    /// Whether all noise is normal.
+    normal: bool,
+    /// When what is asked for is shown: over the first form.
+    asked: Option<Vec<Between>>,
+    /// How many rounds have passed at the time asked for.
+    rounds: u64,
+}
+
+/// Ends of a range.
+type Between = (Option<BigRational>, Option<BigRational>);
+
+/// The moments of what is shown at a time.
+///
+/// # Errors
+/// What keeps a round from being one linear map.
+pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
+    let (start, round) = match (chain.initial.as_slice(), question.first) {
+        (_, true) => return Err("a first passage is no linear question".to_string()),
+        ([start], false) if start.tests.is_empty() && start.stretches.is_empty() => {
+            let phase = start.next.and_then(|phase| Some((phase, chain.phases.get(phase)?.as_slice())));
+            match phase {
+                Some((phase, [round])) if round.tests.is_empty() && round.next == Some(phase) => (start, round),
+                _ => return Err("a round is not one linear map".to_string()),
+            }
+        }
+        _ => return Err("a round is not one linear map".to_string()),
+    };
+    let [stretch] = round.stretches.as_slice() else { return Err("a round has more than one stretch".to_string()) };
+    let duration = stretch.duration.clone().filter(Signed::is_positive).ok_or("a round takes no time")?;
+    let rounds = (&question.time / &duration).floor().to_integer().to_u64().ok_or("there are too many rounds")?;
+    if stretch.values.is_empty() || stretch.values.len() != question.names.len() {
+        return Err("nothing is shown that has a name".to_string());
+    }
+    let mut forms: Vec<Linear> = Vec::new();
+    for value in &stretch.values {
+        if value.draws.iter().any(|factor| !factor.is_zero()) {
+            return Err("what is shown depends on what is drawn later".to_string());
+        }
+        forms.push(value.clone());
+    }
+    let mut names = question.names.clone();
+    let mut means = Vec::new();
+    let mut place = 0;
+    while let Some(form) = forms.get(place).cloned() {
+        let after = form.after(&round.image);
+        let row = match combination(&forms, &after.state) {
+            Some(factors) => factors,
+            None => {
+                let added = Linear { state: after.state.clone(), ..Linear::default() };
+                forms.push(added);
+                combination(&forms, &after.state).ok_or("the forms do not fit together")?
+            }
+        };
+        if forms.len() > MOST_FORMS {
+            return Err(format!("more than {MOST_FORMS} combinations of the state matter"));
+        }
+        means.push((row, after));
+        place += 1;
+    }
+    for number in names.len()..forms.len() {
+        names.push(Name::new(&format!("rest{}", number + 1)));
+    }
+    let after: Vec<Linear> = means.iter().map(|(_, after)| after.clone()).collect();
+    let rows = means.into_iter().map(|(row, after)| mean_row(row, &after, round, &forms)).collect();
+    let first: Vec<Linear> = forms.iter().map(|form| form.after(&start.image)).collect();
+    let begun = (first.iter().map(|form| mean(form, start)).collect(), covariances(&first, start));
+    let draws = || start.draws.iter().chain(&round.draws);
+    let normal = draws().all(|draw| draw.normals().is_some_and(|parts| parts.len() == 1));
+    let asked = asked(&stretch.shown, &forms[0]);
+    Ok(Moments { names, means: rows, noise: covariances(&after, round), start: begun, normal, asked, rounds })
+}
+
+/// The factors with which the state parts of forms add up to another.
+fn combination(forms: &[Linear], state: &[BigRational]) -> Option<Vec<BigRational>> {
+    let width = forms.iter().map(|form| form.state.len()).chain([state.len()]).max()?;
+    let entry = |numbers: &[BigRational], place: usize| numbers.get(place).cloned().unwrap_or_default();
+    // One equation for each variable of the state, solved by elimination.
+    let equation = |place: usize| {
+        let left = forms.iter().map(|form| entry(&form.state, place));
+        left.chain([entry(state, place)]).collect::<Vec<BigRational>>()
+    };
+    let mut rows: Vec<Vec<BigRational>> = (0..width).map(equation).collect();
+    let mut factors = vec![BigRational::zero(); forms.len()];
+    let mut done = 0;
+    let mut pivots = Vec::new();
+    for column in 0..forms.len() {
+        let Some(found) = (done..rows.len()).find(|row| !rows[*row][column].is_zero()) else { continue };
+        rows.swap(done, found);
+        let pivot = rows[done].clone();
+        for (_, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != done) {
+            let ratio = &row[column] / &pivot[column];
+            row.iter_mut().zip(&pivot).for_each(|(entry, other)| *entry -= &ratio * other);
+        }
+        pivots.push(column);
+        done += 1;
+    }
+    if rows[done..].iter().any(|row| !row[forms.len()].is_zero()) {
+        return None;
+    }
+    for (row, column) in rows.iter().zip(pivots) {
+        factors[column] = &row[forms.len()] / &row[column];
+    }
+    Some(factors)
+}
+
+/// The factors of all means, and what is added: the forms' constants count in the means.
+fn mean_row(mut row: Vec<BigRational>, after: &Linear, round: &Move, forms: &[Linear]) -> Vec<BigRational> {
+    row.resize(forms.len(), BigRational::zero());
+    let constants: BigRational = row.iter().zip(forms).map(|(factor, form)| factor * &form.constant).sum();
+    let noise = Linear { state: Vec::new(), ..after.clone() };
+    row.push(mean(&noise, round) - constants);
+    row
+}
+
+fn mean(form: &Linear, one: &Move) -> BigRational {
+    form.draws.iter().zip(&one.draws).map(|(factor, draw)| factor * draw.mean()).sum::<BigRational>() + &form.constant
+}
+
+fn covariances(forms: &[Linear], one: &Move) -> Vec<Vec<BigRational>> {
+    let product = |left: &Linear, right: &Linear| {
+        let both = left.draws.iter().zip(&right.draws).zip(&one.draws);
+        both.map(|((left, right), draw)| left * right * draw.variance()).sum::<BigRational>()
+    };
+    forms.iter().map(|left| forms.iter().map(|right| product(left, right)).collect()).collect()
+}
+
+/// Where the first form must lie, if that is all that is asked.
+fn asked(region: &Region, form: &Linear) -> Option<Vec<Between>> {
+    let mut all = Vec::new();
+    for sides in region {
+        let mut range: Between = (None, None);
+        for side in sides {
+            let ratio = super::axes::ratio(&form.state, &side.form.state)?;
+            if side.form.draws.iter().any(|factor| !factor.is_zero()) {
+                return None;
+            }
+            let bound = &form.constant - &side.form.constant / &ratio;
+            let above = match side.relation {
+                Relation::Gtr | Relation::Gte => !ratio.is_negative(),
+                Relation::Lss | Relation::Lte => ratio.is_negative(),
+                _ => return None,
+            };
+            let end = if above { &mut range.0 } else { &mut range.1 };
+            let old = end.take();
+            *end = Some(match old {
+                Some(old) if above => old.max(bound),
+                Some(old) => old.min(bound),
+                None => bound,
+            });
+        }
+        all.push(range);
+    }
+    Some(all)
+}
+
+impl Moments {
+    /// Means, variances and covariances as closed forms in the number of rounds n, proved by induction.
+    ///
+    /// # Errors
+    /// When none are found.
+    pub fn solved(&self) -> Result<Solved, String> {
+        let count = self.names.len();
+        let term = |name: &Name| Value::variable(&crate::closed_form::term(name, &index(), 0));
+        let sum = |parts: &mut dyn Iterator<Item = (BigRational, Value)>, added: &BigRational| {
+            let zero = Ok(Value::rational(added.clone()));
+            parts
+                .filter(|(factor, _)| !factor.is_zero())
+                .fold(zero, |sum: Result<Value, _>, (factor, value)| sum?.add(&Value::rational(factor).mul(&value)?))
+        };
+        let mut sequences = Vec::new();
+        for (place, row) in self.means.iter().enumerate() {
+            let mut parts = (0..count).map(|other| (row[other].clone(), term(&self.mean_name(other))));
+            let next = sum(&mut parts, &row[count]).map_err(|error: crate::value::ValueError| error.0)?;
+            let start = vec![Value::rational(self.start.0[place].clone())];
+            sequences.push(Sequence { name: self.mean_name(place), start, next });
+        }
+        for (one, other) in pairs(count) {
+            let part = |(left, right): (usize, usize)| {
+                let factor = &self.means[one][left] * &self.means[other][right];
+                (factor, term(&self.covariance_name(left.min(right), left.max(right))))
+            };
+            let all = (0..count).flat_map(|left| (0..count).map(move |right| (left, right)));
+            let next = sum(&mut all.map(part), &self.noise[one][other]).map_err(|error| error.0)?;
+            let start = vec![Value::rational(self.start.1[one][other].clone())];
+            sequences.push(Sequence { name: self.covariance_name(one, other), start, next });
+        }
+        let recurrence = Recurrence { index: index(), from: 0, sequences };
+        solve_all(recurrence, &Assumptions::default()).map_err(|reason| reason.0)
+    }
+
+    fn mean_name(&self, place: usize) -> Name {
+        Name::new(&format!("mean_{}", self.names[place]))
+    }
+
+    fn covariance_name(&self, one: usize, other: usize) -> Name {
+        match one == other {
+            true => Name::new(&format!("variance_{}", self.names[one])),
+            false => Name::new(&format!("covariance_{}_{}", self.names[one], self.names[other])),
+        }
+    }
+
+    /// How many rounds have passed at the time asked for.
+    pub fn rounds(&self) -> u64 {
+        self.rounds
+    }
+
+    /// Mean and variance of what is shown first, after so many rounds.
+    pub fn at(&self, rounds: u64) -> (Interval, Interval) {
+        let count = self.names.len();
+        let interval = |numbers: &[BigRational]| numbers.iter().map(Interval::of).collect::<Vec<Interval>>();
+        let means: Matrix = self.means.iter().map(|row| interval(row)).collect();
+        let mean = power(&means, interval(&self.start.0), rounds);
+        let pairs: Vec<(usize, usize)> = pairs(count).collect();
+        let row = |(one, other): &(usize, usize)| {
+            let factor = |(left, right): &(usize, usize)| {
+                let product = |a: usize, b: usize| &self.means[*one][a] * &self.means[*other][b];
+                let whole = product(*left, *right);
+                Interval::of(&if left == right { whole } else { whole + product(*right, *left) })
+            };
+            let added = Interval::of(&self.noise[*one][*other]);
+            pairs.iter().map(factor).chain([added]).collect::<Vec<Interval>>()
+        };
+        let matrix: Matrix = pairs.iter().map(row).collect();
+        let start = pairs.iter().map(|(one, other)| Interval::of(&self.start.1[*one][*other])).collect();
+        (mean[0], power(&matrix, start, rounds)[0])
+    }
+
+    /// The chance at the time asked for.
+    ///
+    /// # Errors
+    /// Where the noise is not normal, or more than what is shown first is asked for.
+    pub fn chance(&self) -> Result<Enclosed, String> {
+        if !self.normal {
+            return Err("what is drawn is not normal".to_string());
+        }
+        let asked = self.asked.as_ref().ok_or("what is asked for depends on more than one random number")?;
+        let (mean, variance) = self.at(self.rounds);
+        if variance.low <= 0.0 || !variance.high.is_finite() || !mean.low.is_finite() || !mean.high.is_finite() {
+            return Err("the variance is too small or too large for machine numbers".to_string());
+        }
+        let place = |bound: &Option<BigRational>, otherwise: f64| {
+            let standard = |bound: &BigRational| Interval::of(bound).minus(mean).over(variance.root());
+            bound.as_ref().map_or(Interval::exactly(otherwise), standard)
+        };
+        let mut total = Interval::exactly(0.0);
+        for (low, high) in asked {
+            if low.as_ref().zip(high.as_ref()).is_none_or(|(low, high)| low < high) {
+                let part = normal_between(place(low, f64::NEG_INFINITY), place(high, f64::INFINITY));
+                total = total.plus(part);
+            }
+        }
+        Ok(Enclosed(total.probability()))
+    }
+}
+
+fn index() -> Name {
+    Name::new("n")
+}
+
+fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(move |one| (one..count).map(move |other| (one, other)))
+}
+
+type Matrix = Vec<Vec<Interval>>;
+
+/// An affine map, given by its rows of factors and what is added, applied so many times.
+fn power(map: &Matrix, mut state: Vec<Interval>, mut times: u64) -> Vec<Interval> {
+    let size = map.len();
+    let mut square = map.clone();
+    let apply = |row: &[Interval], state: &[Interval], added: Interval| {
+        row.iter().zip(state).map(|(factor, number)| factor.times(*number)).fold(added, Interval::plus)
+    };
+    while times > 0 {
+        if times % 2 == 1 {
+            state = square.iter().map(|row| apply(row, &state, row[size])).collect();
+        }
+        times /= 2;
+        if times > 0 {
+            let column = |place: usize| square.iter().map(|row| row[place]).collect::<Vec<Interval>>();
+            let columns: Matrix = (0..=size).map(column).collect();
+            let zero = Interval::exactly(0.0);
+            let entry = |row: &Vec<Interval>, place: usize| {
+                apply(row, &columns[place], if place == size { row[size] } else { zero })
+            };
+            square = square.iter().map(|row| (0..=size).map(|place| entry(row, place)).collect()).collect();
+        }
+    }
+    state
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_form_is_a_combination_of_others() {
+        let whole = |number: i64| BigRational::from_integer(number.into());
+        let form = |state: &[i64]| Linear { state: state.iter().map(|n| whole(*n)).collect(), ..Linear::default() };
+        let forms = [form(&[1, 0, 2]), form(&[0, 1, -1])];
+        assert_eq!(combination(&forms, &form(&[3, -2, 8]).state), Some(vec![whole(3), whole(-2)]));
+        assert_eq!(combination(&forms, &form(&[3, -2, 7]).state), None);
+        assert_eq!(combination(&forms, &[]), Some(vec![BigRational::zero(), BigRational::zero()]));
+    }
+}

@@ -1,0 +1,214 @@
+//! Every enclosed interval holds the truth: closed forms, other methods, and inputs made to break it.
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, Signed};
+
+use pars::interval::Interval;
+use pars::probability::chain::Chain;
+use pars::probability::estimated::estimated;
+use pars::probability::grid::gauss;
+use pars::probability::{Question, enclosed, exact};
+
+#[path = "probability/load.rs"]
+mod load;
+
+use load::load;
+
+fn try_enclose((chain, question): &(Chain, Question)) -> Result<Interval, String> {
+    enclosed::enclosed(chain, question, 1e-9).map(pars::probability::Enclosed::interval)
+}
+
+fn enclose(asked: &(Chain, Question)) -> Interval {
+    try_enclose(asked).expect("enclosed")
+}
+
+/// The waypoint with other numbers: noise of the motion, of the look, the gain, the start, the goal, the time.
+fn waypoint(motion: &str, look: &str, gain: &str, start: &str, tolerance: &str, time: &str) -> (Chain, Question) {
+    load(&format!(
+        "proc Env_r = (Delay_{{1/5}} # Odo_r # At_r) ; (Ran_{{Normal(0, sd: {motion})}}<e> | In_v<u>) ; Env_{{r+(u+e)/5}}
+proc Odo_r = Ran_{{Normal(0, sd: {look})}}<w> ; Out_{{p,r+w}} ; Odo_r
+proc Go_g  = In_p<m> ; Gtr_{{|m-g|,{tolerance}}} ; Out_{{v,({gain})*(g-m)}} ; Go_g
+system Sys = Env_{{{start}}} | (Go_10 ; Done)
+prove probability of Sys reaching Done within {time}"
+    ))
+}
+
+/// Holds what a simulation says, which errs in one of a hundred.
+fn agrees(asked: &(Chain, Question), found: Interval, runs: u64) {
+    let estimate = estimated(&asked.0, &asked.1, runs, 11).expect("runs");
+    let slack = (estimate.high - estimate.low) / 2.0;
+    assert!(found.low <= estimate.high + slack && found.high >= estimate.low - slack, "{estimate:?} {found:?}");
+    assert!(found.width() < 1e-5, "{found:?}");
+}
+
+#[test]
+fn gains_of_every_size_and_sign() {
+    // 1/2 is the waypoint; 5 gives 0 at once, from 10 on the position swings ever further, below 0 it runs away.
+    for gain in ["1/10", "1/2", "5", "9", "10", "21/2", "12", "-1/10", "-1"] {
+        let asked = waypoint("1/2", "1/10", gain, "9", "1/10", "4");
+        match try_enclose(&asked) {
+            Ok(found) => agrees(&asked, found, 4_000),
+            Err(reason) => assert!(reason.contains("reach too far") || reason.contains("too much"), "{gain}: {reason}"),
+        }
+    }
+}
+
+#[test]
+fn at_the_goal_and_with_no_round() {
+    // P(|w| <= 1/10) for a standard deviation of 1/10.
+    let inside = 0.682_689_492_137_085_9;
+    let now = enclose(&waypoint("1/2", "1/10", "1/2", "10", "1/10", "0"));
+    assert!(now.holds(inside) && now.width() < 1e-13, "{now:?}");
+    // Spreads far below and above everything else.
+    for (spread, width) in [("1/10^160", "1/10^160"), ("1/10^9", "1/10^9"), ("10^9", "10^9"), ("10^150", "10^150")] {
+        let now = enclose(&waypoint("1/2", spread, "1/2", "10", width, "0"));
+        assert!(now.holds(inside) && now.width() < 1e-13, "{spread}: {now:?}");
+    }
+    // A look without noise, and motion without noise: certain.
+    let still = enclose(&waypoint("0", "0", "1/2", "10", "1/10", "5"));
+    assert_eq!(still, Interval::exactly(1.0));
+    // Nothing in the look: the guard cuts the position itself.
+    let clear = waypoint("1/2", "0", "1/2", "9", "1/10", "3");
+    agrees(&clear, enclose(&clear), 4_000);
+    // Nothing in the motion but what the looks make of it: position and next position fix the look, which is refused.
+    let reason = try_enclose(&waypoint("0", "1/10", "1/2", "9", "1/10", "3")).expect_err("no noise of its own");
+    assert!(reason.contains("certain once the next state is known"), "{reason}");
+}
+
+#[test]
+fn spreads_of_every_size() {
+    for (motion, look) in
+        [("1/100", "1/10"), ("1/2", "1/100"), ("5", "1/10"), ("1/2", "2"), ("1/10^6", "1/10"), ("1/2", "1/10^7")]
+    {
+        let asked = waypoint(motion, look, "1/2", "9", "1/10", "3");
+        match try_enclose(&asked) {
+            Ok(found) => agrees(&asked, found, 4_000),
+            Err(reason) => {
+                assert!(reason.contains("reach too far") || reason.contains("too much"), "{motion} {look}: {reason}")
+            }
+        }
+    }
+}
+
+/// One draw each round, added; success where a sum exceeds a level. Reached at the end of the first round alone, the
+/// chance is that of one draw.
+fn sums(draw: &str, level: &str, time: &str) -> (Chain, Question) {
+    load(&format!(
+        "proc Env_r = (Delay_1 # At_r) ; (Ran_{{{draw}}}<e> | In_v<u>) ; Env_{{r+u+e}}
+proc Go = Out_{{v,0}} ; Go
+system Sys = Env_0 | Go
+prove probability of Sys reaching At_p where p > {level} within {time}"
+    ))
+}
+
+#[test]
+fn chances_near_nothing_and_near_certainty() {
+    // 1 - Φ(7.034483825307) = 1e-12: one sum, by the normal distribution in 40 digits elsewhere.
+    let rare = enclose(&sums("Normal(0, sd: 1)", "7.034483825307", "1"));
+    assert!(rare.low < 1.000_001e-12 && rare.high > 0.999_999e-12 && rare.width() < 1e-15, "{rare:?}");
+    let sure = enclose(&load(
+        "proc Env_r = (Delay_1 # At_r) ; (Ran_{Normal(0, sd: 1)}<e> | In_v<u>) ; Env_{r+u+e}
+proc Go = Out_{v,0} ; Go
+system Sys = Env_0 | Go
+prove probability of Sys showing At_p where p > -7.034483825307 at 1",
+    ));
+    assert!(sure.holds(1.0 - 1e-12) && sure.width() < 1e-13, "{sure:?}");
+    // Two draws, the first alone or the sum: P = 1 - P(x <= a, x + y <= a), here at a = 0: 1 - 3/8.
+    let two = enclose(&sums("Normal(0, sd: 1)", "1/1000000000000", "2"));
+    assert!(two.low < 0.625 + 1e-9 && two.high > 0.625 - 1e-9 && two.width() < 1e-7, "{two:?}");
+}
+
+#[test]
+fn equal_and_unequal_parts_of_a_mixture() {
+    let one = enclose(&sums("Normal(0, sd: 1)", "2", "6"));
+    let parts = enclose(&sums("Mix(1/3: Normal(0, sd: 1), 2/3: Normal(0, sd: 1))", "2", "6"));
+    assert!(one.low <= parts.high && parts.low <= one.high, "{one:?} {parts:?}");
+    let asked = sums("Mix(9/10: Normal(0, sd: 1), 1/10: Normal(-3, sd: 1/10))", "2", "6");
+    agrees(&asked, enclose(&asked), 4_000);
+}
+
+#[test]
+fn what_is_not_a_sum_of_normal_numbers_is_refused() {
+    for draw in ["Uniform(0, 1)", "Exp(rate: 2)"] {
+        assert!(try_enclose(&sums(draw, "2", "6")).is_err());
+    }
+}
+
+#[test]
+fn what_is_shown_on_one_way_alone() {
+    let asked = load(
+        "proc Env_r = (Ran_{Normal(0, sd: 1)}<e> | In_v<u>) ; (Gtr_{e,1} ; (Delay_1 # At_r) | Lte_{e,1} ; Delay_1) ; Env_{r+e}
+proc Go = Out_{v,0} ; Go
+system Sys = Env_0 | Go
+prove probability of Sys reaching At_p where p >= 0 within 3",
+    );
+    if let Ok(found) = try_enclose(&asked) {
+        agrees(&asked, found, 4_000);
+    }
+}
+
+#[test]
+fn what_happens_before_the_first_round_takes_its_time() {
+    let asked = load(
+        "proc Start = Ran_{Normal(0, sd: 1)}<x> ; (Gtr_{x,0} ; Delay_100 ; Done | Lte_{x,0} ; Env_0)
+proc Env_r = (Delay_1 # At_r) ; (Ran_{Normal(0, sd: 1)}<e> | In_v<u>) ; Env_{r+u+e}
+proc Go = Out_{v,0} ; Go
+system Sys = Start | Go
+prove probability of Sys reaching Done within 10",
+    );
+    if let Ok(found) = try_enclose(&asked) {
+        agrees(&asked, found, 4_000);
+    }
+}
+
+#[test]
+fn both_methods_agree_at_a_time() {
+    // At a time nothing is cut: the exact method knows the chance too.
+    for (mean, sd, time) in [("1", "1/50", "10"), ("0", "1", "30"), ("-1/7", "3", "5")] {
+        let asked = load(&format!(
+            "proc Env_r = (Delay_1 # At_r) ; (Ran_{{Normal({mean}, sd: {sd})}}<e> | In_v<u>) ; Env_{{r+u+e}}
+proc Go = Out_{{v,0}} ; Go
+system Sys = Env_0 | Go
+prove probability of Sys showing At_p where |p-10| <= 3/10 at {time}"
+        ));
+        let (other, found) = (exact::exact(&asked.0, &asked.1).expect("exact").chance, enclose(&asked));
+        assert!(found.low <= other.low && other.high <= found.high && found.width() < 1e-8, "{found:?} {other:?}");
+    }
+}
+
+/// The value of Legendre's polynomial at a rational, and of the one below it.
+fn legendre(degree: i64, place: &BigRational) -> (BigRational, BigRational) {
+    let (mut before, mut now) = (BigRational::one(), place.clone());
+    let whole = |number: i64| BigRational::from_integer(BigInt::from(number));
+    for degree in 2..=degree {
+        let next = (whole(2 * degree - 1) * place * &now - whole(degree - 1) * &before) / whole(degree);
+        (before, now) = (now, next);
+    }
+    (now, before)
+}
+
+#[test]
+fn the_points_of_the_rule_are_roots_and_the_weights_fit() {
+    let rule = gauss();
+    let exact = |number: f64| BigRational::from_float(number).expect("finite");
+    let count = i64::try_from(rule.len()).expect("few");
+    for (place, weight) in rule {
+        let (low, high) = (exact(place - 4e-16), exact(place + 4e-16));
+        let (left, right) = (legendre(count, &low).0, legendre(count, &high).0);
+        assert!((left * right).is_negative(), "no root near {place}");
+        // One step of Newton's method from there, without rounding; then w = 2 (1 - x²) / (n P_(n-1)(x))².
+        let (here, before) = legendre(count, &exact(place));
+        let one = BigRational::one();
+        let degree = BigRational::from_integer(count.into());
+        let slope = &degree * (exact(place) * &here - before) / (exact(place) * exact(place) - &one);
+        let root = exact(place) - here / slope;
+        let factor = degree * legendre(count, &root).1;
+        let wanted = BigRational::from_integer(2.into()) * (&one - &root * &root) / (&factor * &factor);
+        let off = (exact(weight) - &wanted) / wanted;
+        // Within what the bound on the kernel allows.
+        assert!(off.abs() < exact(3.9e-13), "{place}");
+    }
+    let total: BigRational = rule.iter().map(|(_, weight)| exact(*weight)).sum();
+    assert!((total - BigRational::from_integer(2.into())).abs() < exact(1e-14));
+}
