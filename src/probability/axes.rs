@@ -168,11 +168,14 @@ fn settled(chain: &Chain, question: &Question, phase: usize) -> Option<bool> {
     moves.iter().all(nothing).then_some(false)
 }
 
+/// A weight, and a mean and a variance for each draw.
+pub type Combination = (BigRational, Vec<(BigRational, BigRational)>);
+
 /// Each combination of the normal parts of what a move draws: its weight, and means and variances.
 ///
 /// # Errors
 /// Where something else is drawn, or there are too many.
-pub fn combinations(one: &Move) -> Result<Vec<(BigRational, Vec<(BigRational, BigRational)>)>, String> {
+pub fn combinations(one: &Move) -> Result<Vec<Combination>, String> {
     let mut parts = vec![(BigRational::one(), Vec::new())];
     for draw in &one.draws {
         let normals = draw.normals().ok_or("what is drawn is neither normal nor a mixture of normals")?;

@@ -38,6 +38,9 @@ struct Parts {
     asked: Vec<Patch>,
 }
 
+/// Whether guards share noise, and the variances of the parts of what they may share.
+type Shared = (bool, Option<Vec<BigRational>>);
+
 const SHARED: &str = "the guards of a round share noise in different ways";
 
 /// Which axis a draw belongs to, and the random numbers that decide on each axis.
@@ -194,7 +197,7 @@ impl Draft<'_> {
     }
 
     /// For each axis, whether guards share noise, and what early noise adds to the variance of the state.
-    pub(super) fn leads(&self) -> Result<[(bool, Option<Vec<BigRational>>); AXES], String> {
+    pub(super) fn leads(&self) -> Result<[Shared; AXES], String> {
         let Some(Parts { next, bases, .. }) = self.parts()? else { return Ok(Default::default()) };
         let lead = |axis: usize| {
             let forms: Vec<&Form> = bases[axis].iter().chain(&next[axis]).collect();

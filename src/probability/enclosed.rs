@@ -80,13 +80,16 @@ fn entered_apart(mut plan: Plan) -> Plan {
     plan
 }
 
+/// A range of points on each axis.
+type Active = [(usize, usize); AXES];
+
 struct Machine {
     phases: Vec<Vec<FastWay>>,
     entries: Vec<FastEntry>,
     /// By phase and axis.
     grids: Vec<[Grid; AXES]>,
     /// The points of each grid that are looked at in each round.
-    active: Vec<Vec<Option<[(usize, usize); AXES]>>>,
+    active: Vec<Vec<Option<Active>>>,
     operators: Vec<Operator>,
     /// The operators of each onward patch, by phase, way and patch.
     onward: Vec<Vec<Vec<[usize; AXES]>>>,

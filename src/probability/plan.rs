@@ -15,6 +15,7 @@ use crate::distribution::standard;
 use crate::interval::{Interval, normal_between};
 
 /// What decides a way on one axis.
+#[allow(clippy::large_enum_variant)] // There are few of them, and most are of the large kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Decider {
     /// Nothing.
