@@ -1,28 +1,36 @@
 //! The run of a closed system as time goes on, until it repeats; and whether it can be what a property asks for, with
 //! any durations at all. A property is refuted where it cannot: a match that was not found refutes nothing.
 
+mod asking;
 mod fit;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use num_rational::BigRational;
+use num_traits::ToPrimitive;
 
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::model::{Action, Model, Patience, State};
 use crate::name::Name;
-use crate::recurrence::{Closed, Goal, Piece, Reach, first};
+use crate::period::{Segment, Test};
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Relation, Value};
+use crate::verify::Outcome;
+use crate::verify::property::Wanted;
 use crate::verify::trajectory::{Leg, Rounds};
 use crate::verify::unit::Unit;
 
 pub use fit::{Misfit, misfit};
 
+use asking::Asking;
+
 /// Stretches of time between two changes after which a run is followed no further.
 const MOST_STRETCHES: usize = 2_000;
 /// Internal steps in one instant after which it is followed no further.
 const MOST_STEPS: usize = 2_000;
+/// Rounds of a leg that are looked at one by one.
+const MOST_ROUNDS: i64 = 300;
 /// The longest term of a run, in operators.
 const MOST_TERM: usize = 5_000;
 /// Bits of a number at which it is followed no further.
@@ -98,13 +106,30 @@ impl Lasso {
         lasso
     }
 
-    /// Where the run is not known to its end, what its last leg can show, if that goes on for ever.
-    pub fn with_last_leg(mut self, legs: &[Leg], wanted: &BTreeSet<Term>, values: &BTreeMap<Name, Value>) -> Lasso {
-        let sure = legs.iter().all(|leg| leg.conditions.is_empty());
-        let Some(leg) = legs.last().filter(|leg| sure && matches!(leg.rounds, Rounds::Forever(_))) else { return self };
-        if self.after == After::Unknown
-            && let Some(shown) = last_shown(leg, wanted, values)
-        {
+    /// Where the run is not known to its end, what its last leg can show, if that goes on for ever, or a turn that
+    /// moves on inside an interval.
+    pub fn with_last_legs(mut self, outcome: &Outcome, wanted: &Wanted, values: &BTreeMap<Name, Value>) -> Lasso {
+        let legs = &outcome.legs;
+        if self.after != After::Unknown || !legs.iter().all(|leg| leg.conditions.is_empty()) {
+            return self;
+        }
+        let mut known = Assumptions::default();
+        let last = match (&outcome.orbit, legs.split_last()) {
+            (Some((start, orbit)), _) => {
+                for moving in &orbit.moving {
+                    let symbol = Value::variable(&moving.symbol);
+                    known.assume(Relation::Gte, &symbol, &moving.between.0);
+                    known.assume(Relation::Lte, &symbol, &moving.between.1);
+                }
+                legs.get(*start..).unwrap_or_default()
+            }
+            (None, Some((leg, _))) if matches!(leg.rounds, Rounds::Forever(_)) => std::slice::from_ref(leg),
+            _ => return self,
+        };
+        let tests: Vec<Test> = wanted.wants.iter().flat_map(|want| want.tests.iter().cloned()).collect();
+        let shown = wanted.wants.iter().flat_map(|want| &want.shown);
+        let asking: Option<Vec<Asking>> = shown.map(|term| Asking::of(term, &tests, values)).collect();
+        if let Some(shown) = asking.and_then(|asking| last_shown(last, &asking, values, &known)) {
             self.after = After::Round(vec![Stretch { duration: BigRational::from_integer(1.into()), shown }]);
         }
         self
@@ -141,7 +166,7 @@ fn calm(model: &Model<'_>, mut state: State) -> Calm {
 fn stretch(model: &Model<'_>, state: &State) -> Option<(Stretch, bool, State)> {
     let moves = state.moves().ok()?;
     let shown: BTreeSet<Sight> = state.observations().into_iter().map(|(name, values)| (name, Some(values))).collect();
-    let large = |value: &Value| value.as_rational().is_none_or(|number| number.numer().bits() > MOST_BITS);
+    let large = |value: &Value| value.as_rational().is_some_and(|number| number.numer().bits() > MOST_BITS);
     let sight = |sight: &Sight| sight.1.iter().flatten().any(large);
     if shown.iter().any(sight) || state.term().size() > MOST_TERM {
         return None;
@@ -159,42 +184,38 @@ fn stretch(model: &Model<'_>, state: &State) -> Option<(Stretch, bool, State)> {
     }
 }
 
-/// All that a leg may show that is wanted, in any of its rounds.
-fn last_shown(leg: &Leg, wanted: &BTreeSet<Term>, values: &BTreeMap<Name, Value>) -> Option<BTreeSet<Sight>> {
+/// The segments of all rounds, where there are few.
+fn each_round(unit: &Unit, count: Option<&Value>) -> Option<Vec<Segment>> {
+    let count = count?.as_rational()?.to_integer().to_i64().filter(|count| *count <= MOST_ROUNDS)?;
+    let rounds: Option<Vec<Vec<Segment>>> = (0..count).map(|number| unit.round(&Value::integer(number)).ok()).collect();
+    Some(rounds?.into_iter().flatten().collect())
+}
+
+/// All that legs may show that is wanted, in any of their rounds.
+fn last_shown(
+    legs: &[Leg],
+    wanted: &[Asking],
+    values: &BTreeMap<Name, Value>,
+    known: &Assumptions,
+) -> Option<BTreeSet<Sight>> {
     let mut shown = BTreeSet::new();
-    for unit in &leg.units {
+    for unit in legs.iter().flat_map(|leg| &leg.units) {
         let (segments, index) = match unit {
-            Unit::Single(segment) => (std::slice::from_ref(segment), None),
-            Unit::Repeat { segments, index, .. } => (segments.as_slice(), Some(index)),
+            Unit::Single(segment) => (vec![segment.clone()], None),
+            Unit::Repeat { segments, index, count } => match each_round(unit, count.as_ref()) {
+                Some(all) => (all, None),
+                None => (segments.clone(), Some(index)),
+            },
         };
         for term in segments.iter().flat_map(|segment| &segment.observed) {
             let Node::Observe(name, own) = term.node() else { return None };
             let own: Vec<Value> = own.iter().map(|value| value.substitute(values).ok()).collect::<Option<_>>()?;
-            let varies = index.is_some_and(|index| own.iter().any(|value| value.mentions(index)));
-            if !varies {
+            if own.iter().all(|value| value.variables().is_empty()) {
                 shown.insert((name.clone(), Some(own)));
-            } else if wanted.iter().any(|wanted| may_be(name, &own, wanted, index)) {
+            } else if wanted.iter().any(|asking| asking.may_become(name, &own, index, known)) {
                 shown.insert((name.clone(), None));
             }
         }
     }
     Some(shown)
-}
-
-/// Whether an observer whose values change from round to round may at some time be the one that is wanted.
-fn may_be(name: &Name, own: &[Value], wanted: &Term, index: Option<&Name>) -> bool {
-    let (Node::Observe(other, asked), Some(index)) = (wanted.node(), index) else { return true };
-    if name != other || own.len() != asked.len() {
-        return false;
-    }
-    let never = |(own, asked): (&Value, &Value)| {
-        if own.as_rational().is_none() && !own.mentions(index) || asked.as_rational().is_none() {
-            return false;
-        }
-        let pieces = vec![Piece { from: Value::zero(), until: None, form: own.clone() }];
-        let goal = Goal::Equals(asked.clone());
-        let closed = Closed { variable: name.clone(), pieces, conditions: Vec::new() };
-        matches!(first(&closed, index, &goal, &Assumptions::default()), Reach::Never(_))
-    };
-    !own.iter().zip(asked).any(never)
 }

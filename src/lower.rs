@@ -12,6 +12,7 @@ mod direction;
 mod exercise;
 mod flow;
 mod graph;
+mod network;
 mod process;
 mod scope;
 mod shape;
@@ -31,12 +32,13 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::law::{Condition, Connective, Law, Laws};
 use crate::name::Name;
 use crate::preorder::Preorder;
-use crate::term::{Node, Term};
+use crate::term::Term;
 use crate::value::{Relation, Value};
 
 pub use criteria::{Ask, Criteria, Criterion, Goal};
 pub use declare::Batch;
 pub use flow::Flow;
+pub use network::{Property, System};
 pub use solve::Question;
 pub use sweep::{MOST_POINTS, Sweep};
 
@@ -123,43 +125,6 @@ pub enum Class {
     Number,
     /// A distribution.
     Distribution,
-}
-
-/// `system Sys = P | Q`
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct System {
-    /// Its name.
-    pub name: Name,
-    /// Its components as written, in order; none if its definition has errors.
-    pub components: Vec<Term>,
-}
-
-impl System {
-    /// The components in parallel, with every port that two of them share made private.
-    pub fn term(&self, definitions: &Definitions) -> Term {
-        let mut seen = BTreeSet::new();
-        let mut shared = BTreeSet::new();
-        for component in &self.components {
-            for port in graph::ports(component, definitions) {
-                if !seen.insert(port.clone()) {
-                    shared.insert(port);
-                }
-            }
-        }
-        let whole = Term::par(self.components.iter().cloned());
-        shared.into_iter().rev().fold(whole, |body, port| Term::new(Node::New(port, body)))
-    }
-}
-
-/// `property Goal = P`: may call itself by its name; its unknowns are the values `?t`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Property {
-    /// Its name.
-    pub name: Name,
-    /// What it says; nothing if its definition has errors.
-    pub body: Option<Term>,
-    /// `where P(x <= d) >= q`: the latest time, and how likely it must be.
-    pub within: Option<(Value, Relation, Value)>,
 }
 
 /// What a name of a value stands for.

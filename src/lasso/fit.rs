@@ -9,8 +9,9 @@ use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive};
 
-use super::{After, Lasso, Sight, Stretch};
+use super::{After, Asking, Lasso, Sight, Stretch};
 use crate::name::Name;
+use crate::period::Test;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 use crate::verify::property::{Length, Want, Wanted};
@@ -39,7 +40,7 @@ struct Asked {
     least: u64,
     most: Option<u64>,
     endless: bool,
-    shown: Vec<Sight>,
+    shown: Vec<Asking>,
     text: String,
 }
 
@@ -53,9 +54,11 @@ pub fn misfit(lasso: &Lasso, wanted: &Wanted, values: &BTreeMap<Name, Value>) ->
         _ => &[],
     };
     let durations = lasso.stretches.iter().chain(round).map(|stretch| stretch.duration.clone());
-    let given = wanted.wants.iter().flat_map(|want| given(want, values));
+    let tests: Vec<Test> = wanted.wants.iter().flat_map(|want| want.tests.iter().cloned()).collect();
+    let given = wanted.wants.iter().flat_map(|want| given(want, &tests, values));
     let tick = durations.chain(given).filter(|time| time.is_positive()).reduce(common)?;
-    let asked: Vec<Asked> = wanted.wants.iter().map(|want| asked(want, values, &tick)).collect::<Option<_>>()?;
+    let asked: Vec<Asked> =
+        wanted.wants.iter().map(|want| asked(want, &tests, values, &tick)).collect::<Option<_>>()?;
     let first = cells(&lasso.stretches, &tick)?;
     let again = cells(round, &tick)?;
     let search = Search { asked: &asked, again: wanted.again, tick: &tick };
@@ -73,19 +76,19 @@ fn number(value: &Value, values: &BTreeMap<Name, Value>) -> Option<BigRational> 
 }
 
 /// The numbers that durations are compared with.
-fn given(want: &Want, values: &BTreeMap<Name, Value>) -> Vec<BigRational> {
+fn given(want: &Want, tests: &[Test], values: &BTreeMap<Name, Value>) -> Vec<BigRational> {
     let length = match &want.length {
         Length::Known(value) => number(value, values),
         _ => None,
     };
-    length.into_iter().chain(bounds(want, values).into_iter().map(|(_, bound)| bound)).collect()
+    length.into_iter().chain(bounds(want, tests, values).into_iter().map(|(_, bound)| bound)).collect()
 }
 
 /// The conditions on the duration of a segment alone. Others are passed over: nothing is refuted by them.
-fn bounds(want: &Want, values: &BTreeMap<Name, Value>) -> Vec<(Relation, BigRational)> {
+fn bounds(want: &Want, tests: &[Test], values: &BTreeMap<Name, Value>) -> Vec<(Relation, BigRational)> {
     let Length::Unknown(own) = &want.length else { return Vec::new() };
     let own = Value::variable(own);
-    want.tests
+    tests
         .iter()
         .filter_map(|test| match (test.left == own, test.right == own) {
             (true, false) => Some((test.relation, number(&test.right, values)?)),
@@ -95,7 +98,7 @@ fn bounds(want: &Want, values: &BTreeMap<Name, Value>) -> Vec<(Relation, BigRati
         .collect()
 }
 
-fn asked(want: &Want, values: &BTreeMap<Name, Value>, tick: &BigRational) -> Option<Asked> {
+fn asked(want: &Want, tests: &[Test], values: &BTreeMap<Name, Value>, tick: &BigRational) -> Option<Asked> {
     let ticks = |time: &BigRational| (time / tick).to_integer().to_u64().filter(|ticks| *ticks <= MOST_TICKS);
     let mut asked = Asked { least: 0, most: None, endless: false, shown: Vec::new(), text: String::new() };
     match &want.length {
@@ -107,7 +110,7 @@ fn asked(want: &Want, values: &BTreeMap<Name, Value>, tick: &BigRational) -> Opt
             asked.most = Some(asked.least);
         }
     }
-    for (relation, bound) in bounds(want, values) {
+    for (relation, bound) in bounds(want, tests, values) {
         if bound.is_negative() {
             return None;
         }
@@ -120,19 +123,11 @@ fn asked(want: &Want, values: &BTreeMap<Name, Value>, tick: &BigRational) -> Opt
         }
     }
     for term in &want.shown {
-        asked.shown.push(sight(term, values)?);
+        asked.shown.push(Asking::of(term, tests, values)?);
     }
     let names: Vec<String> = want.shown.iter().map(Term::to_string).collect();
     asked.text = names.join(" with ");
     Some(asked)
-}
-
-/// What is asked to be shown; an unknown among its values may be any.
-fn sight(term: &Term, values: &BTreeMap<Name, Value>) -> Option<Sight> {
-    let Node::Observe(name, own) = term.node() else { return None };
-    let own: Vec<Value> = own.iter().map(|value| value.substitute(values).ok()).collect::<Option<_>>()?;
-    let known = own.iter().all(|value| value.variables().is_empty());
-    Some((name.clone(), known.then_some(own)))
 }
 
 /// One entry for each tick.
@@ -286,9 +281,6 @@ impl Search<'_> {
 
 impl Asked {
     fn is_shown(&self, cell: &BTreeSet<Sight>) -> bool {
-        self.shown.iter().all(|(name, wanted)| {
-            cell.iter()
-                .any(|(other, values)| other == name && (wanted.is_none() || values.is_none() || wanted == values))
-        })
+        self.shown.iter().all(|asking| cell.iter().any(|(name, values)| asking.may_be(name, values.as_deref())))
     }
 }

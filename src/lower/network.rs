@@ -1,0 +1,45 @@
+//! Systems and properties, as they are declared.
+
+use std::collections::BTreeSet;
+
+use crate::definition::Definitions;
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// `system Sys = P | Q`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct System {
+    /// Its name.
+    pub name: Name,
+    /// Its components as written, in order; none if its definition has errors.
+    pub components: Vec<Term>,
+}
+
+impl System {
+    /// The components in parallel, with every port that two of them share made private.
+    pub fn term(&self, definitions: &Definitions) -> Term {
+        let mut seen = BTreeSet::new();
+        let mut shared = BTreeSet::new();
+        for component in &self.components {
+            for port in super::graph::ports(component, definitions) {
+                if !seen.insert(port.clone()) {
+                    shared.insert(port);
+                }
+            }
+        }
+        let whole = Term::par(self.components.iter().cloned());
+        shared.into_iter().rev().fold(whole, |body, port| Term::new(Node::New(port, body)))
+    }
+}
+
+/// `property Goal = P`: may call itself by its name; its unknowns are the values `?t`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Property {
+    /// Its name.
+    pub name: Name,
+    /// What it says; nothing if its definition has errors.
+    pub body: Option<Term>,
+    /// `where P(x <= d) >= q`: the latest time, and how likely it must be.
+    pub within: Option<(Value, Relation, Value)>,
+}
