@@ -80,7 +80,7 @@ impl Lowerer<'_> {
 
     fn wrong<T>(&mut self, span: Span, text: impl Into<String>) -> Option<T> {
         self.fail(
-            Diagnostic::error("P0321", text)
+            Diagnostic::error("P0325", text)
                 .label(span, "here")
                 .help("write the next term and the first values: `solve r(n+1) = 2*r(n) + 3, r(0) = 1`"),
         )
