@@ -27,6 +27,10 @@ type Wanted<'a> = (Relation, &'a Value, &'a Value);
 pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions) -> Reach {
     let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
     let mut reason = None;
+    // Of the terms nothing is known here but that they are numbers.
+    if Assumptions::default().decide(wanted.0, wanted.1, wanted.2) == Some(false) {
+        return Reach::Never("no numbers at all compare so".to_string());
+    }
     if let Some(solved) = solved.filter(|_| recurrence.from >= 0) {
         match exactly(solved, wanted, known) {
             Some(Reach::Unknown(why)) => reason = Some(why),
