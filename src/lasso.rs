@@ -68,13 +68,15 @@ pub struct Lasso {
     pub stretches: Vec<Stretch>,
     /// And then.
     pub after: After,
+    /// Whether the run was not followed to its end, and what comes after is all that it may show from then on.
+    pub bounded: bool,
 }
 
 impl Lasso {
     /// The run of a closed system in which the first of several internal steps is taken.
     pub fn of(system: &Term, definitions: &Definitions) -> Lasso {
         let model = Model::new(definitions);
-        let mut lasso = Lasso { stretches: Vec::new(), after: After::Unknown };
+        let mut lasso = Lasso { stretches: Vec::new(), after: After::Unknown, bounded: false };
         let Ok(mut state) = model.state(system) else { return lasso };
         let mut seen: HashMap<State, usize> = HashMap::new();
         while lasso.stretches.len() < MOST_STRETCHES {
@@ -106,30 +108,32 @@ impl Lasso {
         lasso
     }
 
-    /// Where the run is not known to its end, what its last leg can show, if that goes on for ever, or a turn that
-    /// moves on inside an interval.
+    /// Where the run is not known to its end, all that its legs can show, if the last of them goes on for ever, or they
+    /// come to a turn that moves on inside an interval. In which leg the run was left is not known.
     pub fn with_last_legs(mut self, outcome: &Outcome, wanted: &Wanted, values: &BTreeMap<Name, Value>) -> Lasso {
         let legs = &outcome.legs;
-        if self.after != After::Unknown || !legs.iter().all(|leg| leg.conditions.is_empty()) {
+        let whole = |leg: &Leg| leg.conditions.is_empty() && !leg.units.is_empty();
+        if self.after != After::Unknown || !legs.iter().all(whole) {
             return self;
         }
         let mut known = Assumptions::default();
-        let last = match (&outcome.orbit, legs.split_last()) {
-            (Some((start, orbit)), _) => {
+        match (&outcome.orbit, legs.last()) {
+            (Some((_, orbit)), _) => {
                 for moving in &orbit.moving {
                     let symbol = Value::variable(&moving.symbol);
                     known.assume(Relation::Gte, &symbol, &moving.between.0);
                     known.assume(Relation::Lte, &symbol, &moving.between.1);
                 }
-                legs.get(*start..).unwrap_or_default()
             }
-            (None, Some((leg, _))) if matches!(leg.rounds, Rounds::Forever(_)) => std::slice::from_ref(leg),
+            (None, Some(leg)) if matches!(leg.rounds, Rounds::Forever(_)) => {}
             _ => return self,
-        };
+        }
         let tests: Vec<Test> = wanted.wants.iter().flat_map(|want| want.tests.iter().cloned()).collect();
         let shown = wanted.wants.iter().flat_map(|want| &want.shown);
         let asking: Option<Vec<Asking>> = shown.map(|term| Asking::of(term, &tests, values)).collect();
-        if let Some(shown) = asking.and_then(|asking| last_shown(last, &asking, values, &known)) {
+        let units = || outcome.opening.iter().chain(legs.iter().flat_map(|leg| &leg.units));
+        if let Some(shown) = asking.and_then(|asking| ever_shown(units(), &asking, values, &known)) {
+            self.bounded = true;
             self.after = After::Round(vec![Stretch { duration: BigRational::from_integer(1.into()), shown }]);
         }
         self
@@ -191,15 +195,15 @@ fn each_round(unit: &Unit, count: Option<&Value>) -> Option<Vec<Segment>> {
     Some(rounds?.into_iter().flatten().collect())
 }
 
-/// All that legs may show that is wanted, in any of their rounds.
-fn last_shown(
-    legs: &[Leg],
+/// All that stretches may show that is wanted, in any of their rounds.
+fn ever_shown<'a>(
+    units: impl Iterator<Item = &'a Unit>,
     wanted: &[Asking],
     values: &BTreeMap<Name, Value>,
     known: &Assumptions,
 ) -> Option<BTreeSet<Sight>> {
     let mut shown = BTreeSet::new();
-    for unit in legs.iter().flat_map(|leg| &leg.units) {
+    for unit in units {
         let (segments, index) = match unit {
             Unit::Single(segment) => (vec![segment.clone()], None),
             Unit::Repeat { segments, index, count } => match each_round(unit, count.as_ref()) {

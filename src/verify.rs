@@ -50,6 +50,8 @@ pub struct Outcome {
     pub values: BTreeMap<Name, Value>,
     /// The same in later rounds.
     pub steady: BTreeMap<Name, Value>,
+    /// What passes before the legs.
+    pub opening: Vec<Unit>,
     /// The stretches of the run.
     pub legs: Vec<Leg>,
     /// What moves on from turn to turn, with the number of the leg at which the turns begin.
@@ -74,6 +76,7 @@ impl Outcome {
             verdict,
             values: BTreeMap::new(),
             steady: BTreeMap::new(),
+            opening: Vec::new(),
             legs: Vec::new(),
             orbit: None,
             trajectory_term: None,

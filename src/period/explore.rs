@@ -156,6 +156,7 @@ impl Explorer<'_> {
                 Some(other) => match assumptions.decide(Relation::Lte, other, delay) {
                     Some(true) => Some(other),
                     Some(false) => Some(delay),
+                    None if assumptions.decide(Relation::Lte, delay, other) == Some(true) => Some(delay),
                     None => {
                         let who = |delay: &Value| {
                             let holds = |run: &Run| {

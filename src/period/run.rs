@@ -194,10 +194,7 @@ impl Settler<'_> {
         match run {
             Run::Done(carried) => Ok(Run::Done(restrict(&carried, wanted))),
             Run::Aborted | Run::Wait(..) => Ok(run),
-            Run::Delay(left) if path.assumptions.decide(Relation::Eq, &left, &Value::zero()) == Some(true) => {
-                Ok(Run::Done(Env::new()))
-            }
-            Run::Delay(_) => Ok(run),
+            Run::Delay(left) => self.left_of_delay(left, path),
             Run::Fresh(term, env) => self.start(&term, &env, wanted, path, depth),
             Run::Seq(first, rest, env, carried) => {
                 self.settle_sequence(*first, rest, (env, carried), wanted, path, depth)
@@ -366,6 +363,20 @@ impl Settler<'_> {
             }
             None => Halt::because(format!("it must be known whether {left} > 0")),
         }
+    }
+
+    /// What is left of a delay is not negative; it must be known whether there is something left.
+    fn left_of_delay(&self, left: Value, path: &Path) -> Result<Run, Halt> {
+        let zero = Value::zero();
+        let positive = match path.assumptions.decide(Relation::Gtr, &left, &zero) {
+            Some(positive) => positive,
+            None if path.assumptions.decide(Relation::Eq, &left, &zero) == Some(true) => false,
+            None if self.varies(&left) => {
+                self.ask(Test { relation: Relation::Gtr, left: left.clone(), right: zero }, &Env::new(), path)?
+            }
+            None => return Halt::because(format!("it must be known whether {left} = 0 or {left} > 0")),
+        };
+        Ok(if positive { Run::Delay(left) } else { Run::Done(Env::new()) })
     }
 
     /// The answer to a question, if the assumptions give it.

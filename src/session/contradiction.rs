@@ -50,7 +50,7 @@ pub(super) fn contradict(
         let chosen: Vec<String> = given.iter().map(|(name, value)| format!("{name} = {value}")).collect();
         found.trace.push(format!("take {}", chosen.join(", ")));
     }
-    found.trace.push(text(&misfit, &lasso.after));
+    found.trace.push(text(&misfit, &lasso));
     found.trace.push("the run:".to_string());
     let names: BTreeSet<Name> = shown.iter().filter_map(observer).collect();
     found.trace.extend(run_lines(&lasso.stretches, &names));
@@ -69,13 +69,16 @@ fn observer(term: &Term) -> Option<Name> {
     }
 }
 
-fn text(misfit: &Misfit, after: &After) -> String {
+fn text(misfit: &Misfit, lasso: &Lasso) -> String {
     let Misfit { time, asked, shown, repeats } = misfit;
+    if *repeats && lasso.bounded {
+        return format!("from time {time} on nothing that the run may show is what is asked, whatever the durations");
+    }
     if *repeats {
         return format!("from time {time} on the run repeats, and with no durations does what is asked go on for ever");
     }
     let shown = match shown {
-        None if *after == After::TimeStop => "time stops".to_string(),
+        None if lasso.after == After::TimeStop => "time stops".to_string(),
         None => "the run has ended".to_string(),
         Some(shown) if shown.is_empty() => "nothing is shown".to_string(),
         Some(shown) => format!("{} is shown", shown.join(" with ")),

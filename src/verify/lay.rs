@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::property::{Length, Want, Wanted};
-use super::seek::{has_unknowns, with_values};
+use super::seek::{has_unknowns, length_with, with_values};
 use super::trajectory::Trajectory;
 use super::unit::{Hit, Unit, shows, total};
 use crate::assumption::Assumptions;
@@ -99,6 +99,7 @@ impl Matcher<'_> {
             pending.extend(want.tests.iter().cloned());
             let mut want = want.clone();
             want.shown = with_values(&want.shown, &laid.values)?;
+            want.length = length_with(&want.length, &laid.values)?;
             match &want.length {
                 Length::Unknown(_) if want.shown.is_empty() && !last && free.is_none() => {
                     free = wants[place].free();
@@ -126,7 +127,10 @@ impl Matcher<'_> {
             }
             self.settle(&mut laid, &mut pending, trajectory)?;
         }
-        Ok(laid)
+        match pending.first() {
+            Some(test) => Err(Missed::Unsure(format!("the condition {test} is about what is found nowhere"))),
+            None => Ok(laid),
+        }
     }
 
     /// Passes these units under one segment of the property.
@@ -138,8 +142,11 @@ impl Matcher<'_> {
         shown: &[Term],
     ) -> Result<(), Missed> {
         let duration = self.durations(&units)?;
-        if let Some(name) = name {
-            laid.values.insert(name.clone(), duration.clone());
+        if let Some(name) = name
+            && let Some(other) = laid.values.insert(name.clone(), duration.clone())
+            && self.assumptions.decide(Relation::Eq, &other, &duration) != Some(true)
+        {
+            return Err(Missed::Unsure(format!("{name} was found twice, as {other} and as {duration}")));
         }
         if !duration.is_zero() {
             laid.property.push(stretch(&duration, shown));

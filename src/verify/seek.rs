@@ -7,7 +7,7 @@ use num_traits::ToPrimitive;
 
 use super::count::goal_of;
 use super::lay::{Laid, Matcher, Missed};
-use super::property::Want;
+use super::property::{Length, Want};
 use super::trajectory::Trajectory;
 use super::unit::{Unit, same_observer};
 use crate::name::Name;
@@ -33,6 +33,15 @@ enum Moment {
 /// Terms with what is known of the unknowns put in.
 pub(super) fn with_values(terms: &[Term], values: &Values) -> Result<Vec<Term>, ValueError> {
     terms.iter().map(|term| term.map_values(&mut |value| value.substitute(values))).collect()
+}
+
+/// A length with what is known of the unknowns put in.
+pub(super) fn length_with(length: &Length, values: &Values) -> Result<Length, ValueError> {
+    Ok(match length {
+        Length::Unknown(name) => values.get(name).map_or(length.clone(), |value| Length::Known(value.clone())),
+        Length::Known(time) => Length::Known(time.substitute(values)?),
+        Length::Endless => Length::Endless,
+    })
 }
 
 /// Whether terms have unknowns left.
