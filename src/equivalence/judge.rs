@@ -1,11 +1,13 @@
 //! Whether a formula holds of a state: decided on the behaviour alone, by one definition a line, sharing nothing with
 //! the algorithms that found the formula.
 
+mod worth;
+
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use num_rational::BigRational;
-use num_traits::{One, Zero};
+use num_traits::{One, Signed, Zero};
 
 use super::formula::{Formulas, Node, Place};
 use super::weak::shows;
@@ -19,6 +21,8 @@ const MOST: usize = 2_000_000;
 pub(super) enum Doubt {
     /// It takes too many states or questions.
     TooMuch,
+    /// A chance is known only up to some error, and that does not do.
+    Close,
     /// A state has no meaning.
     Trouble(Trouble),
 }
@@ -41,6 +45,7 @@ pub(super) struct Judge<'b, B: Behaviour> {
     marks: HashMap<u32, Rc<Mark>>,
     closures: HashMap<u32, Rc<Vec<u32>>>,
     known: HashMap<(Place, u32), bool>,
+    worths: HashMap<(Place, u32), BigRational>,
     asked: usize,
 }
 
@@ -60,6 +65,7 @@ impl<'b, B: Behaviour> Judge<'b, B> {
             marks: HashMap::new(),
             closures: HashMap::new(),
             known: HashMap::new(),
+            worths: HashMap::new(),
             asked: 0,
         }
     }
@@ -181,7 +187,7 @@ impl<'b, B: Behaviour> Judge<'b, B> {
     }
 
     fn ask(&mut self, formulas: &Formulas, place: Place, at: u32) -> Judged<Answer> {
-        let joins = matches!(formulas.node(place), Node::Chance(..) | Node::And(_) | Node::Or(_) | Node::Not(_));
+        let joins = matches!(formulas.node(place), Node::Chance(..) | Node::Best(..) | Node::And(_) | Node::Or(_) | Node::Not(_));
         if formulas.draws && !joins {
             let outcomes: Vec<u32> = self.outcomes(at)?.into_iter().map(|(_, to)| to).collect();
             if !outcomes.is_empty() {
@@ -209,8 +215,12 @@ impl<'b, B: Behaviour> Judge<'b, B> {
                 let some = matches!(formulas.node(place), Node::Some(..));
                 return Ok(self.any(targets.into_iter().map(|to| (*next, to)), some));
             }
+            Node::Best(part, least) => {
+                self.exact()?;
+                self.worth(formulas, *part, at)? >= *least
+            }
             Node::Chance(part, least) => match self.sum(*part, at)? {
-                Ok(chance) => chance >= *least,
+                Ok(chance) => self.at_least(&chance, least)?,
                 Err((place, state)) => return Ok(Answer::First(place, state)),
             },
             Node::Until(hold, label, next) => return self.until(*hold, label, *next, at),
@@ -227,6 +237,17 @@ impl<'b, B: Behaviour> Judge<'b, B> {
                 }
             }
         }
+    }
+
+    /// Whether the chance, which may be known only up to some error, is at least this.
+    fn at_least(&self, chance: &BigRational, least: &BigRational) -> Judged<bool> {
+        let error = (chance - least).abs();
+        let slack = self.behaviour.slack();
+        if !slack.is_zero() && error <= slack { Err(Doubt::Close) } else { Ok(chance >= least) }
+    }
+
+    fn exact(&self) -> Judged<()> {
+        if self.behaviour.slack().is_zero() { Ok(()) } else { Err(Doubt::Close) }
     }
 
     /// The outcomes of the draws that are due; none if none is.

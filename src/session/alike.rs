@@ -173,6 +173,10 @@ pub fn evidence_lines(evidence: &Evidence, name: &dyn Fn(usize, u32) -> String) 
             let told = evidence.formulas.text(*place, LONGEST);
             format!("the left side then satisfies {told} with chance {one}, the right side with chance {two}")
         }
+        Difference::Best(place, one, two) => {
+            let told = evidence.formulas.text(*place, LONGEST);
+            format!("the greatest chance of {told} is {one} on the left side, {two} on the right side")
+        }
         Difference::Looks(one, two) => format!("the left side is {one}, the right side is {two}"),
         Difference::Step(left, label) => {
             format!("the {} side can do {label}, the {} side cannot", side(*left), side(!left))

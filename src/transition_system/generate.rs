@@ -72,6 +72,11 @@ pub trait Behaviour {
 
     /// The bytes that a state takes, estimated from above.
     fn weight(&self, state: &Self::State) -> usize;
+
+    /// How far the chances of one instant, all together, may be from those that are said.
+    fn slack(&self) -> BigRational {
+        BigRational::zero()
+    }
 }
 
 impl Behaviour for TransitionSystem {
@@ -91,6 +96,10 @@ impl Behaviour for TransitionSystem {
 
     fn weight(&self, _: &u32) -> usize {
         4
+    }
+
+    fn slack(&self) -> BigRational {
+        self.slack.clone()
     }
 }
 
