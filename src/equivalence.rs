@@ -6,6 +6,7 @@
 //! run that tells the sides apart, both judged anew on the behaviours themselves; what does not stand is not shown.
 
 mod best;
+mod cells;
 mod chance;
 mod coupling;
 mod evidence;

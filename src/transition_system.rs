@@ -4,6 +4,7 @@
 //! because a bound was hit is part of the system ([`TransitionSystem::cut`]), so that no answer can forget it.
 
 pub mod aut;
+mod cut;
 mod display;
 mod draw;
 mod generate;

@@ -59,6 +59,9 @@ impl Cells {
 
     /// The order of two values of which one at least depends on a draw.
     pub(super) fn order(&self, left: &Value, right: &Value) -> Option<Ordering> {
+        if self.known.borrow().is_empty() {
+            return None;
+        }
         let (symbol, factor, shift) = self.line(&left.sub(right).ok()?)?;
         let root = -shift / &factor;
         match self.side(&symbol, &root) {
