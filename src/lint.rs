@@ -6,6 +6,7 @@
 
 mod overlap;
 mod subsume;
+mod unify;
 mod trap;
 
 use crate::admission::endless_term;

@@ -89,6 +89,16 @@ fn overlaps_that_simplification_leaves_apart_are_shown() {
 }
 
 #[test]
+fn a_law_that_says_nothing_is_found() {
+    let found = only("law same \"Same.\"\n  ours\n  Delay_?a ; ?P = Delay_?a ; ?P\n");
+    assert_eq!(found.code, "P0924");
+    assert!(notes(&found).contains("both are Delay_?a ; ?P"), "{}", notes(&found));
+    let found = look("law never \"Never.\"\n  ours\n  Delay_{-1} = Delay_{-2}\n").findings;
+    let nothing = found.iter().find(|one| one.code == "P0924").expect("no instance has a meaning");
+    assert!(notes(nothing).contains("small instances has a meaning") || notes(nothing).contains("small instance"));
+}
+
+#[test]
 fn a_loop_in_no_time_is_a_trap() {
     let found = only("law none \"None.\"\n  ours\n  loop(Stop) = Delay_1\n");
     assert_eq!(found.code, "P0602");

@@ -14,6 +14,7 @@ use num_traits::{One, Zero};
 use super::evidence::{Difference, Found, atom};
 use super::formula::{Formulas, Node, Place};
 use super::optimum::{Spot, once, optimum};
+use super::told::between;
 use crate::transition_system::{Label, TransitionSystem};
 
 /// What came of it.
@@ -49,9 +50,8 @@ struct Search<'s> {
 
 impl<'s> Search<'s> {
     fn new(system: &'s TransitionSystem, weak: bool) -> Search<'s> {
-        let owned = |state: u32| {
-            system.chances(state).into_iter().map(|(chance, to)| (chance.clone(), to)).collect::<Vec<_>>()
-        };
+        let owned =
+            |state: u32| system.chances(state).into_iter().map(|(chance, to)| (chance.clone(), to)).collect::<Vec<_>>();
         let counts = |label: &Label| !matches!(label, Label::Chance(_)) && !(weak && *label == Label::Tau);
         Search {
             system,
@@ -68,7 +68,8 @@ impl<'s> Search<'s> {
         let plain: Worth = (0..self.system.states())
             .map(|state| if draws(state) { BigRational::zero() } else { of(state as u32) })
             .collect();
-        let average = |state: usize| self.outcomes[state].iter().map(|(chance, to)| chance * &plain[*to as usize]).sum();
+        let average =
+            |state: usize| self.outcomes[state].iter().map(|(chance, to)| chance * &plain[*to as usize]).sum();
         (0..plain.len()).map(|state| if draws(state) { average(state) } else { plain[state].clone() }).collect()
     }
 
@@ -134,13 +135,19 @@ impl<'s> Search<'s> {
     }
 }
 
-fn apart(mut formulas: Formulas, told: Place, left: BigRational, right: BigRational) -> Box<Found> {
+fn apart(mut formulas: Formulas, told: Place, (left, right): (BigRational, BigRational), slack: &BigRational) -> Told {
     formulas.draws = true;
     let holds_left = left > right;
-    let root = formulas.add(Node::Best(told, left.clone().max(right.clone())));
-    Box::new(Found { formulas, root, holds_left, steps: Vec::new(), difference: Difference::Best(told, left, right) })
+    let (low, high) = (left.clone().min(right.clone()), left.clone().max(right.clone()));
+    // Chances that are not exact may be off once for each draw on the way.
+    let least = if slack.is_zero() { Some(high) } else { between(&low, &high) };
+    let Some(least) = least else { return Told::Unknown(TOO_CLOSE.into()) };
+    let root = formulas.add(Node::Best(told, least));
+    let difference = Difference::Best(told, left, right);
+    Told::Different(Box::new(Found { formulas, root, holds_left, steps: Vec::new(), difference }))
 }
 
+const TOO_CLOSE: &str = "the chances found differ by less than they may be off";
 const TOO_MANY: &str = "there are too many traces with different greatest chances to compare them all";
 const TOO_TANGLED: &str = "too many internal steps and draws lead to each other";
 
@@ -168,7 +175,7 @@ pub(super) fn traces(
             if one != two {
                 let mut formulas = Formulas::default();
                 let place = search.trace_formula(*mark, &word, &mut formulas);
-                return Told::Different(apart(formulas, place, one.clone(), two.clone()));
+                return apart(formulas, place, (one.clone(), two.clone()), &system.slack);
             }
             for label in &search.labels {
                 let Some(before) = search.before(*label, &looking) else {
@@ -247,7 +254,7 @@ pub(super) fn weakly(system: &TransitionSystem, pair: (u32, u32), stop: &dyn Fn(
     let mut all_sets = false;
     loop {
         if let Some(told) = found.tell(pair) {
-            return Told::Different(told);
+            return told;
         }
         if stop() {
             return Told::Unknown("stopped by you".into());
@@ -258,7 +265,8 @@ pub(super) fn weakly(system: &TransitionSystem, pair: (u32, u32), stop: &dyn Fn(
         let class = found.rounds.last().cloned().unwrap_or_default();
         let key = |state: usize| -> Vec<BigRational> { asked.iter().map(|(_, worth)| worth[state].clone()).collect() };
         let next = numbered((0..class.len()).map(|state| (class[state], key(state))).collect(), &found.search);
-        let grew = next.iter().filter(|class| **class != NONE).max() > class.iter().filter(|class| **class != NONE).max();
+        let grew =
+            next.iter().filter(|class| **class != NONE).max() > class.iter().filter(|class| **class != NONE).max();
         found.asked.push(asked);
         found.rounds.push(next);
         let classes = found.count();
@@ -266,15 +274,13 @@ pub(super) fn weakly(system: &TransitionSystem, pair: (u32, u32), stop: &dyn Fn(
             (true, _) => all_sets = false,
             (false, true) => break,
             (false, false) if classes > MOST_CLASSES => {
-                return match found.tell(pair) {
-                    Some(told) => Told::Different(told),
-                    None => Told::Unknown(format!("alike in all that was tried, but {classes} classes have too many sets")),
-                };
+                let why = format!("alike in all that was tried, but {classes} classes have too many sets");
+                return found.tell(pair).unwrap_or(Told::Unknown(why));
             }
             (false, false) => all_sets = true,
         }
     }
-    found.tell(pair).map_or(Told::Same, Told::Different)
+    found.tell(pair).unwrap_or(Told::Same)
 }
 
 /// Keys as numbers from 0 on, for the states that draw nothing.
@@ -312,8 +318,7 @@ impl Weakly<'_> {
         let mut asked = Vec::new();
         for classes in sets {
             let there = |state: u32| classes.contains(&class[state as usize]);
-            let worth =
-                self.search.spread(|state| if there(state) { BigRational::one() } else { BigRational::zero() });
+            let worth = self.search.spread(|state| if there(state) { BigRational::one() } else { BigRational::zero() });
             asked.push((Question { label: None, classes: classes.clone() }, self.search.closed(&worth)?));
             for label in &self.search.labels {
                 let question = Question { label: Some(*label), classes: classes.clone() };
@@ -324,18 +329,20 @@ impl Weakly<'_> {
     }
 
     /// Why the two differ, as far as is known.
-    fn tell(&self, (left, right): (u32, u32)) -> Option<Box<Found>> {
+    fn tell(&self, (left, right): (u32, u32)) -> Option<Told> {
+        let slack = &self.search.system.slack;
         let draws = |state: u32| !self.search.outcomes[state as usize].is_empty();
         let mut writer = Writer { weakly: self, formulas: Formulas::default(), known: HashMap::new() };
         if !draws(left) && !draws(right) && self.rounds[0][left as usize] != self.rounds[0][right as usize] {
             let told = writer.tell(left, right)?;
-            return Some(apart(writer.formulas, told, BigRational::one(), BigRational::zero()));
+            return Some(apart(writer.formulas, told, (BigRational::one(), BigRational::zero()), slack));
         }
         let differ = |(_, worth): &&(Question, Worth)| worth[left as usize] != worth[right as usize];
         let round = self.asked.iter().position(|asked| asked.iter().any(|one| differ(&one)))?;
         let (question, worth) = self.asked[round].iter().find(differ)?;
         let told = writer.ask(question, round)?;
-        Some(apart(writer.formulas, told, worth[left as usize].clone(), worth[right as usize].clone()))
+        let values = (worth[left as usize].clone(), worth[right as usize].clone());
+        Some(apart(writer.formulas, told, values, slack))
     }
 }
 

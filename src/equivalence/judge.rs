@@ -45,7 +45,7 @@ pub(super) struct Judge<'b, B: Behaviour> {
     marks: HashMap<u32, Rc<Mark>>,
     closures: HashMap<u32, Rc<Vec<u32>>>,
     known: HashMap<(Place, u32), bool>,
-    worths: HashMap<(Place, u32), BigRational>,
+    worths: HashMap<(Place, u32), worth::Worth>,
     asked: usize,
 }
 
@@ -187,7 +187,10 @@ impl<'b, B: Behaviour> Judge<'b, B> {
     }
 
     fn ask(&mut self, formulas: &Formulas, place: Place, at: u32) -> Judged<Answer> {
-        let joins = matches!(formulas.node(place), Node::Chance(..) | Node::Best(..) | Node::And(_) | Node::Or(_) | Node::Not(_));
+        let joins = matches!(
+            formulas.node(place),
+            Node::Chance(..) | Node::Best(..) | Node::And(_) | Node::Or(_) | Node::Not(_)
+        );
         if formulas.draws && !joins {
             let outcomes: Vec<u32> = self.outcomes(at)?.into_iter().map(|(_, to)| to).collect();
             if !outcomes.is_empty() {
@@ -216,11 +219,11 @@ impl<'b, B: Behaviour> Judge<'b, B> {
                 return Ok(self.any(targets.into_iter().map(|to| (*next, to)), some));
             }
             Node::Best(part, least) => {
-                self.exact()?;
-                self.worth(formulas, *part, at)? >= *least
+                let (worth, off) = self.worth(formulas, *part, at)?;
+                at_least(&worth, least, &off)?
             }
             Node::Chance(part, least) => match self.sum(*part, at)? {
-                Ok(chance) => self.at_least(&chance, least)?,
+                Ok(chance) => at_least(&chance, least, &self.behaviour.slack())?,
                 Err((place, state)) => return Ok(Answer::First(place, state)),
             },
             Node::Until(hold, label, next) => return self.until(*hold, label, *next, at),
@@ -237,17 +240,6 @@ impl<'b, B: Behaviour> Judge<'b, B> {
                 }
             }
         }
-    }
-
-    /// Whether the chance, which may be known only up to some error, is at least this.
-    fn at_least(&self, chance: &BigRational, least: &BigRational) -> Judged<bool> {
-        let error = (chance - least).abs();
-        let slack = self.behaviour.slack();
-        if !slack.is_zero() && error <= slack { Err(Doubt::Close) } else { Ok(chance >= least) }
-    }
-
-    fn exact(&self) -> Judged<()> {
-        if self.behaviour.slack().is_zero() { Ok(()) } else { Err(Doubt::Close) }
     }
 
     /// The outcomes of the draws that are due; none if none is.
@@ -324,4 +316,10 @@ impl<'b, B: Behaviour> Judge<'b, B> {
         }
         Ok(Answer::Known(false))
     }
+}
+
+/// Whether a chance that may be off so far is at least this.
+fn at_least(chance: &BigRational, least: &BigRational, off: &BigRational) -> Judged<bool> {
+    let near = !off.is_zero() && (chance - least).abs() <= *off;
+    if near { Err(Doubt::Close) } else { Ok(chance >= least) }
 }

@@ -4,6 +4,7 @@ use num_rational::BigRational;
 use num_traits::Zero;
 
 use super::cells::by_cells;
+use super::judge::Doubt;
 use super::replay::choices;
 use super::run::{RunStep, stands};
 use super::{Preorder, Verdict, decide, strong_classes};
@@ -234,6 +235,9 @@ fn judged(
         (Ok(true), _) => verdict,
         (_, Some(cut)) => Verdict::Unknown(cut.to_string()),
         (Ok(false), None) => Verdict::Unknown("a difference was found that did not stand up to being checked".into()),
+        (Err(Doubt::Close), None) => {
+            Verdict::Unknown("a difference was found, but chances differ by less than they may be off".into())
+        }
         (Err(_), None) => Verdict::Unknown("a difference was found, but checking it takes too much".into()),
     }
 }

@@ -136,7 +136,7 @@ pub(super) fn stands<B: Behaviour>(
             }
             Difference::Best(place, one, two) => {
                 let wanted = if side == 0 { one } else { two };
-                one != two && judge.worth(&evidence.formulas, *place, at)? == *wanted
+                one != two && judge.worth(&evidence.formulas, *place, at)?.0 == *wanted
             }
             Difference::Step(left, label) => {
                 let can = if weak { judge.weakly_after(at, label)? } else { judge.after(at, label)? };

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use num_rational::BigRational;
-use num_traits::Zero;
+use num_traits::{One, Zero};
 
 use super::evidence::{Difference, Found, Played, atom};
 use super::formula::{Formulas, Node, Place};
@@ -75,6 +75,19 @@ pub(super) trait Told {
     }
 }
 
+/// The decimal number with the fewest places that lies strictly between two numbers; none if nothing does.
+pub(super) fn between(low: &BigRational, high: &BigRational) -> Option<BigRational> {
+    let mut scale = BigRational::from_integer(10.into());
+    while low < high {
+        let number = ((low * &scale).floor() + BigRational::one()) / &scale;
+        if number < *high {
+            return Some(number);
+        }
+        scale *= BigRational::from_integer(10.into());
+    }
+    None
+}
+
 struct Writer<'s> {
     system: &'s TransitionSystem,
     formulas: Formulas,
@@ -125,7 +138,7 @@ impl Writer<'_> {
     /// A number that lies between the chances of both sides, which are known only up to some error.
     fn between(&self, told: Place, pair: Pair) -> Option<BigRational> {
         let (left, right) = self.chances(told, pair)?;
-        Some((left + right) / BigRational::from_integer(2.into()))
+        between(&(right + &self.system.slack), &(left - &self.system.slack))
     }
 
     /// The challenges with the answers that last longest, up to where the states look different or draw.

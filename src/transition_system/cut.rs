@@ -39,23 +39,21 @@ impl Cuts {
         self.of.entry(distribution.clone()).or_default().insert(at)
     }
 
-    /// Chooses probes for a value that is seen, the distribution's own with this factor and shift; false if there are
-    /// some already, or no more may be chosen.
+    /// Chooses probes for a value that is seen, the distribution's own with this factor and shift; false if that was
+    /// done before.
     pub(crate) fn probe(&mut self, distribution: &Value, factor: &BigRational, shift: &BigRational) -> bool {
         let new = self.seen.insert((distribution.clone(), factor.clone(), shift.clone()));
-        let before = self.probes.len();
         for place in places(distribution) {
             if new && self.probes.len() < MOST_PROBES {
                 self.probes.insert(factor * place + shift);
             }
         }
-        self.probes.len() > before
+        new
     }
 
     /// Whether probes were chosen for such a value, or enough for all.
     pub(super) fn knows(&self, distribution: &Value, factor: &BigRational, shift: &BigRational) -> bool {
-        self.probes.len() >= MOST_PROBES
-            || self.seen.contains(&(distribution.clone(), factor.clone(), shift.clone()))
+        self.probes.len() >= MOST_PROBES || self.seen.contains(&(distribution.clone(), factor.clone(), shift.clone()))
     }
 
     /// The cells of a distribution with how far their chances may be off together; none of one that is not continuous.

@@ -129,14 +129,20 @@ impl Draws {
 
     /// The states after a draw from a continuous distribution, one for each cell, with the chances and how far they may
     /// be off together.
-    fn by_cells(&self, model: &Model, state: &State, step: &Move) -> Result<(Vec<(State, BigRational)>, BigRational), Trouble> {
+    fn by_cells(
+        &self,
+        model: &Model,
+        state: &State,
+        step: &Move,
+    ) -> Result<(Vec<(State, BigRational)>, BigRational), Trouble> {
         let (Some(cuts), Action::Draw(from, _)) = (&self.cuts, &step.action) else { return Err(Trouble::Draws) };
         let from = from.first().ok_or(Trouble::Draws)?;
         let (cells, off) = cuts.cells(from).ok_or(Trouble::Draws)?;
         self.met.set(true);
         let mut all = Vec::new();
         for ((low, high), chance) in cells {
-            let end = |end: &Option<BigRational>, none: &str| end.as_ref().map_or(none.to_string(), ToString::to_string);
+            let end =
+                |end: &Option<BigRational>, none: &str| end.as_ref().map_or(none.to_string(), ToString::to_string);
             let text = format!("{from} within {} .. {}", end(&low, "-∞"), end(&high, "∞"));
             let symbol = state.next_drawn(&text);
             let name = symbol.as_variable().ok_or(Trouble::Draws)?.clone();

@@ -47,7 +47,9 @@ impl fmt::Display for Trouble {
         match self {
             Trouble::Meaningless(why) => why.fmt(f),
             Trouble::Grain(_) | Trouble::Coarse => f.write_str("its delays have no common measure"),
-            Trouble::Draws | Trouble::Cut(..) | Trouble::Probe(..) => f.write_str("it depends on a value that is drawn from a continuous distribution"),
+            Trouble::Draws | Trouble::Cut(..) | Trouble::Probe(..) => {
+                f.write_str("it depends on a value that is drawn from a continuous distribution")
+            }
         }
     }
 }

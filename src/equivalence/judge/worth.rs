@@ -13,12 +13,15 @@ use super::super::optimum::{Spot, once, optimum};
 use super::{Doubt, Judge, Judged, MOST};
 use crate::transition_system::{Behaviour, Label};
 
+/// A greatest chance, and how far it may be off.
+pub(in super::super) type Worth = (BigRational, BigRational);
+
 /// A state on the way, and whether the step has been taken.
 type Stage = (u32, bool);
 
 impl<B: Behaviour> Judge<'_, B> {
-    /// The greatest chance with which the formula comes true in the state.
-    pub(in super::super) fn worth(&mut self, formulas: &Formulas, place: Place, state: u32) -> Judged<BigRational> {
+    /// The greatest chance with which the formula comes true in the state, and how far it may be off.
+    pub(in super::super) fn worth(&mut self, formulas: &Formulas, place: Place, state: u32) -> Judged<Worth> {
         if let Some(known) = self.worths.get(&(place, state)) {
             return Ok(known.clone());
         }
@@ -30,48 +33,48 @@ impl<B: Behaviour> Judge<'_, B> {
         let worth = if outcomes.is_empty() {
             self.worth_at(formulas, place, state)?
         } else {
-            let mut sum = BigRational::zero();
+            let (mut sum, mut off) = (BigRational::zero(), BigRational::zero());
             for (chance, to) in outcomes {
-                sum += chance * self.worth(formulas, place, to)?;
+                let (worth, more) = self.worth(formulas, place, to)?;
+                sum += chance * worth;
+                off = off.max(more);
             }
-            sum
+            (sum, off + self.behaviour.slack())
         };
         self.worths.insert((place, state), worth.clone());
         Ok(worth)
     }
 
-    fn worth_at(&mut self, formulas: &Formulas, place: Place, state: u32) -> Judged<BigRational> {
+    fn worth_at(&mut self, formulas: &Formulas, place: Place, state: u32) -> Judged<Worth> {
         match formulas.node(place) {
             Node::Some(false, label, next) => {
-                let mut best = BigRational::zero();
+                let mut best = (BigRational::zero(), BigRational::zero());
                 for to in self.after(state, label)? {
-                    best = best.max(self.worth(formulas, *next, to)?);
+                    best = either(best, self.worth(formulas, *next, to)?, BigRational::max);
                 }
                 Ok(best)
             }
             Node::Some(true, label, next) => self.weakly_worth(formulas, label, *next, state),
             Node::And(parts) => {
-                let mut least = BigRational::one();
+                let mut least = (BigRational::one(), BigRational::zero());
                 for part in parts {
-                    if !least.is_zero() {
-                        least = least.min(self.worth(formulas, *part, state)?);
-                    }
+                    least = either(least, self.worth(formulas, *part, state)?, BigRational::min);
                 }
                 Ok(least)
             }
             Node::Or(parts) => {
-                let mut most = BigRational::zero();
+                let mut most = (BigRational::zero(), BigRational::zero());
                 for part in parts {
-                    most = most.max(self.worth(formulas, *part, state)?);
+                    most = either(most, self.worth(formulas, *part, state)?, BigRational::max);
                 }
                 Ok(most)
             }
-            _ if self.holds(formulas, place, state)? => Ok(BigRational::one()),
-            _ => Ok(BigRational::zero()),
+            _ if self.holds(formulas, place, state)? => Ok((BigRational::one(), BigRational::zero())),
+            _ => Ok((BigRational::zero(), BigRational::zero())),
         }
     }
 
-    fn weakly_worth(&mut self, formulas: &Formulas, label: &Label, next: Place, state: u32) -> Judged<BigRational> {
+    fn weakly_worth(&mut self, formulas: &Formulas, label: &Label, next: Place, state: u32) -> Judged<Worth> {
         let mut places: HashMap<Stage, usize> = HashMap::new();
         let mut stages: Vec<Stage> = Vec::new();
         let mut place = |stage: Stage, stages: &mut Vec<Stage>| {
@@ -82,6 +85,7 @@ impl<B: Behaviour> Judge<'_, B> {
         };
         place((state, *label == Label::Tau), &mut stages);
         let mut spots = Vec::new();
+        let mut off = BigRational::zero();
         while spots.len() < stages.len() {
             let (at, taken) = stages[spots.len()];
             let outcomes = self.outcomes(at)?;
@@ -90,7 +94,12 @@ impl<B: Behaviour> Judge<'_, B> {
                 spots.push(Spot::Draw(outcomes.collect()));
                 continue;
             }
-            let reward = if taken { self.worth(formulas, next, at)? } else { BigRational::zero() };
+            let mut reward = BigRational::zero();
+            if taken {
+                let (worth, more) = self.worth(formulas, next, at)?;
+                reward = worth;
+                off = off.max(more);
+            }
             let mut on = Vec::new();
             for to in self.after(at, &Label::Tau)? {
                 on.push(place((to, taken), &mut stages));
@@ -103,7 +112,34 @@ impl<B: Behaviour> Judge<'_, B> {
             spots.push(Spot::Choice(reward, on));
         }
         let values = optimum(&spots).filter(|values| proved(&spots, values)).ok_or(Doubt::TooMuch)?;
-        Ok(values[0].clone())
+        // Draws that are met once each are off once each; round a cycle that has no end.
+        let draws = spots.iter().filter(|spot| matches!(spot, Spot::Draw(_))).count();
+        if !self.behaviour.slack().is_zero() && draws > 0 && round(&spots) {
+            return Err(Doubt::Close);
+        }
+        off += self.behaviour.slack() * BigRational::from_integer(draws.into());
+        Ok((values[0].clone(), off))
+    }
+}
+
+/// The value that is chosen, and how far it may be off.
+fn either(one: Worth, two: Worth, choose: fn(BigRational, BigRational) -> BigRational) -> Worth {
+    (choose(one.0, two.0), one.1.max(two.1))
+}
+
+/// Whether places lead round to each other.
+fn round(spots: &[Spot]) -> bool {
+    let mut left: Vec<usize> = (0..spots.len()).collect();
+    loop {
+        let before = left.len();
+        let leads = |place: usize, left: &[usize]| match &spots[place] {
+            Spot::Draw(outcomes) => outcomes.iter().any(|(_, to)| left.binary_search(to).is_ok()),
+            Spot::Choice(_, next) => next.iter().any(|to| left.binary_search(to).is_ok()),
+        };
+        left = left.iter().copied().filter(|place| leads(*place, &left)).collect();
+        if left.len() == before {
+            return before > 0;
+        }
     }
 }
 
