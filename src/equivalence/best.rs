@@ -149,7 +149,7 @@ fn apart(mut formulas: Formulas, told: Place, (left, right): (BigRational, BigRa
 
 const TOO_CLOSE: &str = "the chances found differ by less than they may be off";
 const TOO_MANY: &str = "there are too many traces with different greatest chances to compare them all";
-const TOO_TANGLED: &str = "too many internal steps and draws lead to each other";
+const TOO_TANGLED: &str = "too many internal steps and draws lead to each other, or too many classes are left";
 
 /// Whether the traces of two states have the same greatest chances.
 pub(super) fn traces(
