@@ -8,7 +8,9 @@ use crate::term::Term;
 use crate::transition_system::{Bounds, Inputs, Trouble};
 
 /// How often cells are made smaller.
-const MOST_CUTS: usize = 60;
+const MOST_CUTS: usize = 30;
+/// The most states that are looked into with one choice of cells.
+const MOST_STATES: usize = 20_000;
 
 const ENCLOSED: &str = "alike by cells of the values that are drawn, with chances that are not exact";
 const SEEN: &str = "alike by cells of the values that are drawn, but these values are seen, or written";
@@ -24,9 +26,10 @@ pub(super) fn by_cells(
 ) -> Option<(Inputs, ProcessAnswer)> {
     let mut inputs = inputs.clone();
     let mut cuts = inputs.cuts.take().unwrap_or_default();
+    let bounds = Bounds { states: bounds.states.min(MOST_STATES), ..*bounds };
     for _ in 0..MOST_CUTS {
         inputs.cuts = Some(cuts.clone());
-        match at_ticks(terms, definitions, &inputs, relation, bounds, 0, stop) {
+        match at_ticks(terms, definitions, &inputs, relation, &bounds, 0, stop) {
             Ok(mut found) => {
                 if matches!(found.verdict, Verdict::Yes) {
                     let why = if found.cells.1 { Some(SEEN) } else { found.cells.0.then_some(ENCLOSED) };

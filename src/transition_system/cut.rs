@@ -63,8 +63,13 @@ impl Cuts {
         let cuts = self.of.get(distribution).unwrap_or(&empty);
         let mut error = BigRational::zero();
         let mut all = Vec::new();
-        let (mut low, mut before) = (None, BigRational::zero());
-        for cut in cuts.iter().cloned().map(Some).chain([None]) {
+        let (mut low, end) = support(&found);
+        let mut before = BigRational::zero();
+        let inside = |cut: &&BigRational| {
+            low.as_ref().is_none_or(|low| **cut > *low) && end.as_ref().is_none_or(|end| **cut < *end)
+        };
+        let cuts: Vec<BigRational> = cuts.iter().filter(inside).cloned().collect();
+        for cut in cuts.into_iter().map(Some).chain([None]) {
             let (below, off) = match &cut {
                 Some(cut) => at_most(&found, cut)?,
                 None => (BigRational::one(), BigRational::zero()),
@@ -72,7 +77,7 @@ impl Cuts {
             let chance = &below - &before;
             // A cell without a chance, as far as is known, is left out.
             if chance.is_positive() {
-                all.push(((low, cut.clone()), chance));
+                all.push(((low, cut.clone().or(end.clone())), chance));
                 before = below;
             }
             low = cut;
@@ -80,6 +85,15 @@ impl Cuts {
         }
         let off = error * BigRational::from_integer((2 * all.len()).into());
         Some((all, off))
+    }
+}
+
+/// Between which bounds all values lie.
+fn support(distribution: &Distribution) -> Bounds {
+    match distribution {
+        Distribution::Uniform { low, high } => (Some(low.clone()), Some(high.clone())),
+        Distribution::Exponential { start, rising: true, .. } => (Some(start.clone()), None),
+        _ => (None, None),
     }
 }
 
