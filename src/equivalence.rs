@@ -169,9 +169,7 @@ impl Task<'_> {
                 other => other,
             },
             Preorder::Trace => self.best(best::traces(self.union, self.pair, false, self.stop)),
-            Preorder::WeakTrace => {
-                self.best(best::traces(&weak::observed(self.union), self.pair, true, self.stop))
-            }
+            Preorder::WeakTrace => self.best(best::traces(&weak::observed(self.union), self.pair, true, self.stop)),
             Preorder::Weak => self.best(best::weakly(&weak::observed(self.union), self.pair, self.stop)),
             Preorder::Branching => match self.best(best::weakly(&weak::observed(self.union), self.pair, self.stop)) {
                 Verdict::Yes => Verdict::Unknown(
