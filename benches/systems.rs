@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use pars::definition::Definitions;
 use pars::equivalence::strong_partition;
+use pars::library::standard;
+use pars::refute::{Limits, Refutation, judge};
 use pars::term::{Node, Term};
 use pars::transition_system::{Bounds, Builder, Clock, Inputs, Label, Mark, Process, TransitionSystem, generate};
 use pars::value::Value;
@@ -157,7 +159,41 @@ fn generated() {
     }
 }
 
+/// The instances on which each law is judged, as many as the test of the rules takes.
+const INSTANCES: usize = 3_000;
+
+/// Every law of the rules on two threads, each with its own copy: laws, and instances with a meaning.
+fn judged() {
+    let half = |half: usize| {
+        let Ok(environment) = standard() else { return (0, 0, 0) };
+        let limits = Limits { instances: INSTANCES, choices: 100 * INSTANCES, ..Limits::default() };
+        let mut found = (0, 0, 0);
+        for law in environment.laws.iter().skip(half).step_by(2) {
+            found.0 += 1;
+            match judge(law, &limits) {
+                Refutation::None { instances, meaningless, .. } => found.1 += instances - meaningless,
+                Refutation::Refuted(_) => found.2 += 1,
+            }
+        }
+        found
+    };
+    let (time, halves) = timed(|| {
+        let thread = |number: usize| std::thread::Builder::new().stack_size(256 << 20).spawn(move || half(number));
+        let threads = [thread(0), thread(1)];
+        threads.map(|thread| thread.ok().and_then(|thread| thread.join().ok()).unwrap_or((0, 0, 0)))
+    });
+    let [one, two] = halves;
+    println!(
+        "judge: {} laws on {} instances in {:.1} s on two threads, {} refuted",
+        one.0 + two.0,
+        one.1 + two.1,
+        time.as_secs_f64(),
+        one.2 + two.2
+    );
+}
+
 fn main() {
+    judged();
     minimised("random", system);
     minimised("chain", chain);
     let work = std::thread::Builder::new().stack_size(1 << 30).spawn(generated);

@@ -5,10 +5,14 @@
 //! of states; simulation and refinement by pairs; what draws at random by the chances of classes, in rounds. "No" carries a formula that holds of one side alone and a shortest
 //! run that tells the sides apart, both judged anew on the behaviours themselves; what does not stand is not shown.
 
+mod best;
+mod cells;
 mod chance;
+mod coupling;
 mod evidence;
 mod formula;
 mod judge;
+mod optimum;
 mod pairs;
 mod partition;
 mod process;
@@ -16,6 +20,7 @@ mod replay;
 mod rounds;
 mod run;
 mod stutter;
+mod told;
 mod trace;
 mod weak;
 
@@ -30,10 +35,12 @@ pub use run::{Evidence, RunStep};
 pub use crate::preorder::Preorder;
 
 use chance::Chances;
+use coupling::Coupling;
 use evidence::{Found, Lost};
 use pairs::{Pairs, Rule};
 use rounds::{History, Kind};
 use run::Concrete;
+use told::Told;
 
 /// An answer.
 #[derive(Clone, Debug)]
@@ -150,15 +157,49 @@ impl Task<'_> {
             return Verdict::Unknown(format!("{most} MiB of memory are not enough for the rounds"));
         };
         let (one, two) = self.pair;
-        match found.rank(one, two) {
-            None => Verdict::Yes,
-            Some(_) if relation != Preorder::Strong => Verdict::Unknown(
-                "a side draws at random: then `strong` alone is decided, and by that the two differ".into(),
-            ),
-            Some(_) => {
-                let class: Vec<u32> = (0..self.union.states() as u32).collect();
-                self.no(found.evidence(one, two), &class, false, false, false)
-            }
+        if found.rank(one, two).is_none() {
+            return Verdict::Yes;
+        }
+        match relation {
+            Preorder::Strong => self.no(found.evidence(self.pair), &self.itself(), false, false, false),
+            Preorder::Simulation => self.coupled(Rule::Simulates, false),
+            Preorder::Refinement => self.coupled(Rule::Refines, false),
+            Preorder::SimulationEquivalence => match self.coupled(Rule::Simulates, false) {
+                Verdict::Yes => self.coupled(Rule::Simulates, true),
+                other => other,
+            },
+            Preorder::Trace => self.best(best::traces(self.union, self.pair, false, self.stop)),
+            Preorder::WeakTrace => self.best(best::traces(&weak::observed(self.union), self.pair, true, self.stop)),
+            Preorder::Weak => self.best(best::weakly(&weak::observed(self.union), self.pair, self.stop)),
+            Preorder::Branching => match self.best(best::weakly(&weak::observed(self.union), self.pair, self.stop)) {
+                Verdict::Yes => Verdict::Unknown(
+                    "not strongly bisimilar, but weakly: what lies between is not decided where a side draws".into(),
+                ),
+                other => other,
+            },
+        }
+    }
+
+    /// Each state in a class of its own.
+    fn itself(&self) -> Vec<u32> {
+        (0..self.union.states() as u32).collect()
+    }
+
+    fn coupled(&self, rule: Rule, turned: bool) -> Verdict {
+        let (one, two) = self.pair;
+        let pair = if turned { (two, one) } else { (one, two) };
+        match Coupling::of(self.union, rule, pair, self.bounds.bytes, self.stop) {
+            Err(pairs) => Verdict::Unknown(format!("{pairs} pairs of states were not enough")),
+            Ok(found) if found.rank(pair).is_none() => Verdict::Yes,
+            Ok(found) => self.no(found.evidence(pair), &self.itself(), false, false, turned),
+        }
+    }
+
+    fn best(&self, told: best::Told) -> Verdict {
+        match told {
+            best::Told::Same => Verdict::Yes,
+            best::Told::Different(found) => self.no(Some(*found), &self.itself(), false, false, false),
+            best::Told::Unknown(why) => Verdict::Unknown(why),
         }
     }
 

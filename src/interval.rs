@@ -34,6 +34,11 @@ impl Interval {
         Interval { low, high }
     }
 
+    /// Both ends as rationals; none if one is infinite.
+    pub fn bounds(self) -> Option<(BigRational, BigRational)> {
+        Some((BigRational::from_float(self.low)?, BigRational::from_float(self.high)?))
+    }
+
     /// The narrowest interval of machine numbers round a rational.
     pub fn of(number: &BigRational) -> Interval {
         let near = number.to_f64().unwrap_or(0.0);

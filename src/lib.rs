@@ -30,6 +30,8 @@ pub mod mark;
 pub mod library;
 pub mod proof_file;
 // ── engine: every answer comes with its proof ──
+pub mod interval;
+pub mod distribution;
 pub mod model;
 pub mod bisimulation;
 pub mod transition_system;
@@ -53,8 +55,6 @@ pub mod lasso;
 pub mod connectivity;
 pub mod invariant;
 pub mod safety;
-pub mod interval;
-pub mod distribution;
 pub mod probability;
 pub mod timeline;
 pub mod criteria;

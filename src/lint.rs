@@ -6,6 +6,7 @@
 
 mod overlap;
 mod subsume;
+mod unify;
 mod trap;
 
 use crate::admission::endless_term;
@@ -218,10 +219,11 @@ fn soundness(
         Refutation::Refuted(found) => found,
         Refutation::None { instances, meaningless, .. } => {
             if instances > 0 && instances == meaningless {
-                let message = format!(
-                    "the law `{}` says nothing: none of its {instances} small instances has a meaning",
-                    law.name
-                );
+                let none = match instances {
+                    1 => "its only small instance has no meaning".to_string(),
+                    _ => format!("none of its {instances} small instances has a meaning"),
+                };
+                let message = format!("the law `{}` says nothing: {none}", law.name);
                 let finding = warning("P0924", message, entry.span);
                 findings.push(
                     finding.note("a loop that goes round in no time, for one, has none: it would prove anything"),

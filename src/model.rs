@@ -6,6 +6,7 @@
 //! state is itself a term. Nothing here can hang: unfolding that gets nowhere is [`Meaningless`], with the reason.
 
 mod account;
+mod cell;
 mod draw;
 pub mod explore;
 mod replace;
@@ -26,6 +27,7 @@ use crate::term::{Node, Term};
 use crate::value::Value;
 
 pub use account::Event;
+pub(crate) use cell::{Bounds, Cells};
 pub(crate) use draw::mentions_drawn;
 pub use settle::Scope;
 
@@ -131,12 +133,20 @@ pub struct Model<'a> {
     account: account::Account,
     /// What parts that stand side by side have become, where no name is bound around them.
     settled: RefCell<HashMap<Term, State>>,
+    /// What is known of values that were drawn.
+    cells: Rc<Cells>,
 }
 
 impl<'a> Model<'a> {
     /// The meaning under these definitions.
     pub fn new(definitions: &'a Definitions) -> Model<'a> {
-        Model { definitions, bound: RefCell::default(), account: RefCell::default(), settled: RefCell::default() }
+        Model::within(definitions, Rc::default())
+    }
+
+    /// The meaning under these definitions, where this is known of values that were drawn.
+    pub(crate) fn within(definitions: &'a Definitions, cells: Rc<Cells>) -> Model<'a> {
+        let (bound, account, settled) = (RefCell::default(), RefCell::default(), RefCell::default());
+        Model { definitions, bound, account, settled, cells }
     }
 
     /// The definitions that calls refer to.

@@ -77,7 +77,11 @@ fn name_of(path: &Path) -> String {
     }
     let joined: PathBuf = parts.into_iter().collect();
     let shown = joined.display().to_string();
-    if rooted { format!("/{shown}") } else { shown }
+    match (rooted, shown.is_empty()) {
+        (true, _) => format!("/{shown}"),
+        (false, true) => ".".to_string(),
+        (false, false) => shown,
+    }
 }
 
 /// Reads a file as text.

@@ -4,6 +4,7 @@
 //! because a bound was hit is part of the system ([`TransitionSystem::cut`]), so that no answer can forget it.
 
 pub mod aut;
+mod cut;
 mod display;
 mod draw;
 mod generate;
@@ -16,6 +17,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 
 use num_rational::BigRational;
+use num_traits::Zero;
 
 pub use display::{dot, json, summary};
 pub use generate::{Behaviour, Clock, Generated, Process, Trouble, generate, generate_pair};
@@ -150,6 +152,8 @@ pub struct TransitionSystem {
     steps: Vec<(u32, u32)>,
     /// Why there may be more than this.
     pub cut: Option<Cut>,
+    /// How far the chances of one instant, all together, may be from those that are said: 0 where they are exact.
+    pub slack: BigRational,
     /// The states that were not looked into because of that, in order: their steps are not known.
     open: Vec<u32>,
 }
@@ -275,7 +279,9 @@ impl TransitionSystem {
             }
         }
         let second = self.states() as u32 + other.initial;
-        (builder.finish(self.initial, self.cut.or(other.cut)), second)
+        let mut whole = builder.finish(self.initial, self.cut.or(other.cut));
+        whole.slack = self.slack.clone().max(other.slack.clone());
+        (whole, second)
     }
 
     /// The system of the blocks of a partition: `block` gives each state's block, blocks are numbered from 0 without
@@ -422,7 +428,8 @@ impl Builder {
         let steps = self.transitions.iter().map(|(_, label, to)| (*label, *to)).collect();
         let initial = if (initial as usize) < self.seen.len() { initial } else { 0 };
         let open = self.open;
-        TransitionSystem { initial, labels: self.labels, marks: self.marks, seen: self.seen, first, steps, cut, open }
+        let (labels, marks, seen) = (self.labels, self.marks, self.seen);
+        TransitionSystem { initial, labels, marks, seen, first, steps, cut, slack: BigRational::zero(), open }
     }
 }
 

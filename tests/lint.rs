@@ -64,9 +64,13 @@ fn a_law_that_loops_shows_where_it_goes() {
 
 #[test]
 fn an_instance_of_another_law_is_named_with_what_stands_for_what() {
-    let found = only("law twice \"Twice.\"\n  ours\n  when ?a >= 1\n  Delay_?a ; Delay_?a => Delay_{2*?a}\n");
-    assert_eq!(found.code, "P0922");
-    assert!(notes(&found).contains("`delay-sum`") && notes(&found).contains("?b = ?a"), "{}", notes(&found));
+    let all = look("law twice \"Twice.\"\n  ours\n  when ?a >= 1\n  Delay_?a ; Delay_?a => Delay_{2*?a}\n").findings;
+    // It also overlaps with a law that takes the second delay out of two branches.
+    let codes: Vec<&str> = all.iter().map(|one| one.code).collect();
+    assert_eq!(codes, ["P0922", "P0923"], "{all:?}");
+    assert!(notes(&all[1]).contains("`guard-seq`"), "{}", notes(&all[1]));
+    let found = &all[0];
+    assert!(notes(found).contains("`delay-sum`") && notes(found).contains("?b = ?a"), "{}", notes(found));
     // Of two that say the same the later is named, once.
     let law = |name: &str| {
         format!("law {name} \"One.\"\n  ours\n  when ?a > 1\n  Delay_?a ; At_?a = Delay_1 ; Delay_{{?a-1}} ; At_?a\n")
@@ -86,6 +90,35 @@ fn overlaps_that_simplification_leaves_apart_are_shown() {
         text.contains("both fit") && text.contains("by `pair` it becomes") && text.contains("by `seq-stop-"),
         "{text}"
     );
+}
+
+#[test]
+fn a_law_that_says_nothing_is_found() {
+    let found = only("law same \"Same.\"\n  ours\n  Delay_?a ; ?P = Delay_?a ; ?P\n");
+    assert_eq!(found.code, "P0924");
+    assert!(notes(&found).contains("both are Delay_?a ; ?P"), "{}", notes(&found));
+    let found = look("law never \"Never.\"\n  ours\n  Delay_{-1} = Delay_{-2}\n").findings;
+    let nothing = found.iter().find(|one| one.code == "P0924").expect("no instance has a meaning");
+    assert!(notes(nothing).contains("its only small instance has no meaning"), "{}", notes(nothing));
+}
+
+#[test]
+fn lists_overlap_in_any_order_with_what_else_stands_in_them() {
+    let text = "law one \"One.\"\n  ours\n  At_?a | Delay_?b | Delay_?b => At_?a | Delay_?b\n\
+                law two \"Two.\"\n  ours\n  Delay_?c | Delay_{?c+1} | At_?d => At_?d | Delay_{?c+1}\n";
+    let found = look(text).findings;
+    let all: Vec<String> = found.iter().filter(|one| one.code == "P0923").map(notes).collect();
+    // A law on two parts of a list of three, with a part that is not in the law.
+    let stop = all.iter().find(|text| text.contains("`one` and `par-stop`")).expect("an overlap");
+    assert!(stop.contains("both fit Stop | Delay_?b | Delay_?b | At_?a"), "{stop}");
+    // What a metavariable takes may be shared by what another takes.
+    let same = all.iter().find(|text| text.contains("`one` and `par-same`")).expect("an overlap");
+    assert!(same.contains("?Z1 | ?Z1") && same.contains("by `par-same` it becomes"), "{same}");
+    // A law on some parts of a longer sequence.
+    let text = "law pair \"Pair.\"\n  ours\n  Delay_?a ; Delay_?a ; Stop => Delay_{2*?a}\n";
+    let all: Vec<String> = look(text).findings.iter().map(notes).collect();
+    assert!(all.iter().any(|text| text.contains("both fit ?O1 # (Delay_?a ; Delay_?a ; Stop)")), "{all:?}");
+    assert!(all.iter().any(|text| text.contains("`seq-stop-left`") && text.contains("Stop ; ?P1")), "{all:?}");
 }
 
 #[test]

@@ -226,3 +226,37 @@ fn every_example_with_a_system_can_be_stepped() {
     }
     assert!(seen > 2);
 }
+
+#[test]
+fn a_damaged_or_foreign_trace_is_refused_with_its_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("mission.pars"), "param t > 0\nproc Ask = Delay_t ; In_c<y> ; Out_{d,y}\n").expect("written");
+    let steps = format!("wait\n1 5\nsave {}\n", path("good.trace"));
+    assert_eq!(program(&["step", &path("mission.pars"), "Ask", "--with", "t = 2"], &steps).status.code(), Some(0));
+    let good = std::fs::read_to_string(path("good.trace")).expect("saved");
+    let replay = |text: &str| {
+        std::fs::write(path("one.trace"), text).expect("written");
+        let output = program(&["step", "--replay", &path("one.trace")], "");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).to_string())
+    };
+    assert_eq!(replay(&good).0, Some(0));
+    // Line ends of another system change nothing.
+    assert_eq!(replay(&good.replace('\n', "\r\n")).0, Some(0));
+    let cases = [
+        (good.replace("wait 2", "wait 1"), 1, "one.trace:5: no longer possible after 1 step"),
+        (good.replace("read 5", "read 6"), 1, "the trace says `read 6 from c`, but this is `read 5 from c`"),
+        (good.replace("wait 2", "wait -2"), 1, "one.trace:4"),
+        (good.clone() + "jump\n", 3, "one.trace:6: unreadable after 2 steps: line 6: `jump` is no step"),
+        (good.replace("start Ask", "start Nobody"), 3, "there is no process or system `Nobody`"),
+        (good.replace("t = 2", "t = 0"), 3, "t > 0"),
+        (good.replace("mission.pars", "gone.pars"), 3, "gone.pars"),
+        (good.lines().take(2).collect::<Vec<_>>().join("\n"), 3, "no line begins with `start`"),
+        ("des (0, 1, 2)\n(0, \"a\", 1)\n".to_string(), 3, "no line begins with `start`"),
+        (String::new(), 3, "no line begins with `start`"),
+    ];
+    for (text, code, said) in cases {
+        let (found, why) = replay(&text);
+        assert!(found == Some(code) && why.contains(said), "{text}\ngives {found:?}: {why}\nnot {code}: {said}");
+    }
+}

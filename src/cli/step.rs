@@ -69,7 +69,9 @@ fn again(mut walk: Walk, trace: &Saved, name: &str) -> u8 {
                 LoadError::Unreadable(line, _) => (line, "unreadable"),
                 LoadError::Impossible(line, _) => (line, "no longer possible"),
             };
-            complain(&format!("{name}:{line}: {why} after {} steps: {error}\n", walk.run().trace().len()));
+            let taken = walk.run().trace().len();
+            let steps = if taken == 1 { "step" } else { "steps" };
+            complain(&format!("{name}:{line}: {why} after {taken} {steps}: {error}\n"));
             if matches!(error, LoadError::Unreadable(..)) { 3 } else { 1 }
         }
     }

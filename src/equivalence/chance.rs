@@ -9,9 +9,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use num_rational::BigRational;
 use num_traits::One;
 
-use super::evidence::{Difference, Found, Played, atom};
-use super::formula::{Formulas, Node, Place};
-use crate::transition_system::{Label, TransitionSystem};
+use super::told::{Pair, Plan, Told};
+use crate::transition_system::TransitionSystem;
 
 /// What a class is made of.
 #[derive(PartialEq, Eq, Hash)]
@@ -28,18 +27,6 @@ pub(super) struct Chances<'s> {
     outcomes: Vec<Vec<(BigRational, u32)>>,
     rounds: Vec<Vec<u32>>,
 }
-
-/// How two states are told apart.
-enum Plan {
-    /// They look different.
-    Looks,
-    /// One side does this; the pairs are that step with each answer, the first that which lasts longest.
-    Step { left_moves: bool, label: Label, next: Vec<(u32, u32)> },
-    /// What tells an outcome from others has these chances.
-    Draw { tell: Vec<(u32, u32)>, left: BigRational, right: BigRational },
-}
-
-type Plans = HashMap<(u32, u32), Plan>;
 
 impl<'s> Chances<'s> {
     /// Refines until nothing changes, or until these two are apart; none where the rounds take more bytes than this.
@@ -125,59 +112,38 @@ impl<'s> Chances<'s> {
         (rank < self.rounds.len()).then_some(rank)
     }
 
-    fn draws(&self, (one, two): (u32, u32)) -> bool {
-        [one, two].into_iter().any(|state| !self.outcomes[state as usize].is_empty())
+    /// An outcome that is likelier on the left, and what tells it from all others.
+    fn draw(&self, (one, two): (u32, u32), rank: usize) -> Option<Plan> {
+        let class = self.rounds.get(rank)?;
+        let (left, right) = (self.spread(class, one), self.spread(class, two));
+        let chance = |class: &u32| right.get(class).cloned().unwrap_or_default();
+        let (likelier, most) = left.iter().find(|(class, most)| **most > chance(class))?;
+        let mut members: BTreeMap<u32, u32> = BTreeMap::new();
+        for state in [one, two] {
+            let outcomes = &self.outcomes[state as usize];
+            let all = outcomes.iter().map(|(_, to)| *to).chain(outcomes.is_empty().then_some(state));
+            all.for_each(|state| {
+                members.entry(class[state as usize]).or_insert(state);
+            });
+        }
+        let own = *members.get(likelier)?;
+        let others = members.iter().filter(|(class, _)| *class != likelier);
+        let tell = others.map(|(_, other)| (own, *other)).collect();
+        Some(Plan::Draw { tell: vec![tell], least: most.clone() })
+    }
+}
+
+impl Told for Chances<'_> {
+    fn system(&self) -> &TransitionSystem {
+        self.system
     }
 
-    /// Why two states differ; none if they do not.
-    pub(super) fn evidence(&self, left: u32, right: u32) -> Option<Found> {
-        let mut plans = Plans::new();
-        let mut order = Vec::new();
-        let mut open = vec![(left, right)];
-        while let Some(pair) = open.pop() {
-            if plans.contains_key(&pair) {
-                continue;
-            }
-            let rank = self.rank(pair.0, pair.1)?;
-            let plan = self.plan(pair, rank)?;
-            if let Plan::Step { next, .. } | Plan::Draw { tell: next, .. } = &plan {
-                open.extend(next);
-            }
-            // What a draw comes to is told apart in as many steps as the draw.
-            order.push((rank, self.draws(pair), pair));
-            plans.insert(pair, plan);
-        }
-        order.sort_unstable();
-        let mut formulas = Formulas::default();
-        formulas.draws = true;
-        let mut places: HashMap<(u32, u32), Place> = HashMap::new();
-        for (_, _, pair) in order {
-            let part =
-                |pairs: &[(u32, u32)]| pairs.iter().map(|pair| places.get(pair).copied()).collect::<Option<Vec<_>>>();
-            let node = match plans.get(&pair)? {
-                Plan::Looks => atom(self.system, pair),
-                Plan::Step { left_moves: true, label, next } => {
-                    let next = formulas.add(Node::And(part(next)?));
-                    Node::Some(false, label.clone(), next)
-                }
-                Plan::Step { label, next, .. } => {
-                    let next = formulas.add(Node::Or(part(next)?));
-                    Node::All(false, label.clone(), next)
-                }
-                Plan::Draw { tell, left, .. } => {
-                    let told = formulas.add(Node::And(part(tell)?));
-                    Node::Chance(told, left.clone())
-                }
-            };
-            places.insert(pair, formulas.add(node));
-        }
-        let root = *places.get(&(left, right))?;
-        let (steps, difference) = self.run((left, right), &plans, &formulas, root, &places)?;
-        Some(Found { formulas, root, holds_left: true, steps, difference })
+    fn rank(&self, (one, two): Pair) -> Option<usize> {
+        Chances::rank(self, one, two)
     }
 
-    fn plan(&self, pair: (u32, u32), rank: usize) -> Option<Plan> {
-        if self.draws(pair) {
+    fn plan(&self, pair: Pair, rank: usize) -> Option<Plan> {
+        if [pair.0, pair.1].into_iter().any(|state| !self.outcomes[state as usize].is_empty()) {
             return self.draw(pair, rank);
         }
         let Some(last) = rank.checked_sub(1).and_then(|before| self.rounds.get(before)) else {
@@ -192,63 +158,10 @@ impl<'s> Chances<'s> {
                 }
                 let turned = |answer: u32| if left_moves { (*to, answer) } else { (answer, *to) };
                 let mut next: Vec<(u32, u32)> = answers.iter().map(|(_, answer)| turned(*answer)).collect();
-                next.sort_by_key(|pair| std::cmp::Reverse(self.rank(pair.0, pair.1)));
+                next.sort_by_key(|pair| std::cmp::Reverse(Chances::rank(self, pair.0, pair.1)));
                 return Some(Plan::Step { left_moves, label: self.system.label(*label).clone(), next });
             }
         }
         None
-    }
-
-    /// An outcome that is likelier on the left, and what tells it from all others.
-    fn draw(&self, (one, two): (u32, u32), rank: usize) -> Option<Plan> {
-        let class = self.rounds.get(rank)?;
-        let (left, right) = (self.spread(class, one), self.spread(class, two));
-        let chance = |side: &BTreeMap<u32, BigRational>, class: &u32| side.get(class).cloned().unwrap_or_default();
-        let (likelier, most) = left.iter().find(|(class, most)| **most > chance(&right, class))?;
-        let mut members: BTreeMap<u32, u32> = BTreeMap::new();
-        for state in [one, two] {
-            let outcomes = &self.outcomes[state as usize];
-            let all = outcomes.iter().map(|(_, to)| *to).chain(outcomes.is_empty().then_some(state));
-            all.for_each(|state| {
-                members.entry(class[state as usize]).or_insert(state);
-            });
-        }
-        let own = *members.get(likelier)?;
-        let others = members.iter().filter(|(class, _)| *class != likelier);
-        let tell = others.map(|(_, other)| (own, *other)).collect();
-        Some(Plan::Draw { tell, left: most.clone(), right: chance(&right, likelier) })
-    }
-
-    /// The challenges with the answers that last longest, up to where the states look different or draw.
-    fn run(
-        &self,
-        start: (u32, u32),
-        plans: &Plans,
-        formulas: &Formulas,
-        root: Place,
-        places: &HashMap<(u32, u32), Place>,
-    ) -> Option<(Vec<Played>, Difference)> {
-        let mut steps = Vec::new();
-        let (mut pair, mut place) = (start, root);
-        loop {
-            match plans.get(&pair)? {
-                Plan::Looks => {
-                    let looks = |state| self.system.mark(state).clone();
-                    return Some((steps, Difference::Looks(looks(pair.0), looks(pair.1))));
-                }
-                Plan::Draw { left, right, .. } => {
-                    let Node::Chance(told, _) = formulas.node(place) else { return None };
-                    return Some((steps, Difference::Chances(*told, left.clone(), right.clone())));
-                }
-                Plan::Step { left_moves, label, next } => {
-                    let Some(longest) = next.first() else {
-                        return Some((steps, Difference::Step(*left_moves, label.clone())));
-                    };
-                    (pair, place) = (*longest, *places.get(longest)?);
-                    let (left, right) = pair;
-                    steps.push(Played { left_moves: *left_moves, label: label.clone(), left, right });
-                }
-            }
-        }
     }
 }

@@ -31,6 +31,8 @@ pub enum Difference {
     Step(bool, Label),
     /// The formula holds with these chances, on the left and on the right, once the draws that are due have been made.
     Chances(Place, BigRational, BigRational),
+    /// The formula comes true with these greatest chances, on the left and on the right.
+    Best(Place, BigRational, BigRational),
 }
 
 /// What is needed to tell two states apart, in a system whose states are classes of states.

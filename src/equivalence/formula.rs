@@ -40,6 +40,8 @@ pub enum Node {
     Until(Place, Label, Place),
     /// It holds with at least this chance once the draws that are due have been made.
     Chance(Place, BigRational),
+    /// Steps can be chosen so that it comes true with at least this chance.
+    Best(Place, BigRational),
 }
 
 /// Formulas that share their parts; a part stands before what is made of it.
@@ -165,6 +167,10 @@ impl Formulas {
             }
             Node::Chance(part, least) => {
                 let _ = write!(out, "chance >= {least} of ");
+                open.push(Piece::Part(*part, true));
+            }
+            Node::Best(part, least) => {
+                let _ = write!(out, "best chance >= {least} of ");
                 open.push(Piece::Part(*part, true));
             }
             Node::Until(hold, label, next) => {

@@ -1,11 +1,13 @@
 //! Whether a formula holds of a state: decided on the behaviour alone, by one definition a line, sharing nothing with
 //! the algorithms that found the formula.
 
+mod worth;
+
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use num_rational::BigRational;
-use num_traits::{One, Zero};
+use num_traits::{One, Signed, Zero};
 
 use super::formula::{Formulas, Node, Place};
 use super::weak::shows;
@@ -19,6 +21,8 @@ const MOST: usize = 2_000_000;
 pub(super) enum Doubt {
     /// It takes too many states or questions.
     TooMuch,
+    /// A chance is known only up to some error, and that does not do.
+    Close,
     /// A state has no meaning.
     Trouble(Trouble),
 }
@@ -41,6 +45,7 @@ pub(super) struct Judge<'b, B: Behaviour> {
     marks: HashMap<u32, Rc<Mark>>,
     closures: HashMap<u32, Rc<Vec<u32>>>,
     known: HashMap<(Place, u32), bool>,
+    worths: HashMap<(Place, u32), worth::Worth>,
     asked: usize,
 }
 
@@ -60,6 +65,7 @@ impl<'b, B: Behaviour> Judge<'b, B> {
             marks: HashMap::new(),
             closures: HashMap::new(),
             known: HashMap::new(),
+            worths: HashMap::new(),
             asked: 0,
         }
     }
@@ -181,7 +187,10 @@ impl<'b, B: Behaviour> Judge<'b, B> {
     }
 
     fn ask(&mut self, formulas: &Formulas, place: Place, at: u32) -> Judged<Answer> {
-        let joins = matches!(formulas.node(place), Node::Chance(..) | Node::And(_) | Node::Or(_) | Node::Not(_));
+        let joins = matches!(
+            formulas.node(place),
+            Node::Chance(..) | Node::Best(..) | Node::And(_) | Node::Or(_) | Node::Not(_)
+        );
         if formulas.draws && !joins {
             let outcomes: Vec<u32> = self.outcomes(at)?.into_iter().map(|(_, to)| to).collect();
             if !outcomes.is_empty() {
@@ -209,8 +218,12 @@ impl<'b, B: Behaviour> Judge<'b, B> {
                 let some = matches!(formulas.node(place), Node::Some(..));
                 return Ok(self.any(targets.into_iter().map(|to| (*next, to)), some));
             }
+            Node::Best(part, least) => {
+                let (worth, off) = self.worth(formulas, *part, at)?;
+                at_least(&worth, least, &off)?
+            }
             Node::Chance(part, least) => match self.sum(*part, at)? {
-                Ok(chance) => chance >= *least,
+                Ok(chance) => at_least(&chance, least, &self.behaviour.slack())?,
                 Err((place, state)) => return Ok(Answer::First(place, state)),
             },
             Node::Until(hold, label, next) => return self.until(*hold, label, *next, at),
@@ -303,4 +316,10 @@ impl<'b, B: Behaviour> Judge<'b, B> {
         }
         Ok(Answer::Known(false))
     }
+}
+
+/// Whether a chance that may be off so far is at least this.
+fn at_least(chance: &BigRational, least: &BigRational, off: &BigRational) -> Judged<bool> {
+    let near = !off.is_zero() && (chance - least).abs() <= *off;
+    if near { Err(Doubt::Close) } else { Ok(chance >= least) }
 }

@@ -1,7 +1,10 @@
 //! Closed processes compared by the systems that they are.
 
 use num_rational::BigRational;
+use num_traits::Zero;
 
+use super::cells::by_cells;
+use super::judge::Doubt;
 use super::replay::choices;
 use super::run::{RunStep, stands};
 use super::{Preorder, Verdict, decide, strong_classes};
@@ -10,7 +13,7 @@ use crate::definition::Definitions;
 use crate::model::{Model, State};
 use crate::term::Term;
 use crate::transition_system::{
-    Bounds, Clock, Generated, Inputs, Process, TransitionSystem, Trouble, generate, generate_pair,
+    Behaviour, Bounds, Clock, Generated, Inputs, Process, TransitionSystem, Trouble, generate, generate_pair,
 };
 
 /// How many foreign values are tried first for what is read from outside, and at most.
@@ -30,6 +33,10 @@ pub struct ProcessAnswer {
     pub moments: Option<BigRational>,
     /// Whether the values that were read stand for all.
     enough: bool,
+    /// Whether chances are not exact, and whether what depends on a value in a cell was seen.
+    pub(super) cells: (bool, bool),
+    /// Whether it is not decided, and a value was drawn that is not known.
+    open_draws: bool,
     /// For "no", the choices that lead each side through the run, as the stepper saves them; none where the side stands
     /// still.
     pub choices: [Vec<String>; 2],
@@ -83,9 +90,19 @@ pub fn compare_processes(
 ) -> Result<ProcessAnswer, Trouble> {
     let mut last = None;
     for others in OTHERS {
-        let inputs = Inputs::of(&[left, right], definitions, others);
-        let mut found = at_ticks([left, right], definitions, &inputs, relation, bounds, 0, stop)?;
-        if found.moments.is_some() && matches!(found.verdict, Verdict::Yes) && left != right {
+        let mut inputs = Inputs::of(&[left, right], definitions, others);
+        let found = at_ticks([left, right], definitions, &inputs, relation, bounds, 0, stop);
+        let mut found = match found {
+            Ok(found) if !found.open_draws => found,
+            other => match by_cells([left, right], definitions, &inputs, relation, bounds, stop) {
+                Some((cut, found)) => {
+                    inputs = cut;
+                    found
+                }
+                None => other?,
+            },
+        };
+        if inputs.cuts.is_none() && found.moments.is_some() && matches!(found.verdict, Verdict::Yes) && left != right {
             found = at_all_times(found, [left, right], definitions, &inputs, relation, bounds, stop)?;
         }
         let more_helps = inputs.symmetric && !relation.is_trace();
@@ -102,7 +119,7 @@ pub fn compare_processes(
 }
 
 /// Compares them at the ends of ticks, halved so often.
-fn at_ticks(
+pub(super) fn at_ticks(
     terms: [&Term; 2],
     definitions: &Definitions,
     inputs: &Inputs,
@@ -119,7 +136,11 @@ fn at_ticks(
     let enough = !reads || (!relation.is_trace() && inputs.suffice(&processes, [&one.states, &two.states]));
     let choices = replayed(&verdict, inputs, definitions, terms, [&one.states, &two.states], relation);
     let moments = processes[0].tick().filter(|_| processes[0].is_fine()).cloned();
-    Ok(ProcessAnswer { verdict, states: [one.states, two.states], sizes, moments, enough, choices })
+    let exact = processes.iter().all(|process| process.slack().is_zero());
+    let cells = (!exact, processes.iter().any(|process| process.draws().seen()));
+    let touched = processes.iter().any(|process| process.draws().touched());
+    let open_draws = touched && matches!(verdict, Verdict::Unknown(_));
+    Ok(ProcessAnswer { verdict, states: [one.states, two.states], sizes, moments, enough, cells, open_draws, choices })
 }
 
 /// The pairs of states that are looked into for every moment.
@@ -214,6 +235,9 @@ fn judged(
         (Ok(true), _) => verdict,
         (_, Some(cut)) => Verdict::Unknown(cut.to_string()),
         (Ok(false), None) => Verdict::Unknown("a difference was found that did not stand up to being checked".into()),
+        (Err(Doubt::Close), None) => {
+            Verdict::Unknown("a difference was found, but chances differ by less than they may be off".into())
+        }
         (Err(_), None) => Verdict::Unknown("a difference was found, but checking it takes too much".into()),
     }
 }

@@ -95,6 +95,7 @@ impl Concrete<'_> {
         let difference = match found.difference {
             Difference::Looks(one, two) if self.turned => Difference::Looks(two, one),
             Difference::Step(left, label) => Difference::Step(left != self.turned, label),
+            Difference::Chances(place, one, two) if self.turned => Difference::Chances(place, two, one),
             other => other,
         };
         let holds_left = found.holds_left != self.turned;
@@ -132,6 +133,10 @@ pub(super) fn stands<B: Behaviour>(
             Difference::Chances(place, one, two) => {
                 let wanted = if side == 0 { one } else { two };
                 one != two && judge.chance(&evidence.formulas, *place, at)? == *wanted
+            }
+            Difference::Best(place, one, two) => {
+                let wanted = if side == 0 { one } else { two };
+                one != two && judge.worth(&evidence.formulas, *place, at)?.0 == *wanted
             }
             Difference::Step(left, label) => {
                 let can = if weak { judge.weakly_after(at, label)? } else { judge.after(at, label)? };

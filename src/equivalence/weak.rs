@@ -26,7 +26,9 @@ pub(super) fn observed(system: &TransitionSystem) -> TransitionSystem {
             builder.transition(state, label, state);
         }
     }
-    builder.finish(system.initial(), system.cut)
+    let mut observed = builder.finish(system.initial(), system.cut);
+    observed.slack = system.slack.clone();
+    observed
 }
 
 /// What a state shows while time passes; none if it shows nothing, or lets no time pass.

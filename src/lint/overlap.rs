@@ -1,10 +1,11 @@
 //! Overlaps: processes that two laws rewrite differently, where simplification does not bring the results together.
 //!
-//! Critical pairs of laws written `=>`. Sides are unified part by part: sequences of one length, or where a metavariable at
-//! an end takes the rest; parts of `|` and `#` in every order, up to three. Overlaps of other kinds are not looked for.
+//! Critical pairs of laws written `=>`, where one law is used on a part of what the other is used on, or both on sequences
+//! or lists of `|` and `#` that share some parts (`unify.rs` says what is made equal).
 
 use std::collections::BTreeSet;
 
+use super::unify::{Goal, lists, plain_meta, resolved, sequences, unify};
 use super::warning;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::fact::Context;
@@ -24,15 +25,13 @@ use crate::term::{Node, Term};
 use crate::value::Value;
 
 /// The most findings for one law.
-const MOST: usize = 2;
-/// The most ways in which two sides are unified.
-const MOST_WAYS: usize = 8;
+const MOST: usize = 12;
+/// The most peaks of two laws that are looked at.
+const MOST_PEAKS: usize = 60;
 /// The most pairs of results of one law that are looked at beyond simplification.
-const MOST_PAIRS: usize = 12;
+const MOST_PAIRS: usize = 40;
 /// The most law applications to bring two results together.
 const FUEL: usize = 300;
-/// The most steps of one unification.
-const MOST_STEPS: usize = 2_000;
 
 /// A process that two laws rewrite, and what they make of it.
 struct Peak {
@@ -62,7 +61,7 @@ pub(super) fn findings(
         let peaks = peaks(law, &apart, other.name == law.name).into_iter().map(|peak| (peak, false));
         let back = if other.name == law.name { Vec::new() } else { self::peaks(&apart, law, false) };
         let back = back.into_iter().map(|peak| (peak, true));
-        for ((way, peak), turned) in peaks.chain(back) {
+        for ((way, peak), turned) in peaks.chain(back).take(MOST_PEAKS) {
             let (first, second) = if turned { (&peak.second, &peak.first) } else { (&peak.first, &peak.second) };
             let conditions: Vec<&Condition> = law.conditions.iter().chain(&apart.conditions).collect();
             let found =
@@ -192,13 +191,6 @@ fn renamed(law: &Law, taken: &BTreeSet<Name>) -> Law {
     Law { left: image(&law.left), right: image(&law.right), conditions, ..law.clone() }
 }
 
-fn plain_meta(term: &Term) -> Option<&Name> {
-    match term.node() {
-        Node::Meta(name, arguments) if arguments.is_empty() => Some(name),
-        _ => None,
-    }
-}
-
 /// The peaks at which `law` is used on the whole and `other` on a part, and those at which they share parts of a list.
 fn peaks(law: &Law, other: &Law, same: bool) -> Vec<(Substitution, Peak)> {
     let mut all = Vec::new();
@@ -206,10 +198,16 @@ fn peaks(law: &Law, other: &Law, same: bool) -> Vec<(Substitution, Peak)> {
         if matches!(part.node(), Node::Meta(..)) || (same && part == law.left) {
             continue;
         }
-        let second = fill(&around, &[(hole(1), other.right.clone())].into());
+        let (term, first) = (&law.left, &law.right);
+        let peak = |replaced: Term| {
+            let second = fill(&around, &[(hole(1), replaced)].into());
+            Peak { term: term.clone(), first: first.clone(), second }
+        };
         for way in unify(vec![Goal::Terms(part.clone(), other.left.clone())]) {
-            let (term, first) = (law.left.clone(), law.right.clone());
-            all.push((way, Peak { term, first, second: second.clone() }));
+            all.push((way, peak(other.right.clone())));
+        }
+        for (way, replaced) in inside(&part, other) {
+            all.push((way, peak(replaced)));
         }
     }
     match (law.left.node(), other.left.node()) {
@@ -221,26 +219,68 @@ fn peaks(law: &Law, other: &Law, same: bool) -> Vec<(Substitution, Peak)> {
     all
 }
 
+/// Uses of a law on some, not all, of the parts of a sequence or list, with what it becomes.
+fn inside(part: &Term, law: &Law) -> Vec<(Substitution, Term)> {
+    let mut all = Vec::new();
+    match (part.node(), law.left.node()) {
+        (Node::Seq(parts), Node::Seq(_)) => {
+            for start in 0..parts.len() {
+                for end in (start + 2..=parts.len()).filter(|end| end - start < parts.len()) {
+                    let window = Term::seq(parts[start..end].iter().cloned());
+                    let after = parts[end..].iter().cloned();
+                    let replaced = parts[..start].iter().cloned().chain([law.right.clone()]).chain(after);
+                    let replaced = Term::seq(replaced);
+                    let ways = unify(vec![Goal::Terms(window, law.left.clone())]).into_iter();
+                    all.extend(ways.map(|way| (way, replaced.clone())));
+                }
+            }
+        }
+        (Node::Par(parts), Node::Par(own)) => within(parts, own, law, Term::par, &mut all),
+        (Node::Disable(parts), Node::Disable(own)) => within(parts, own, law, Term::disable, &mut all),
+        _ => {}
+    }
+    all
+}
+
+fn within(parts: &[Term], own: &[Term], law: &Law, join: fn(Vec<Term>) -> Term, all: &mut Vec<(Substitution, Term)>) {
+    let taken: BTreeSet<Name> = parts.iter().chain(own).flat_map(metavariables).collect();
+    let rest = fresh("?Y", &taken);
+    let longer: Vec<Term> = own.iter().cloned().chain([rest.clone()]).collect();
+    for goals in lists(parts, &longer, &taken, None, Some(own.len()), join) {
+        let replaced = join(vec![law.right.clone(), rest.clone()]);
+        all.extend(unify(goals).into_iter().map(|way| (way, replaced.clone())));
+    }
+}
+
+/// A metavariable that is not among these.
+fn fresh(text: &str, taken: &BTreeSet<Name>) -> Term {
+    let mut name = Name::new(text);
+    while taken.contains(&name) {
+        name = Name::new(&format!("{name}1"));
+    }
+    Term::meta(&name)
+}
+
 /// `A ; B ; C`, where one law fits `A ; B` and the other `B ; C`.
 fn chained(law: &Law, other: &Law, one: &[Term], two: &[Term], all: &mut Vec<(Substitution, Peak)>) {
-    for shared in 1..one.len().min(two.len()) {
-        let (before, tail) = one.split_at(one.len() - shared);
-        let (head, after) = two.split_at(shared);
-        let solid = tail.iter().zip(head).any(|(a, b)| plain_meta(a).is_none() && plain_meta(b).is_none());
-        if !solid {
-            continue;
-        }
-        let goals = tail.iter().zip(head).map(|(a, b)| Goal::Terms(a.clone(), b.clone())).collect();
-        for way in unify(goals) {
-            let term = Term::seq(one.iter().chain(after).cloned());
-            let first = Term::seq([law.right.clone()].into_iter().chain(after.iter().cloned()));
-            let second = Term::seq(before.iter().cloned().chain([other.right.clone()]));
-            all.push((way, Peak { term, first, second }));
+    for (start, end) in (1..one.len()).flat_map(|start| (1..two.len()).map(move |end| (start, end))) {
+        let ((before, tail), (head, after)) = (one.split_at(start), two.split_at(end));
+        for goals in sequences(tail, head) {
+            let solid = |goal: &Goal| matches!(goal, Goal::Terms(a, b) if plain_meta(a).or(plain_meta(b)).is_none());
+            if !goals.iter().any(solid) {
+                continue;
+            }
+            for way in unify(goals) {
+                let term = Term::seq(one.iter().chain(after).cloned());
+                let first = Term::seq([law.right.clone()].into_iter().chain(after.iter().cloned()));
+                let second = Term::seq(before.iter().cloned().chain([other.right.clone()]));
+                all.push((way, Peak { term, first, second }));
+            }
         }
     }
 }
 
-/// Two uses beside each other that share one part.
+/// Two uses beside each other in a list that share some of its parts, with whatever else stands there.
 fn sharing(
     law: &Law,
     other: &Law,
@@ -249,218 +289,16 @@ fn sharing(
     join: fn(Vec<Term>) -> Term,
     all: &mut Vec<(Substitution, Peak)>,
 ) {
-    for (here, a) in one.iter().enumerate() {
-        for (there, b) in two.iter().enumerate() {
-            if plain_meta(a).is_some() || plain_meta(b).is_some() {
-                continue;
-            }
-            let rest = |parts: &[Term], place: usize| {
-                parts
-                    .iter()
-                    .enumerate()
-                    .filter(move |(at, _)| *at != place)
-                    .map(|(_, part)| part.clone())
-                    .collect::<Vec<_>>()
-            };
-            for way in unify(vec![Goal::Terms(a.clone(), b.clone())]) {
-                let term = join(one.iter().cloned().chain(rest(two, there)).collect());
-                let first = join([law.right.clone()].into_iter().chain(rest(two, there)).collect());
-                let second = join([other.right.clone()].into_iter().chain(rest(one, here)).collect());
-                all.push((way, Peak { term, first, second }));
-            }
+    let taken: BTreeSet<Name> = metavariables(&law.left).into_iter().chain(metavariables(&other.left)).collect();
+    let (here, there) = (fresh("?X", &taken), fresh("?Y", &taken));
+    let with = |parts: &[Term], more: &Term| -> Vec<Term> { parts.iter().cloned().chain([more.clone()]).collect() };
+    let (a, b) = (with(one, &here), with(two, &there));
+    for goals in lists(&a, &b, &taken, Some(one.len()), Some(two.len()), join) {
+        for way in unify(goals) {
+            let term = join(a.clone());
+            let first = join(vec![law.right.clone(), here.clone()]);
+            let second = join(vec![other.right.clone(), there.clone()]);
+            all.push((way, Peak { term, first, second }));
         }
     }
-}
-
-/// Two things to be made equal.
-#[derive(Clone)]
-enum Goal {
-    Terms(Term, Term),
-    Values(Value, Value),
-    Names(Name, Name),
-}
-
-/// Substitutions that make all goals equal, to be applied again and again; at most [`MOST_WAYS`].
-fn unify(goals: Vec<Goal>) -> Vec<Substitution> {
-    let mut ways = Vec::new();
-    let mut open = vec![(goals, Substitution::default())];
-    for _ in 0..MOST_STEPS {
-        let Some((mut goals, way)) = open.pop() else { break };
-        let Some(goal) = goals.pop() else {
-            ways.push(way);
-            if ways.len() >= MOST_WAYS {
-                break;
-            }
-            continue;
-        };
-        let next = match goal {
-            Goal::Terms(one, two) => terms(&one, &two, way),
-            Goal::Values(one, two) => values(&one, &two, way).into_iter().map(|way| (Vec::new(), way)).collect(),
-            Goal::Names(one, two) => names(&one, &two, way).into_iter().map(|way| (Vec::new(), way)).collect(),
-        };
-        for (more, way) in next {
-            open.push((goals.iter().cloned().chain(more).collect(), way));
-        }
-    }
-    ways
-}
-
-type Branches = Vec<(Vec<Goal>, Substitution)>;
-
-fn terms(one: &Term, two: &Term, way: Substitution) -> Branches {
-    let (one, two) = (followed(one, &way), followed(two, &way));
-    if one == two {
-        return vec![(Vec::new(), way)];
-    }
-    for (meta, image) in [(&one, &two), (&two, &one)] {
-        if let Some(name) = plain_meta(meta) {
-            let (assumptions, definitions) = Default::default();
-            let context = Context::new(&assumptions, &definitions, &[]);
-            let Some(image) = resolved(&way, image, &context) else { return Vec::new() };
-            if metavariables(&image).contains(name) {
-                return Vec::new();
-            }
-            let mut way = way;
-            way.processes.insert(name.clone(), image);
-            return vec![(Vec::new(), way)];
-        }
-    }
-    let pairs = |one: &[Term], two: &[Term]| -> Vec<Goal> {
-        one.iter().zip(two).map(|(a, b)| Goal::Terms(a.clone(), b.clone())).collect()
-    };
-    match (one.node(), two.node()) {
-        (Node::Seq(a), Node::Seq(b)) => sequences(a, b).into_iter().map(|goals| (goals, way.clone())).collect(),
-        (Node::Par(a), Node::Par(b)) | (Node::Disable(a), Node::Disable(b)) if a.len() == b.len() && a.len() <= 3 => {
-            orders(b).iter().map(|b| (pairs(a, b), way.clone())).collect()
-        }
-        _ => match heads(&one, &two) {
-            Some(goals) => vec![(goals, way)],
-            None => Vec::new(),
-        },
-    }
-}
-
-/// What a bound metavariable stands for.
-fn followed(term: &Term, way: &Substitution) -> Term {
-    let mut term = term.clone();
-    while let Some(image) = plain_meta(&term).and_then(|name| way.processes.get(name)) {
-        term = image.clone();
-    }
-    term
-}
-
-fn sequences(one: &[Term], two: &[Term]) -> Vec<Vec<Goal>> {
-    let pairs = |one: &[Term], two: &[Term]| -> Vec<Goal> {
-        one.iter().zip(two).map(|(a, b)| Goal::Terms(a.clone(), b.clone())).collect()
-    };
-    if one.len() == two.len() {
-        return vec![pairs(one, two)];
-    }
-    let (short, long) = if one.len() < two.len() { (one, two) } else { (two, one) };
-    let mut all = Vec::new();
-    let more = long.len() - short.len();
-    if let Some((last, start)) = short.split_last()
-        && plain_meta(last).is_some()
-    {
-        let mut goals = pairs(start, long);
-        goals.push(Goal::Terms(last.clone(), Term::seq(long.iter().skip(start.len()).cloned())));
-        all.push(goals);
-    }
-    if let Some((first, rest)) = short.split_first()
-        && plain_meta(first).is_some()
-    {
-        let (head, tail) = long.split_at(more + 1);
-        let mut goals = pairs(rest, tail);
-        goals.push(Goal::Terms(first.clone(), Term::seq(head.iter().cloned())));
-        all.push(goals);
-    }
-    all
-}
-
-/// All orders of up to three parts.
-fn orders(parts: &[Term]) -> Vec<Vec<Term>> {
-    match parts {
-        [a, b] => vec![vec![a.clone(), b.clone()], vec![b.clone(), a.clone()]],
-        [a, b, c] => [[a, b, c], [a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]]
-            .map(|order| order.into_iter().cloned().collect())
-            .to_vec(),
-        _ => vec![parts.to_vec()],
-    }
-}
-
-/// What must be equal for two operators of one kind to be; none where they are of different kinds.
-fn heads(one: &Term, two: &Term) -> Option<Vec<Goal>> {
-    let mut goals = Vec::new();
-    let mut name = |a: &Name, b: &Name| goals.push(Goal::Names(a.clone(), b.clone()));
-    match (one.node(), two.node()) {
-        (Node::In(a, b), Node::In(c, d)) => {
-            name(a, c);
-            name(b, d);
-        }
-        (Node::Out(a, _), Node::Out(b, _)) | (Node::New(a, _), Node::New(b, _)) => name(a, b),
-        (Node::Set(_, a), Node::Set(_, b)) | (Node::Ran(_, a), Node::Ran(_, b)) => name(a, b),
-        (Node::Guard(a, ..), Node::Guard(b, ..)) if a != b => return None,
-        (Node::Observe(a, _), Node::Observe(b, _)) | (Node::Call(a, _), Node::Call(b, _)) if a != b => return None,
-        (Node::Power(_, _, None), Node::Power(_, _, None)) => {}
-        (Node::Power(..) | Node::Project(..) | Node::Replace(..) | Node::Meta(..), _) => return None,
-        (a, b) if std::mem::discriminant(a) != std::mem::discriminant(b) => return None,
-        _ => {}
-    }
-    let (a, b) = (one.values(), two.values());
-    let (c, d) = (one.children(), two.children());
-    if a.len() != b.len() || c.len() != d.len() {
-        return None;
-    }
-    goals.extend(a.into_iter().zip(b).map(|(a, b)| Goal::Values(a.clone(), b.clone())));
-    goals.extend(c.into_iter().zip(d).map(|(c, d)| Goal::Terms(c.clone(), d.clone())));
-    Some(goals)
-}
-
-fn values(one: &Value, two: &Value, mut way: Substitution) -> Option<Substitution> {
-    let (mut one, mut two) = (one.clone(), two.clone());
-    for _ in 0..10 {
-        (one, two) = (way.value(&one).ok()?, way.value(&two).ok()?);
-    }
-    if one == two {
-        return Some(way);
-    }
-    for (meta, image) in [(&one, &two), (&two, &one)] {
-        if let Some(name) = meta.as_variable().filter(|name| name.is_meta() && !image.mentions(name)) {
-            way.values.insert(name.clone(), image.clone());
-            return Some(way);
-        }
-    }
-    None
-}
-
-fn names(one: &Name, two: &Name, mut way: Substitution) -> Option<Substitution> {
-    let follow = |name: &Name| {
-        let mut name = name.clone();
-        while let Some(image) = way.names.get(&name) {
-            name = image.clone();
-        }
-        name
-    };
-    let (one, two) = (follow(one), follow(two));
-    if one == two {
-        return Some(way);
-    }
-    let (meta, image) = if one.is_meta() { (one, two) } else { (two, one) };
-    meta.is_meta().then(|| {
-        way.names.insert(meta, image);
-        way
-    })
-}
-
-/// The image of a term when the substitution has been applied until nothing changes.
-fn resolved(way: &Substitution, term: &Term, context: &Context<'_>) -> Option<Term> {
-    let mut term = term.clone();
-    for _ in 0..20 {
-        let next = way.apply(&term, context).ok()?;
-        if next == term {
-            return Some(next);
-        }
-        term = next;
-    }
-    None
 }

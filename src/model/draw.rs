@@ -145,7 +145,7 @@ impl State {
     }
 
     /// A name for the next value that this state draws from this distribution, which it does not hold yet.
-    pub(crate) fn next_drawn(&self, distribution: &Value) -> Value {
+    pub(crate) fn next_drawn(&self, distribution: &impl std::fmt::Display) -> Value {
         let held = self.drawn_names();
         let name = |number: usize| match number {
             1 => Name::new(&format!("{DRAWN}from {distribution})")),

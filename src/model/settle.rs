@@ -177,7 +177,10 @@ impl Model<'_> {
             }
             Node::Guard(relation, left, right) => {
                 let (left, right) = (scope.evaluate(left)?, scope.evaluate(right)?);
-                let holds = compare(*relation, &left, &right)?;
+                let holds = match self.cells.order(&left, &right) {
+                    Some(order) => relation.holds(order),
+                    None => compare(*relation, &left, &right)?,
+                };
                 self.note(|| Event::Guard(*relation, left, right, holds));
                 Ok(if holds { State::Stopped(Results::new()) } else { State::Aborted })
             }

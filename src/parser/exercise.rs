@@ -71,7 +71,7 @@ impl Parser<'_> {
     fn gap_step(&mut self) -> Parse<GapStep> {
         let start = self.token().span.start;
         let connective = self.connective("`= {law} P`, with `_` for a gap, or `}`")?;
-        self.require(Kind::OpenCurly, "`{` and the laws of this step, or `_` for a gap")?;
+        self.require(Kind::OpenCurly, "`{` and the laws of this step (`{_}` where they are to be found)")?;
         let laws = if self.accept(Kind::Underscore) {
             self.require(Kind::CloseCurly, "`}`")?;
             None

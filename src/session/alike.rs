@@ -1,5 +1,8 @@
 //! Questions answered by transition systems: `lts P`, `minimise P`, `compare P ~ Q`.
 
+use num_bigint::BigInt;
+use num_rational::BigRational;
+
 use super::reading::{Run, Waiting};
 use crate::ast::Limits;
 use crate::diagnostic::Diagnostic;
@@ -133,6 +136,15 @@ fn named(state: Option<&State>) -> String {
     }
 }
 
+/// A chance in short: one with a long denominator to six places.
+fn chance(exact: &BigRational) -> String {
+    if *exact.denom() < BigInt::from(1_000_000) {
+        return exact.to_string();
+    }
+    let places = (exact * BigRational::from_integer(BigInt::from(1_000_000))).round().to_integer();
+    format!("about 0.{places:0>6}")
+}
+
 /// The longest formula that is shown in full, in letters.
 const LONGEST: usize = 1_500;
 /// Steps of a run that are told; of a longer one, the first and the last.
@@ -171,7 +183,13 @@ pub fn evidence_lines(evidence: &Evidence, name: &dyn Fn(usize, u32) -> String) 
     lines.push(match &evidence.difference {
         Difference::Chances(place, one, two) => {
             let told = evidence.formulas.text(*place, LONGEST);
+            let (one, two) = (chance(one), chance(two));
             format!("the left side then satisfies {told} with chance {one}, the right side with chance {two}")
+        }
+        Difference::Best(place, one, two) => {
+            let told = evidence.formulas.text(*place, LONGEST);
+            let (one, two) = (chance(one), chance(two));
+            format!("the greatest chance of {told} is {one} on the left side, {two} on the right side")
         }
         Difference::Looks(one, two) => format!("the left side is {one}, the right side is {two}"),
         Difference::Step(left, label) => {

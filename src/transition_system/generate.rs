@@ -1,7 +1,7 @@
 //! Systems from behaviours, breadth first, up to a bound; closed processes are behaviours.
 
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 use std::hash::Hash;
 
@@ -12,8 +12,9 @@ use super::draw::Draws;
 use super::{Bounds, Builder, Cut, Ending, Inputs, Label, Mark, TransitionSystem};
 use crate::bisimulation::{common_divisor, grain};
 use crate::definition::Definitions;
-use crate::model::{Action, Meaningless, Model, Move, Outcome, Patience, State};
+use crate::model::{Action, Meaningless, Model, Move, Outcome, Patience, State, mentions_drawn};
 use crate::term::{Node, Term};
+use crate::value::Value;
 
 /// How often a pair of processes is generated anew with finer steps of time.
 const MOST_GRAINS: usize = 40;
@@ -29,6 +30,10 @@ pub enum Trouble {
     Coarse,
     /// What it does depends on a value drawn from a continuous distribution.
     Draws,
+    /// What it does depends on whether a value of this distribution is greater than this.
+    Cut(Value, BigRational),
+    /// This distribution's value, times the first plus the second, is seen.
+    Probe(Value, BigRational, BigRational),
 }
 
 impl From<Meaningless> for Trouble {
@@ -42,7 +47,9 @@ impl fmt::Display for Trouble {
         match self {
             Trouble::Meaningless(why) => why.fmt(f),
             Trouble::Grain(_) | Trouble::Coarse => f.write_str("its delays have no common measure"),
-            Trouble::Draws => f.write_str("it depends on a value that is drawn from a continuous distribution"),
+            Trouble::Draws | Trouble::Cut(..) | Trouble::Probe(..) => {
+                f.write_str("it depends on a value that is drawn from a continuous distribution")
+            }
         }
     }
 }
@@ -72,6 +79,11 @@ pub trait Behaviour {
 
     /// The bytes that a state takes, estimated from above.
     fn weight(&self, state: &Self::State) -> usize;
+
+    /// How far the chances of one instant, all together, may be from those that are said.
+    fn slack(&self) -> BigRational {
+        BigRational::zero()
+    }
 }
 
 impl Behaviour for TransitionSystem {
@@ -91,6 +103,10 @@ impl Behaviour for TransitionSystem {
 
     fn weight(&self, _: &u32) -> usize {
         4
+    }
+
+    fn slack(&self) -> BigRational {
+        self.slack.clone()
     }
 }
 
@@ -124,13 +140,14 @@ pub struct Process<'a> {
 impl<'a> Process<'a> {
     /// This term under these definitions; what it reads from outside is one of the inputs.
     pub fn new(term: Term, definitions: &'a Definitions, clock: Clock, inputs: Inputs) -> Process<'a> {
+        let draws = Draws::new(inputs.cuts.clone());
         Process {
-            model: Model::new(definitions),
+            model: Model::within(definitions, draws.cells()),
             term,
             clock,
             inputs,
             reads: Cell::new(false),
-            draws: Draws::default(),
+            draws,
             last: RefCell::new(None),
         }
     }
@@ -203,15 +220,22 @@ impl Behaviour for Process<'_> {
     }
 
     fn mark(&self, state: &State) -> Result<Mark, Trouble> {
-        let shown = state.observations().into_iter().map(|(name, values)| {
-            let observer = Term::new(Node::Observe(name, values));
-            observer.to_string()
-        });
+        let mut shown = BTreeSet::new();
+        for (name, values) in state.observations() {
+            let plain = !values.iter().any(mentions_drawn);
+            shown.insert(if plain || self.inputs.cuts.is_none() {
+                Term::new(Node::Observe(name, values)).to_string()
+            } else {
+                let views: Vec<String> = values.iter().map(|value| self.draws.view(value)).collect::<Result<_, _>>()?;
+                format!("{name}_{{{}}}", views.join(", "))
+            });
+        }
         let ending = match state.outcome() {
             Outcome::Running => Ending::Running,
             Outcome::Abort => Ending::Aborted,
             Outcome::Stop(results) => {
-                let results: Vec<String> = results.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+                let told = |(name, value)| Ok(format!("{name} = {}", self.draws.view(value)?));
+                let results: Vec<String> = results.iter().map(told).collect::<Result<_, Trouble>>()?;
                 Ending::Stopped(results.join(", "))
             }
         };
@@ -222,14 +246,14 @@ impl Behaviour for Process<'_> {
             },
             Clock::Ticks { .. } => ending == Ending::Running,
         };
-        Ok(Mark { ending, shown: shown.collect(), waits })
+        Ok(Mark { ending, shown, waits })
     }
 
     fn steps(&self, state: &State) -> Result<Vec<(Label, State)>, Trouble> {
         let moves = self.draws.look(state)?;
         let mut all = Vec::new();
         let mut offers = false;
-        if self.clock != Clock::Events && matches!(moves.first(), Some(Move { action: Action::Draw(_, Some(_)), .. })) {
+        if self.clock != Clock::Events && moves.first().is_some_and(|step| self.draws.is_made(step)) {
             let outcomes = self.draws.outcomes(&self.model, state)?;
             return Ok(outcomes.into_iter().map(|(state, chance)| (Label::Chance(chance), state)).collect());
         }
@@ -238,7 +262,7 @@ impl Behaviour for Process<'_> {
                 Action::Tau(..) => Label::Tau,
                 Action::Out(port, value) => {
                     offers = true;
-                    Label::Act(format!("{port}!{value}"))
+                    Label::Act(format!("{port}!{}", self.draws.view(value)?))
                 }
                 Action::In(port) => {
                     offers = true;
@@ -272,6 +296,10 @@ impl Behaviour for Process<'_> {
             State::Aborted => 1,
         };
         nodes.saturating_mul(256).saturating_add(128)
+    }
+
+    fn slack(&self) -> BigRational {
+        self.draws.slack()
     }
 }
 
@@ -343,7 +371,9 @@ pub fn generate<B: Behaviour>(
         builder.look(state as u32, behaviour.mark(term)?);
         builder.leave_open(state as u32);
     }
-    Ok(Generated { system: builder.finish(0, cut), states })
+    let mut system = builder.finish(0, cut);
+    system.slack = behaviour.slack();
+    Ok(Generated { system, states })
 }
 
 /// Both terms with the same ticks, made finer as far as needed, and halved so often more; the processes say which ticks

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeSet;
 
+use super::cut::Cuts;
 use super::generate::Process;
 use crate::definition::Definitions;
 use crate::model::State;
@@ -25,6 +26,8 @@ pub struct Inputs {
     pub symmetric: bool,
     /// Whether each delay is written as a number.
     pub fixed_delays: bool,
+    /// Where the values of continuous draws are cut into cells; none where they are symbols.
+    pub(crate) cuts: Option<Cuts>,
 }
 
 impl Inputs {
@@ -53,7 +56,7 @@ impl Inputs {
             number += 1;
         }
         let values = found.mentioned.iter().chain(&foreign).cloned().collect();
-        Inputs { values, foreign, symmetric: found.symmetric, fixed_delays: found.fixed_delays }
+        Inputs { values, foreign, symmetric: found.symmetric, fixed_delays: found.fixed_delays, cuts: None }
     }
 
     /// How many foreign values a state holds.
