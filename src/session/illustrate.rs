@@ -3,8 +3,9 @@
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-use super::likely::{chances, distributions};
+use super::likely::distributions;
 use super::reading::{Question, Run, Waiting};
+use super::roughly::growth;
 use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
 use crate::name::Name;
 use crate::picture::{Line, Picture, of_run};
@@ -78,28 +79,23 @@ fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn 
     for (name, distribution) in distributions(likelihood, environment) {
         all.extend(distribution.normals().map(|parts| density(&name, &parts, &at(likelihood))));
     }
-    if let Event::Shown { first: true, pattern, time } = &likelihood.event
+    if let Event::Shown { first: true, time, .. } = &likelihood.event
         && let Some(whole) = time.as_rational()
     {
-        let (mut low, mut high) = (Vec::new(), Vec::new());
-        for part in 0..=TIMES {
-            if interrupted() {
-                break;
-            }
-            let moment = &whole * BigRational::new(part.into(), TIMES.into());
-            let event = Event::Shown { first: true, pattern: pattern.clone(), time: Value::rational(moment.clone()) };
-            let Ok(likely) = chances(&Likelihood { event, ..likelihood.clone() }, environment) else { break };
-            let Some(moment) = moment.to_f64() else { break };
-            low.push((moment, likely.low));
-            high.push((moment, likely.high));
-        }
-        let wide = low.iter().zip(&high).any(|((_, low), (_, high))| high - low > 1e-3);
-        let mut lines = vec![Line { name: "lower bound".to_string(), points: low }];
+        let moments = (0..=TIMES).map(|part| &whole * BigRational::new(part.into(), TIMES.into()));
+        let moments: Vec<BigRational> = moments.collect();
+        let Some((bounds, method)) = growth(likelihood, environment, &moments, interrupted) else { return all };
+        let places = || moments.iter().filter_map(BigRational::to_f64);
+        let low: Vec<(f64, f64)> = places().zip(bounds.iter().map(|(low, _)| *low)).collect();
+        let high: Vec<(f64, f64)> = places().zip(bounds.iter().map(|(_, high)| *high)).collect();
+        let wide = low.iter().zip(&high).any(|((_, low), (_, high))| high - low > 5e-3);
+        let name = if wide { "lower bound" } else { "probability" };
+        let mut lines = vec![Line { name: name.to_string(), points: low }];
         if wide {
             lines.push(Line { name: "upper bound".to_string(), points: high });
         }
         all.push(Picture {
-            title: format!("Probability of being there by a time, {}", likelihood.system),
+            title: format!("Probability of being there by a time, {} ({method})", likelihood.system),
             across: "time".to_string(),
             up: "probability".to_string(),
             lines,
