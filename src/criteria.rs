@@ -80,14 +80,20 @@ pub fn near(value: &Value) -> Option<f64> {
     }
 }
 
+/// A number of the machine, exactly; with a power of ten where it has many zeros.
+fn digits(number: f64) -> String {
+    let size = number.abs();
+    if size != 0.0 && !(1e-6..1e15).contains(&size) { format!("{number:e}") } else { number.to_string() }
+}
+
 impl std::fmt::Display for Measure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Measure::Exact(value) => write!(f, "{value}"),
             Measure::AtLeast(value) => write!(f, "at least {value}"),
             Measure::AtMost(value) => write!(f, "at most {value}"),
-            Measure::Between(low, high) if low == high => write!(f, "{low} (rounded)"),
-            Measure::Between(low, high) => write!(f, "between {low} and {high}"),
+            Measure::Between(low, high) if low == high => write!(f, "{} (rounded)", digits(*low)),
+            Measure::Between(low, high) => write!(f, "between {} and {}", digits(*low), digits(*high)),
         }
     }
 }
@@ -262,7 +268,7 @@ impl Judge<'_> {
             let scene =
                 measure::Scene { judge: self, criteria, environment, system, run: follower.run(), visits: &found };
             let decided = |one: &&Criterion| scene.on_the_run(one).is_some_and(|one| one.standing != Standing::Open);
-            let enough = enough || (quick && chosen.iter().all(decided));
+            let enough = enough || ((quick || most >= FEW_STRETCHES) && chosen.iter().all(decided));
             if follower.over() || enough || most >= self.stretches {
                 return (follower.run().clone(), found);
             }
