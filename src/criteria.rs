@@ -3,6 +3,7 @@
 
 pub mod blame;
 mod measure;
+mod nearby;
 pub mod repair;
 pub mod simplest;
 mod visit;
@@ -10,15 +11,12 @@ mod visit;
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
-use num_traits::{One, ToPrimitive, Zero};
+use num_traits::{ToPrimitive, Zero};
 
-use crate::assumption::Assumptions;
 use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood, System};
 use crate::name::Name;
-use crate::period::{self, Period};
-use crate::timeline::trail::trail;
 use crate::timeline::{Follower, Timeline};
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 pub use visit::{Leg, Visits, visits};
 
@@ -82,14 +80,20 @@ pub fn near(value: &Value) -> Option<f64> {
     }
 }
 
+/// A number of the machine, exactly; with a power of ten where it has many zeros.
+fn digits(number: f64) -> String {
+    let size = number.abs();
+    if size != 0.0 && !(1e-6..1e15).contains(&size) { format!("{number:e}") } else { number.to_string() }
+}
+
 impl std::fmt::Display for Measure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Measure::Exact(value) => write!(f, "{value}"),
             Measure::AtLeast(value) => write!(f, "at least {value}"),
             Measure::AtMost(value) => write!(f, "at most {value}"),
-            Measure::Between(low, high) if low == high => write!(f, "{low} (rounded)"),
-            Measure::Between(low, high) => write!(f, "between {low} and {high}"),
+            Measure::Between(low, high) if low == high => write!(f, "{} (rounded)", digits(*low)),
+            Measure::Between(low, high) => write!(f, "between {} and {}", digits(*low), digits(*high)),
         }
     }
 }
@@ -166,8 +170,9 @@ pub struct Likely {
     pub trusted: Vec<String>,
 }
 
-/// Finds a probability; gives the reasons where there is none.
-pub type Chances<'a> = dyn Fn(&Likelihood, &Environment) -> Result<Likely, Vec<String>> + Sync + 'a;
+/// Finds a probability, as closely as is needed to compare it so; gives the reasons where there is none.
+pub type Chances<'a> =
+    dyn Fn(&Likelihood, &Environment, (Relation, &BigRational)) -> Result<Likely, Vec<String>> + Sync + 'a;
 
 /// What judging needs beside the criteria.
 #[derive(Clone, Copy)]
@@ -263,67 +268,11 @@ impl Judge<'_> {
             let scene =
                 measure::Scene { judge: self, criteria, environment, system, run: follower.run(), visits: &found };
             let decided = |one: &&Criterion| scene.on_the_run(one).is_some_and(|one| one.standing != Standing::Open);
-            let enough = enough || (quick && chosen.iter().all(decided));
+            let enough = enough || ((quick || most >= FEW_STRETCHES) && chosen.iter().all(decided));
             if follower.over() || enough || most >= self.stretches {
                 return (follower.run().clone(), found);
             }
             most *= 2;
         }
     }
-}
-
-/// The run with one parameter left open, for margins as formulas of it.
-pub struct Formulas {
-    environment: Environment,
-    run: Timeline,
-    visits: Visits,
-}
-
-impl Formulas {
-    /// The run near the value that a parameter has; none where the phases cannot be told without its value.
-    pub fn of(
-        criteria: &Criteria,
-        environment: &Environment,
-        (parameter, value): (&Name, &BigRational),
-        stretches: usize,
-    ) -> Option<Formulas> {
-        let open = environment.varied(&BTreeMap::from([(parameter.clone(), None)])).ok()?;
-        let system = open.system(&criteria.system)?;
-        let (period, assumptions) = period_near(&open, system, parameter, value)?;
-        let at = BTreeMap::from([(parameter.clone(), Value::rational(value.clone()))]);
-        let run = trail(&period, &at, &assumptions, stretches);
-        let visits = visits(&run, &criteria.goals, &Value::rational(criteria.radius.clone()));
-        Some(Formulas { environment: open, run, visits })
-    }
-
-    /// The margin of a criterion as a formula of the parameter, true near the value that it has.
-    pub fn margin(&self, criteria: &Criteria, criterion: &Name) -> Option<Value> {
-        let wanted = criteria.all.iter().find(|one| one.name == *criterion)?;
-        let never = |_: &Likelihood, _: &Environment| Err(Vec::new());
-        let judge = Judge { chances: &never, interrupted: &|| false, stretches: 0, invariants: false };
-        let system = self.environment.system(&criteria.system)?;
-        let (environment, run, visits) = (&self.environment, &self.run, &self.visits);
-        let scene = measure::Scene { judge: &judge, criteria, environment, system, run, visits };
-        scene.on_the_run(wanted)?.exact_margin().cloned()
-    }
-}
-
-/// The period with a parameter left open, near the value that it has.
-fn period_near(
-    open: &Environment,
-    system: &System,
-    parameter: &Name,
-    value: &BigRational,
-) -> Option<(Period, Assumptions)> {
-    let mut assumptions = open.assumptions.clone();
-    let name = Value::variable(parameter);
-    if !value.is_zero() {
-        let little = BigRational::new(1.into(), 1000.into());
-        let (one, other) = (value * (BigRational::one() - &little), value * (BigRational::one() + &little));
-        let (low, high) = if one < other { (one, other) } else { (other, one) };
-        assumptions.assume(crate::value::Relation::Gte, &name, &Value::rational(low));
-        assumptions.assume(crate::value::Relation::Lte, &name, &Value::rational(high));
-    }
-    let period = period::analyse(&system.components, &open.definitions, &assumptions).ok()?;
-    Some((period, assumptions))
 }

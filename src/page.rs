@@ -24,7 +24,8 @@ pub struct Page<'a> {
 const STYLE: &str = "
 body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1b1b1b;background:#fff}
 h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2.5rem;border-top:1px solid #ccc;padding-top:1rem}h3{font-size:1rem}
-pre{background:#f4f4f4;padding:.8rem;overflow-x:auto;font-size:.85rem}table{border-collapse:collapse;width:100%}
+pre{background:#f4f4f4;padding:.8rem;font-size:.85rem;white-space:pre-wrap;overflow-wrap:anywhere}
+figure{margin:1rem 0}li,h1,h2{overflow-wrap:anywhere}table{border-collapse:collapse;width:100%}
 th,td{text-align:left;padding:.3rem .6rem;border-bottom:1px solid #ddd;vertical-align:top}
 .verdict{display:inline-block;padding:.1rem .6rem;border-radius:.3rem;font-weight:700;color:#fff}
 .good{background:#1b6e3c}.bad{background:#a31515}.open{background:#6b5900}
@@ -91,6 +92,8 @@ fn laws(report: &Report, laws: &Laws) -> Vec<String> {
 /// The values found and the probability, as lines.
 fn measured(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
+    lines.extend(report.asked.clone());
+    lines.extend(report.trace.iter().filter(|line| decides(line)).cloned());
     if let Some(chance) = &report.chance {
         let (low, high) = (chance.low, chance.high);
         let sure = chance.confidence.map_or(String::new(), |sure| format!(", with confidence {sure}"));
@@ -102,6 +105,11 @@ fn measured(report: &Report) -> Vec<String> {
         lines.extend(report.steady.iter().map(|pair| format!("in later rounds {}", named(pair))));
     }
     lines
+}
+
+/// Whether a line says by how much a claim about all times holds, or where it fails.
+fn decides(line: &str) -> bool {
+    ["there ", "the least ", "the greatest ", "note: it holds for want"].iter().any(|start| line.starts_with(start))
 }
 
 impl Page<'_> {

@@ -3,9 +3,10 @@
 mod run;
 
 use plotters::prelude::{
-    AreaSeries, BLACK, ChartBuilder, Color, IntoDrawingArea, LineSeries, PathElement, RGBColor, Rectangle, SVGBackend,
-    SeriesLabelPosition, Text, WHITE,
+    AreaSeries, BLACK, ChartBuilder, Color, IntoDrawingArea, IntoTextStyle, LineSeries, PathElement, RGBColor,
+    Rectangle, SVGBackend, SeriesLabelPosition, Text, WHITE,
 };
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use textplots::{Chart, Plot, Shape};
 
 pub use run::of_run;
@@ -63,7 +64,9 @@ impl Picture {
         let (low, high) = (least(&mut up()), most(&mut up()));
         let room = |low: f64, high: f64, part: f64| if high > low { (high - low) * part } else { 0.5 };
         let (aside, above) = (room(left, right, 0.02), room(low, high, 0.08));
-        Some([left - aside, right + aside, low - above, high + above])
+        // The names of the curves stand above them all.
+        let names = if self.lines.len() > 1 { 0.09 * self.lines.len() as f64 } else { 0.0 };
+        Some([left - aside, right + aside, low - above, high + above + room(low, high, names)])
     }
 
     /// As SVG, which can stand within a page; empty where nothing is drawn.
@@ -91,7 +94,8 @@ impl Picture {
             chart.draw_series([Rectangle::new([(left, *from), (right, *to)], style)])?;
             let edge = COLOURS[2].mix(0.6);
             chart.draw_series([PathElement::new(vec![(left, *from), (right, *from)], edge)])?;
-            chart.draw_series([Text::new(name.clone(), (left, *to), ("sans-serif", 12))])?;
+            let style = ("sans-serif", 12).into_text_style(&root).pos(Pos::new(HPos::Right, VPos::Bottom));
+            chart.draw_series([Text::new(name.clone(), (right, *to), style)])?;
         }
         if let (Some((from, to)), Some(line)) = (self.filled, self.lines.first()) {
             let inside = line.points.iter().filter(|(x, _)| *x >= from && *x <= to).copied();

@@ -112,6 +112,8 @@ pub struct Report {
     pub trusted: Vec<String>,
     /// The probability, where one is asked for.
     pub chance: Option<Chance>,
+    /// What was asked of the probability, and by what margin that is met.
+    pub asked: Option<String>,
     /// The run that refutes it, or the period and what follows from it.
     pub trace: Vec<String>,
     /// What could be changed.

@@ -12,7 +12,7 @@ use crate::definition::Definitions;
 use crate::invariant::cases::cases;
 use crate::invariant::{Claim, Safe, check, check_states, follows, goals, premises};
 use crate::name::Name;
-use crate::period::{Edge, Failure, Next, Period, Test, analyse};
+use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
 use crate::value::ValueError;
 use condition::{Clause, exclusion, sufficient};
@@ -45,6 +45,8 @@ pub struct Outcome {
     pub conditions: Vec<Vec<Test>>,
     /// How close to its bound the claim comes, where the run could be followed to its end.
     pub extreme: Option<String>,
+    /// Whether anything that the claim speaks of is ever shown; none where that was not found out.
+    pub speaks: Option<bool>,
     /// The period, where there is one.
     pub period: Option<Period>,
     /// What is wrong or may go wrong.
@@ -67,6 +69,7 @@ pub fn always(
         invariant: Vec::new(),
         conditions: Vec::new(),
         extreme: None,
+        speaks: None,
         period: None,
         diagnostics: Vec::new(),
         remaining: Vec::new(),
@@ -74,6 +77,7 @@ pub fn always(
     match analyse(components, definitions, assumptions) {
         Ok(period) => {
             outcome.diagnostics.extend(period.warnings.iter().cloned());
+            outcome.speaks = (!may_speak(&period, claim)).then_some(false);
             by_invariant(&period, claim, assumptions, &mut outcome);
             outcome.period = Some(period);
         }
@@ -87,6 +91,7 @@ pub fn always(
     match follow(system, definitions, assumptions, claim, &Limits { states, interrupted }) {
         Orbit::Closed(states) => {
             outcome.extreme = extreme(&states, claim);
+            outcome.speaks = Some(orbit::speaks(&states, claim));
             // Nothing is taken on trust here, so it is the better proof even where there is an invariant.
             match check_states(system, definitions, assumptions, claim, &states) {
                 Ok(safe) => outcome.verdict = Verdict::Proved(safe),
@@ -108,6 +113,16 @@ pub fn always(
         Orbit::Unknown(..) => {}
     }
     outcome
+}
+
+/// Whether some phase shows all that the claim speaks of.
+fn may_speak(period: &Period, claim: &Claim) -> bool {
+    let edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let speaks = |observed: &[Term]| claim.duties(observed).map_or(true, |duties| !duties.is_empty());
+    edges.into_iter().any(|edge| {
+        let silent = matches!(&edge.next, Next::End(End::Silent { observed, .. }) if speaks(observed));
+        silent || edge.segments.iter().any(|segment| speaks(&segment.observed))
+    })
 }
 
 /// Looks for an invariant of the phases: with parts of what is claimed, one after the other, then with all of it.

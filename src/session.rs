@@ -13,6 +13,7 @@ mod likely;
 mod phases;
 mod question;
 mod reading;
+mod roughly;
 mod satisfies;
 mod solve;
 mod sweep;

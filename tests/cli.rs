@@ -261,3 +261,86 @@ fn collect(folder: &Path, codes: &mut std::collections::BTreeSet<String>) {
         }
     }
 }
+
+#[test]
+fn a_report_needs_nothing_beside_it_and_begins_with_the_verdict() {
+    let text = "proc Env_r = (Delay_1 # At_r) ; (Ran_{Normal(0, sd: 0.02)}<e> | In_v<u>) ; Env_{r+u+e}
+proc Unit = Out_{v,1} ; Unit\nsystem Steps = Env_0 | Unit
+prove probability of Steps showing At_p where |p-10| <= 0.1 at 10 >= 0.886\n";
+    let (folder, path) = file("noisy.pars", text);
+    let page = folder.path().join("page.html");
+    let output = pars().arg("report").arg(&path).arg("-o").arg(&page).output().expect("pars runs");
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let html = std::fs::read_to_string(&page).expect("a page of the name that was asked for");
+    let place = |what: &str| html.find(what).unwrap_or_else(|| panic!("no {what}"));
+    assert!(place("proved") < place("asked for &gt;= 443/500: margin between"));
+    assert!(place("asked for") < place("<svg") && place("<svg") < place("Taken on trust"));
+    assert!(!html.contains("src=") && !html.contains("<script") && !html.contains("<link") && !html.contains("url("));
+    // What is asked for is filled in under the curve.
+    assert!(html.contains("<polygon"), "nothing is filled");
+}
+
+#[test]
+fn criteria_that_no_mission_can_meet_are_refused() {
+    let mission = "proc Go = (Delay_1 # At_0) ; Stop\nsystem Sys = Go | Delay_1\n";
+    for (criteria, said) in [
+        ("goals At_0 battery 5 rate 1 keep 6", "a battery of 5 is less than the 6 to keep"),
+        ("goals At_0 radius 1 radius 2", "there are two radii here"),
+    ] {
+        let output = script(format!("{mission}criteria C for Sys {{ {criteria} }}\n"));
+        assert_eq!(code(&output), 3, "{criteria}");
+        assert!(errors(&output).contains(said), "{criteria}: {}", errors(&output));
+    }
+    // A goal that is wrong is one error, not one for each clause about goals.
+    let output = script(format!("{mission}criteria C for Sys {{ goals Att_0 round within 3 }}\n"));
+    assert!(errors(&output).contains("did you mean `At`") && !errors(&output).contains("none is given"));
+}
+
+/// A shuttle over three stops, of which a simulation by hand gave the least changes: with a speed of 18/7 a round takes
+/// 12, with a millionth less 49/4; with b = 12 it takes 12, with a millionth more 25/2.
+#[test]
+fn what_is_said_to_repair_a_criterion_is_the_least_that_does() {
+    let output = script(
+        "param speed = 2, b = 15, drain = 3/2
+fn s(d) = clamp(4 * d, -speed, speed)
+proc Tour_{x,y} = MoveTo_x ; MoveTo_y ; MoveTo_0 ; Tour_{x,y}
+proc MoveTo_g = In_p<r> ; Neq_{r,g} ; Out_{v,s(g-r)} ; MoveTo_g
+proc Env_r = (Delay_{1/4} # Odo_r # At_r) ; In_v<u> ; Env_{r+u/4}
+proc Odo_r = Out_{p,r} ; Odo_r
+system Sys = Env_0 | Tour_{6,b}
+criteria Trip for Sys {
+  goals At_6, At_b, At_0
+  radius 1/10
+  every round within 12
+  battery 30 rate drain keep 10
+}\n",
+    );
+    assert_eq!(code(&output), 1);
+    let text = out(&output);
+    for line in [
+        "round: speed = 18/7 in place of 2 gives round = 12, margin 0; not yet when it is changed",
+        "round: b = 12 in place of 15 gives round = 12, margin 0; not yet when it is changed",
+        "battery: drain = 4/3 in place of 3/2 gives battery = 10, margin 0; solved from the margin 20-15*drain",
+        "margin of battery by drain: +1 % changes it by -9/40, -1 % changes it by 9/40, slope -15 while",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+}
+
+#[test]
+fn a_pair_is_said_where_no_one_parameter_repairs() {
+    let output = script(
+        "param speed = 1, limit = 1
+fn s(d) = clamp(d, -min(speed, limit), min(speed, limit))
+proc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,s(g-r)} ; Go_g
+proc Env_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; Env_{r+u}
+proc Odo_r = Out_{p,r} ; Odo_r
+system Sys = Env_0 | Go_12
+criteria Fast for Sys { goals At_12 round within 6 }
+criteria Never for Sys { goals At_13 round within 60 }\n",
+    );
+    let text = out(&output);
+    assert!(text.contains("round: limit = 2 in place of 1 and speed = 2 in place of 1 gives round = 6"), "{text}");
+    assert!(text.contains("no change of one of limit, speed alone"), "{text}");
+    assert!(text.contains("round: no change found of one or two of limit, speed"), "{text}");
+}

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pars::diagnostic::{Source, render_all};
+use pars::lexer::lex;
 use pars::lower::{Environment, Lowered};
 use pars::parser::{parse, parse_input};
 use pars::printer::format;
@@ -68,10 +69,15 @@ fn laws_print_and_parse_back() {
 
 #[test]
 fn layout_is_stable() {
+    let cases = ["operator", "probability", "missions"].map(|folder| format!("tests/cases/{folder}"));
     let folders = [("rules", "rules"), ("examples", "pars"), ("tests/syntax", "pars"), (".", "pars")];
-    for path in folders.into_iter().flat_map(|(folder, extension)| files(folder, extension)) {
+    let folders = folders.into_iter().chain(cases.iter().map(|folder| (folder.as_str(), "pars")));
+    let kinds = |text: &str| lex(text).tokens.iter().map(|token| token.kind).collect::<Vec<_>>();
+    for path in folders.flat_map(|(folder, extension)| files(folder, extension)) {
         let text = std::fs::read_to_string(&path).unwrap();
         let once = format(&text).unwrap();
+        assert!(parse(&once).diagnostics.is_empty(), "{}", path.display());
+        assert_eq!(kinds(&text), kinds(&once), "{}", path.display());
         assert_eq!(once, format(&once).unwrap(), "{}", path.display());
     }
 }

@@ -198,3 +198,27 @@ fn a_name_that_stands_twice_must_be_shown_alike() {
     assert_eq!(duty.premises[0].to_string(), "x+1 = x");
     assert_eq!(duty.tests[0].to_string(), "x+1 < 1");
 }
+
+#[test]
+fn a_claim_about_what_is_never_shown_says_so() {
+    let text = |shown: &str, claim: &str| {
+        format!(
+            "observer At(r), Rock(q)\nproc Go_r = {shown} ; Go_{{r+1}}\nproc Back_r = {shown} ; Back_{{-r}}
+system On = Go_0 | Delay_1\nsystem Turn = Back_1 | Delay_1\nprove {claim}"
+        )
+    };
+    let together = "(Delay_1 # At_r # Rock_{r+9})";
+    let apart = "(Delay_1 # At_r) ; (Delay_1 # Rock_r)";
+    for (system, shown, speaks) in [
+        ("On", "(Delay_1 # At_r)", Some(false)),
+        ("On", apart, Some(false)),
+        ("On", together, None),
+        ("Turn", "(Delay_1 # At_r)", Some(false)),
+        ("Turn", apart, Some(false)),
+        ("Turn", together, Some(true)),
+    ] {
+        let outcome = judged(&text(shown, &format!("{system} always o - p >= 9 when At_p, Rock_o")));
+        assert_eq!(outcome.speaks, speaks, "{system}: {shown}");
+        assert!(matches!(outcome.verdict, Verdict::Proved(_)), "{system}: {shown}");
+    }
+}

@@ -70,7 +70,10 @@ pub(super) fn report(file: &Path, output: Option<&Path>, terminal: bool, watch: 
         return code;
     }
     let stem = PathBuf::from(file.file_stem().unwrap_or_else(|| "report".as_ref()));
-    let base = output.map_or(stem, Path::to_path_buf);
+    let mut base = output.map_or(stem, Path::to_path_buf);
+    if base.extension().is_some_and(|more| more == "html" || more == "md") {
+        base.set_extension("");
+    }
     for (more, text) in [(".html", page.html()), (".md", page.markdown())] {
         let mut name = base.as_os_str().to_os_string();
         name.push(more);

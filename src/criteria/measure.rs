@@ -3,7 +3,7 @@
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
-use super::visit::{Visits, apart};
+use super::visit::{Distance, Visits, values_of};
 use super::{Finding, Judge, Measure, Moment, Standing};
 use crate::invariant::Claim;
 use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood, System};
@@ -84,6 +84,7 @@ impl Scene<'_> {
             return finding;
         };
         let reached = self.visits.leg(0, goal).is_some();
+        let Some(near) = near.length() else { return finding };
         let margin = self.room(&near, &radius);
         if reached {
             finding.standing = Standing::Met;
@@ -155,6 +156,10 @@ impl Scene<'_> {
 
     /// What is to be said of a leg or a round that was not seen to its end.
     fn missing(&self, limit: &Value, goal: Option<usize>, every: bool, finding: &mut Finding) {
+        if self.visits.undecided {
+            finding.notes.push("it could not be found out when a goal is reached".to_string());
+            return;
+        }
         let done = self.visits.legs.len();
         let sought = done % self.criteria.goals.len().max(1);
         let at = self.criteria.goals.get(sought).map(ToString::to_string).unwrap_or_default();
@@ -209,6 +214,10 @@ impl Scene<'_> {
             Some(time) => Some(exact(time)),
             None => self.visits.rounds().first().map(|(_, to, _)| to.clone()),
         };
+        if end.is_none() && self.visits.undecided {
+            finding.notes.push("it could not be found out when a goal is reached".to_string());
+            return finding;
+        }
         let mut charge = full.clone();
         let mut least = (full.clone(), Value::zero(), 0);
         let turns = end.as_ref().map_or(0, |end| self.turns(end));
@@ -290,6 +299,9 @@ impl Scene<'_> {
         if let safety::Verdict::Proved(safe) = &outcome.verdict {
             finding.standing = Standing::Met;
             finding.notes = vec!["by an invariant of the phases".to_string()];
+            if outcome.speaks == Some(false) {
+                finding.notes.push("the two are never shown together".to_string());
+            }
             finding.trusted.extend(safe.trusted().iter().cloned());
         } else {
             finding.notes.extend(outcome.remaining);
@@ -300,16 +312,30 @@ impl Scene<'_> {
     /// The least distance of two things in the run.
     fn least_distance(&self, between: &[(Name, usize); 2], limit: &BigRational, strict: bool, finding: &mut Finding) {
         let limit = exact(limit);
-        let mut least: Option<(Value, Value, usize)> = None;
+        let (mut least, mut unknown): (Option<(Distance, Value, usize)>, bool) = (None, false);
         for (place, stretch) in self.run.stretches.iter().enumerate() {
-            let [one, other] = between.each_ref().map(|(name, _)| values_of(&stretch.shown, name));
-            let (Some(one), Some(other)) = (one, other) else { continue };
-            let Some(distance) = apart(self.run, one, other) else { continue };
-            if least.as_ref().is_none_or(|(before, ..)| self.holds(Relation::Lss, &distance, before)) {
-                least = Some((distance, stretch.start.clone(), place));
+            for one in values_of(&stretch.shown, &between[0].0) {
+                for other in values_of(&stretch.shown, &between[1].0) {
+                    let Some(distance) = Distance::between(one, other) else {
+                        unknown = true;
+                        continue;
+                    };
+                    let nearer = match &least {
+                        None => Some(true),
+                        Some((before, ..)) => self.run.decide(Relation::Lss, distance.squared(), before.squared()),
+                    };
+                    match nearer {
+                        Some(true) => least = Some((distance, stretch.start.clone(), place)),
+                        Some(false) => {}
+                        None => unknown = true,
+                    }
+                }
             }
         }
-        let closed = self.run.closed();
+        if unknown {
+            finding.notes.push("it could not be found out where the two are nearest".to_string());
+        }
+        let closed = self.run.closed() && !unknown;
         let Some((distance, time, stretch)) = least else {
             if closed {
                 finding.standing = Standing::Met;
@@ -318,12 +344,13 @@ impl Scene<'_> {
             return;
         };
         let relation = if strict { Relation::Gtr } else { Relation::Gte };
-        let far = self.holds(relation, &distance, &limit);
+        let far = distance.compares(self.run, relation, &limit);
+        let Some(distance) = distance.length() else { return };
         let margin = self.room(&limit, &distance);
         finding.standing = match (far, closed) {
-            (false, _) => Standing::NotMet,
-            (true, true) => Standing::Met,
-            (true, false) => Standing::Open,
+            (Some(false), _) => Standing::NotMet,
+            (Some(true), true) => Standing::Met,
+            (Some(true), false) | (None, _) => Standing::Open,
         };
         finding.value = Some(if closed { Measure::Exact(distance) } else { Measure::AtMost(distance) });
         finding.margin = margin.map(|margin| if closed { Measure::Exact(margin) } else { Measure::AtMost(margin) });
@@ -338,7 +365,7 @@ impl Scene<'_> {
         threshold: &BigRational,
     ) -> Finding {
         let mut finding = Finding::new(criterion);
-        let likely = match (self.judge.chances)(likelihood, self.environment) {
+        let likely = match (self.judge.chances)(likelihood, self.environment, (relation, threshold)) {
             Ok(likely) => likely,
             Err(reasons) => {
                 finding.notes = reasons;
@@ -381,15 +408,8 @@ fn drained(charge: &Value, rate: &BigRational, from: &Value, until: &Value) -> O
 
 /// What is used in a unit of time while this is shown.
 fn rate(rates: &[(BigRational, Option<Name>)], shown: &[Term]) -> BigRational {
-    let counts = |observer: &Option<Name>| observer.as_ref().is_none_or(|name| values_of(shown, name).is_some());
+    let counts = |observer: &Option<Name>| observer.as_ref().is_none_or(|name| values_of(shown, name).next().is_some());
     rates.iter().filter(|(_, observer)| counts(observer)).map(|(rate, _)| rate.clone()).sum()
-}
-
-fn values_of<'t>(shown: &'t [Term], observer: &Name) -> Option<&'t [Value]> {
-    shown.iter().find_map(|term| match term.node() {
-        Node::Observe(name, values) if name == observer => Some(values.as_slice()),
-        _ => None,
-    })
 }
 
 /// `|p - o| > c` whenever both are shown.

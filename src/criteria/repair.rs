@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use super::nearby::{Formula, nearby};
 use super::simplest::simplest;
-use super::{Finding, Formulas, Judge, Judged, Measure, Standing};
-use crate::lower::{Ask, Criteria, Environment};
+use super::{Chances, Finding, Judge, Judged, Measure, Standing};
+use crate::lower::{Ask, Criteria, Environment, Likelihood};
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
@@ -36,7 +37,7 @@ pub struct Repair {
     pub least: Option<BigRational>,
     /// A value that is only just not enough.
     pub not_at: Option<BigRational>,
-    /// The margin as a formula of the parameter, where the value was solved from it.
+    /// The margin as a formula of the parameter near its present value, where the value was solved from it.
     pub formula: Option<Value>,
 }
 
@@ -68,14 +69,17 @@ pub struct Sensitivity {
     pub up: Option<Measure>,
     /// The same, when it is a hundredth smaller.
     pub down: Option<Measure>,
-    /// The slope of the margin, exact as long as the run takes the same ways.
-    pub slope: Option<Value>,
+    /// The slope of the margin from here upward and downward, as long as the run takes the same ways; none where the
+    /// margin jumps.
+    pub slopes: [Option<BigRational>; 2],
 }
 
 /// A criterion and all that is needed to try other values.
 pub struct Workshop<'a> {
     /// Judges.
     pub judge: Judge<'a>,
+    /// Finds probabilities no more closely than is needed to tell whether a criterion is met.
+    pub roughly: &'a Chances<'a>,
     /// The criteria.
     pub criteria: &'a Criteria,
     /// The declarations as they are.
@@ -84,24 +88,38 @@ pub struct Workshop<'a> {
     pub judged: &'a Judged,
     /// The parameters that may be changed, with their values.
     pub parameters: &'a [(Name, BigRational)],
-    formulas: BTreeMap<Name, Formulas>,
+    /// For each parameter, the margins upward and downward of its present value.
+    formulas: BTreeMap<Name, [BTreeMap<Name, Formula>; 2]>,
 }
 
 impl<'a> Workshop<'a> {
     /// A workshop for criteria that were judged.
     pub fn new(
         judge: Judge<'a>,
+        roughly: &'a Chances<'a>,
         criteria: &'a Criteria,
         environment: &'a Environment,
         judged: &'a Judged,
         parameters: &'a [(Name, BigRational)],
     ) -> Workshop<'a> {
-        let long = (judged.run.stretches.len() + 8).min(judge.stretches);
-        let formulas = parameters.iter().filter(|_| !judged.run.stretches.is_empty()).filter_map(|(name, value)| {
-            Some((name.clone(), Formulas::of(criteria, environment, (name, value), long)?))
-        });
-        let formulas = formulas.collect();
-        Workshop { judge, criteria, environment, judged, parameters, formulas }
+        let mut workshop =
+            Workshop { judge, roughly, criteria, environment, judged, parameters, formulas: BTreeMap::new() };
+        if !judged.run.stretches.is_empty() {
+            for (name, value) in parameters.iter().take_while(|_| !(judge.interrupted)()) {
+                let sides = [true, false].map(|up| nearby(value, up, &|there| workshop.margins(name, there)));
+                workshop.formulas.insert(name.clone(), sides);
+            }
+        }
+        workshop
+    }
+
+    /// The margins that are exact when one parameter has another value, by criterion.
+    fn margins(&self, parameter: &Name, value: &BigRational) -> Option<BTreeMap<Name, BigRational>> {
+        let (criteria, environment) = self.elsewhere(&[(parameter.clone(), value.clone())])?;
+        let never = |_: &Likelihood, _: &Environment, _: (Relation, &BigRational)| Err(Vec::new());
+        let findings = Judge { chances: &never, ..self.judge }.judge(&criteria, &environment).findings;
+        let exact = |finding: Finding| Some((finding.name.clone(), finding.exact_margin()?.as_rational()?));
+        Some(findings.into_iter().filter_map(exact).collect())
     }
 
     /// The criteria with other values; none where the declarations do not allow them.
@@ -115,7 +133,7 @@ impl<'a> Workshop<'a> {
 
     fn met(&self, name: &Name, point: &[(Name, BigRational)]) -> bool {
         let Some((criteria, environment)) = self.elsewhere(point) else { return false };
-        let found = self.judge.one(&criteria, &environment, name);
+        let found = Judge { chances: self.roughly, ..self.judge }.one(&criteria, &environment, name);
         found.is_some_and(|finding| finding.standing == Standing::Met)
     }
 
@@ -150,14 +168,9 @@ impl<'a> Workshop<'a> {
             if (self.judge.interrupted)() {
                 break;
             }
-            let solved = self.solved(&finding.name, name, value);
             for up in [true, false] {
-                let there =
-                    |repair: &Repair| repair.changes.first().is_some_and(|(_, before, after)| (after > before) == up);
-                match &solved {
-                    Some(repair) if there(repair) => single.push(repair.clone()),
-                    _ => single.extend(self.searched(&finding.name, name, value, up)),
-                }
+                let solved = self.solved(&finding.name, name, value, up);
+                single.extend(solved.or_else(|| self.searched(&finding.name, name, value, up)));
             }
         }
         single.sort_by(|one, other| {
@@ -173,22 +186,16 @@ impl<'a> Workshop<'a> {
     }
 
     /// From the margin as a formula of the parameter: where it is 0.
-    fn solved(&self, name: &Name, parameter: &Name, value: &BigRational) -> Option<Repair> {
-        let margin = self.formulas.get(parameter)?.margin(self.criteria, name)?;
-        let top = margin.numerator().unwrap_or_else(|| margin.clone());
-        let (factor, rest) = top.linear_in(parameter)?;
-        let (factor, rest) = (factor.as_rational()?, rest.as_rational()?);
-        if factor.is_zero() {
-            return None;
-        }
-        let root = -rest / factor;
+    fn solved(&self, name: &Name, parameter: &Name, value: &BigRational, up: bool) -> Option<Repair> {
+        let formula = self.formulas.get(parameter)?[usize::from(!up)].get(name)?;
+        let root = formula.root().filter(|root| (root > value) == up && root != value)?;
         let nearer = &root + (value - &root) * small();
         if !self.plausible(&root, value) || self.met(name, &[(parameter.clone(), nearer.clone())]) {
             return None;
         }
         let mut repair = self.repair(name, &[(parameter.clone(), root)])?;
         repair.least = repair.changes.first().map(|(.., after)| (after - nearer).abs());
-        repair.formula = Some(margin);
+        repair.formula = formula.value(parameter);
         Some(repair)
     }
 
@@ -379,31 +386,24 @@ impl<'a> Workshop<'a> {
                     let there = findings.as_ref()?.iter().find(|other| other.name == finding.name)?;
                     difference(there.margin.as_ref()?, finding.margin.as_ref()?)
                 });
-                let slope = self.slope(&finding.name, parameter, value);
-                if up.is_some() || down.is_some() || slope.is_some() {
+                let slopes = self.slopes(finding, parameter, value);
+                if up.is_some() || down.is_some() || slopes.iter().any(Option::is_some) {
                     let name = finding.name.clone();
-                    all.push(Sensitivity { name, parameter: parameter.clone(), up, down, slope });
+                    all.push(Sensitivity { name, parameter: parameter.clone(), up, down, slopes });
                 }
             }
         }
         all
     }
 
-    fn slope(&self, name: &Name, parameter: &Name, value: &BigRational) -> Option<Value> {
-        let margin = self.formulas.get(parameter)?.margin(self.criteria, name)?;
-        derivative(&margin, parameter, &Value::rational(value.clone()))
+    fn slopes(&self, finding: &Finding, parameter: &Name, value: &BigRational) -> [Option<BigRational>; 2] {
+        let here = finding.exact_margin().and_then(Value::as_rational);
+        let (Some(sides), Some(here)) = (self.formulas.get(parameter), here) else { return [None, None] };
+        sides.each_ref().map(|side| {
+            let formula = side.get(&finding.name)?;
+            if formula.at(value)? == here { formula.slope(value) } else { None }
+        })
     }
-}
-
-/// The derivative of a formula at a value: the difference quotient, simplified, with no difference left.
-pub fn derivative(formula: &Value, name: &Name, at: &Value) -> Option<Value> {
-    let small = Name::new("difference~");
-    let step = Value::variable(&small);
-    let there = formula.with(name, &at.add(&step).ok()?).ok()?;
-    let here = formula.with(name, at).ok()?;
-    let quotient = there.sub(&here).ok()?.div(&step).ok()?;
-    let slope = quotient.with(&small, &Value::zero()).ok()?;
-    slope.variables().is_empty().then_some(slope)
 }
 
 /// By how much a margin changed; nothing where only bounds are known.

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use crate::lower::Goal;
+use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::timeline::{Ending, Timeline};
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Sort, Value};
 
 /// From one goal, or the start, to the next.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +42,9 @@ pub struct Visits {
     /// Whether the goal after the last leg is never reached.
     pub never: bool,
     /// For each goal, how near the first round comes to it, when, and in which stretch.
-    pub closest: Vec<Option<(Value, Value, usize)>>,
+    pub closest: Vec<Option<(Distance, Value, usize)>>,
+    /// Whether some place could not be compared with a goal: then nothing is known of later legs.
+    pub undecided: bool,
 }
 
 impl Visits {
@@ -67,30 +70,90 @@ impl Visits {
     }
 }
 
-/// How far what is shown is from a goal; none if its observer is not shown.
-pub fn distance(run: &Timeline, shown: &[Term], goal: &Goal) -> Option<Value> {
-    let values = shown.iter().find_map(|term| match term.node() {
-        Node::Observe(name, values) if *name == goal.observer => Some(values),
-        _ => None,
-    })?;
-    apart(run, values, &goal.values)
+/// How far two places are apart. Distances are compared by their squares, which need no roots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distance {
+    differences: Vec<Value>,
+    squared: Value,
 }
 
-/// How far two places are apart.
-pub fn apart(run: &Timeline, one: &[Value], other: &[Value]) -> Option<Value> {
-    let mut parts = Vec::new();
-    for (one, other) in one.iter().zip(other) {
-        parts.push(one.sub(other).ok()?);
-    }
-    match parts.as_slice() {
-        [] => Some(Value::zero()),
-        [only] if matches!(only.sort(), crate::value::Sort::Real) => {
-            if run.decide(Relation::Lss, only, &Value::zero())? { only.neg().ok() } else { Some(only.clone()) }
+impl Distance {
+    /// How far two places are apart; none where they are no places of one space.
+    pub fn between(one: &[Value], other: &[Value]) -> Option<Distance> {
+        if one.len() != other.len() {
+            return None;
         }
-        [only] => only.norm().ok(),
-        _ => Value::vector(parts).ok()?.norm().ok(),
+        let mut differences = Vec::new();
+        for (one, other) in one.iter().zip(other) {
+            let difference = one.sub(other).ok()?;
+            match difference.sort() {
+                Sort::Real => differences.push(difference),
+                Sort::Vector(length) => {
+                    for place in 0..length {
+                        differences.push(difference.component(place)?);
+                    }
+                }
+                _ => return None,
+            }
+        }
+        let mut squared = Value::zero();
+        for difference in &differences {
+            squared = squared.add(&difference.mul(difference).ok()?).ok()?;
+        }
+        Some(Distance { differences, squared })
+    }
+
+    /// The square of it.
+    pub fn squared(&self) -> &Value {
+        &self.squared
+    }
+
+    /// The distance itself.
+    pub fn length(&self) -> Option<Value> {
+        match self.differences.as_slice() {
+            [] => Some(Value::zero()),
+            [only] => only.abs().ok(),
+            all => Value::vector(all.to_vec()).ok()?.norm().ok(),
+        }
+    }
+
+    /// How it compares with a number that is not negative; none where that is not found out.
+    pub fn compares(&self, run: &Timeline, relation: Relation, limit: &Value) -> Option<bool> {
+        run.decide(relation, &self.squared, &limit.mul(limit).ok()?)
     }
 }
+
+/// The values of every observer of this name that is shown: several things may be shown by one observer.
+pub fn values_of<'t>(shown: &'t [Term], observer: &Name) -> impl Iterator<Item = &'t [Value]> {
+    shown.iter().filter_map(move |term| match term.node() {
+        Node::Observe(name, values) if name == observer => Some(values.as_slice()),
+        _ => None,
+    })
+}
+
+/// How far what is shown is from a goal, the nearest where several things are shown; `Ok(None)` if its observer is not
+/// shown.
+///
+/// # Errors
+/// Where that is not found out.
+pub fn distance(run: &Timeline, shown: &[Term], goal: &Goal) -> Result<Option<Distance>, Unknown> {
+    let mut nearest: Option<Distance> = None;
+    for values in values_of(shown, &goal.observer) {
+        let near = Distance::between(values, &goal.values).ok_or(Unknown)?;
+        let nearer = match &nearest {
+            None => true,
+            Some(before) => run.decide(Relation::Lss, near.squared(), before.squared()).ok_or(Unknown)?,
+        };
+        if nearer {
+            nearest = Some(near);
+        }
+    }
+    Ok(nearest)
+}
+
+/// A comparison that could not be decided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unknown;
 
 /// A walk over the run, arrival by arrival.
 struct Walk<'a> {
@@ -118,6 +181,9 @@ impl Walk<'_> {
         for (place, stretch) in self.run.stretches.iter().enumerate() {
             self.at(place, &stretch.start.clone());
         }
+        if self.found.undecided {
+            return;
+        }
         let Ending::Repeats(from) = self.run.ending else {
             self.found.all = self.run.closed();
             self.found.never = self.run.closed();
@@ -137,6 +203,9 @@ impl Walk<'_> {
             for place in from..self.run.stretches.len() {
                 let Ok(start) = self.run.stretches[place].start.add(&shift) else { return };
                 self.at(place, &start);
+            }
+            if self.found.undecided {
+                return;
             }
             if self.found.legs.len() == before {
                 self.found.never = true;
@@ -159,6 +228,9 @@ impl Walk<'_> {
 
     /// One stretch of the run, which begins at this time.
     fn at(&mut self, place: usize, start: &Value) {
+        if self.found.undecided {
+            return;
+        }
         let shown = &self.run.stretches[place].shown;
         if self.found.legs.len() <= self.goals.len() {
             self.approach(place, start, shown);
@@ -166,8 +238,14 @@ impl Walk<'_> {
         for _ in 0..self.goals.len() {
             let Some(goal) = self.goals.get(self.goal) else { return };
             let near = distance(self.run, shown, goal);
-            if near.is_none_or(|near| self.run.decide(Relation::Lte, &near, self.radius) != Some(true)) {
-                return;
+            let there = near.map(|near| near.map(|near| near.compares(self.run, Relation::Lte, self.radius)));
+            match there {
+                Ok(Some(Some(true))) => {}
+                Ok(None | Some(Some(false))) => return,
+                Err(Unknown) | Ok(Some(None)) => {
+                    self.found.undecided = true;
+                    return;
+                }
             }
             let from = std::mem::replace(&mut self.from, start.clone());
             self.found.legs.push(Leg { round: self.round, goal: self.goal, from, to: start.clone(), stretch: place });
@@ -188,13 +266,19 @@ impl Walk<'_> {
         let current = (done < self.goals.len()).then_some(done);
         let last = done.checked_sub(1).filter(|last| *last < self.goals.len());
         for number in current.into_iter().chain(last) {
-            let Some(near) = distance(self.run, shown, &self.goals[number]) else { continue };
-            let nearer = match &self.found.closest[number] {
-                None => true,
-                Some((before, ..)) => self.run.decide(Relation::Lss, &near, before) == Some(true),
+            let Ok(near) = distance(self.run, shown, &self.goals[number]) else {
+                self.found.undecided = true;
+                return;
             };
-            if nearer {
-                self.found.closest[number] = Some((near, start.clone(), place));
+            let Some(near) = near else { continue };
+            let nearer = match &self.found.closest[number] {
+                None => Some(true),
+                Some((before, ..)) => self.run.decide(Relation::Lss, near.squared(), before.squared()),
+            };
+            match nearer {
+                Some(true) => self.found.closest[number] = Some((near, start.clone(), place)),
+                Some(false) => {}
+                None => self.found.undecided = true,
             }
         }
     }

@@ -134,6 +134,8 @@ struct Clauses {
     goals: Vec<Goal>,
     radius: Option<BigRational>,
     all: Vec<Criterion>,
+    /// Whether goals were given, right or wrong.
+    named_goals: bool,
 }
 
 impl Clauses {
@@ -156,6 +158,7 @@ impl Lowerer<'_> {
         let mut found = Clauses::default();
         for clause in &written.clauses {
             if let ClauseKind::Goals(terms) = &clause.kind {
+                found.named_goals = true;
                 found.goals.extend(terms.iter().filter_map(|term| self.goal(term)));
             }
         }
@@ -222,6 +225,10 @@ impl Lowerer<'_> {
             _ => false,
         };
         if needs_goals && found.goals.is_empty() {
+            // A goal that is wrong has been reported.
+            if found.named_goals {
+                return None;
+            }
             return self.fail(
                 Diagnostic::error("P0411", "this is about goals, and none is given")
                     .label(clause.span, "which goals?")
@@ -232,6 +239,13 @@ impl Lowerer<'_> {
             ClauseKind::Goals(_) => {}
             ClauseKind::Radius(value) => {
                 let radius = self.limit(value, "a radius", false)?;
+                if found.radius.is_some() {
+                    return self.fail(
+                        Diagnostic::error("P0413", "there are two radii here")
+                            .label(value.span, "the second radius")
+                            .help("one radius says when a goal is reached: leave one, or write criteria for each"),
+                    );
+                }
                 for place in 0..found.goals.len() {
                     let text = format!("radius {} at {}", number(&radius), found.goals[place]);
                     found.push("radius", text, Ask::Radius(place));
@@ -252,7 +266,7 @@ impl Lowerer<'_> {
             ClauseKind::Probability(likelihood, relation, threshold) => {
                 let lowered = self.likely(likelihood, *relation, threshold)?;
                 let ClaimKind::Likely { likelihood, relation, threshold } = lowered else { return None };
-                let text = format!("probability {} {threshold}", relation.symbol());
+                let text = format!("probability {} {} {threshold}", event(&likelihood.event), relation.symbol());
                 let threshold = threshold.as_rational()?;
                 found.push("probability", text, Ask::Probability { likelihood, relation, threshold });
             }
@@ -329,6 +343,7 @@ impl Lowerer<'_> {
         time: Option<&ast::Value>,
         found: &mut Clauses,
     ) -> Option<()> {
+        let keep_span = keep.span;
         let start = self.limit(start, "a charge", false);
         let keep = self.limit(keep, "a charge", false);
         let mut lowered = Vec::new();
@@ -346,10 +361,29 @@ impl Lowerer<'_> {
             None => None,
         };
         let (start, keep) = (start?, keep?);
+        if start < keep {
+            let text = format!("a battery of {} is less than the {} to keep", number(&start), number(&keep));
+            return self.fail(
+                Diagnostic::error("P0408", text)
+                    .label(keep_span, "more than there is at the start")
+                    .help("it cannot be met by any mission: keep less, or begin with more"),
+            );
+        }
         let text = format!("battery {} keeps {}", number(&start), number(&keep));
         found.push("battery", text, Ask::Battery { start, rates: lowered, keep, time });
         Some(())
     }
+}
+
+/// What is to be likely, as it is written.
+fn event(event: &super::Event) -> String {
+    let super::Event::Shown { first, pattern, time } = event else { return String::new() };
+    let (word, at) = if *first { ("reaching", "within") } else { ("showing", "at") };
+    let shown: Vec<String> = pattern.terms.iter().map(ToString::to_string).collect();
+    let compared = |(relation, left, right): &(Relation, Value, Value)| format!("{left} {} {right}", relation.symbol());
+    let conditions: Vec<String> = pattern.conditions.iter().map(compared).collect();
+    let conditions = if conditions.is_empty() { String::new() } else { format!(" where {}", conditions.join(", ")) };
+    format!("of {word} {}{conditions} {at} {time}", shown.join(", "))
 }
 
 /// A number as it is written.

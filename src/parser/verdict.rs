@@ -55,7 +55,12 @@ impl Parser<'_> {
         }
         let start = self.token().span.start;
         self.advance();
-        self.word("P")?;
+        if self.spelling() != "P" {
+            return self.unexpected(
+                "`P(x <= 10) >= 9/10`; what always holds is asked as `prove Sys always |p-o| > 1 when At_p, Obs_o`",
+            );
+        }
+        self.advance();
         self.require(Kind::OpenRound, "`(` and the time that is drawn, as in `where P(x <= 10) >= 9/10`")?;
         if !self.at(Kind::Lower) {
             return self.unexpected("the name of the time that is drawn");

@@ -1,6 +1,7 @@
 //! What came of criteria, as lines for a person and as data for a program.
 
 use num_rational::BigRational;
+use num_traits::Zero;
 use serde_json::{Value as Json, json};
 
 use crate::criteria::repair::{Feedback, Repair, Sensitivity, is_short};
@@ -124,8 +125,8 @@ fn sensitivity(one: &Sensitivity) -> Option<String> {
         Some(Measure::Between(low, high)) => *low > 0.0 || *high < 0.0,
         _ => false,
     };
-    let slope = one.slope.as_ref().filter(|slope| !slope.is_zero());
-    if !moves(&one.up) && !moves(&one.down) && slope.is_none() {
+    let slopes = one.slopes.each_ref().map(|slope| slope.as_ref().filter(|slope| !slope.is_zero()));
+    if !moves(&one.up) && !moves(&one.down) && slopes.iter().all(Option::is_none) {
         return None;
     }
     let mut parts = Vec::new();
@@ -134,8 +135,14 @@ fn sensitivity(one: &Sensitivity) -> Option<String> {
             parts.push(format!("{word} changes it by {measure}"));
         }
     }
-    if let Some(slope) = slope {
-        parts.push(format!("slope {slope} while the run takes the same ways"));
+    match slopes {
+        [Some(up), Some(down)] if up == down => {
+            parts.push(format!("slope {} while the run takes the same ways", text(up)));
+        }
+        [up, down] => {
+            parts.extend(up.map(|slope| format!("slope {} upward", text(slope))));
+            parts.extend(down.map(|slope| format!("slope {} downward", text(slope))));
+        }
     }
     Some(format!("margin of {} by {}: {}", one.name, one.parameter, parts.join(", ")))
 }

@@ -141,6 +141,19 @@ fn observer(term: &Term) -> Option<crate::name::Name> {
     }
 }
 
+/// Whether a state in which time passes shows what the claim speaks of.
+pub fn speaks(states: &[State], claim: &Claim) -> bool {
+    let applies = |state: &State| {
+        let duties = claim.duties(&shown(state)).unwrap_or_default();
+        let met = |duty: &crate::invariant::Duty| {
+            duty.premises.iter().all(|premise| premise.decide(&Assumptions::default()) != Some(false))
+        };
+        duties.iter().any(met)
+    };
+    let passes = |state: &&State| state.moves().is_ok_and(|moves| state.patience(&moves) != Patience::None);
+    states.iter().filter(passes).any(applies)
+}
+
 /// The least, or greatest, value that the left side of a claim's only test takes where time passes, as that is what
 /// its right side bounds; a text.
 pub fn extreme(states: &[State], claim: &Claim) -> Option<String> {

@@ -43,6 +43,7 @@ impl Run<'_, '_> {
                 found.verdict = Some(Verdict::Proved);
                 found.trace.extend(grounds(safe, &outcome.invariant));
                 found.trace.extend(outcome.extreme.clone());
+                found.trace.extend(never_together(&claim, &outcome));
                 found.trusted.extend(safe.trusted().iter().cloned());
             }
             safety::Verdict::Refuted(run) => broken(system, run, &claim, waiting, &mut found),
@@ -67,6 +68,15 @@ fn claim_of(pattern: &Pattern) -> Claim {
         variables: pattern.variables.clone(),
         tests: pattern.conditions.iter().map(test).collect(),
     }
+}
+
+/// That what a claim speaks of is never shown, so that it says nothing.
+fn never_together(claim: &Claim, outcome: &safety::Outcome) -> Option<String> {
+    if claim.shown.is_empty() || outcome.speaks != Some(false) {
+        return None;
+    }
+    let names: Vec<String> = claim.shown.iter().map(ToString::to_string).collect();
+    Some(format!("note: it holds for want of anything to hold of: {} is never shown", names.join(" # ")))
 }
 
 /// What the proof rests on, and the invariant where there is one.

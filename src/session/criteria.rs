@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::Record;
 use super::claim::expectations;
-use super::likely::chances;
 use super::reading::{Run, Waiting, names_in};
+use super::roughly::{closely, roughly};
 use crate::criteria::blame::{Parts, blame};
 use crate::criteria::repair::{MOST_PARAMETERS, Workshop};
 use crate::criteria::{FEW_STRETCHES, Finding, Judge, MOST_STRETCHES, Measure, Standing};
@@ -58,13 +58,13 @@ impl Run<'_, '_> {
     ) -> Assessment {
         let environment = &waiting.environment;
         let interrupted = || self.surroundings.interrupted();
-        let judge = Judge { chances: &chances, interrupted: &interrupted, stretches: MOST_STRETCHES, invariants: true };
+        let judge = Judge { chances: &closely, interrupted: &interrupted, stretches: MOST_STRETCHES, invariants: true };
         let judged = judge.judge(criteria, environment);
         let mut parameters = environment.valued();
         parameters.retain(|(name, _)| uses.contains(name));
         parameters.truncate(MOST_PARAMETERS);
         let judge = Judge { stretches: FEW_STRETCHES, invariants: false, ..judge };
-        let workshop = Workshop::new(judge, criteria, environment, &judged, &parameters);
+        let workshop = Workshop::new(judge, &roughly, criteria, environment, &judged, &parameters);
         let parts = Parts::of(criteria, environment, FEW_STRETCHES);
         let mut feedback = Vec::new();
         for finding in judged.findings.iter().filter(|finding| finding.standing == Standing::NotMet) {

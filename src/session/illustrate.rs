@@ -3,8 +3,9 @@
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-use super::likely::{chances, distributions};
+use super::likely::distributions;
 use super::reading::{Question, Run, Waiting};
+use super::roughly::growth;
 use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
 use crate::name::Name;
 use crate::picture::{Line, Picture, of_run};
@@ -33,7 +34,8 @@ impl Run<'_, '_> {
                 ClaimKind::Satisfies { system, .. } | ClaimKind::Always { system, .. } => {
                     report.pictures.extend(self.run_of(system, environment));
                 }
-                ClaimKind::Likely { likelihood, .. } => {
+                ClaimKind::Likely { likelihood, relation, threshold } => {
+                    report.asked = asked(report, *relation, threshold);
                     report.pictures.extend(likely(likelihood, environment, &|| self.surroundings.interrupted()));
                 }
                 ClaimKind::Compare { .. } => {}
@@ -65,6 +67,38 @@ impl Run<'_, '_> {
     }
 }
 
+/// The threshold of a probability, and how far from it the interval lies.
+fn asked(report: &Report, relation: Relation, threshold: &Value) -> Option<String> {
+    let (chance, bound) = (report.chance.as_ref()?, threshold.as_rational()?);
+    let upward = matches!(relation, Relation::Gtr | Relation::Gte);
+    let ends = if upward { [chance.low, chance.high] } else { [chance.high, chance.low] };
+    let [near, far] = ends.map(|end| {
+        let margin = BigRational::from_float(end).map(|end| if upward { end - &bound } else { &bound - end });
+        margin.and_then(|margin| margin.to_f64()).unwrap_or(f64::NAN)
+    });
+    Some(format!("asked for {} {threshold}: margin between {near:.3e} and {far:.3e} (rounded)", relation.symbol()))
+}
+
+/// The stretch of what is drawn in which the conditions of an event hold; none where it is no one stretch.
+fn within(likelihood: &Likelihood, name: &Name, points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let Event::Shown { pattern, .. } = &likelihood.event else { return None };
+    if pattern.conditions.is_empty() || pattern.variables.len() != 1 {
+        return None;
+    }
+    let holds = |x: f64| {
+        let place = Value::rational(BigRational::from_float(x)?);
+        let met = |(relation, left, right): &(Relation, Value, Value)| {
+            let (left, right) = (left.with(name, &place).ok()?.as_rational()?, right.with(name, &place).ok()?);
+            Some(relation.holds(left.cmp(&right.as_rational()?)))
+        };
+        pattern.conditions.iter().map(met).try_fold(true, |all, met| Some(all && met?))
+    };
+    let inside: Vec<bool> = points.iter().map(|(x, _)| holds(*x)).collect::<Option<_>>()?;
+    let (first, last) = (inside.iter().position(|met| *met)?, inside.iter().rposition(|met| *met)?);
+    let whole = inside.get(first..=last)?.iter().all(|met| *met);
+    whole.then(|| Some((points.get(first)?.0, points.get(last)?.0))).flatten()
+}
+
 /// A goal with its radius, where it is a number.
 fn band(goal: &Goal, radius: f64) -> Option<(f64, f64, String)> {
     let [value] = goal.values.as_slice() else { return None };
@@ -76,30 +110,30 @@ fn band(goal: &Goal, radius: f64) -> Option<(f64, f64, String)> {
 fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Vec<Picture> {
     let mut all = Vec::new();
     for (name, distribution) in distributions(likelihood, environment) {
-        all.extend(distribution.normals().map(|parts| density(&name, &parts, &at(likelihood))));
+        all.extend(distribution.normals().map(|parts| {
+            let mut picture = density(&name, &parts, &at(likelihood));
+            let points = picture.lines.first().map(|line| line.points.clone()).unwrap_or_default();
+            picture.filled = within(likelihood, &name, &points);
+            picture
+        }));
     }
-    if let Event::Shown { first: true, pattern, time } = &likelihood.event
+    if let Event::Shown { first: true, time, .. } = &likelihood.event
         && let Some(whole) = time.as_rational()
     {
-        let (mut low, mut high) = (Vec::new(), Vec::new());
-        for part in 0..=TIMES {
-            if interrupted() {
-                break;
-            }
-            let moment = &whole * BigRational::new(part.into(), TIMES.into());
-            let event = Event::Shown { first: true, pattern: pattern.clone(), time: Value::rational(moment.clone()) };
-            let Ok(likely) = chances(&Likelihood { event, ..likelihood.clone() }, environment) else { break };
-            let Some(moment) = moment.to_f64() else { break };
-            low.push((moment, likely.low));
-            high.push((moment, likely.high));
-        }
-        let wide = low.iter().zip(&high).any(|((_, low), (_, high))| high - low > 1e-3);
-        let mut lines = vec![Line { name: "lower bound".to_string(), points: low }];
+        let moments = (0..=TIMES).map(|part| &whole * BigRational::new(part.into(), TIMES.into()));
+        let moments: Vec<BigRational> = moments.collect();
+        let Some((bounds, method)) = growth(likelihood, environment, &moments, interrupted) else { return all };
+        let places = || moments.iter().filter_map(BigRational::to_f64);
+        let low: Vec<(f64, f64)> = places().zip(bounds.iter().map(|(low, _)| *low)).collect();
+        let high: Vec<(f64, f64)> = places().zip(bounds.iter().map(|(_, high)| *high)).collect();
+        let wide = low.iter().zip(&high).any(|((_, low), (_, high))| high - low > 5e-3);
+        let name = if wide { "lower bound" } else { "probability" };
+        let mut lines = vec![Line { name: name.to_string(), points: low }];
         if wide {
             lines.push(Line { name: "upper bound".to_string(), points: high });
         }
         all.push(Picture {
-            title: format!("Probability of being there by a time, {}", likelihood.system),
+            title: format!("Probability of being there by a time, {} ({method})", likelihood.system),
             across: "time".to_string(),
             up: "probability".to_string(),
             lines,

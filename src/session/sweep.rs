@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use super::likely::chances;
 use super::reading::{Run, Waiting};
+use super::roughly::closely;
 use super::{State, Surroundings};
 use crate::admission::admit;
 use crate::ast::SweepQuestion;
@@ -260,7 +261,7 @@ fn criteria(
 ) -> Option<Part> {
     let criteria = environment.criteria(written).ok()?;
     let interrupted = || stop.load(Ordering::Relaxed);
-    let judge = Judge { chances: &chances, interrupted: &interrupted, stretches: SOME_STRETCHES, invariants: true };
+    let judge = Judge { chances: &closely, interrupted: &interrupted, stretches: SOME_STRETCHES, invariants: true };
     let judged = judge.judge(&criteria, environment);
     let word = judged.standing().spelling();
     let mut cells = vec![Cell::Text(word.to_string())];

@@ -152,3 +152,25 @@ pub fn merge(parts: &[(String, Head, Vec<Row>)]) -> Result<(Head, Vec<Row>), Str
     let head = Head { shard: (1, 1), ..head.clone() };
     Ok((head, rows.into_values().collect()))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::sweep::{Cell, Row};
+
+    #[test]
+    fn numbers_of_the_machine_come_back_to_the_last_bit() {
+        let mut bits: u64 = 0x9e37_79b9_7f4a_7c15;
+        for point in 0..2_000 {
+            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let number = f64::from_bits(bits);
+            if !number.is_finite() {
+                continue;
+            }
+            let row = Row { point, cells: vec![Cell::Number(number)] };
+            let text = serde_json::to_string(&row).expect("a row");
+            let read: Row = serde_json::from_str(&text).expect("the row");
+            let Some(Cell::Number(back)) = read.cells.first() else { panic!("{text}") };
+            assert_eq!(back.to_bits(), number.to_bits(), "{text}");
+        }
+    }
+}
