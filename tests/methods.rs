@@ -104,7 +104,7 @@ fn rare_events_are_split() {
     let holds = |asked: &(Chain, Question), wanted: f64| {
         let held = (0..20u64).filter(|seed| {
             let found = estimated(&asked.0, &asked.1, 500, *seed).expect("runs");
-            assert!(found.split && found.high < 2.0 * wanted && found.low > wanted / 2.0, "{wanted}: {found:?}");
+            assert!(found.split && found.high < 3.0 * wanted && found.low > wanted / 4.0, "{wanted}: {found:?}");
             found.low <= wanted && wanted <= found.high
         });
         assert!(held.count() >= 19, "{wanted}");

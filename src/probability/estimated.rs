@@ -35,6 +35,10 @@ const RARE: u64 = 2_000;
 /// When a run gets stuck, or never ends.
 pub fn estimated(chain: &Chain, question: &Question, runs: u64, seed: u64) -> Result<Estimate, String> {
     let program = Program::new(chain, question)?;
+    if program.is_certain() {
+        let happens = program.happens(&Source::new(seed, 0), &mut Scratch::default())?;
+        return Ok(interval(if happens { runs } else { 0 }, runs));
+    }
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
     let one = |first: u64| -> Result<u64, String> {
         let (mut count, mut run, mut space) = (0, first, Scratch::default());

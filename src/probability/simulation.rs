@@ -176,8 +176,15 @@ impl Program {
         }
     }
 
+    /// Whether nothing is drawn, so that all runs are alike.
+    pub(super) fn is_certain(&self) -> bool {
+        let steps = self.initial.iter().chain(self.phases.iter().flatten());
+        steps.flat_map(|step| &step.samplers).all(|sampler| matches!(sampler, Sampler::Point(..)))
+    }
+
     /// How near a run is to what is asked for: the moves that it still takes, and how far the first of them is from being
-    /// taken. Any measure gives an estimate without bias; a good one gives a narrow one.
+    /// taken, as the square of that gap over the time that is left, by which a walk's chance to close it is ordered. Any
+    /// measure gives an estimate without bias; a good one gives a narrow one.
     pub(super) fn nearness(&self, run: &Runner) -> f64 {
         let Some(phase) = run.phase else { return f64::NEG_INFINITY };
         let distance = self.distances[phase];
@@ -192,7 +199,9 @@ impl Program {
                 least = least.min(gap);
             }
         }
-        -distance - if least.is_finite() { least / (1.0 + least) } else { 1.0 }
+        let left = self.deadline.saturating_sub(run.now) as f64 / self.deadline.max(1) as f64;
+        let far = if least == 0.0 { 0.0 } else { least * least / left };
+        -distance - if far.is_finite() { far / (1.0 + far) } else { 1.0 }
     }
 }
 
