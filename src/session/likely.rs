@@ -94,7 +94,7 @@ fn work(answer: &Answer, threshold: &Value) -> String {
             let needed = runs as f64 * (interval.width() / 2.0 / apart).powi(2);
             format!("{here}: it would take some {needed:.0} runs to tell them apart, if the share stays as it is")
         }
-        None => format!("{here}, which is as close as machine numbers come here"),
+        None => format!("{here}, and bounds as close as these are all that machine numbers give here"),
     }
 }
 
