@@ -8,7 +8,7 @@ use crate::interval::{Interval, normal_between};
 use crate::value::{Value, View};
 
 /// A distribution. Its parameters are valid: variances and widths are not negative, weights add up to 1.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Distribution {
     /// One value for certain.
     Point(BigRational),
@@ -79,11 +79,14 @@ impl Distribution {
             ("Normal", [_, variance]) if variance.is_negative() => Err(format!("{value} has a negative variance")),
             ("Normal", [mean, variance]) => Ok(Distribution::Normal { mean: mean.clone(), variance: variance.clone() }),
             ("Uniform", [low, high]) if low > high => Err(format!("the bounds of {value} are the wrong way round")),
+            ("Uniform", [low, high]) if low == high => Ok(Distribution::Point(low.clone())),
             ("Uniform", [low, high]) => Ok(Distribution::Uniform { low: low.clone(), high: high.clone() }),
             ("Exp", [rate]) if !rate.is_positive() => Err(format!("{value} has a rate that is not positive")),
             ("Exp", [rate]) => {
                 Ok(Distribution::Exponential { rate: rate.clone(), start: BigRational::zero(), rising: true })
             }
+            ("Poisson", [rate]) if !rate.is_positive() => Err(format!("{value} has a rate that is not positive")),
+            ("Poisson", [rate]) => Ok(Distribution::Poisson { mean: rate.clone() }),
             _ => Err(format!("{value} is no distribution of a number")),
         }
     }
@@ -255,6 +258,16 @@ impl Distribution {
 
     fn is_certain(&self) -> bool {
         self.variance().is_zero()
+    }
+
+    /// The parts that it is a mixture of, none of them a mixture itself, with their weights.
+    pub fn parts(&self) -> Vec<(BigRational, Distribution)> {
+        let Distribution::Mixture(parts) = self else { return vec![(BigRational::one(), self.clone())] };
+        let mut all = Vec::new();
+        for (weight, part) in parts.iter().filter(|(weight, _)| !weight.is_zero()) {
+            all.extend(part.parts().into_iter().map(|(share, part)| (weight * share, part)));
+        }
+        all
     }
 
     /// The same as a mixture of normals and points, if it is one: weights, means, variances.

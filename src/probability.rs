@@ -13,9 +13,13 @@ mod kernel;
 pub mod linear;
 pub mod normal;
 mod operator;
+mod other;
 pub mod plan;
 pub mod random;
 pub mod region;
+pub mod schedule;
+mod simulation;
+mod splitting;
 mod window;
 
 use num_rational::BigRational;
@@ -40,8 +44,7 @@ pub(crate) fn late(time: &BigRational, question: &Question) -> bool {
     *time > question.time
 }
 
-/// A chance that surely lies in an interval. Only [`exact::exact`] and [`enclosed::enclosed`] make one, and only with
-/// one is a threshold proved or refuted: a simulation has none.
+/// A chance that surely lies in an interval. Only [`exact`], [`enclosed`], [`linear`] and [`schedule`] make one, and only with one is a threshold proved or refuted: a simulation has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Enclosed(Interval);
 

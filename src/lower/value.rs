@@ -24,7 +24,7 @@ pub(super) const FUNCTIONS: [(&str, Option<usize>); 11] = [
     ("part", Some(2)),
 ];
 
-const DISTRIBUTIONS: [&str; 5] = ["Normal", "Exp", "Uniform", "Mix", "Point"];
+const DISTRIBUTIONS: [&str; 6] = ["Normal", "Exp", "Poisson", "Uniform", "Mix", "Point"];
 
 impl Lowerer<'_> {
     /// The number, or vector of numbers, that is written here.
@@ -251,7 +251,7 @@ impl Lowerer<'_> {
                 let parts = match name.name.as_str() {
                     "Normal" => self.normal(arguments, written.span),
                     "Mix" => self.mix(arguments, written.span),
-                    "Exp" => self.exact(arguments, &["rate"], "Exp", written.span),
+                    kind @ ("Exp" | "Poisson") => self.exact(arguments, &["rate"], kind, written.span),
                     "Uniform" => self.exact(arguments, &["", ""], "Uniform", written.span),
                     _ => self.exact(arguments, &[""], "Point", written.span),
                 }?;
@@ -260,7 +260,7 @@ impl Lowerer<'_> {
             _ => self.fail(
                 Diagnostic::error("P0401", "a distribution is needed here")
                     .label(written.span, "this is no distribution")
-                    .help("write `Normal(0, sd: s)`, `Exp(rate: l)`, `Uniform(a, b)`, `Mix(1/2: D, 1/2: E)` or `Point(x)`"),
+                    .help("write `Normal(0, sd: s)`, `Exp(rate: l)`, `Poisson(rate: l)`, `Uniform(a, b)`, `Mix(1/2: D, 1/2: E)` or `Point(x)`"),
             ),
         }
     }
@@ -355,6 +355,7 @@ fn example(kind: &str) -> &'static str {
     match kind {
         "Normal" => "write `Normal(0, sd: s)` or `Normal(0, var: v)`",
         "Exp" => "write `Exp(rate: l)`",
+        "Poisson" => "write `Poisson(rate: l)`, the arrivals expected at each draw",
         "Uniform" => "write `Uniform(a, b)`",
         "Mix" => "write `Mix(1/3: D, 2/3: E)`, the weights before the colons",
         _ => "write `Point(x)`",

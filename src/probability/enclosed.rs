@@ -18,7 +18,7 @@ use super::axes::AXES;
 use super::chain::Chain;
 use super::field::{Field, Outcome, add};
 use super::grid::{Grid, Smooth};
-use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, largest, scale};
+use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
 use super::operator::{Key, Operator};
 use super::plan::{Entry, PLACES, Plan, Way, plan};
 use super::region::Patch;
@@ -233,32 +233,26 @@ impl Machine {
         let quadrature: f64 = self.grids[..self.own].iter().flatten().map(|grid| grid.error).sum();
         let reach =
             self.grids.iter().flatten().flat_map(|grid| &grid.nodes).fold(0.0f64, |most, node| most.max(node.abs()));
-        let (mut relative, mut absolute, mut patches) = (0.0f64, 0.0, 0.0);
+        let error = |way: &FastWay, patch: &FastPatch| {
+            let axes = way.motions.iter().zip(patch);
+            way.weight * axes.map(|(motion, ranges)| motion.chance_error(ranges, reach)).sum::<f64>()
+        };
         let each = |ways: &mut dyn Iterator<Item = &FastWay>| {
             let (mut relative, mut absolute, mut patches) = (0.0f64, 0.0, 0.0);
             for way in ways {
-                let mut whole = 0.0;
-                for (axis, motion) in way.motions.iter().enumerate() {
-                    let sets = || way.patches().flat_map(|patch| &patch[axis][1..]);
-                    let ends = sets().map(largest).fold(0.0, f64::max);
-                    let ranges: usize = sets().map(Vec::len).sum();
-                    let (own, chance) = motion.rounding(reach, ends);
-                    whole += own;
-                    absolute += way.weight * 2.0 * ranges as f64 * chance;
-                }
-                relative = relative.max(whole);
+                let sum = |patches: &[FastPatch]| patches.iter().map(|patch| error(way, patch)).sum::<f64>();
+                // Either all of a round counts, or what counts at the last moment alone.
+                absolute += (sum(&way.success) + sum(&way.onward)).max(sum(&way.last));
+                relative = relative.max(way.motions.iter().map(|motion| motion.rounding(reach)).sum());
                 patches += way.patches().count() as f64;
             }
             (relative, absolute, patches)
         };
         let groups = self.phases.iter().map(|ways| each(&mut ways.iter()));
-        for (own, chance, count) in
-            groups.chain(self.entries.iter().map(|entry| each(&mut std::iter::once(&entry.way))))
-        {
-            relative = relative.max(own);
-            absolute = f64::max(absolute, chance);
-            patches = f64::max(patches, count);
-        }
+        let entries = self.entries.iter().map(|entry| each(&mut std::iter::once(&entry.way)));
+        let worst =
+            |one: (f64, f64, f64), other: (f64, f64, f64)| (one.0.max(other.0), one.1.max(other.1), one.2.max(other.2));
+        let (relative, absolute, patches) = groups.chain(entries).fold((0.0, 0.0, 0.0), worst);
         let longest = self.operators.iter().map(|one| one.longest).max().unwrap_or(0);
         let most = self.grids.iter().flatten().map(|grid| grid.nodes.len()).max().unwrap_or(0);
         let terms = 2.0 * (longest.max(most) as f64) + 8.0 * patches + 60.0;

@@ -1,4 +1,5 @@
-//! Linear maps of normal numbers, exactly: means and covariances as rationals, mixtures as weights.
+//! Linear maps of normal numbers, exactly: means and covariances as rationals, mixtures as weights; other numbers beside
+//! them, as long as no two of different kinds are added up.
 
 use std::collections::BTreeMap;
 
@@ -6,6 +7,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::chain::{Chain, Linear, Move, Region, Side, Stretch};
+use super::other::{Other, Share, image_of, share};
 use super::{Enclosed, Question, late};
 use crate::distribution::{Distribution, standard};
 use crate::interval::{Interval, normal_between};
@@ -36,6 +38,8 @@ struct Part {
     phase: Option<usize>,
     mean: Vec<BigRational>,
     covariance: Matrix,
+    /// What is neither normal nor certain.
+    others: Vec<Other>,
 }
 
 struct Walker<'a> {
@@ -53,7 +57,8 @@ struct Walker<'a> {
 /// # Errors
 /// Where that is not so.
 pub fn exact(chain: &Chain, question: &Question) -> Result<Exact, String> {
-    let start = Part { time: BigRational::zero(), phase: None, mean: Vec::new(), covariance: Vec::new() };
+    let start =
+        Part { time: BigRational::zero(), phase: None, mean: Vec::new(), covariance: Vec::new(), others: Vec::new() };
     let mut walker =
         Walker { chain, question, certain: BigRational::zero(), chance: Interval::exactly(0.0), parts: Vec::new() };
     let mut work: BTreeMap<Part, BigRational> = BTreeMap::from([(start, BigRational::one())]);
@@ -135,7 +140,8 @@ impl Walker<'_> {
             return Err("a round takes no time".to_string());
         }
         let (mean, covariance) = joint.image(&one.image);
-        Ok(Some(Part { time, phase: Some(next), mean, covariance }))
+        let others = image_of(&joint.others, &one.image)?;
+        Ok(Some(Part { time, phase: Some(next), mean, covariance, others }))
     }
 
     /// Counts what is asked for in a stretch; true if that decides it for this part.
@@ -160,7 +166,7 @@ impl Walker<'_> {
         } else if chance != Interval::exactly(0.0) {
             self.chance = self.chance.plus(chance.times(Interval::of(weight)));
         }
-        if let [value] = stretch.values.as_slice() {
+        if let ([value], true) = (stretch.values.as_slice(), joint.others.is_empty()) {
             self.parts.push((weight.clone(), joint.mean(value), joint.variance(value)));
         }
         Ok(true)
@@ -172,19 +178,29 @@ struct Joint {
     mean: Vec<BigRational>,
     covariance: Matrix,
     draws: Vec<(BigRational, BigRational)>,
+    others: Vec<Other>,
 }
+
+/// A part of the draws: its weight, the means and variances of what is normal, and what is not.
+type Drawn = (BigRational, Vec<(BigRational, BigRational)>, Vec<Other>);
 
 /// The state with each combination of the normal parts of the draws.
 fn joint(part: &Part, one: &Move) -> Result<Vec<(BigRational, Joint)>, String> {
-    let mut all = vec![(BigRational::one(), Vec::new())];
-    for draw in &one.draws {
-        let normals = draw.normals().ok_or("what is drawn is neither normal nor a mixture of normals")?;
+    let mut all: Vec<Drawn> = vec![(BigRational::one(), Vec::new(), part.others.clone())];
+    for (place, draw) in one.draws.iter().enumerate() {
+        let shares = draw.parts();
         let mut longer = Vec::new();
-        for (weight, draws) in &all {
-            for (share, mean, variance) in &normals {
-                let mut draws: Vec<(BigRational, BigRational)> = draws.clone();
-                draws.push((mean.clone(), variance.clone()));
-                longer.push((weight * share, draws));
+        for (weight, draws, others) in &all {
+            for (share, drawn) in &shares {
+                let (mut draws, mut others) = (draws.clone(), others.clone());
+                match drawn.normals().as_deref() {
+                    Some([(_, mean, variance)]) => draws.push((mean.clone(), variance.clone())),
+                    _ => {
+                        draws.push((BigRational::zero(), BigRational::zero()));
+                        others.push(Other::drawn(place, drawn.clone()));
+                    }
+                }
+                longer.push((weight * share, draws, others));
             }
         }
         if longer.len() > MOST_PARTS {
@@ -192,8 +208,8 @@ fn joint(part: &Part, one: &Move) -> Result<Vec<(BigRational, Joint)>, String> {
         }
         all = longer;
     }
-    let with = |(weight, draws): (BigRational, Vec<(BigRational, BigRational)>)| {
-        (weight, Joint { mean: part.mean.clone(), covariance: part.covariance.clone(), draws })
+    let with = |(weight, draws, others): Drawn| {
+        (weight, Joint { mean: part.mean.clone(), covariance: part.covariance.clone(), draws, others })
     };
     Ok(all.into_iter().map(with).collect())
 }
@@ -230,6 +246,9 @@ impl Joint {
 
     /// Whether a test holds for certain, or fails for certain.
     fn surely(&self, side: &Side) -> Result<bool, String> {
+        if !matches!(share(&self.others, &side.form), Share::Nothing) {
+            return Err("a guard cuts a distribution that is not followed".to_string());
+        }
         if self.variance(&side.form).is_zero() {
             return Ok(side.relation.holds(self.mean(&side.form).cmp(&BigRational::zero())));
         }
@@ -242,6 +261,11 @@ impl Joint {
 
     /// The chance of a region in which all forms are multiples of one.
     fn chance(&self, region: &Region) -> Result<Interval, String> {
+        let sides = region.iter().flatten();
+        if sides.clone().any(|side| !matches!(share(&self.others, &side.form), Share::Nothing)) {
+            let certain = |form: &Linear| self.variance(form).is_zero().then(|| self.mean(form));
+            return super::other::chance(&self.others, region, &certain);
+        }
         let mut sum = Interval::exactly(0.0);
         for alternative in region {
             match self.stretch(alternative)? {

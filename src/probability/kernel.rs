@@ -216,28 +216,46 @@ impl Fast {
         own + gates
     }
 
-    /// A bound on the relative error of a density, and one on the absolute error of a decider's chance; `reach` bounds
-    /// the states and `ends` the ends of the ranges.
-    pub fn rounding(&self, reach: f64, ends: f64) -> (f64, f64) {
-        // The mean of the next state errs by a few units of the largest number in it, the exponent by at most the place
-        // times that; the standard deviation errs by a unit or two.
-        let mean = 4.0 * UNIT * (self.slope.abs() * reach + self.shift.abs() + reach);
-        let relative = if self.sd > 0.0 { 16.0 * mean / self.sd + 4.0 * DENSITY_ERROR } else { 0.0 };
+    /// A bound on what the sum of densities, weighted with chances, errs by in relation to its size, if the states are at
+    /// most `reach` in size.
+    ///
+    /// Each number and each operation errs by at most a unit of the last place. An error d of the standardised place z
+    /// changes a density by a share |z| d, and the sum over |z| is below 3/2: `|z| <= 1.22 e^(z²/8)`, and a normal density
+    /// times `e^(z²/8)` is one again, wider, of mass 1.155. Densities themselves and weights have their own errors.
+    pub fn rounding(&self, reach: f64) -> f64 {
+        let mean = 3.0 * UNIT * (self.slope.abs() * reach + self.shift.abs() + reach);
+        if self.sd > 0.0 { 1.6 * mean / self.sd + 5.0 * DENSITY_ERROR } else { 0.0 }
+    }
+
+    /// A bound on what the chances that everything that decides lies in these err by.
+    ///
+    /// An error d of a standardised place changes a chance by at most 0.4 d; the standard deviation errs by less than two
+    /// units, which changes it by less than one.
+    pub fn chance_error(&self, ranges: &AxisRanges, reach: f64) -> f64 {
         let moved = self.slope.abs() * reach + self.shift.abs();
-        let part = |argument: f64, sd: f64| 2.0 * (8.0 * UNIT * argument / sd + 2.0 * DISTRIBUTION_ERROR);
-        let absolute = match &self.guard {
+        let ends = |ranges: &Ranges, part: &dyn Fn(f64) -> f64| {
+            let ends = ranges.iter().flat_map(|(low, high)| [low.abs(), high.abs()]);
+            ends.filter(|end| end.is_finite()).map(part).sum::<f64>()
+        };
+        let part = |units: f64, argument: f64, sd: f64| UNIT * (0.4 * units * argument / sd + 1.0) + DISTRIBUTION_ERROR;
+        let own = match &self.guard {
             Guard::Nothing => 0.0,
-            Guard::Next => part(moved + ends, self.sd),
+            Guard::Next => ends(&ranges[1], &|end| part(3.0, moved + end, self.sd)),
             Guard::Noisy { factor, offset, sd, follows, rest } => {
                 // What is left of the variance was computed exactly.
-                let alone = factor.abs() * reach + offset.abs() + ends;
+                let alone = factor.abs() * reach + offset.abs();
                 let given = alone + follows.abs() * (reach + moved);
-                part(alone, *sd) + if self.sd > 0.0 { part(given, *rest) } else { 0.0 }
+                let both = |end: f64| {
+                    let given = if self.sd > 0.0 { part(6.0, given + end, *rest) } else { 0.0 };
+                    part(3.0, alone + end, *sd) + given
+                };
+                ends(&ranges[1], &both)
             }
         };
-        let gate = |(factor, offset, sd): &(f64, f64, f64)| part(factor.abs() * reach + offset.abs() + ends, *sd);
-        let absolute = absolute + self.gates.iter().map(gate).sum::<f64>();
-        (relative, absolute)
+        let gate = |((factor, offset, sd), ranges): (&(f64, f64, f64), &Ranges)| {
+            ends(ranges, &|end| part(3.0, factor.abs() * reach + offset.abs() + end, *sd))
+        };
+        own + self.gates.iter().zip(&ranges[2..]).map(gate).sum::<f64>()
     }
 }
 
@@ -253,12 +271,6 @@ pub fn everything(ranges: &Ranges) -> bool {
 /// Whether a number lies in one of these.
 pub fn contains(ranges: &Ranges, place: f64) -> bool {
     ranges.iter().any(|(low, high)| *low <= place && place <= *high)
-}
-
-/// The largest end in size.
-pub fn largest(ranges: &Ranges) -> f64 {
-    let ends = ranges.iter().flat_map(|(low, high)| [low.abs(), high.abs()]);
-    ends.filter(|end| end.is_finite()).fold(0.0, f64::max)
 }
 
 fn between(ranges: &Ranges, mean: f64, sd: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Random numbers by counting: each is a function of the seed, the run, the round and the place, and of nothing else.
 
 use num_rational::BigRational;
-use num_traits::ToPrimitive;
+use num_traits::{ToPrimitive, Zero};
 
 use crate::distribution::Distribution;
 
@@ -47,42 +47,126 @@ impl Source {
     }
 }
 
-/// Places between one draw and the next, for the parts of nested mixtures.
-const STRIDE: u64 = 64;
+/// Places between one draw and the next: for the parts of nested mixtures, the parts of large counts, and one for a pair
+/// of normal numbers.
+const STRIDE: u64 = 4_096;
+/// A count of a larger mean is the sum of several.
+const MOST_MEAN: f64 = 500.0;
 
-/// A number drawn from a distribution.
-pub fn draw(distribution: &Distribution, source: &Source, round: u64, place: u64) -> f64 {
-    let mut distribution = distribution;
-    let mut place = place * STRIDE;
-    // A mixture first draws which of its parts it is.
-    while let Distribution::Mixture(parts) = distribution {
-        let (mut left, _) = source.uniform(round, place);
-        place += 1;
-        let Some((_, last)) = parts.last() else { return f64::NAN };
-        distribution = last;
-        for (weight, part) in parts {
-            left -= near(weight);
-            if left <= 0.0 {
-                distribution = part;
-                break;
+/// A distribution in machine numbers, to draw from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sampler {
+    /// One value for certain.
+    Point(f64, BigRational),
+    /// Normal: the mean and the standard deviation.
+    Normal(f64, f64),
+    /// Uniform: the lower bound and the width.
+    Uniform(f64, f64),
+    /// A start, and the mean of the exponential number that is added.
+    Exponential(f64, f64),
+    /// A number of arrivals: how many parts of which mean add up to it.
+    Poisson(u64, f64),
+    /// Parts with their weights.
+    Mixture(Vec<(f64, Sampler)>),
+}
+
+impl Sampler {
+    /// To draw from a distribution.
+    ///
+    /// # Errors
+    /// Where its numbers are too large.
+    pub fn of(distribution: &Distribution) -> Result<Sampler, String> {
+        Ok(match distribution {
+            Distribution::Point(at) => Sampler::Point(near(at), at.clone()),
+            Distribution::Normal { mean, variance } if variance.is_zero() => Sampler::Point(near(mean), mean.clone()),
+            Distribution::Normal { mean, variance } => Sampler::Normal(near(mean), near(variance).sqrt()),
+            Distribution::Uniform { low, high } if low == high => Sampler::Point(near(low), low.clone()),
+            Distribution::Uniform { low, high } => Sampler::Uniform(near(low), near(&(high - low))),
+            Distribution::Exponential { rate, start, rising } => {
+                let mean = near(&rate.recip());
+                Sampler::Exponential(near(start), if *rising { mean } else { -mean })
+            }
+            Distribution::Poisson { mean } => {
+                let parts = (near(mean) / MOST_MEAN).ceil().max(1.0);
+                if parts.is_nan() || parts > STRIDE as f64 / 2.0 {
+                    return Err(format!("a mean of {mean} arrivals is too large to draw from"));
+                }
+                Sampler::Poisson(parts as u64, near(mean) / parts)
+            }
+            Distribution::Mixture(parts) => {
+                let part = |(weight, part): &(BigRational, Distribution)| Ok((near(weight), Sampler::of(part)?));
+                Sampler::Mixture(parts.iter().map(part).collect::<Result<_, String>>()?)
+            }
+        })
+    }
+
+    /// Whether all that it draws are exact numbers.
+    pub fn is_discrete(&self) -> bool {
+        match self {
+            Sampler::Point(..) | Sampler::Poisson(..) => true,
+            Sampler::Mixture(parts) => parts.iter().all(|(_, part)| part.is_discrete()),
+            _ => false,
+        }
+    }
+
+    /// The part of a mixture that is drawn, with the place at which its number is.
+    fn part(&self, source: &Source, round: u64, place: u64) -> (&Sampler, u64) {
+        let (mut sampler, mut place) = (self, place * STRIDE);
+        while let Sampler::Mixture(parts) = sampler {
+            let (mut left, _) = source.uniform(round, place);
+            place += 1;
+            let Some((_, last)) = parts.last() else { break };
+            sampler = last;
+            for (weight, part) in parts {
+                left -= weight;
+                if left <= 0.0 {
+                    sampler = part;
+                    break;
+                }
             }
         }
+        (sampler, place)
     }
-    let (one, other) = source.uniform(round, place);
-    match distribution {
-        Distribution::Point(at) => near(at),
-        Distribution::Normal { mean, variance } => {
-            let angle = std::f64::consts::TAU * other;
-            near(mean) + near(variance).sqrt() * (-2.0 * one.ln()).sqrt() * angle.cos()
+
+    /// The number drawn at a place.
+    pub fn draw(&self, source: &Source, round: u64, place: u64) -> f64 {
+        if let Sampler::Normal(mean, sd) = self {
+            let (first, second) = pair(source, round, place);
+            return mean + sd * if place % 2 == 0 { first } else { second };
         }
-        Distribution::Uniform { low, high } => near(low) + (near(high) - near(low)) * one,
-        Distribution::Exponential { rate, start, rising } => {
-            let passed = -one.ln() / near(rate);
-            near(start) + if *rising { passed } else { -passed }
+        let (sampler, place) = self.part(source, round, place);
+        match sampler {
+            Sampler::Point(at, _) => *at,
+            Sampler::Normal(mean, sd) => mean + sd * gauss(source.uniform(round, place)).0,
+            Sampler::Uniform(low, width) => low + width * source.uniform(round, place).0,
+            Sampler::Exponential(start, mean) => start - mean * source.uniform(round, place).0.ln(),
+            Sampler::Poisson(parts, mean) => {
+                (0..*parts).map(|part| arrivals(*mean, source.uniform(round, place + part).0)).sum()
+            }
+            Sampler::Mixture(_) => f64::NAN,
         }
-        Distribution::Poisson { mean } => arrivals(near(mean), one),
-        Distribution::Mixture(_) => f64::NAN,
     }
+
+    /// The number drawn at a place, exactly, where it is discrete.
+    pub fn exactly(&self, source: &Source, round: u64, place: u64) -> Option<BigRational> {
+        match self.part(source, round, place).0 {
+            Sampler::Point(_, at) => Some(at.clone()),
+            Sampler::Poisson(..) => BigRational::from_float(self.draw(source, round, place)),
+            _ => None,
+        }
+    }
+}
+
+/// Two standard normal numbers for a place and the one beside it.
+pub fn pair(source: &Source, round: u64, place: u64) -> (f64, f64) {
+    gauss(source.uniform(round, (place & !1) * STRIDE + STRIDE - 1))
+}
+
+/// The method of Box and Muller (1958).
+fn gauss((one, other): (f64, f64)) -> (f64, f64) {
+    let radius = (-2.0 * one.ln()).sqrt();
+    let (sine, cosine) = (std::f64::consts::TAU * other).sin_cos();
+    (radius * cosine, radius * sine)
 }
 
 fn near(number: &BigRational) -> f64 {

@@ -27,7 +27,7 @@ proc T_u = P_u ; T_{u+1}     a definition; one that calls itself is a loop\n",
 if x > 0 then x else 0
 param t > 0, n : natural     a parameter with what is assumed of it
 fn s(d) = d / t              a function; without `= …` it is left open
-Normal(0, sd: s)  Normal(0, var: v)  Exp(rate: l)  Uniform(a, b)  Mix(1/2: D, 1/2: E)  Point(x)\n",
+Normal(0, sd: s)  Normal(0, var: v)  Exp(rate: l)  Poisson(rate: l)  Uniform(a, b)  Mix(1/2: D, 1/2: E)  Point(x)\n",
     ),
     (
         "claims",

@@ -16,9 +16,9 @@ use crate::parser::parse_input;
 use crate::session::Session;
 
 /// Words that may be completed, besides the keywords.
-const WORDS: [&str; 15] = [
+const WORDS: [&str; 16] = [
     "proved", "refuted", "open", "yes", "no", "unknown", "never", "natural", "clamp", "floor", "Normal", "Exp",
-    "Uniform", "Mix", "Point",
+    "Poisson", "Uniform", "Mix", "Point",
 ];
 
 /// Letters that have names.

@@ -8,10 +8,10 @@ use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
 use crate::invariant::Claim;
-use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property};
+use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
 use crate::probability::chain::{Chain, chain};
-use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear};
+use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -85,7 +85,7 @@ fn open(answer: &Answer, relation: Relation, threshold: &Value, bound: &BigRatio
 /// What it would take to decide.
 fn work(answer: &Answer, threshold: &Value) -> String {
     let interval = &answer.interval;
-    let here = format!("{threshold} lies between {} and {}", interval.low, interval.high);
+    let here = format!("{threshold} lies between {} and {}", decimal(interval.low), decimal(interval.high));
     match answer.chance.runs {
         Some(runs) => {
             let target = threshold.as_rational().map_or(0.5, |number| Interval::of(&number).low);
@@ -94,7 +94,7 @@ fn work(answer: &Answer, threshold: &Value) -> String {
             let needed = runs as f64 * (interval.width() / 2.0 / apart).powi(2);
             format!("{here}: it would take some {needed:.0} runs to tell them apart, if the share stays as it is")
         }
-        None => format!("{here}, which is as close as machine numbers come here"),
+        None => format!("{here}, and bounds as close as these are all that machine numbers give here"),
     }
 }
 
@@ -127,7 +127,10 @@ fn answer(
     threshold: Option<(Relation, &Value)>,
     environment: &Environment,
 ) -> Result<Answer, Vec<String>> {
-    let (chain, question) = asked(likelihood, environment)?;
+    let (chain, question) = match asked(likelihood, environment) {
+        Ok(asked) => asked,
+        Err(reasons) => return scheduled(likelihood, environment).ok_or(reasons),
+    };
     let methods: &[Method] = match &likelihood.method {
         Some(method) => std::slice::from_ref(method),
         None => &[Method::Exact, Method::Enclosed, Method::Estimated],
@@ -145,8 +148,37 @@ fn answer(
     Err(reasons)
 }
 
+/// The answer for one process that draws how long it lasts.
+fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
+    if !matches!(likelihood.method, None | Some(Method::Exact)) {
+        return None;
+    }
+    let (system, event, question) = event(likelihood, environment).ok()?;
+    let found = schedule::schedule(&system.components, &environment.definitions, &event, &question).ok()?;
+    let interval = found.interval();
+    let lines = vec![
+        format!("probability {} (exact)", between(&interval)),
+        "a duration that is drawn below 0 counts as 0".to_string(),
+    ];
+    let Interval { low, high } = interval;
+    let chance = Chance { low, high, method: name(Method::Exact), confidence: None, runs: None };
+    Some(Answer { chance, interval, enclosed: Some(found), lines })
+}
+
 /// The system as a chain, and what is asked of it.
 fn asked(likelihood: &Likelihood, environment: &Environment) -> Result<(Chain, Question), Vec<String>> {
+    let (system, event, question) = event(likelihood, environment)?;
+    let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions)
+        .map_err(|failures| failures.iter().map(ToString::to_string).collect::<Vec<_>>())?;
+    let chain = chain(&period, &event, &environment.assumptions).map_err(|reason| vec![reason])?;
+    Ok((chain, question))
+}
+
+/// The system, what is to be shown, and when.
+fn event<'e>(
+    likelihood: &Likelihood,
+    environment: &'e Environment,
+) -> Result<(&'e System, Claim, Question), Vec<String>> {
     let Some(system) = environment.system(&likelihood.system) else {
         return Err(vec![format!("there is no system {}", likelihood.system)]);
     };
@@ -162,8 +194,6 @@ fn asked(likelihood: &Likelihood, environment: &Environment) -> Result<(Chain, Q
         })?,
     };
     let time = time.as_rational().ok_or_else(|| vec![format!("the time {time} must be a number")])?;
-    let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions)
-        .map_err(|failures| failures.iter().map(ToString::to_string).collect::<Vec<_>>())?;
     let test = |(relation, left, right): &(Relation, Value, Value)| period::Test {
         relation: *relation,
         left: left.clone(),
@@ -174,9 +204,8 @@ fn asked(likelihood: &Likelihood, environment: &Environment) -> Result<(Chain, Q
         variables: pattern.variables.clone(),
         tests: pattern.conditions.iter().map(test).collect(),
     };
-    let chain = chain(&period, &event, &environment.assumptions).map_err(|reason| vec![reason])?;
     let question = Question { first, time, names: pattern.variables.iter().cloned().collect() };
-    Ok((chain, question))
+    Ok((system, event, question))
 }
 
 fn name(method: Method) -> &'static str {
@@ -232,7 +261,8 @@ fn by_method(
         }
         Method::Estimated => {
             let found = estimated::estimated(chain, question, RUNS, SEED)?;
-            let line = format!("{} runs, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE);
+            let how = if found.split { ", of which those that came nearest were split again and again" } else { "" };
+            let line = format!("{} runs{how}, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE);
             (Interval::between(found.low, found.high), None, Some(found.runs), vec![line])
         }
     };
@@ -251,15 +281,31 @@ fn by_method(
 /// The digits on which both ends agree, and the ends.
 fn between(interval: &Interval) -> String {
     if interval.low == interval.high {
-        return format!("{}", interval.low);
+        return decimal(interval.low);
     }
     let middle = f64::midpoint(interval.low, interval.high);
-    let mut places = 12;
+    // The place of the first digit; of what may be 0, no digit is known.
+    let first = if interval.low > 0.0 { middle.log10().floor() as i32 } else { 0 };
+    let mut places = 12 - first;
     while places > 1 && interval.width() > 0.5 * 10f64.powi(-places) {
         places -= 1;
     }
-    let places = places as usize;
-    format!("{middle:.places$}, between {} and {}", interval.low, interval.high)
+    let ends = format!("between {} and {}", decimal(interval.low), decimal(interval.high));
+    if interval.low <= 0.0 && interval.high < SMALL {
+        return format!("at most {}, {ends}", decimal(interval.high));
+    }
+    match middle < SMALL {
+        true => format!("{middle:.digits$e}, {ends}", digits = usize::try_from(places + first).unwrap_or_default()),
+        false => format!("{middle:.places$}, {ends}", places = usize::try_from(places).unwrap_or_default()),
+    }
+}
+
+/// Below this a number is written with a power of ten.
+const SMALL: f64 = 1e-4;
+
+/// The shortest text that is read as this number.
+fn decimal(number: f64) -> String {
+    if number != 0.0 && number.abs() < SMALL { format!("{number:e}") } else { number.to_string() }
 }
 
 /// Mean and variance, exactly where that is short, and as decimals.

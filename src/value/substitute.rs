@@ -81,7 +81,7 @@ impl Value {
         simpler.replace(images)
     }
 
-    /// A distribution: `Normal` (mean, variance), `Exp` (rate), `Uniform` (low, high), `Point` (value) or
+    /// A distribution: `Normal` (mean, variance), `Exp` (rate), `Poisson` (rate), `Uniform` (low, high), `Point` (value) or
     /// `Mix` (weight, distribution, weight, distribution, …).
     ///
     /// # Errors
@@ -96,18 +96,18 @@ impl Value {
             ("Normal", 2) if number(1).is_some_and(|variance| variance.is_negative()) => {
                 return wrong("needs a variance that is not negative");
             }
-            ("Exp", 1) if number(0).is_some_and(|rate| !rate.is_positive()) => {
+            ("Exp" | "Poisson", 1) if number(0).is_some_and(|rate| !rate.is_positive()) => {
                 return wrong("needs a rate greater than 0");
             }
             ("Uniform", 2) if number(0).zip(number(1)).is_some_and(|(low, high)| low > high) => {
                 return wrong("needs its lower bound first");
             }
-            ("Normal" | "Uniform", 2) | ("Exp" | "Point", 1) => {}
+            ("Normal" | "Uniform", 2) | ("Exp" | "Poisson" | "Point", 1) => {}
             ("Normal", _) => return wrong("needs a mean and a variance"),
             ("Uniform", _) => return wrong("needs a lower and an upper bound"),
-            ("Exp", _) => return wrong("needs a rate"),
+            ("Exp" | "Poisson", _) => return wrong("needs a rate"),
             ("Point", _) => return wrong("needs one value"),
-            _ => return wrong("is not a distribution; known are Normal, Exp, Uniform, Point and Mix"),
+            _ => return wrong("is not a distribution; known are Normal, Exp, Poisson, Uniform, Point and Mix"),
         }
         if arguments.iter().any(|argument| argument.sort() == Sort::Distribution) {
             return wrong("takes numbers, not distributions");

@@ -67,7 +67,7 @@ impl Printer {
         let texts: Vec<String> = parts.iter().map(|part| self.value(part).0).collect();
         match (kind, parts) {
             ("Normal", [_, _]) => format!("Normal({}, var: {})", texts[0], texts[1]),
-            ("Exp", [_]) => format!("Exp(rate: {})", texts[0]),
+            ("Exp" | "Poisson", [_]) => format!("{kind}(rate: {})", texts[0]),
             ("Mix", _) => {
                 let pairs = parts.chunks(2).zip(texts.chunks(2));
                 let weighted = pairs.map(|(_, pair)| pair.join(": "));

@@ -1,0 +1,383 @@
+//! A chain compiled to be run: machine numbers for what is drawn from a density, rationals for what is not, so that a
+//! comparison of exact numbers is never decided by rounding.
+
+use num_bigint::BigInt;
+use num_integer::Integer;
+use num_rational::BigRational;
+use num_traits::{One, ToPrimitive, Zero};
+
+use super::Question;
+use super::chain::{Chain, Linear, Move, Side};
+use super::random::{Sampler, Source, pair};
+use crate::value::Relation;
+
+/// Bits of an exact number.
+const MOST_BITS: u64 = 4_096;
+/// Rounds of one run.
+const MOST_ROUNDS: u64 = 1_000_000;
+
+/// A linear form over the numbers of the state, followed by those that are drawn.
+struct Form {
+    terms: Vec<(usize, f64)>,
+    constant: f64,
+    /// The same exactly, where all that it depends on is known exactly.
+    exact: Option<Linear>,
+}
+
+struct Test {
+    relation: Relation,
+    form: Form,
+}
+
+struct Stretch {
+    /// Ticks; none: for ever.
+    duration: Option<u64>,
+    shown: Vec<Vec<Test>>,
+}
+
+/// A move to be run.
+struct Step {
+    samplers: Vec<Sampler>,
+    /// Whether it draws what the one before it draws.
+    same: bool,
+    /// Whether exact numbers matter in it.
+    exact: bool,
+    tests: Vec<Test>,
+    stretches: Vec<Stretch>,
+    image: Vec<Form>,
+    next: Option<usize>,
+    /// The gap of a run that could take it towards what is asked for: alternatives of tests, at the means of the draws.
+    gaps: Vec<Vec<Test>>,
+    means: Vec<f64>,
+}
+
+/// A chain with a question, to be run.
+pub(super) struct Program {
+    initial: Vec<Step>,
+    phases: Vec<Vec<Step>>,
+    /// How many moves it takes from a phase until what is asked for may be shown.
+    distances: Vec<f64>,
+    first: bool,
+    deadline: u64,
+}
+
+/// A run on its way.
+#[derive(Clone, Default)]
+pub(super) struct Runner {
+    phase: Option<usize>,
+    now: u64,
+    round: u64,
+    state: Vec<f64>,
+    exact: Vec<BigRational>,
+}
+
+/// Space for the numbers of a round.
+#[derive(Default)]
+pub(super) struct Scratch {
+    numbers: Vec<f64>,
+    drawn: Vec<BigRational>,
+    after: Vec<f64>,
+}
+
+impl Program {
+    /// # Errors
+    /// Where durations have no common unit, or something cannot be drawn.
+    pub(super) fn new(chain: &Chain, question: &Question) -> Result<Program, String> {
+        let unit = unit(chain, question);
+        let known = known(chain)?;
+        let widths: Vec<usize> = known.iter().map(Vec::len).collect();
+        let compile = |moves: &[Move], from: Option<usize>| {
+            let known_here: &[bool] = from.map_or(&[], |phase| known[phase].as_slice());
+            let mut steps: Vec<Step> = Vec::new();
+            for one in moves {
+                let mut step = Step::new(one, known_here, &unit)?;
+                step.exact |= one.next.is_some_and(|next| known.get(next).is_some_and(|known| known.contains(&true)));
+                step.same = steps.last().is_some_and(|last| last.samplers == step.samplers && last.exact == step.exact);
+                steps.push(step);
+            }
+            Ok::<_, String>(steps)
+        };
+        let ticks = ticks(&question.time, &unit).ok_or("the time is too large for its finest part")?;
+        let mut program = Program {
+            initial: compile(&chain.initial, None)?,
+            phases: Vec::new(),
+            distances: distances(chain),
+            first: question.first,
+            deadline: ticks,
+        };
+        for (phase, moves) in chain.phases.iter().enumerate() {
+            program.phases.push(compile(moves, Some(phase))?);
+        }
+        for (phase, (steps, moves)) in program.phases.iter_mut().zip(&chain.phases).enumerate() {
+            for (step, one) in steps.iter_mut().zip(moves) {
+                let shown: Vec<&Vec<Side>> = one.stretches.iter().flat_map(|stretch| &stretch.shown).collect();
+                let nearer = one.next.is_some_and(|next| program.distances[next] < program.distances[phase]);
+                let sides = if nearer { vec![&one.tests] } else { shown };
+                let test =
+                    |side: &Side| Test { relation: side.relation, form: form(&side.form, widths[phase], &[], &[]) };
+                step.gaps = sides.into_iter().map(|sides| sides.iter().map(test).collect()).collect();
+            }
+        }
+        Ok(program)
+    }
+
+    /// One more round; whether it happens, once that is decided.
+    ///
+    /// # Errors
+    /// Where a run gets stuck, or never ends.
+    pub(super) fn turn(&self, run: &mut Runner, source: &Source, space: &mut Scratch) -> Result<Option<bool>, String> {
+        let steps = run.phase.map_or(self.initial.as_slice(), |phase| self.phases[phase].as_slice());
+        let width = run.state.len();
+        space.numbers.clear();
+        space.numbers.extend_from_slice(&run.state);
+        let mut chosen = None;
+        for step in steps {
+            if !step.same {
+                space.numbers.truncate(width);
+                step.draw(source, run.round, space);
+            }
+            if step.tests.iter().all(|test| test.holds(space, run)) {
+                chosen = Some(step);
+                break;
+            }
+        }
+        let Some(step) = chosen else { return Err("a run got stuck".to_string()) };
+        for stretch in &step.stretches {
+            let end = stretch.duration.map_or(u64::MAX, |duration| run.now.saturating_add(duration));
+            let counts = run.now <= self.deadline && (self.first || end > self.deadline);
+            let here = counts && stretch.shown.iter().any(|tests| tests.iter().all(|test| test.holds(space, run)));
+            if here || (counts && !self.first) {
+                return Ok(Some(here));
+            }
+            run.now = end;
+        }
+        let Some(next) = step.next.filter(|_| run.now <= self.deadline) else { return Ok(Some(false)) };
+        space.after.clear();
+        space.after.extend(step.image.iter().map(|form| form.at(&space.numbers)));
+        if step.exact {
+            run.exact = step.image.iter().map(|form| form.exactly(&run.exact, &space.drawn)).collect();
+            if run.exact.iter().any(|number| number.denom().bits() > MOST_BITS || number.numer().bits() > MOST_BITS) {
+                return Err("the exact numbers of a run grow too long".to_string());
+            }
+        }
+        std::mem::swap(&mut run.state, &mut space.after);
+        run.phase = Some(next);
+        run.round += 1;
+        if run.round > MOST_ROUNDS { Err("a run has more than a million rounds".to_string()) } else { Ok(None) }
+    }
+
+    /// Whether it happens in one run.
+    pub(super) fn happens(&self, source: &Source, space: &mut Scratch) -> Result<bool, String> {
+        let mut run = Runner::default();
+        loop {
+            if let Some(found) = self.turn(&mut run, source, space)? {
+                return Ok(found);
+            }
+        }
+    }
+
+    /// Whether nothing is drawn, so that all runs are alike.
+    pub(super) fn is_certain(&self) -> bool {
+        let steps = self.initial.iter().chain(self.phases.iter().flatten());
+        steps.flat_map(|step| &step.samplers).all(|sampler| matches!(sampler, Sampler::Point(..)))
+    }
+
+    /// How near a run is to what is asked for: the moves that it still takes, and how far the first of them is from being
+    /// taken, as the square of that gap over the time that is left, by which a walk's chance to close it is ordered. Any
+    /// measure gives an estimate without bias; a good one gives a narrow one.
+    pub(super) fn nearness(&self, run: &Runner) -> f64 {
+        let Some(phase) = run.phase else { return f64::NEG_INFINITY };
+        let distance = self.distances[phase];
+        let mut least = f64::INFINITY;
+        for step in &self.phases[phase] {
+            let number = |place: usize| match run.state.get(place) {
+                Some(number) => *number,
+                None => step.means.get(place - run.state.len()).copied().unwrap_or_default(),
+            };
+            for tests in &step.gaps {
+                let gap = tests.iter().map(|test| test.gap(&number)).fold(0.0, f64::max);
+                least = least.min(gap);
+            }
+        }
+        let left = self.deadline.saturating_sub(run.now) as f64 / self.deadline.max(1) as f64;
+        let far = if least == 0.0 { 0.0 } else { least * least / left };
+        -distance - if far.is_finite() { far / (1.0 + far) } else { 1.0 }
+    }
+}
+
+impl Step {
+    fn new(one: &Move, known: &[bool], unit: &BigInt) -> Result<Step, String> {
+        let samplers: Vec<Sampler> = one.draws.iter().map(Sampler::of).collect::<Result<_, _>>()?;
+        let discrete: Vec<bool> = samplers.iter().map(Sampler::is_discrete).collect();
+        let width = known.len();
+        let compile = |linear: &Linear| form(linear, width, known, &discrete);
+        let test = |side: &Side| Test { relation: side.relation, form: compile(&side.form) };
+        let mut stretches = Vec::new();
+        for stretch in &one.stretches {
+            let duration = match &stretch.duration {
+                Some(duration) => Some(ticks(duration, unit).ok_or("a duration is too large for the finest one")?),
+                None => None,
+            };
+            let shown = stretch.shown.iter().map(|sides| sides.iter().map(test).collect()).collect();
+            stretches.push(Stretch { duration, shown });
+        }
+        let tests: Vec<Test> = one.tests.iter().map(test).collect();
+        let shown = stretches.iter().flat_map(|stretch: &Stretch| stretch.shown.iter().flatten());
+        let exact = tests.iter().chain(shown).any(|test| test.form.exact.is_some());
+        Ok(Step {
+            samplers,
+            same: false,
+            exact,
+            tests,
+            stretches,
+            image: one.image.iter().map(compile).collect(),
+            next: one.next,
+            gaps: Vec::new(),
+            means: one.draws.iter().map(|draw| near(&draw.mean())).collect(),
+        })
+    }
+
+    /// The same place of the same round gives the same number, whichever way it is drawn on.
+    fn draw(&self, source: &Source, round: u64, space: &mut Scratch) {
+        let mut place = 0;
+        while place < self.samplers.len() {
+            let at = place as u64;
+            match &self.samplers[place..] {
+                [Sampler::Normal(mean, sd), Sampler::Normal(mean2, sd2), ..] if place % 2 == 0 => {
+                    let (one, other) = pair(source, round, at);
+                    space.numbers.extend([mean + sd * one, mean2 + sd2 * other]);
+                    place += 2;
+                }
+                [sampler, ..] => {
+                    space.numbers.push(sampler.draw(source, round, at));
+                    place += 1;
+                }
+                [] => break,
+            }
+        }
+        if self.exact {
+            space.drawn.clear();
+            let drawn = |(place, sampler): (usize, &Sampler)| sampler.exactly(source, round, place as u64);
+            space.drawn.extend(self.samplers.iter().enumerate().map(|one| drawn(one).unwrap_or_default()));
+        }
+    }
+}
+
+impl Test {
+    fn holds(&self, space: &Scratch, run: &Runner) -> bool {
+        let order = match &self.form.exact {
+            Some(_) => self.form.exactly(&run.exact, &space.drawn).cmp(&BigRational::zero()),
+            None => self.form.at(&space.numbers).total_cmp(&0.0),
+        };
+        self.relation.holds(order)
+    }
+
+    /// How far it is from holding.
+    fn gap(&self, number: &impl Fn(usize) -> f64) -> f64 {
+        let terms = self.form.terms.iter().map(|(place, factor)| factor * number(*place));
+        let value = self.form.constant + terms.sum::<f64>();
+        match self.relation {
+            Relation::Gtr | Relation::Gte => (-value).max(0.0),
+            Relation::Lss | Relation::Lte => value.max(0.0),
+            Relation::Eq => value.abs(),
+            Relation::Neq => 0.0,
+        }
+    }
+}
+
+impl Form {
+    fn at(&self, numbers: &[f64]) -> f64 {
+        self.terms.iter().fold(self.constant, |sum, (place, factor)| sum + factor * numbers[*place])
+    }
+
+    /// The exact value; 0 where that is not known.
+    fn exactly(&self, state: &[BigRational], drawn: &[BigRational]) -> BigRational {
+        let Some(linear) = &self.exact else { return BigRational::zero() };
+        let mut sum = linear.constant.clone();
+        let both = linear.state.iter().zip(state).chain(linear.draws.iter().zip(drawn));
+        both.filter(|(factor, _)| !factor.is_zero()).for_each(|(factor, number)| sum += factor * number);
+        sum
+    }
+}
+
+fn near(number: &BigRational) -> f64 {
+    number.to_f64().unwrap_or(f64::NAN)
+}
+
+fn form(linear: &Linear, width: usize, known: &[bool], discrete: &[bool]) -> Form {
+    let term = |start: usize| move |(place, factor): (usize, &BigRational)| (start + place, near(factor));
+    let used = |numbers: &'_ [BigRational]| {
+        let all = numbers.iter().enumerate().filter(|(_, factor)| !factor.is_zero());
+        all.map(|(place, factor)| (place, factor.clone())).collect::<Vec<_>>()
+    };
+    let (state, draws) = (used(&linear.state), used(&linear.draws));
+    let exact = state.iter().all(|(place, _)| known.get(*place) == Some(&true))
+        && draws.iter().all(|(place, _)| discrete.get(*place) == Some(&true));
+    let terms = state.iter().map(|(place, factor)| term(0)((*place, factor)));
+    let terms = terms.chain(draws.iter().map(|(place, factor)| term(width)((*place, factor)))).collect();
+    Form { terms, constant: near(&linear.constant), exact: exact.then(|| linear.clone()) }
+}
+
+/// Which variables of each phase are always known exactly.
+fn known(chain: &Chain) -> Result<Vec<Vec<bool>>, String> {
+    let mut known: Vec<Vec<bool>> = vec![Vec::new(); chain.phases.len()];
+    let all =
+        || std::iter::once((None, &chain.initial)).chain(chain.phases.iter().enumerate().map(|(a, b)| (Some(a), b)));
+    for one in all().flat_map(|(_, moves)| moves) {
+        if let Some(next) = one.next {
+            known[next] = vec![true; one.image.len()];
+        }
+    }
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for (from, moves) in all() {
+            for one in moves {
+                let Some(next) = one.next else { continue };
+                let mut discrete = Vec::new();
+                for draw in &one.draws {
+                    discrete.push(Sampler::of(draw)?.is_discrete());
+                }
+                let here = from.map_or(Vec::new(), |phase: usize| known[phase].clone());
+                let exact = |linear: &Linear| form(linear, here.len(), &here, &discrete).exact.is_some();
+                for (place, linear) in one.image.iter().enumerate() {
+                    if known[next][place] && !exact(linear) {
+                        known[next][place] = false;
+                        changed = true;
+                    }
+                }
+            }
+        }
+    }
+    Ok(known)
+}
+
+/// The finest part of the times: one over this.
+fn unit(chain: &Chain, question: &Question) -> BigInt {
+    let moves = chain.initial.iter().chain(chain.phases.iter().flatten());
+    let durations = moves.flat_map(|one| one.stretches.iter().filter_map(|stretch| stretch.duration.as_ref()));
+    durations.chain([&question.time]).fold(BigInt::one(), |unit, time| unit.lcm(time.denom()))
+}
+
+fn ticks(time: &BigRational, unit: &BigInt) -> Option<u64> {
+    (time * BigRational::from_integer(unit.clone())).to_integer().to_u64().filter(|ticks| *ticks < u64::MAX / 4)
+}
+
+/// How many moves it takes from each phase until what is asked for may be shown.
+fn distances(chain: &Chain) -> Vec<f64> {
+    let shows = |one: &Move| one.stretches.iter().any(|stretch| !stretch.shown.is_empty());
+    let start = |moves: &Vec<Move>| if moves.iter().any(shows) { 0.0 } else { f64::MAX };
+    let mut distances: Vec<f64> = chain.phases.iter().map(start).collect();
+    for _ in 0..chain.phases.len() {
+        let next = |(phase, moves): (usize, &Vec<Move>)| {
+            let least = moves.iter().filter_map(|one| Some(distances[one.next?] + 1.0)).fold(f64::MAX, f64::min);
+            least.min(distances[phase])
+        };
+        let after: Vec<f64> = chain.phases.iter().enumerate().map(next).collect();
+        if after == distances {
+            break;
+        }
+        distances = after;
+    }
+    distances
+}
