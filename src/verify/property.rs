@@ -161,12 +161,12 @@ fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
     let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
     if !matches!(verdict, Verdict::Proved)
         && let Some(leg) = leg
+        && let Some(kept) = &leg.kept
+        && let Ok(gap) = kept.left.sub(&kept.right)
     {
-        let name = leg.closed.first().map(|(name, _)| name).or(leg.start.keys().next());
-        let name = name.map(Name::to_string).unwrap_or_default();
         feedback.push(format!(
-            "phase {} never ends, since its goal is met by no round exactly: allow a tolerance there, such as Gtr_{{abs({name}-g),1/10}} in place of Neq_{{{name},g}}",
-            leg.phase + 1
+            "phase {} never ends, since no round comes to {} = {} exactly: allow a tolerance there, such as Gtr_{{abs({}),1/10}} in place of Neq_{{{},{}}}",
+            leg.phase + 1, kept.left, kept.right, gap, kept.left, kept.right
         ));
     }
     if let Some(End::Silent { blocked, .. }) = &trajectory.end {
@@ -179,10 +179,10 @@ fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
 fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
     let legs = trajectory.legs.get(trajectory.cycle?..)?;
     let first = legs.first()?;
-    (first.continues && legs.iter().all(|leg| leg.phase == first.phase)).then_some(first)
+    legs.iter().all(|leg| leg.phase == first.phase).then_some(first)
 }
 
-fn units_of(legs: &[Leg]) -> Vec<Unit> {
+pub(super) fn units_of(legs: &[Leg]) -> Vec<Unit> {
     legs.iter().flat_map(|leg| leg.units.iter().cloned()).collect()
 }
 
@@ -320,6 +320,7 @@ impl Matcher<'_> {
         }
         match first {
             Some(Missed::Unsure(reason)) => return Err(Missed::Unsure(reason)),
+            _ if let Some(found) = self.turn_by_turn(trajectory, cycle) => return Ok(found),
             // What no turn shows, is not shown wherever the rounds of the property begin.
             _ if trajectory.orbit.is_some() => {
                 let mut units = trajectory.opening.clone();
@@ -422,7 +423,7 @@ fn form_text(name: &Name, closed: &crate::recurrence::Closed) -> String {
     format!("{name} = {}", forms.join(", then "))
 }
 
-fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Orbit>) -> Outcome {
+pub(super) fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Orbit>) -> Outcome {
     let mut outcome = Outcome::new(Verdict::Proved);
     let both = |laid: &[Laid]| {
         let run = Term::seq(laid.iter().flat_map(Laid::terms));
