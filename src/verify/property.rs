@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::lay::{Laid, Matcher, Missed};
 use super::orbit::{Orbit, standing};
+use super::round::{feedback, stuck};
 use super::trajectory::{Leg, Rounds, Trajectory};
 use super::unit::{Unit, without_end};
 use super::{Outcome, Verdict};
@@ -98,8 +99,12 @@ fn want_of(part: &Term) -> Result<Want, String> {
         _ => vec![part.clone()],
     };
     let mut want = Want { length: Length::Endless, shown: Vec::new(), tests: Vec::new() };
+    let observer = |part: &Term| matches!(part.node(), Node::Observe(..) | Node::Idle);
     for part in parts {
         match part.node() {
+            Node::Par(all) if all.iter().all(observer) => {
+                want.shown.extend(all.iter().filter(|part| !matches!(part.node(), Node::Idle)).cloned());
+            }
             Node::Delay(time) if want.length == Length::Endless => {
                 want.length = match time.as_variable().filter(|name| name.is_meta()) {
                     Some(name) => Length::Unknown(name.clone()),
@@ -153,33 +158,6 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
     outcome.orbit = trajectory.cycle.zip(trajectory.orbit);
     outcome.legs = trajectory.legs;
     outcome
-}
-
-fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
-    let mut feedback = Vec::new();
-    let endless = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
-    let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
-    if !matches!(verdict, Verdict::Proved)
-        && let Some(leg) = leg
-        && let Some(kept) = &leg.kept
-        && let Ok(gap) = kept.left.sub(&kept.right)
-    {
-        feedback.push(format!(
-            "phase {} never ends, since no round comes to {} = {} exactly: allow a tolerance there, such as Gtr_{{abs({}),1/10}} in place of Neq_{{{},{}}}",
-            leg.phase + 1, kept.left, kept.right, gap, kept.left, kept.right
-        ));
-    }
-    if let Some(End::Silent { blocked, .. }) = &trajectory.end {
-        feedback.extend(blocked.iter().map(|one| format!("{} waits for ever on port {}", one.component, one.port)));
-    }
-    feedback
-}
-
-/// A leg of a phase in which the run goes round for ever.
-fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
-    let legs = trajectory.legs.get(trajectory.cycle?..)?;
-    let first = legs.first()?;
-    legs.iter().all(|leg| leg.phase == first.phase).then_some(first)
 }
 
 pub(super) fn units_of(legs: &[Leg]) -> Vec<Unit> {

@@ -3,10 +3,11 @@
 
 use num_traits::ToPrimitive;
 
+use super::Verdict;
 use super::count::Count;
-use super::trajectory::{Values, Walker, is_number};
+use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker, is_number};
 use crate::name::Name;
-use crate::period::{Edge, Next, Test};
+use crate::period::{Edge, End, Next, Test};
 use crate::recurrence::Closed;
 use crate::value::{Relation, Value};
 
@@ -70,6 +71,34 @@ impl Walker<'_> {
         };
         round.after.iter().flatten().find(asks).cloned()
     }
+}
+
+/// What could be changed in the mission.
+pub(super) fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
+    let mut feedback = Vec::new();
+    let endless = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
+    let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
+    if !matches!(verdict, Verdict::Proved)
+        && let Some(leg) = leg
+        && let Some(kept) = &leg.kept
+        && let Ok(gap) = kept.left.sub(&kept.right)
+    {
+        feedback.push(format!(
+            "phase {} never ends, since no round comes to {} = {} exactly: allow a tolerance there, such as Gtr_{{abs({}),1/10}} in place of Neq_{{{},{}}}",
+            leg.phase + 1, kept.left, kept.right, gap, kept.left, kept.right
+        ));
+    }
+    if let Some(End::Silent { blocked, .. }) = &trajectory.end {
+        feedback.extend(blocked.iter().map(|one| format!("{} waits for ever on port {}", one.component, one.port)));
+    }
+    feedback
+}
+
+/// A leg of a phase in which the run goes round for ever.
+pub(super) fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
+    let legs = trajectory.legs.get(trajectory.cycle?..)?;
+    let first = legs.first()?;
+    legs.iter().all(|leg| leg.phase == first.phase).then_some(first)
 }
 
 /// The index from which on the last form holds.
