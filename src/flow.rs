@@ -6,6 +6,7 @@ use crate::assumption::Assumptions;
 use crate::closed_form::term;
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
+use crate::period::graph::ending;
 use crate::period::{Edge, Next, Period, Segment, Test, stretch};
 use crate::recurrence::{Closed, NoClosedForm, solve_together};
 use crate::scope::calls;
@@ -192,7 +193,7 @@ impl PhaseFlow {
         for (tests, next) in &self.exits {
             let to = match next {
                 Next::Phase(number) => format!("to phase {}", number + 1),
-                Next::End(end) => end_text(end),
+                Next::End(end) => ending(end),
             };
             lines.push(format!("  then      {to}{}", crate::period::in_case(tests)));
         }
@@ -200,19 +201,5 @@ impl PhaseFlow {
             lines.push(format!("  port {port}    {value}"));
         }
         lines
-    }
-}
-
-fn end_text(end: &crate::period::End) -> String {
-    use crate::period::End;
-    match end {
-        End::Stopped => "stops".to_string(),
-        End::Aborted => "aborts".to_string(),
-        End::Livelock { cycle } => {
-            let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
-            format!("goes round in no time ({})", cycle.join(", "))
-        }
-        End::Silent { blocked, .. } if blocked.is_empty() => "idles".to_string(),
-        End::Silent { blocked, .. } => blocked.iter().map(|one| one.to_string()).collect::<Vec<_>>().join("; "),
     }
 }

@@ -12,6 +12,7 @@ mod direction;
 mod exercise;
 mod flow;
 mod graph;
+mod marking;
 mod network;
 mod process;
 mod scope;

@@ -143,6 +143,8 @@ pub enum Failure {
         /// The two ports.
         ports: (Name, Name),
     },
+    /// The work was interrupted.
+    Interrupted,
     /// Several writers or several readers compete for one communication.
     Contention {
         /// Where they compete.
@@ -178,6 +180,7 @@ impl fmt::Display for Failure {
                     one.1, other.1, one.0, other.0
                 )
             }
+            Failure::Interrupted => write!(f, "interrupted"),
             Failure::Livelock { cycle, when } => {
                 let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
                 write!(f, "{} goes round in no time{}", cycle.join(", "), in_case(when))
@@ -348,6 +351,13 @@ impl Period {
     }
 }
 
+/// What a run is made with.
+struct Surroundings<'a> {
+    definitions: &'a Definitions,
+    assumptions: &'a Assumptions,
+    interrupted: &'a dyn Fn() -> bool,
+}
+
 /// Finds the period of the system of these components.
 ///
 /// # Errors
@@ -357,6 +367,20 @@ pub fn analyse(
     definitions: &Definitions,
     assumptions: &Assumptions,
 ) -> Result<Period, Vec<Failure>> {
+    analyse_until(components, definitions, assumptions, &|| false)
+}
+
+/// The same, as long as it is not interrupted.
+///
+/// # Errors
+/// The failures that leave no period, [`Failure::Interrupted`] among them.
+pub fn analyse_until(
+    components: &[Term],
+    definitions: &Definitions,
+    assumptions: &Assumptions,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Period, Vec<Failure>> {
+    let run = Surroundings { definitions, assumptions, interrupted };
     let components = ports::flatten(components, definitions);
     let closed = ports::System::of(&components, definitions);
     let mut failures = closed.unmatched();
@@ -372,13 +396,13 @@ pub fn analyse(
     }
     let repetitions = closed.balance(definitions).map_err(|failure| vec![failure])?;
     if groups.len() > 1
-        && let Some(drift) = apart(&groups, &components, definitions, assumptions)?
+        && let Some(drift) = apart(&groups, &components, &run)?
     {
         failures.push(drift);
         failures.append(&mut warnings);
         return Err(failures);
     }
-    let graph = explore(&components, &closed, definitions, assumptions).map_err(|failure| vec![failure])?;
+    let graph = explore(&components, &closed, &run).map_err(|failure| vec![failure])?;
     let Graph { initial, phases, stuck } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     for edge in initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)) {
@@ -405,17 +429,12 @@ pub fn analyse(
 }
 
 /// Why groups of components between which there is no port have no common period, each run on its own.
-fn apart(
-    groups: &[Vec<usize>],
-    components: &[Term],
-    definitions: &Definitions,
-    assumptions: &Assumptions,
-) -> Result<Option<Failure>, Vec<Failure>> {
+fn apart(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>) -> Result<Option<Failure>, Vec<Failure>> {
     let mut rounds = Vec::new();
     for group in groups {
         let own: Vec<Term> = group.iter().filter_map(|index| components.get(*index)).cloned().collect();
-        let closed = ports::System::of(&own, definitions);
-        let graph = explore(&own, &closed, definitions, assumptions).map_err(|failure| vec![failure])?;
+        let closed = ports::System::of(&own, run.definitions);
+        let graph = explore(&own, &closed, run).map_err(|failure| vec![failure])?;
         rounds.extend(drift::round(&graph.initial, &graph.phases).map(|time| (closed.names.join(" with "), time)));
     }
     Ok(drift::drift(&rounds))

@@ -6,6 +6,7 @@
 
 mod affine;
 mod approach;
+mod classes;
 mod cycle;
 mod dominant;
 mod inhomogeneous;

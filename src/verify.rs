@@ -5,8 +5,11 @@ mod count;
 mod lay;
 mod orbit;
 pub mod property;
+mod round;
 mod seek;
+mod stretch;
 pub mod trajectory;
+mod turning;
 pub mod unit;
 
 use std::collections::BTreeMap;
@@ -89,21 +92,23 @@ impl Outcome {
     }
 }
 
-/// Whether the system of these components does what the property says. The property calls itself by its name.
+/// Whether the system of these components does what the property says. The property calls itself by its name. Work
+/// that is `interrupted` leaves the verdict open.
 pub fn verify(
     components: &[Term],
     property: (&Name, &Term),
     definitions: &Definitions,
     assumptions: &Assumptions,
+    interrupted: &dyn Fn() -> bool,
 ) -> Outcome {
-    let period = match period::analyse(components, definitions, assumptions) {
+    let period = match period::analyse_until(components, definitions, assumptions, interrupted) {
         Ok(period) => period,
         Err(failures) => return without_period(failures),
     };
     let mut outcome = match property::Wanted::of(property.1, property.0) {
         Err(reason) => Outcome::new(Verdict::Open { remaining: vec![reason] }),
         Ok(wanted) => cases::in_cases(assumptions, &|known| {
-            property::judge(&wanted, trajectory::walk(&period, known, property.1))
+            property::judge(&wanted, trajectory::walk(&period, known, property.1, interrupted))
         }),
     };
     outcome.diagnostics.extend(period.warnings.iter().cloned());

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use super::system::{Refused, declared, read, written};
 use crate::lower::{Entity, System};
 use crate::name::Name;
-use crate::period::{Period, analyse, graph};
+use crate::period::{Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
 use crate::transition_system::{MOST_DRAWN, dot, svg};
@@ -98,5 +98,6 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, 
             None => return Err(format!("there is no system `{wanted}`; the file declares {}\n", names())),
         },
     };
-    Ok(analyse(&system.components, &environment.definitions, &environment.assumptions))
+    let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+    Ok(analyse_until(&system.components, definitions, assumptions, &|| watch.interrupted()))
 }

@@ -6,7 +6,8 @@ use super::{escaped, math, process};
 use crate::assumption::Assumptions;
 use crate::flow::PhaseFlow;
 use crate::name::Name;
-use crate::period::Test;
+use crate::period::graph::ending;
+use crate::period::{Next, Test};
 use crate::value::{Relation, Value};
 
 /// A table of the phases, an `align*` each, for use inside a document with `amsmath`.
@@ -31,8 +32,16 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     }
     rows.extend(flow.draws.iter().map(|(name, distribution)| (escaped_name(name), value(distribution))));
     let index = flow.index();
+    // The terms and first values of the sequences, with the index below them.
+    let indexed = |text: String| {
+        flow.variables.iter().fold(text, |text, name| {
+            let below = |index: &str| format!("{}_{{{index}}}", escaped_name(name));
+            let text = text.replace(&format!("\\operatorname{{{name}}}({index})"), &below(index.as_str()));
+            text.replace(&format!("\\mathit{{{name}0}}"), &below("0"))
+        })
+    };
     for (name, next) in flow.steps(&index) {
-        rows.push((format!("{}_{{{index}+1}}", escaped_name(&name)), value(&next)));
+        rows.push((format!("{}_{{{index}+1}}", escaped_name(&name)), indexed(value(&next))));
     }
     for (name, closed) in flow.recurrences(&index, assumptions).unwrap_or_default() {
         for piece in &closed.pieces {
@@ -42,10 +51,18 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
                 (None, false) => format!(" \\quad ({from}{index})"),
                 (None, true) => String::new(),
             };
-            rows.push((format!("{}_{{{index}}}", escaped_name(&name)), value(&piece.form) + &range));
+            rows.push((format!("{}_{{{index}}}", escaped_name(&name)), indexed(value(&piece.form) + &range)));
         }
     }
-    let mut out = format!("\\noindent Phase {}: \\texttt{{{}}}\n", flow.phase + 1, escaped(&flow.control.join(" | ")));
+    for (tests, next) in &flow.exits {
+        let to = match next {
+            Next::Phase(number) => format!("phase {}", number + 1),
+            Next::End(end) => escaped(&ending(end)),
+        };
+        rows.push(("\\text{then}".to_string(), format!("\\text{{{to}}}{}", conditions(tests, "if"))));
+    }
+    let control = escaped(&flow.control.join(" | "));
+    let mut out = format!("{{\\raggedright\\noindent Phase {}: \\texttt{{{control}}}\\par}}\n", flow.phase + 1);
     out.push_str("\\begin{align*}\n");
     let rows: Vec<String> = rows.iter().map(|(left, right)| format!("  {left} &= {right}")).collect();
     let _ = writeln!(out, "{}", rows.join(" \\\\\n"));

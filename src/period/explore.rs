@@ -10,7 +10,7 @@ use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Slot, inspect, loops, map_values, offers, readable};
 use super::vector::{component_name, components};
-use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Test, drift, stuck};
+use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -84,15 +84,12 @@ struct Explorer<'a> {
 }
 
 /// Runs the system.
-pub(super) fn explore(
-    components: &[Term],
-    system: &System,
-    definitions: &Definitions,
-    assumptions: &Assumptions,
-) -> Result<Graph, Failure> {
+pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'_>) -> Result<Graph, Failure> {
+    let Surroundings { definitions, assumptions, interrupted } = *run;
     let reserved = reserved(components, definitions, assumptions);
     let settler = Settler { definitions, reserved: &reserved, tails: RefCell::default() };
-    let clock = Clock { settler, names: &system.names, users: system.users(), operations: system.operations };
+    let (names, users, operations) = (system.names.as_slice(), system.users(), system.operations);
+    let clock = Clock { settler, names, users, operations, interrupted };
     let mut explorer = Explorer { clock, assumptions, spots: Vec::new(), index: HashMap::new() };
     let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
     let mut work = BTreeSet::new();

@@ -93,12 +93,17 @@ pub(super) struct Clock<'a> {
     pub(super) users: BTreeMap<Name, (Vec<usize>, Vec<usize>)>,
     /// How many reads and writes the processes have.
     pub(super) operations: usize,
+    /// The wish to stop.
+    pub(super) interrupted: &'a dyn Fn() -> bool,
 }
 
 impl Clock<'_> {
     /// Settles and communicates until time has to pass. On a question, the moment is left as it was when that came up.
     pub(super) fn instant(&self, moment: &mut Moment) -> Result<Option<End>, Halt> {
         loop {
+            if (self.interrupted)() {
+                return Err(Failure::Interrupted.into());
+            }
             if let Some(end) = self.beat(moment)? {
                 return Ok(end);
             }

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use super::classes::Classes;
 use super::tail::{Tail, tail};
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
@@ -17,11 +18,13 @@ use crate::value::{Relation, Value};
 /// The terms that are compared one by one, at most, and the bits that they may have together.
 const MOST_TERMS: u64 = 20_000;
 const MOST_BITS: u64 = 1 << 26;
+/// The bits that they may have together where nothing is known of later ones.
+const FEW_BITS: u64 = 1 << 22;
 /// The bits of the longest of them.
 const LONGEST: u64 = 1 << 16;
 
 /// A comparison of expressions in the terms of offset 0.
-type Wanted<'a> = (Relation, &'a Value, &'a Value);
+pub(super) type Wanted<'a> = (Relation, &'a Value, &'a Value);
 
 /// The least index at which a comparison of terms holds.
 pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions) -> Reach {
@@ -38,9 +41,14 @@ pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_
             None => {}
         }
     }
-    let tail = match solved.and_then(|solved| Some((solved, difference(solved, wanted)?))) {
-        Some((_, (sum, early))) => tail(&sum, wanted.0, recurrence.from.unsigned_abs() + early),
-        None => Tail::Unknown("nothing bounds its later terms".to_string()),
+    let classes = solved.filter(|_| recurrence.from >= 0).and_then(|solved| Classes::of(solved, wanted));
+    if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
+        return found;
+    }
+    let tail = match (classes, solved.and_then(|solved| difference(solved, wanted))) {
+        (Some(classes), _) => classes.tail(),
+        (None, Some((sum, early))) => tail(&sum, wanted.0, recurrence.from.unsigned_abs() + early),
+        (None, None) => Tail::Unknown("nothing bounds its later terms".to_string()),
     };
     match tried(recurrence, wanted, &tail, known) {
         Reach::Unknown(why) => match reason {
@@ -189,9 +197,10 @@ fn tried(recurrence: &Recurrence, (relation, left, right): Wanted<'_>, tail: &Ta
         }
         state = next;
         at += 1;
+        let most = if until.is_some() { MOST_BITS } else { FEW_BITS };
         let longest =
             state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits().max(one.denom().bits())).max();
-        if bits > MOST_BITS || longest.is_some_and(|longest| longest > LONGEST) || count == MOST_TERMS {
+        if bits > most || longest.is_some_and(|longest| longest > LONGEST) || count == MOST_TERMS {
             break;
         }
     }

@@ -41,12 +41,14 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
     }
     let moved = if recurrence.from == 0 { recurrence.clone() } else { from_zero(&recurrence)? };
     let known = &known.without_name(&recurrence.index);
-    let (forms, conditions) = match found(&moved, known) {
-        Ok(found) => found,
-        Err(reason) => (repeating(&moved).ok_or(reason)?, Vec::new()),
+    let checked = |(forms, conditions): Found| {
+        let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
+        Ok::<_, NoClosedForm>(Solved::check(recurrence.clone(), forms, conditions, known)?)
     };
-    let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
-    Ok(Solved::check(recurrence, forms, conditions, known)?)
+    match found(&moved, known).and_then(&checked) {
+        Ok(solved) => Ok(solved),
+        Err(reason) => checked((repeating(&moved).ok_or(reason)?, Vec::new())),
+    }
 }
 
 /// The same recurrence, counted from 0.

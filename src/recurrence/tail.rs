@@ -44,6 +44,9 @@ pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -
     let Some(parts) = parts(sum) else {
         return Tail::Unknown("its coefficients are no numbers".to_string());
     };
+    if parts.is_empty() && !matches!(relation, Relation::Eq | Relation::Gte | Relation::Lte) {
+        return Tail::Never(from, "from there on both sides are equal".to_string());
+    }
     let largest = (0..parts.len()).find(|place| {
         let main = &parts[*place];
         let less = |(other, part): (usize, &Part)| {

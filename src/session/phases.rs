@@ -16,7 +16,9 @@ impl Run<'_, '_> {
         let Some(found) = environment.system(system) else {
             return (vec![format!("there is no system {system}")], Run::unmet(&waiting.expected));
         };
-        let period = period::analyse(&found.components, &environment.definitions, &environment.assumptions);
+        let interrupted = || self.surroundings.interrupted();
+        let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+        let period = period::analyse_until(&found.components, definitions, assumptions, &interrupted);
         let lines = match &period {
             Ok(period) => {
                 let mut lines = components(found, environment);

@@ -138,6 +138,9 @@ impl<'r, 'e> Run<'r, 'e> {
         if let Some(laws) = allowed {
             environment.laws = alone(&environment.laws, &laws);
         }
+        if let Question::Claim(Claim { kind: ClaimKind::Satisfies { property, .. }, .. }) = &question {
+            environment.show_named(property);
+        }
         // The places of a calculation's steps are looked up in the whole text.
         let calculated = match &question {
             Question::Claim(claim) => by_lines(claim),

@@ -42,6 +42,7 @@ impl Run<'_, '_> {
             (&property.name, body),
             &environment.definitions,
             &environment.assumptions,
+            &|| self.surroundings.interrupted(),
         );
         let mut found = Found { trace: account(system, &outcome, environment), ..Found::default() };
         found.values = outcome.values.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
@@ -138,7 +139,9 @@ impl Run<'_, '_> {
     ) -> Vec<String> {
         let environment = &waiting.environment;
         let Some(found) = environment.system(system) else { return vec![format!("there is no system {system}")] };
-        match period::analyse(&found.components, &environment.definitions, &environment.assumptions) {
+        let interrupted = || self.surroundings.interrupted();
+        let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+        match period::analyse_until(&found.components, definitions, assumptions, &interrupted) {
             Ok(period) => {
                 let mut lines = describe(found, &period, environment);
                 lines.extend(period.warnings.iter().map(|warning| format!("warning: {warning}")));

@@ -14,11 +14,19 @@ pub const MOST_DRAWN: usize = 300;
 
 const RADIUS: f64 = 18.0;
 const ROW: f64 = 110.0;
+/// How far a step from a state to itself reaches out.
+const LOOP: f64 = 34.0;
 const LINE: f64 = 14.0;
 /// The width of a letter, about.
-const LETTER: f64 = 7.0;
+const LETTER: f64 = 6.5;
 /// Where along an edge its label may stand, the best first.
 const PARTS: [f64; 7] = [0.45, 0.35, 0.55, 0.65, 0.25, 0.75, 0.18];
+/// How far beside the edge, in lines.
+const BESIDE: [f64; 5] = [0.0, 1.2, -1.2, 2.4, -2.4];
+/// Rows up to which a picture has one column.
+const TALL: usize = 12;
+/// The most by which an edge bends out.
+const BEND: f64 = 130.0;
 /// How often the rows are put in order, down and up.
 const SWEEPS: usize = 8;
 
@@ -31,11 +39,12 @@ pub fn svg(system: &TransitionSystem) -> Option<String> {
     let rows = rows(system, &edges);
     let gap = gap(system, &edges);
     let widest = rows.iter().map(Vec::len).max().unwrap_or(1) as f64;
+    let fold = fold(rows.len(), widest * gap);
     let mut place = vec![(0.0, 0.0); system.states()];
     for (depth, row) in rows.iter().enumerate() {
-        let left = (widest - row.len() as f64) * gap / 2.0;
+        let left = (depth / fold) as f64 * widest * gap + (widest - row.len() as f64) * gap / 2.0;
         for (index, state) in row.iter().enumerate() {
-            place[*state as usize] = (left + (index as f64 + 0.5) * gap, 60.0 + depth as f64 * ROW);
+            place[*state as usize] = (left + (index as f64 + 0.5) * gap, 60.0 + (depth % fold) as f64 * ROW);
         }
     }
     let mut picture = Picture {
@@ -46,7 +55,7 @@ pub fn svg(system: &TransitionSystem) -> Option<String> {
         taken: Vec::new(),
         wanted: Vec::new(),
     };
-    picture.most.1 = 60.0 + (rows.len() as f64 - 1.0) * ROW + RADIUS + 10.0;
+    picture.most.1 = 60.0 + (rows.len().min(fold) as f64 - 1.0) * ROW + RADIUS + 10.0;
     for ((from, to), labels) in &edges {
         picture.edge(*from, *to, labels, edges.contains_key(&(*to, *from)));
     }
@@ -60,12 +69,23 @@ pub fn svg(system: &TransitionSystem) -> Option<String> {
     Some(picture.finish())
 }
 
-/// The width that one state with what is written beside it needs.
+/// The width that one state with what is written on either side of it needs.
 fn gap(system: &TransitionSystem, edges: &BTreeMap<(u32, u32), Vec<String>>) -> f64 {
-    let letters = |lines: &[String]| lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
-    let captions = (0..system.states() as u32).map(|state| letters(&caption(system, state)));
-    let widest = captions.chain(edges.values().map(|labels| letters(labels))).max().unwrap_or(0);
-    (widest as f64 * LETTER * 1.15 + 3.0 * RADIUS).clamp(90.0, 320.0)
+    let letters = |lines: &[String]| lines.iter().map(|line| line.chars().count()).max().unwrap_or(0) as f64 * LETTER;
+    let captions = (0..system.states() as u32).map(|state| letters(&caption(system, state))).fold(0.0, f64::max);
+    let (own, others): (Vec<_>, Vec<_>) = edges.iter().partition(|((from, to), _)| from == to);
+    let rounds = own.into_iter().map(|(_, labels)| LOOP + letters(labels)).fold(0.0, f64::max);
+    let between = others.into_iter().map(|(_, labels)| letters(labels)).fold(0.0, f64::max);
+    (captions + rounds + 3.0 * RADIUS).max(between + RADIUS).clamp(90.0, 640.0)
+}
+
+/// How many rows one column of a picture has: one column if it is not much taller than wide.
+fn fold(rows: usize, width: f64) -> usize {
+    if rows <= TALL {
+        return rows.max(1);
+    }
+    let high = (rows as f64 * width / (1.5 * ROW)).sqrt().ceil().max(TALL as f64);
+    rows.min(high as usize).max(1)
 }
 
 /// The states in rows by distance, those that cannot be reached last, each row ordered by where its neighbours stand.
@@ -160,7 +180,7 @@ impl Picture {
         let (start, end) = (self.place[from as usize], self.place[to as usize]);
         if from == to {
             let (x, y) = start;
-            let right = x + RADIUS + 34.0;
+            let right = x + RADIUS + LOOP;
             self.path(&format!(
                 "M {:.1} {:.1} C {right:.1} {:.1}, {right:.1} {:.1}, {:.1} {:.1}",
                 x + RADIUS * 0.8,
@@ -171,7 +191,7 @@ impl Picture {
                 y + RADIUS * 0.6 + 2.0
             ));
             let width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64 * LETTER;
-            self.wanted.push((vec![(right + width / 2.0, y)], labels.to_vec()));
+            self.wanted.push((vec![(right - 4.0 + width / 2.0, y)], labels.to_vec()));
             return;
         }
         let (dx, dy) = (end.0 - start.0, end.1 - start.1);
@@ -181,9 +201,9 @@ impl Picture {
         let bend = if dy > 1.0 {
             if both_ways { 16.0 } else { 0.0 }
         } else if dy.abs() <= 1.0 {
-            20.0 + length * 0.12
+            20.0 + (length * 0.12).min(BEND)
         } else {
-            24.0 + length * 0.18
+            24.0 + (length * 0.18).min(BEND)
         };
         let control = ((start.0 + end.0) / 2.0 + 2.0 * nx * bend, (start.1 + end.1) / 2.0 + 2.0 * ny * bend);
         let towards = |from: (f64, f64), to: (f64, f64), far: f64| {
@@ -200,12 +220,22 @@ impl Picture {
             let (one, two, three) = ((1.0 - part) * (1.0 - part), 2.0 * part * (1.0 - part), part * part);
             (one * tail.0 + two * control.0 + three * head.0, one * tail.1 + two * control.1 + three * head.1)
         };
-        self.wanted.push((PARTS.map(along).to_vec(), labels.to_vec()));
+        let beside = |far: f64| {
+            let place = |part: f64| {
+                let (x, y) = along(part);
+                (x + nx * far * LINE, y + ny * far * LINE)
+            };
+            PARTS.map(place)
+        };
+        self.wanted.push((BESIDE.map(beside).concat(), labels.to_vec()));
     }
 
     /// Writes each label on its edge, where it covers no state and no other label if there is such a place.
     fn write_labels(&mut self) {
-        for (places, labels) in std::mem::take(&mut self.wanted) {
+        // Those with the least choice come first.
+        let mut wanted = std::mem::take(&mut self.wanted);
+        wanted.sort_by_key(|(places, _)| places.len());
+        for (places, labels) in wanted {
             let width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64 * LETTER;
             let height = labels.len() as f64 * LINE;
             let covers = |(x, y): (f64, f64)| [x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0];

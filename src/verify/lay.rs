@@ -208,8 +208,16 @@ impl Matcher<'_> {
                     }
                     Err(reason) => return Err(Missed::unknown(&reason)),
                 },
-                Unit::Repeat { segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => {
-                    taken.push(unit)
+                Unit::Repeat { count, segments, .. } if segments.iter().all(|segment| fits(segment) == Ok(true)) => {
+                    if count.is_some() {
+                        taken.push(unit);
+                        continue;
+                    }
+                    // Shown for ever: one round of it has a duration.
+                    let (_, round, after) = unit.split(&Value::zero())?;
+                    taken.extend(round.into_iter().map(Unit::Single));
+                    after.into_iter().rev().for_each(|unit| rest.push_front(unit));
+                    break;
                 }
                 Unit::Repeat { .. } => {
                     let first = unit.round(&Value::zero())?;

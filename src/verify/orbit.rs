@@ -60,6 +60,11 @@ impl Orbit {
         self.moving.iter().map(line).collect()
     }
 
+    /// The symbols themselves.
+    pub(super) fn symbols(&self) -> Vec<Value> {
+        self.moving.iter().map(|moving| Value::variable(&moving.symbol)).collect()
+    }
+
     /// Whether a value depends on what moves.
     pub(super) fn moves(&self, value: &Value) -> bool {
         self.moving.iter().any(|moving| value.mentions(&moving.symbol))
@@ -201,6 +206,7 @@ impl Walker<'_> {
             conditions: Vec::new(),
             continues: false,
             units,
+            kept: None,
         };
         Some((leg, next, now))
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::lay::{Laid, Matcher, Missed};
 use super::orbit::{Orbit, standing};
+use super::round::{feedback, stuck};
 use super::trajectory::{Leg, Rounds, Trajectory};
 use super::unit::{Unit, without_end};
 use super::{Outcome, Verdict};
@@ -98,8 +99,12 @@ fn want_of(part: &Term) -> Result<Want, String> {
         _ => vec![part.clone()],
     };
     let mut want = Want { length: Length::Endless, shown: Vec::new(), tests: Vec::new() };
+    let observer = |part: &Term| matches!(part.node(), Node::Observe(..) | Node::Idle);
     for part in parts {
         match part.node() {
+            Node::Par(all) if all.iter().all(observer) => {
+                want.shown.extend(all.iter().filter(|part| !matches!(part.node(), Node::Idle)).cloned());
+            }
             Node::Delay(time) if want.length == Length::Endless => {
                 want.length = match time.as_variable().filter(|name| name.is_meta()) {
                     Some(name) => Length::Unknown(name.clone()),
@@ -156,34 +161,7 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
     outcome
 }
 
-fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
-    let mut feedback = Vec::new();
-    let endless = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
-    let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
-    if !matches!(verdict, Verdict::Proved)
-        && let Some(leg) = leg
-    {
-        let name = leg.closed.first().map(|(name, _)| name).or(leg.start.keys().next());
-        let name = name.map(Name::to_string).unwrap_or_default();
-        feedback.push(format!(
-            "phase {} never ends, since its goal is met by no round exactly: allow a tolerance there, such as Gtr_{{abs({name}-g),1/10}} in place of Neq_{{{name},g}}",
-            leg.phase + 1
-        ));
-    }
-    if let Some(End::Silent { blocked, .. }) = &trajectory.end {
-        feedback.extend(blocked.iter().map(|one| format!("{} waits for ever on port {}", one.component, one.port)));
-    }
-    feedback
-}
-
-/// A leg of a phase in which the run goes round for ever.
-fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
-    let legs = trajectory.legs.get(trajectory.cycle?..)?;
-    let first = legs.first()?;
-    (first.continues && legs.iter().all(|leg| leg.phase == first.phase)).then_some(first)
-}
-
-fn units_of(legs: &[Leg]) -> Vec<Unit> {
+pub(super) fn units_of(legs: &[Leg]) -> Vec<Unit> {
     legs.iter().flat_map(|leg| leg.units.iter().cloned()).collect()
 }
 
@@ -321,6 +299,7 @@ impl Matcher<'_> {
         }
         match first {
             Some(Missed::Unsure(reason)) => return Err(Missed::Unsure(reason)),
+            _ if let Some(found) = self.turn_by_turn(trajectory, cycle) => return Ok(found),
             // What no turn shows, is not shown wherever the rounds of the property begin.
             _ if trajectory.orbit.is_some() => {
                 let mut units = trajectory.opening.clone();
@@ -423,7 +402,7 @@ fn form_text(name: &Name, closed: &crate::recurrence::Closed) -> String {
     format!("{name} = {}", forms.join(", then "))
 }
 
-fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Orbit>) -> Outcome {
+pub(super) fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Orbit>) -> Outcome {
     let mut outcome = Outcome::new(Verdict::Proved);
     let both = |laid: &[Laid]| {
         let run = Term::seq(laid.iter().flat_map(Laid::terms));

@@ -11,7 +11,6 @@ use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Segment, Test, in_case};
 use crate::recurrence::{Closed, NoClosedForm};
 use crate::scope::{bound_names, read_names};
-use crate::substitution::substitute_values;
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
@@ -52,6 +51,8 @@ pub struct Leg {
     pub continues: bool,
     /// Its stretches.
     pub units: Vec<Unit>,
+    /// The inequality that keeps its phase going, where there is one: the phase ends when both sides are equal.
+    pub kept: Option<Test>,
 }
 
 /// The run of a system.
@@ -96,7 +97,12 @@ pub(super) struct Walker<'a> {
     pub(super) index: Name,
     /// Names that mean something already.
     pub(super) taken: BTreeSet<Name>,
+    /// The wish to stop.
+    pub(super) interrupted: &'a dyn Fn() -> bool,
 }
+
+/// Why a run that was interrupted is not known any further.
+const INTERRUPTED: &str = "interrupted";
 
 impl Trajectory {
     /// The legs that are known with all their values: all, or those before the turns that move on.
@@ -112,7 +118,7 @@ impl Trajectory {
 pub(super) type Values = BTreeMap<Name, Value>;
 
 /// Follows the run until it repeats, ends, or is not known any further. The property tells which names are taken.
-pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term) -> Trajectory {
+pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term, interrupted: &dyn Fn() -> bool) -> Trajectory {
     let mut taken: BTreeSet<Name> = assumptions.variables();
     for term in period.components.iter().chain([property]) {
         taken.extend(read_names(term));
@@ -121,7 +127,7 @@ pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term) -> Traj
     taken.extend(period.phases.iter().flat_map(|phase| phase.variables.iter().cloned()));
     let index = ["i", "j", "k", "n"].into_iter().map(Name::new).find(|name| !taken.contains(name));
     let index = index.unwrap_or_else(|| Name::new("index"));
-    let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken };
+    let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted };
     let mut trajectory = Trajectory::default();
     if let Err(Unsure(reasons)) = walker.run(&mut trajectory) {
         trajectory.open = reasons;
@@ -163,6 +169,9 @@ impl Walker<'_> {
                 self.assumptions = turn.assumptions;
                 return Ok(());
             }
+            if (self.interrupted)() {
+                return Err(Unsure(vec![INTERRUPTED.to_string()]));
+            }
             changes += usize::from(before != Some(phase));
             if history.len() > MOST_LEGS || changes > MOST_CHANGES || values.values().any(is_long) {
                 return Err(Unsure(vec![format!(
@@ -189,6 +198,11 @@ impl Walker<'_> {
             return Err(Unsure(vec!["a phase is missing".to_string()]));
         };
         let rounds: Vec<&Edge> = here.rounds(phase).collect();
+        if rounds.len() > 1
+            && let Some((round, count)) = self.one_of_several(phase, &here.edges, values)
+        {
+            return self.counted(phase, round, values, count);
+        }
         if let [round] = rounds.as_slice() {
             match self.count(round, values) {
                 Ok(count) => return self.counted(phase, round, values, count),
@@ -218,6 +232,9 @@ impl Walker<'_> {
         let mut rounds: Vec<(&Edge, Values)> = Vec::new();
         let mut now = values.clone();
         let next = loop {
+            if (self.interrupted)() {
+                return Err(Unsure(vec![INTERRUPTED.to_string()]));
+            }
             if let Some(found) = rounds.iter().position(|(_, earlier)| *earlier == now) {
                 rounds.truncate(if found == 0 { rounds.len() } else { found });
                 break Next::Phase(phase);
@@ -245,6 +262,7 @@ impl Walker<'_> {
             conditions: Vec::new(),
             continues: false,
             units: self.compressed(&rounds)?,
+            kept: self.kept(phase),
         };
         Ok((leg, (next, now)))
     }
@@ -301,8 +319,16 @@ impl Walker<'_> {
             conditions: count.conditions.clone(),
             continues: false,
             units: Vec::new(),
+            kept: self.kept(phase),
         };
         let Some(stays) = count.stays else {
+            if let Some(some) = self.until_it_repeats(values, &count) {
+                let rounds = Value::integer(some);
+                leg.units = self.units(&round.segments, values, &count.closed, Some(&rounds))?;
+                let onward = self.values_at(values, &count.closed, &rounds)?;
+                leg.rounds = Rounds::Count(rounds);
+                return Ok((leg, (Next::Phase(phase), onward)));
+            }
             leg.units = self.units(&round.segments, values, &count.closed, None)?;
             return Ok((leg, (Next::Phase(phase), values.clone())));
         };
@@ -316,7 +342,7 @@ impl Walker<'_> {
             assumptions.assume(learned.relation, &learned.left, &learned.right);
         }
         let exits: Vec<Edge> =
-            self.period.phases[phase].edges.iter().filter(|edge| edge.next != Next::Phase(phase)).cloned().collect();
+            self.period.phases[phase].edges.iter().filter(|edge| !std::ptr::eq(*edge, round)).cloned().collect();
         let edge = self.choose(&exits, &last, &assumptions)?;
         let same = edge.segments == round.segments;
         let total = if same { stays.add(&Value::one())? } else { stays.clone() };
@@ -391,89 +417,6 @@ impl Walker<'_> {
             |(name, value): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)));
         edge.map.iter().map(image).collect()
     }
-
-    pub(super) fn units_once(&self, edge: &Edge, values: &Values) -> Result<Vec<Unit>, Unsure> {
-        edge.segments.iter().map(|segment| Ok(Unit::Single(self.segment(segment, values)?))).collect()
-    }
-
-    fn segment(&self, segment: &Segment, values: &Values) -> Result<Segment, Unsure> {
-        let observed: Result<Vec<Term>, _> =
-            segment.observed.iter().map(|term| substitute_values(term, values)).collect();
-        let mut observed = observed.map_err(|stuck| Unsure(vec![stuck.0]))?;
-        for term in &mut observed {
-            *term = term.map_values(&mut |value| Ok::<_, ValueError>(self.assumptions.simplify(value)))?;
-        }
-        observed.sort();
-        observed.dedup();
-        let duration = self.assumptions.simplify(&segment.duration.substitute(values)?);
-        Ok(Segment { duration, observed })
-    }
-
-    /// So many rounds as stretches, one for each piece of the closed forms.
-    pub(super) fn units(
-        &self,
-        segments: &[Segment],
-        values: &Values,
-        closed: &[(Name, Closed)],
-        total: Option<&Value>,
-    ) -> Result<Vec<Unit>, Unsure> {
-        let mut units = Vec::new();
-        let mut from = Value::zero();
-        while total != Some(&from) {
-            let mut here = values.clone();
-            let mut until: Option<Value> = total.cloned();
-            let shifted = Value::variable(&self.index).add(&from)?;
-            for (name, closed) in closed {
-                let (form, end) = self.piece_at(closed, &from)?;
-                here.insert(name.clone(), form.with(&self.index, &shifted)?);
-                until = self.sooner(until, end)?;
-            }
-            let round: Vec<Segment> =
-                segments.iter().map(|segment| self.segment(segment, &here)).collect::<Result<_, Unsure>>()?;
-            let count = until.as_ref().map(|until| until.sub(&from)).transpose()?;
-            units.extend(repeat(count, &self.index, round)?);
-            match until {
-                Some(until) => from = until,
-                None => break,
-            }
-        }
-        Ok(units)
-    }
-
-    fn sooner(&self, one: Option<Value>, other: Option<Value>) -> Result<Option<Value>, Unsure> {
-        let (Some(one), Some(other)) = (&one, &other) else {
-            return Ok(one.or(other));
-        };
-        match self.assumptions.decide(Relation::Lte, one, other) {
-            Some(true) => Ok(Some(one.clone())),
-            Some(false) => Ok(Some(other.clone())),
-            None => Err(Unsure(vec![format!("whether {one} <= {other}")])),
-        }
-    }
-
-    /// The form that holds at an index, and where it ends.
-    fn piece_at(&self, closed: &Closed, at: &Value) -> Result<(Value, Option<Value>), Unsure> {
-        for piece in &closed.pieces {
-            match &piece.until {
-                None => return Ok((piece.form.clone(), None)),
-                Some(until) => match self.assumptions.decide(Relation::Lss, at, until) {
-                    Some(true) => return Ok((piece.form.clone(), Some(until.clone()))),
-                    Some(false) => {}
-                    None => return Err(Unsure(vec![format!("whether {at} < {until}")])),
-                },
-            }
-        }
-        Err(Unsure(vec!["a closed form ends too early".to_string()]))
-    }
-
-    pub(super) fn values_at(&self, values: &Values, closed: &[(Name, Closed)], at: &Value) -> Result<Values, Unsure> {
-        let mut here = values.clone();
-        for (name, closed) in closed {
-            let (form, _) = self.piece_at(closed, at)?;
-            here.insert(name.clone(), self.assumptions.simplify(&form.with(&self.index, at)?));
-        }
-        Ok(here)
-    }
 }
 
 fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
@@ -488,6 +431,6 @@ fn is_long(value: &Value) -> bool {
     value.as_rational().is_some_and(|number| number.numer().bits().max(number.denom().bits()) > MOST_BITS)
 }
 
-fn is_number(value: &Value) -> bool {
+pub(super) fn is_number(value: &Value) -> bool {
     value.as_rational().is_some()
 }

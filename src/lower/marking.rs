@@ -1,0 +1,82 @@
+//! Properties that name a defined process: each instance of it then shows its name and parameters while it runs.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::{Entity, Environment};
+use crate::definition::{Definition, Definitions};
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+impl Environment {
+    /// Makes the processes that a property names show that they run. Where one of them has a form of which it cannot be
+    /// said when it runs, all is left as it is.
+    pub fn show_named(&mut self, property: &Name) {
+        let Some(Entity::Property(found)) = self.entity(property) else { return };
+        let Some(body) = found.body.clone() else { return };
+        let mut named = BTreeSet::new();
+        let body = with_observers(&body, property, &self.definitions, &mut named);
+        let shown: Option<Vec<Definition>> =
+            named.iter().map(|name| self.definitions.get(name).and_then(|one| shown(one, &self.definitions))).collect();
+        let Some(shown) = shown.filter(|shown| !shown.is_empty()) else { return };
+        shown.into_iter().for_each(|definition| self.definitions.insert(definition));
+        if let Some(Entity::Property(found)) = Arc::make_mut(&mut self.entities).get_mut(property) {
+            found.body = Some(body);
+        }
+    }
+}
+
+/// A property with an observer for each call of a process, and the processes called. The calls stand in sequence, and
+/// beside delays.
+fn with_observers(term: &Term, own: &Name, definitions: &Definitions, named: &mut BTreeSet<Name>) -> Term {
+    match term.node() {
+        Node::Call(name, values) if name != own && definitions.get(name).is_some() => {
+            named.insert(name.clone());
+            Term::new(Node::Observe(name.clone(), values.clone()))
+        }
+        Node::Seq(parts) => Term::seq(parts.iter().map(|part| with_observers(part, own, definitions, named))),
+        Node::Disable(parts) => Term::disable(parts.iter().map(|part| with_observers(part, own, definitions, named))),
+        Node::Par(parts) => Term::par(parts.iter().map(|part| with_observers(part, own, definitions, named))),
+        Node::Loop(body) => Term::new(Node::Loop(with_observers(body, own, definitions, named))),
+        _ => term.clone(),
+    }
+}
+
+/// A definition whose instances show that they run: `T_u = (P_u # T_u) ; T_{f(u)}` with the observer of that name, or
+/// `P_u # T_u` where it calls no loop that it is in.
+fn shown(definition: &Definition, definitions: &Definitions) -> Option<Definition> {
+    let parameters = definition.parameters.iter().map(Value::variable).collect();
+    let observer = Term::new(Node::Observe(definition.name.clone(), parameters));
+    let body = if !definition.recursive {
+        Term::disable([definition.body.clone(), observer])
+    } else {
+        let Node::Seq(parts) = definition.body.node() else { return None };
+        let (last, front) = parts.split_last()?;
+        let Node::Call(next, _) = last.node() else { return None };
+        let looped = definitions.get(next).is_some_and(|next| next.recursive);
+        let elsewhere = front.iter().any(|part| reaches(part, &definition.name, definitions));
+        if !looped || elsewhere {
+            return None;
+        }
+        Term::seq([Term::disable([Term::seq(front.iter().cloned()), observer]), last.clone()])
+    };
+    Some(Definition { body, ..definition.clone() })
+}
+
+/// Whether a process may call one of this name.
+fn reaches(term: &Term, name: &Name, definitions: &Definitions) -> bool {
+    let mut seen: BTreeSet<Name> = BTreeSet::new();
+    let mut stack: Vec<Name> = crate::scope::calls(term).into_iter().collect();
+    while let Some(next) = stack.pop() {
+        if next == *name {
+            return true;
+        }
+        if seen.insert(next.clone())
+            && let Some(definition) = definitions.get(&next)
+        {
+            stack.extend(crate::scope::calls(&definition.body));
+        }
+    }
+    false
+}

@@ -1,0 +1,172 @@
+//! First indices of sequences whose forms are given in turn, class by class: of the indices `M*k + c` with one c the form
+//! is an ordinary one in k.
+
+use std::collections::BTreeMap;
+
+use super::reach::{Wanted, pieces};
+use super::tail::{Tail, tail};
+use super::{Closed, Goal, Reach, by_shape};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Form, Piece, Solved, in_class};
+use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// A comparison of terms whose forms come in turn.
+pub(super) struct Classes<'a> {
+    solved: &'a Solved,
+    wanted: Wanted<'a>,
+    /// The sequences that it reads: the variable of the term, with the place.
+    used: Vec<(Name, usize)>,
+    /// After how many indices the forms are the same again.
+    count: usize,
+}
+
+impl<'a> Classes<'a> {
+    /// The classes of a comparison; nothing if no form comes in turn.
+    pub(super) fn of(solved: &'a Solved, wanted: Wanted<'a>) -> Option<Classes<'a>> {
+        let (_, left, right) = wanted;
+        let used: Vec<(Name, usize)> = solved
+            .recurrence()
+            .terms()
+            .into_iter()
+            .filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)))
+            .map(|(name, place, _)| (name, place))
+            .collect();
+        let mut counts = used.iter().filter_map(|(_, place)| match &solved.forms()[*place] {
+            Form::Turns(forms) => Some(forms.len()),
+            _ => None,
+        });
+        let count = counts.next().filter(|count| *count > 0)?;
+        counts.all(|other| other == count).then_some(Classes { solved, wanted, used, count })
+    }
+
+    /// The first index, where each class has a first one that is known, or none.
+    pub(super) fn first(&self, known: &Assumptions) -> Option<Reach> {
+        let index = &self.solved.recurrence().index;
+        let mut natural = known.clone();
+        natural.assume_natural(index);
+        let mut best: Option<Value> = None;
+        let mut reasons: Vec<String> = Vec::new();
+        for class in 0..self.count {
+            match self.in_class(class, &natural)? {
+                Reach::Never(why) => reasons.push(why),
+                Reach::At(round, conditions) if conditions.is_empty() => {
+                    let at = round.mul(&self.number(self.count)?).ok()?.add(&self.place(class)?).ok()?;
+                    let sooner = match &best {
+                        None => true,
+                        Some(other) => known.decide(Relation::Lss, &at, other)?,
+                    };
+                    if sooner {
+                        best = Some(at);
+                    }
+                }
+                _ => return None,
+            }
+        }
+        reasons.dedup();
+        Some(match best {
+            Some(at) => Reach::At(at, Vec::new()),
+            None => Reach::Never(format!("in each of the {} turns: {}", self.count, reasons.join("; "))),
+        })
+    }
+
+    /// From which index on it holds no more, where that is so in each class.
+    pub(super) fn tail(&self) -> Tail {
+        let mut latest = (0, String::new());
+        let count = self.count as u64;
+        for class in 0..self.count {
+            let Some((sum, early)) = self.difference(class) else {
+                return Tail::Unknown("nothing bounds its later terms".to_string());
+            };
+            match tail(&sum, self.wanted.0, early) {
+                Tail::Never(until, reason) => {
+                    let at = self.solved.recurrence().from.unsigned_abs() + until * count + class as u64;
+                    if at >= latest.0 {
+                        latest = (at, reason);
+                    }
+                }
+                unknown => return unknown,
+            }
+        }
+        Tail::Never(latest.0, format!("so it is in each of the {count} turns: {}", latest.1))
+    }
+
+    fn number(&self, number: usize) -> Option<Value> {
+        i64::try_from(number).ok().map(Value::integer)
+    }
+
+    /// The index of the first term of a class.
+    fn place(&self, class: usize) -> Option<Value> {
+        Some(Value::integer(self.solved.recurrence().from.checked_add(i64::try_from(class).ok()?)?))
+    }
+
+    /// A value in the index, at the indices of a class.
+    fn at_class(&self, value: &Value, class: usize) -> Option<Value> {
+        let (count, from) = (i64::try_from(self.count).ok()?, self.solved.recurrence().from);
+        in_class(value, &self.solved.recurrence().index, count, from.checked_add(i64::try_from(class).ok()?)?).ok()
+    }
+
+    /// The first terms of a sequence in a class, and its form for all later ones; none for one that is a sum over roots.
+    fn form(&self, place: usize, class: usize) -> Option<(Vec<Value>, Option<Value>, Option<ExponentialPolynomial>)> {
+        let index = &self.solved.recurrence().index;
+        match &self.solved.forms()[place] {
+            Form::Turns(forms) => match forms.get(class)? {
+                Form::Value(early, value) => {
+                    Some((early.clone(), Some(value.clone()), ExponentialPolynomial::of(value, index)))
+                }
+                Form::Sum(early, sum) => Some((early.clone(), sum.value(index), Some(sum.clone()))),
+                _ => None,
+            },
+            Form::Value(early, value) if early.is_empty() => {
+                let value = self.at_class(value, class)?;
+                let sum = ExponentialPolynomial::of(&value, index);
+                Some((Vec::new(), Some(value), sum))
+            }
+            _ => None,
+        }
+    }
+
+    /// The first round in which a class has it.
+    fn in_class(&self, class: usize, natural: &Assumptions) -> Option<Reach> {
+        let index = &self.solved.recurrence().index;
+        let (relation, left, right) = self.wanted;
+        let (left, right) = (self.at_class(left, class)?, self.at_class(right, class)?);
+        if let [(name, place)] = self.used.as_slice()
+            && !left.mentions(index)
+            && !right.mentions(index)
+        {
+            let (early, value, _) = self.form(*place, class)?;
+            let pieces = pieces(&Form::Value(early, value?), index, 0)?;
+            let closed = Closed { variable: name.clone(), pieces, conditions: Vec::new() };
+            return Some(by_shape(&closed, index, &Goal::Holds(relation, left, right), natural));
+        }
+        let mut images = BTreeMap::new();
+        for (name, place) in &self.used {
+            let (early, value, _) = self.form(*place, class)?;
+            images.insert(name.clone(), value.filter(|_| early.is_empty())?);
+        }
+        let form = left.sub(&right).ok()?.substitute(&images).ok()?;
+        let variable = Name::new("[difference]");
+        let pieces = vec![Piece { from: Value::zero(), until: None, form }];
+        let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
+        Some(by_shape(&Closed { variable, pieces, conditions: Vec::new() }, index, &goal, natural))
+    }
+
+    /// The difference of both sides in a class, and after how many rounds it is that.
+    fn difference(&self, class: usize) -> Option<(ExponentialPolynomial, u64)> {
+        let (_, left, right) = self.wanted;
+        let mut rest = self.at_class(&left.sub(right).ok()?, class)?;
+        let mut sum = ExponentialPolynomial::zero();
+        let mut early = 0;
+        for (name, place) in &self.used {
+            let (factor, constant) = rest.linear_in(name)?;
+            factor.as_rational()?;
+            let (first, _, own) = self.form(*place, class)?;
+            early = early.max(first.len() as u64);
+            sum = sum.plus(&own?.scale(&factor).ok()?).ok()?;
+            rest = constant;
+        }
+        Some((sum.plus(&ExponentialPolynomial::of(&rest, &self.solved.recurrence().index)?).ok()?, early))
+    }
+}

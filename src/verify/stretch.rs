@@ -1,0 +1,95 @@
+//! Rounds as stretches of a run, by the closed forms of their values.
+
+use super::trajectory::{Unsure, Values, Walker};
+use super::unit::{Unit, repeat};
+use crate::name::Name;
+use crate::period::{Edge, Segment};
+use crate::recurrence::Closed;
+use crate::substitution::substitute_values;
+use crate::term::Term;
+use crate::value::{Relation, Value, ValueError};
+
+impl Walker<'_> {
+    pub(super) fn units_once(&self, edge: &Edge, values: &Values) -> Result<Vec<Unit>, Unsure> {
+        edge.segments.iter().map(|segment| Ok(Unit::Single(self.segment(segment, values)?))).collect()
+    }
+
+    pub(super) fn segment(&self, segment: &Segment, values: &Values) -> Result<Segment, Unsure> {
+        let observed: Result<Vec<Term>, _> =
+            segment.observed.iter().map(|term| substitute_values(term, values)).collect();
+        let mut observed = observed.map_err(|stuck| Unsure(vec![stuck.0]))?;
+        for term in &mut observed {
+            *term = term.map_values(&mut |value| Ok::<_, ValueError>(self.assumptions.simplify(value)))?;
+        }
+        observed.sort();
+        observed.dedup();
+        let duration = self.assumptions.simplify(&segment.duration.substitute(values)?);
+        Ok(Segment { duration, observed })
+    }
+
+    /// So many rounds as stretches, one for each piece of the closed forms.
+    pub(super) fn units(
+        &self,
+        segments: &[Segment],
+        values: &Values,
+        closed: &[(Name, Closed)],
+        total: Option<&Value>,
+    ) -> Result<Vec<Unit>, Unsure> {
+        let mut units = Vec::new();
+        let mut from = Value::zero();
+        while total != Some(&from) {
+            let mut here = values.clone();
+            let mut until: Option<Value> = total.cloned();
+            let shifted = Value::variable(&self.index).add(&from)?;
+            for (name, closed) in closed {
+                let (form, end) = self.piece_at(closed, &from)?;
+                here.insert(name.clone(), form.with(&self.index, &shifted)?);
+                until = self.sooner(until, end)?;
+            }
+            let round: Vec<Segment> =
+                segments.iter().map(|segment| self.segment(segment, &here)).collect::<Result<_, Unsure>>()?;
+            let count = until.as_ref().map(|until| until.sub(&from)).transpose()?;
+            units.extend(repeat(count, &self.index, round)?);
+            match until {
+                Some(until) => from = until,
+                None => break,
+            }
+        }
+        Ok(units)
+    }
+
+    fn sooner(&self, one: Option<Value>, other: Option<Value>) -> Result<Option<Value>, Unsure> {
+        let (Some(one), Some(other)) = (&one, &other) else {
+            return Ok(one.or(other));
+        };
+        match self.assumptions.decide(Relation::Lte, one, other) {
+            Some(true) => Ok(Some(one.clone())),
+            Some(false) => Ok(Some(other.clone())),
+            None => Err(Unsure(vec![format!("whether {one} <= {other}")])),
+        }
+    }
+
+    /// The form that holds at an index, and where it ends.
+    fn piece_at(&self, closed: &Closed, at: &Value) -> Result<(Value, Option<Value>), Unsure> {
+        for piece in &closed.pieces {
+            match &piece.until {
+                None => return Ok((piece.form.clone(), None)),
+                Some(until) => match self.assumptions.decide(Relation::Lss, at, until) {
+                    Some(true) => return Ok((piece.form.clone(), Some(until.clone()))),
+                    Some(false) => {}
+                    None => return Err(Unsure(vec![format!("whether {at} < {until}")])),
+                },
+            }
+        }
+        Err(Unsure(vec!["a closed form ends too early".to_string()]))
+    }
+
+    pub(super) fn values_at(&self, values: &Values, closed: &[(Name, Closed)], at: &Value) -> Result<Values, Unsure> {
+        let mut here = values.clone();
+        for (name, closed) in closed {
+            let (form, _) = self.piece_at(closed, at)?;
+            here.insert(name.clone(), self.assumptions.simplify(&form.with(&self.index, at)?));
+        }
+        Ok(here)
+    }
+}
