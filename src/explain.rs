@@ -5,14 +5,16 @@ mod counterexample;
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::advance::Instant;
 use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::Connective;
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole};
 use crate::scope::fill;
-use crate::substitution::{Substitution, instantiate};
+use crate::substitution::{Substitution, instantiate, substitute_values};
 use crate::term::Term;
+use crate::value::Value;
 
 pub use counterexample::{instance, run_lines};
 
@@ -34,6 +36,8 @@ pub enum Why {
     Unique(Name),
     /// Because the loop of this process is the only solution.
     UniqueLoop,
+    /// Because the network runs so.
+    Advance,
     /// By the hypothesis of the induction around.
     Hypothesis,
     /// By induction on this number.
@@ -76,6 +80,7 @@ impl fmt::Display for Why {
             Why::Definition(name) => write!(f, "definition of {name}"),
             Why::Unique(name) => write!(f, "the only solution: {name}"),
             Why::UniqueLoop => write!(f, "the only solution: a loop"),
+            Why::Advance => write!(f, "the network runs on"),
             Why::Hypothesis => write!(f, "induction hypothesis"),
             Why::Induction(name) => write!(f, "induction on {name}"),
             Why::Trust(reason) => write!(f, "on trust: {reason}"),
@@ -176,7 +181,27 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
             equal(candidate.clone(), call)
         }
         Step::UniqueLoop { body, equation } => {
-            equal(at(equation).left, Term::new(crate::term::Node::Loop(body.clone())))
+            let connective = at(equation).connective;
+            Ends { connective, ..equal(at(equation).left, Term::new(crate::term::Node::Loop(body.clone()))) }
+        }
+        Step::Advance(network, time) => {
+            let instant = Instant::of(network, context);
+            let right = instant.and_then(|instant| instant.onward(time.as_ref(), context));
+            let right = right.unwrap_or_else(|_| network.clone());
+            Ends { connective: Connective::Weak, ..equal(network.clone(), right) }
+        }
+        Step::Rounds { lemma, variable, round, index, count } => {
+            let Some(statement) = proof.lemmas.get(*lemma).map(|lemma| &lemma.statement) else {
+                return equal(Term::stop(), Term::stop());
+            };
+            let put = |term: &Term, value: Value| {
+                let map = BTreeMap::from([(variable.clone(), value)]);
+                substitute_values(term, &map).unwrap_or_else(|_| term.clone())
+            };
+            let body = put(round, Value::variable(index));
+            let rounds = Term::new(crate::term::Node::Power(body, count.clone(), Some(index.clone())));
+            let right = Term::seq([rounds, put(&statement.left, count.clone())]);
+            Ends { connective: statement.connective, ..equal(put(&statement.left, Value::zero()), right) }
         }
     }
 }
@@ -276,6 +301,8 @@ fn why(proof: &Proof, step: &Step) -> Why {
         },
         Step::Unique { name, .. } => Why::Unique(name.clone()),
         Step::UniqueLoop { .. } => Why::UniqueLoop,
+        Step::Advance(..) => Why::Advance,
+        Step::Rounds { variable, .. } => Why::Induction(variable.clone()),
         Step::Suppose(..) => Why::Hypothesis,
         Step::Induction { variable, .. } => Why::Induction(variable.clone()),
         Step::Trust(_, _, _, reason) => Why::Trust(reason.clone()),

@@ -5,16 +5,18 @@
 
 mod gate;
 mod lemma;
+mod reason;
+mod run;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
-use std::fmt;
 
 use gate::{Needs, counts_are_settled, well_sorted};
+pub use reason::Reason;
 
 use crate::assumption::Assumptions;
 use crate::condition::exposes;
 use crate::definition::Definitions;
-use crate::fact::{Context, Facts};
+use crate::fact::Context;
 use crate::law::{Condition, Connective, Laws};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
@@ -41,6 +43,8 @@ pub struct Thm {
     laws: BTreeSet<Name>,
     lemmas: BTreeSet<Name>,
     trusted: BTreeSet<String>,
+    /// Whether a network was run on the way, in which a metavariable stands for a value that no part binds.
+    advanced: bool,
 }
 
 impl Thm {
@@ -72,66 +76,6 @@ pub struct Rejected {
     pub step: StepId,
     /// What is wrong.
     pub reason: Reason,
-}
-
-/// What can be wrong with a step. Each carries the terms at fault.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Reason {
-    /// A step that does not come before this one.
-    NotEarlier(StepId),
-    /// No law of this name is in force.
-    UnknownLaw(Name),
-    /// A condition that does not hold, or cannot be decided.
-    Condition(Box<Condition>),
-    /// Two terms that should be the same.
-    Differ(Box<Term>, Box<Term>),
-    /// The process called is not defined, or not with so many parameters.
-    NotDefined(Box<Term>),
-    /// A loop whose body may stop having neither waited nor communicated.
-    Unguarded(Box<Term>),
-    /// A refinement or a weak equality where more is needed.
-    Weaker(Connective, Connective),
-    /// A name that has a fixed meaning is bound, or one name is used for two things.
-    Name(Name),
-    /// A metavariable of a law is left without a meaning.
-    Unbound(Name),
-    /// A substitution that cannot be carried out.
-    Stuck(String),
-    /// A hypothesis that is used outside its induction, or one that was never discharged.
-    Hypothesis(Box<Term>, Box<Term>),
-    /// A value of the wrong sort, or a count that is no natural number.
-    Sort(Box<Value>),
-    /// Not a natural number variable that the induction may use.
-    NotNatural(Name),
-    /// The proof or a term is larger than the kernel's limits.
-    TooLarge,
-    /// A proof without steps, or something taken on trust without a reason.
-    Empty,
-    /// What is wrong with the lemma of this name.
-    Lemma(Name, Box<Reason>),
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Reason::NotEarlier(step) => write!(f, "it uses step {step}, which does not come before it"),
-            Reason::UnknownLaw(name) => write!(f, "there is no law named {name}"),
-            Reason::Condition(_) => write!(f, "a condition of the law does not follow from what is assumed"),
-            Reason::Differ(..) => write!(f, "two terms that should be the same differ"),
-            Reason::NotDefined(_) => write!(f, "it unfolds a process that is not defined so"),
-            Reason::Unguarded(_) => write!(f, "the loop may go round without waiting or communicating"),
-            Reason::Weaker(given, needed) => write!(f, "it needs `{needed}` and has `{given}`"),
-            Reason::Name(name) => write!(f, "{name} has a fixed meaning here and may not be bound"),
-            Reason::Unbound(name) => write!(f, "the metavariable {name} is left without a meaning"),
-            Reason::Stuck(why) => write!(f, "a substitution cannot be carried out: {why}"),
-            Reason::Hypothesis(..) => write!(f, "an induction hypothesis is used outside its induction"),
-            Reason::Sort(value) => write!(f, "{value} is not of the sort that is needed where it stands"),
-            Reason::NotNatural(name) => write!(f, "induction on {name}, which need not be a natural number"),
-            Reason::TooLarge => write!(f, "a term is larger than the kernel accepts"),
-            Reason::Empty => write!(f, "it has no steps, or trusts for no reason"),
-            Reason::Lemma(name, reason) => write!(f, "in the lemma {name}: {reason}"),
-        }
-    }
 }
 
 /// The largest term that the kernel looks at, in operators.
@@ -192,6 +136,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         laws,
         lemmas,
         trusted,
+        advanced: false,
         sorted: HashSet::new(),
         counts: BTreeSet::new(),
         needs: HashMap::new(),
@@ -210,8 +155,8 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
     if !last.connective.gives(statement.connective) {
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
-    let Checker { laws, lemmas, trusted, .. } = checker;
-    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted })
+    let Checker { laws, lemmas, trusted, advanced, .. } = checker;
+    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, advanced })
 }
 
 fn same(found: &Term, wanted: &Term) -> Result<(), Reason> {
@@ -227,6 +172,7 @@ struct Checker<'a> {
     laws: BTreeSet<Name>,
     lemmas: BTreeSet<Name>,
     trusted: BTreeSet<String>,
+    advanced: bool,
     /// Terms that have passed [`well_sorted`], with all their parts.
     sorted: HashSet<Term>,
     /// Names that numbers of rounds in them read.
@@ -297,6 +243,10 @@ impl Checker<'_> {
             }
             Step::Instance(of, substitution) => self.instance(*of, substitution),
             Step::Lemma(of, substitution) => self.lemma(*of, substitution),
+            Step::Advance(network, time) => self.advance(network, time.as_ref()),
+            Step::Rounds { lemma, variable, round, index, count } => {
+                self.rounds(*lemma, variable, round, (index, count))
+            }
             Step::Trust(_, _, _, why) if why.trim().is_empty() => Err(Reason::Empty),
             Step::Trust(left, connective, right, why) => {
                 self.trusted.insert(why.clone());
@@ -438,17 +388,6 @@ impl Checker<'_> {
         let parts: Result<Vec<Term>, Reason> =
             body.children().into_iter().map(|part| self.with_candidate(part, own, name, candidate)).collect();
         Ok(body.with_children(parts?))
-    }
-
-    fn unique_loop(&self, body: &Term, equation: StepId) -> Result<Derived, Reason> {
-        let derived = self.equation(equation)?;
-        no_supposition(derived)?;
-        if Facts::of(body, &self.context).instant_stop {
-            return Err(Reason::Unguarded(Box::new(body.clone())));
-        }
-        let round = Term::attempt(Term::seq([body.clone(), derived.left.clone()]));
-        same(&derived.right, &round)?;
-        Ok(Derived::equal(derived.left.clone(), Term::new(Node::Loop(body.clone()))))
     }
 
     fn induction(

@@ -13,6 +13,7 @@ pub mod scope;
 pub mod fact;
 pub mod condition;
 pub mod substitution;
+pub mod advance;
 pub mod proof;
 pub mod kernel;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──

@@ -49,7 +49,8 @@ pub enum Step {
         /// Proves `X = body[calls of the definition replaced by X] else Stop`.
         equation: StepId,
     },
-    /// From `X = (P ; X) else Stop`: `X = loop(P)`, if P is guarded.
+    /// From `X = (P ; X) else Stop`: `X = loop(P)`, if P is guarded. From `X ~~ P ; X`: `X ~~ loop(P)`, if P is silent
+    /// and always stops, after a time that is more than 0.
     UniqueLoop {
         /// P
         body: Term,
@@ -75,6 +76,22 @@ pub enum Step {
     Instance(StepId, Substitution),
     /// An instance of the lemma of this number; the conditions that it is proved under hold of the instance.
     Lemma(usize, Substitution),
+    /// A closed network runs through this instant; then this much time passes, or nothing happens any more. See
+    /// [`crate::advance`].
+    Advance(Term, Option<Value>),
+    /// From a lemma `A(n) = P(n) ; A(n+1)`, for every n of the rounds: `A(0) = P^{i<N} ; A(N)`.
+    Rounds {
+        /// The number of the lemma.
+        lemma: usize,
+        /// n, a metavariable.
+        variable: Name,
+        /// P(n)
+        round: Term,
+        /// i
+        index: Name,
+        /// N
+        count: Value,
+    },
     /// Taken on trust, with the reason, which the theorem shows.
     Trust(Term, Connective, Term, String),
 }

@@ -2,6 +2,7 @@
 
 mod lemma;
 mod recursion;
+pub mod run;
 
 pub use lemma::{Earlier, prove_from};
 

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use super::{Checker, Derived, Reason, no_supposition};
+use super::{Checker, Derived, Reason, Thm, no_supposition};
 use crate::name::Name;
 use crate::proof::StepId;
-use crate::scope::{condition_metavariables, metavariables, read_names, subterms};
+use crate::scope::{bound_names, condition_metavariables, metavariables, read_names, subterms};
 use crate::substitution::{Stuck, Substitution};
 use crate::term::{Node, Term};
 
@@ -33,12 +33,43 @@ impl Checker<'_> {
                 return Err(Reason::Condition(Box::new(instance)));
             }
         }
+        if theorem.advanced {
+            self.binds_none(substitution, [&statement.left, &statement.right])?;
+        }
         let (left, right) = self.images([&statement.left, &statement.right], substitution)?;
+        if theorem.advanced {
+            self.speaks_of_known([&left, &right])?;
+        }
+        self.rests_on(name, theorem);
+        Ok(Derived { left, connective: statement.connective, right, supposed: BTreeSet::new() })
+    }
+
+    /// What a theorem rests on, whatever uses it rests on.
+    pub(super) fn rests_on(&mut self, name: &Name, theorem: &Thm) {
         self.lemmas.insert(name.clone());
         self.laws.extend(theorem.laws().iter().cloned());
         self.lemmas.extend(theorem.lemmas().iter().cloned());
         self.trusted.extend(theorem.trusted().iter().cloned());
-        Ok(Derived { left, connective: statement.connective, right, supposed: BTreeSet::new() })
+        self.advanced |= theorem.advanced;
+    }
+
+    /// What was found by running a network has metavariables only of which this claim supposes something: those keep
+    /// their meaning in every instance that is made here.
+    pub(super) fn speaks_of_known(&self, sides: [&Term; 2]) -> Result<(), Reason> {
+        let supposed: BTreeSet<Name> = self.context.hypotheses.iter().flat_map(condition_metavariables).collect();
+        let read = sides.into_iter().flat_map(read_names).find(|name| name.is_meta() && !supposed.contains(name));
+        read.map_or(Ok(()), |name| Err(Reason::Unbound(name)))
+    }
+
+    /// Where a network was run, a metavariable stood for a value that nothing in the network binds.
+    fn binds_none(&self, substitution: &Substitution, sides: [&Term; 2]) -> Result<(), Reason> {
+        let definitions = self.theory.definitions.iter().map(|definition| &definition.body);
+        let bound: BTreeSet<Name> = sides.into_iter().chain(definitions).flat_map(bound_names).collect();
+        let read = substitution.values.values().flat_map(|value| value.variables());
+        match read.chain(substitution.names.values().cloned()).find(|name| bound.contains(name)) {
+            Some(name) => Err(Reason::Name(name)),
+            None => Ok(()),
+        }
     }
 
     /// Metavariables alone are replaced, and not one that a definition mentions: it means the same in every call.

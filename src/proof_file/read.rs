@@ -166,6 +166,17 @@ impl Reader {
             },
             StepText::Instance { of, with } => Step::Instance(*of, self.substitution(with)?),
             StepText::Lemma { of, with } => Step::Lemma(*of, self.substitution(with)?),
+            StepText::Advance { network, time } => {
+                let time = time.as_ref().map(|time| self.value(time)).transpose()?;
+                Step::Advance(self.term(network)?, time)
+            }
+            StepText::Rounds { lemma, variable, round, index, count } => Step::Rounds {
+                lemma: *lemma,
+                variable: metavariable(variable)?,
+                round: self.term(round)?,
+                index: identifier(index)?,
+                count: self.value(count)?,
+            },
             StepText::Trust { left, connective: connects, right, reason } => {
                 Step::Trust(self.term(left)?, *connects, self.term(right)?, reason.clone())
             }

@@ -136,6 +136,18 @@ pub(super) enum Step {
         of: usize,
         with: Substitution,
     },
+    Advance {
+        network: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        time: Option<String>,
+    },
+    Rounds {
+        lemma: usize,
+        variable: String,
+        round: String,
+        index: String,
+        count: String,
+    },
     Trust {
         left: String,
         #[serde(with = "ConnectiveText")]

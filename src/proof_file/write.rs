@@ -142,6 +142,7 @@ fn terms(step: &Step) -> Vec<&Term> {
         }
         Step::Unique { candidate, .. } => vec![candidate],
         Step::UniqueLoop { body, .. } => vec![body],
+        Step::Advance(term, _) | Step::Rounds { round: term, .. } => vec![term],
         Step::Induction { left, right, .. } => vec![left, right],
         Step::Symmetric(_) | Step::Transitive(_) => Vec::new(),
     }
@@ -173,6 +174,16 @@ fn step(step: &Step) -> StepText {
         },
         Step::Instance(of, with) => StepText::Instance { of: *of, with: substitution(with) },
         Step::Lemma(of, with) => StepText::Lemma { of: *of, with: substitution(with) },
+        Step::Advance(network, time) => {
+            StepText::Advance { network: network.to_string(), time: time.as_ref().map(Value::to_string) }
+        }
+        Step::Rounds { lemma, variable, round, index, count } => StepText::Rounds {
+            lemma: *lemma,
+            variable: variable.to_string(),
+            round: round.to_string(),
+            index: index.to_string(),
+            count: count.to_string(),
+        },
         Step::Trust(left, connects, right, reason) => StepText::Trust {
             left: left.to_string(),
             connective: *connects,

@@ -13,7 +13,7 @@ use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Period};
 use crate::proof::{Proof, Script, Statement, Step};
-use crate::prove::{Answer, By, prove};
+use crate::prove::{Answer, By, prove, run};
 use crate::recurrence::Closed;
 use crate::refute::{self, Refutation};
 use crate::report::Verdict;
@@ -92,9 +92,22 @@ impl Run<'_, '_> {
                     }
                 }
                 let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
-                let proof = with_run(whole, run, *proof, trusting);
-                match check(&theory, &proof) {
-                    Ok(theorem) => {
+                let checked = match run::runs(&theory, &[], &whole, run) {
+                    Ok(ran) => {
+                        let whole_proof = behind(ran, &proof);
+                        check(&theory, &whole_proof)
+                            .map(|theorem| (theorem, whole_proof))
+                            .map_err(|rejected| rejected.reason.to_string())
+                    }
+                    Err(lost) => Err(lost.0),
+                };
+                let checked = checked.or_else(|why| {
+                    found.trace.push(format!("the kernel could not follow the run: {}", said(&why)));
+                    let proof = with_run(whole, run, *proof, trusting);
+                    check(&theory, &proof).map(|theorem| (theorem, proof))
+                });
+                match checked {
+                    Ok((theorem, proof)) => {
                         let environment = waiting.environment.clone();
                         found.verdict = Some(Verdict::Proved);
                         found.evidence = Some(Evidence { theory, environment, theorem, proof });
@@ -186,6 +199,19 @@ const RUN: &str = "that the system runs as printed: its period and the closed fo
 /// The same where values move on from turn to turn.
 const TURNS: &str =
     "that the system runs as printed: its period, the closed forms, and the intervals that values never leave";
+
+/// From a proof that the system runs so, and one that the run matches the property, one that the system does.
+fn behind(ran: Proof, matched: &Proof) -> Proof {
+    let mut script = Script { steps: ran.steps };
+    let followed = script.steps.len().saturating_sub(1);
+    let numbers: Vec<usize> = (0..matched.steps.len()).map(|number| number + followed + 1).collect();
+    script.steps.extend(matched.steps.iter().map(|step| step.renumbered(&numbers)));
+    let last = script.steps.len().saturating_sub(1);
+    script.push(Step::Transitive(vec![followed, last]));
+    let connective = Connective::WeaklyRefines;
+    let statement = Statement { left: ran.statement.left, connective, ..matched.statement.clone() };
+    Proof { lemmas: ran.lemmas, ..script.finish(statement) }
+}
 
 /// From a proof that the run matches the property, one that the system does; that it runs so is taken on trust.
 fn with_run(system: Term, run: &Term, matched: Proof, trusting: &str) -> Proof {

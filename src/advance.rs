@@ -1,0 +1,343 @@
+//! What a closed network does next, derived from its text and the assumptions alone.
+//!
+//! A network `new k1. … new km. (A1 | … | An)` is first *settled*: everything that ends at once is ended, as far as it
+//! is running calls and loops are unfolded, and what has been bound is put where it is read. Then it communicates until
+//! time has to pass. All orders of the communications of this instant are followed, and only if every one of them leads
+//! to the same state is there an [`Instant`]. From there time passes, or nothing happens any more.
+//!
+//! Why a network is weakly equal to the state that its instant leads to: the network is closed and may always
+//! communicate on the way, so by maximal progress it neither lets time pass nor does anything that others see; every
+//! state on the way is running, so no outcome differs, however an enclosing `#` may end it; and from each of them the
+//! one last state is reached. The pairs of these states with the last one are thus a weak bisimulation that compares
+//! outcomes exactly, which is a congruence. No two orders lead to different states, so no communication was chosen
+//! where another could have come first: neither two readers of one writer nor a part killed in the same instant pass.
+//!
+//! Why results may be left out that nobody reads: the network never stops, so what it carries at its end is never
+//! compared, and inside it whatever follows was given the values that it reads.
+//!
+//! Whatever is not decided here for all values that meet the assumptions is an error, never a guess.
+
+mod settle;
+
+use std::collections::{BTreeSet, HashSet};
+
+use settle::Runner;
+
+use crate::fact::{Context, Facts};
+use crate::name::Name;
+use crate::scope::{bound_names, calls, condition_metavariables, metavariables, read_names, subterms};
+use crate::substitution::Stuck;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Sort, Value};
+
+/// The deepest term that is looked at.
+const MOST_DEPTH: usize = 400;
+/// States that one instant may go through, in all orders.
+const MOST_STATES: usize = 10_000;
+
+fn stuck<T>(why: impl Into<String>) -> Result<T, Stuck> {
+    Err(Stuck(why.into()))
+}
+
+/// A network at the end of an instant: no communication is possible any more.
+#[derive(Clone, Debug)]
+pub struct Instant {
+    ports: Vec<Name>,
+    state: Term,
+    names: BTreeSet<Name>,
+}
+
+impl Instant {
+    /// The end of the instant in which this network is.
+    ///
+    /// # Errors
+    /// Where the network is not closed, where a guard, a duration or the order of two communications is not decided or
+    /// matters, where it ends or may ever stop, and where a name would change its meaning.
+    pub fn of(network: &Term, context: &Context<'_>) -> Result<Instant, Stuck> {
+        let names = names_apart(network, context)?;
+        if Facts::of(network, context).may_stop {
+            return stuck("the network may stop, and what it then carries would be lost");
+        }
+        let mut ports = Vec::new();
+        let mut body = network;
+        while let Node::New(port, inner) = body.node() {
+            ports.push(port.clone());
+            body = inner;
+        }
+        let runner = Runner::new(context);
+        let state = last(&runner, runner.running(body)?, &ports)?;
+        Ok(Instant { ports, state, names })
+    }
+
+    /// The network as it is now.
+    pub fn network(&self) -> Term {
+        closed(&self.ports, self.state.clone())
+    }
+
+    /// What is shown from now on until something ends.
+    pub fn shown(&self) -> Vec<Term> {
+        let mut shown: Vec<Term> = leaves(&self.state).into_iter().filter(|leaf| is_observer(leaf)).cloned().collect();
+        shown.sort();
+        shown.dedup();
+        shown
+    }
+
+    /// What is left of each delay that runs.
+    pub fn delays(&self) -> Vec<Value> {
+        let left = |leaf: &Term| if let Node::Delay(left) = leaf.node() { Some(left.clone()) } else { None };
+        leaves(&self.state).into_iter().filter_map(left).collect()
+    }
+
+    /// The network after this time, in which no delay runs out before, and after the instant in which it then is.
+    ///
+    /// # Errors
+    /// Where it is not certain that the time is more than 0 and no longer than any delay that runs, or where what
+    /// follows is not decided.
+    pub fn after(&self, time: &Value, context: &Context<'_>) -> Result<Term, Stuck> {
+        let known = &context.assumptions;
+        if time.sort() != Sort::Real || known.decide(Relation::Gtr, time, &Value::zero()) != Some(true) {
+            return stuck(format!("it is not certain that {time} > 0"));
+        }
+        if time.variables().iter().any(|name| self.names.contains(name)) {
+            return stuck(format!("{time} reads a name that the network binds"));
+        }
+        known_metavariables(&time.variables(), context)?;
+        let mut late = None;
+        let passed = rebuilt(&self.state, &mut 0, &mut |_, leaf| {
+            let Node::Delay(left) = leaf.node() else { return None };
+            if known.decide(Relation::Eq, left, time) == Some(true) {
+                return Some(Term::stop());
+            }
+            match left.sub(time) {
+                Ok(rest) if known.decide(Relation::Gtr, left, time) == Some(true) => {
+                    Some(Term::delay(known.simplify(&rest)))
+                }
+                _ => {
+                    late = Some(left.clone());
+                    None
+                }
+            }
+        });
+        if let Some(left) = late {
+            return stuck(format!("it is not certain that {time} <= {left}"));
+        }
+        let runner = Runner::new(context);
+        let next = last(&runner, runner.running(&passed)?, &self.ports)?;
+        Ok(closed(&self.ports, next))
+    }
+
+    /// What the network is weakly equal to: for this time what it shows, and then [`Instant::after`]; for no time what it
+    /// is now; if no time is given, for ever what it shows.
+    ///
+    /// # Errors
+    /// As for [`Instant::after`] and [`Instant::rest`].
+    pub fn onward(&self, time: Option<&Value>, context: &Context<'_>) -> Result<Term, Stuck> {
+        match time {
+            None => self.rest(),
+            Some(time) if time.is_zero() => Ok(self.network()),
+            Some(time) => Ok(Term::seq([stretch(time, &self.shown()), self.after(time, context)?])),
+        }
+    }
+
+    /// What it is from now on, if nothing happens any more: what it shows.
+    ///
+    /// # Errors
+    /// Where a delay still runs.
+    pub fn rest(&self) -> Result<Term, Stuck> {
+        match self.delays().first() {
+            Some(left) => stuck(format!("a delay of {left} still runs")),
+            None => Ok(Term::disable(self.shown())),
+        }
+    }
+}
+
+/// This long, with this shown.
+pub fn stretch(time: &Value, shown: &[Term]) -> Term {
+    Term::disable(std::iter::once(Term::delay(time.clone())).chain(shown.iter().cloned()))
+}
+
+fn closed(ports: &[Name], body: Term) -> Term {
+    ports.iter().rev().fold(body, |body, port| Term::new(Node::New(port.clone(), body)))
+}
+
+/// The names that the network binds, itself or in a process that it calls. None of them is read where it is not bound,
+/// and no metavariable stands for a name or a process: so a value that is known is the same wherever it is put.
+fn names_apart(network: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, Stuck> {
+    if network.depth() > MOST_DEPTH {
+        return stuck("it is nested too deeply");
+    }
+    let mut bound = bound_names(network);
+    let mut free = context_reads(network, context)?;
+    let mut seen = BTreeSet::new();
+    let mut open: Vec<Name> = calls(network).into_iter().collect();
+    while let Some(name) = open.pop() {
+        if !seen.insert(name.clone()) {
+            continue;
+        }
+        let Some(definition) = context.definitions.get(&name) else { return stuck(format!("{name} is not defined")) };
+        if definition.body.depth() > MOST_DEPTH {
+            return stuck(format!("{name} is nested too deeply"));
+        }
+        if let Some(meta) = metavariables(&definition.body).into_iter().next() {
+            return stuck(format!("{name} mentions the metavariable {meta}"));
+        }
+        bound.extend(bound_names(&definition.body));
+        let zeros = definition.parameters.iter().map(|_| Value::zero()).collect();
+        free.extend(context_reads(&Term::new(Node::Call(name, zeros)), context)?);
+        open.extend(calls(&definition.body));
+    }
+    if let Some(name) = free.intersection(&bound).next() {
+        return stuck(format!("{name} is read where it may be bound by somebody else"));
+    }
+    known_metavariables(&read_names(network), context)?;
+    for part in subterms(network) {
+        let names: Vec<&Name> = match part.node() {
+            Node::Meta(name, _) | Node::Replace(_, name, _) => return stuck(format!("{name} is not known")),
+            Node::In(port, name) => vec![port, name],
+            Node::Out(name, _) | Node::New(name, _) | Node::Set(_, name) | Node::Ran(_, name) => vec![name],
+            Node::Power(_, _, Some(name)) => vec![name],
+            Node::Project(_, shown) => shown.iter().collect(),
+            _ => Vec::new(),
+        };
+        if let Some(name) = names.into_iter().find(|name| name.is_meta()) {
+            return stuck(format!("{name} stands for any name"));
+        }
+    }
+    Ok(bound)
+}
+
+/// Metavariables stand for values of which something is supposed: no instance puts in a name that the network binds
+/// (see the kernel's `lemma`).
+fn known_metavariables(read: &BTreeSet<Name>, context: &Context<'_>) -> Result<(), Stuck> {
+    let supposed: BTreeSet<Name> = context.hypotheses.iter().flat_map(condition_metavariables).collect();
+    match read.iter().find(|name| name.is_meta() && !supposed.contains(*name)) {
+        Some(meta) => stuck(format!("nothing is supposed of {meta}")),
+        None => Ok(()),
+    }
+}
+
+/// The names that a process may read before it has bound them.
+fn context_reads(term: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, Stuck> {
+    let reads = &Facts::of(term, context).reads;
+    match reads.processes.first() {
+        Some(unknown) => stuck(format!("{unknown} is not known")),
+        None => Ok(reads.names.clone()),
+    }
+}
+
+fn is_observer(leaf: &Term) -> bool {
+    matches!(leaf.node(), Node::Observe(..))
+}
+
+fn is_set(term: &Term) -> bool {
+    matches!(term.node(), Node::Set(..))
+}
+
+/// Where the running part of a settled sequence stands, if one runs.
+fn active(parts: &[Term]) -> Option<usize> {
+    parts.iter().position(|part| !is_set(part))
+}
+
+/// The reads, writes, delays and observers that run in a settled term, in order.
+fn leaves(term: &Term) -> Vec<&Term> {
+    let mut found = Vec::new();
+    let mut open = vec![term];
+    while let Some(term) = open.pop() {
+        match term.node() {
+            Node::Seq(parts) => open.extend(active(parts).map(|place| &parts[place])),
+            Node::Else(first, _) => open.push(first),
+            Node::Par(parts) | Node::Disable(parts) => open.extend(parts.iter().rev()),
+            Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle => found.push(term),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// A settled term with some of its leaves, numbered as [`leaves`] gives them, replaced.
+fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term) -> Option<Term>) -> Term {
+    match term.node() {
+        Node::Seq(parts) => match active(parts) {
+            Some(place) => {
+                let mut parts = parts.clone();
+                parts[place] = rebuilt(&parts[place], number, change);
+                Term::seq(parts)
+            }
+            None => term.clone(),
+        },
+        Node::Else(first, second) => Term::otherwise(rebuilt(first, number, change), second.clone()),
+        Node::Par(parts) | Node::Disable(parts) => {
+            term.with_children(parts.iter().map(|part| rebuilt(part, number, change)).collect())
+        }
+        Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle => {
+            let here = *number;
+            *number += 1;
+            change(here, term).unwrap_or_else(|| term.clone())
+        }
+        _ => term.clone(),
+    }
+}
+
+/// The one state to which all orders of communications lead.
+fn last(runner: &Runner<'_, '_>, first: Term, ports: &[Name]) -> Result<Term, Stuck> {
+    let mut last: Option<Term> = None;
+    let (mut seen, mut on_the_way) = (HashSet::new(), HashSet::new());
+    let mut way: Vec<(Term, Vec<Term>)> = Vec::new();
+    let mut here = Some(first);
+    loop {
+        if let Some(state) = here.take() {
+            if on_the_way.contains(&state) {
+                return stuck("it communicates for ever in no time");
+            }
+            if seen.insert(state.clone()) {
+                let next = communications(runner, &state, ports)?;
+                if next.is_empty() && last.replace(state.clone()).is_some_and(|other| other != state) {
+                    return stuck("the order in which parts communicate in one instant matters");
+                }
+                on_the_way.insert(state.clone());
+                way.push((state, next));
+            }
+            if seen.len() > MOST_STATES {
+                return stuck("too much may happen in one instant");
+            }
+        }
+        match way.last_mut() {
+            None => break,
+            Some((_, next)) => here = next.pop(),
+        }
+        if here.is_none()
+            && let Some((state, _)) = way.pop()
+        {
+            on_the_way.remove(&state);
+        }
+    }
+    last.map_or_else(|| stuck("nothing was found"), Ok)
+}
+
+/// The states after each communication that is possible.
+fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name]) -> Result<Vec<Term>, Stuck> {
+    let leaves = leaves(state);
+    let mut next = Vec::new();
+    for (reader, leaf) in leaves.iter().enumerate() {
+        if let Node::In(port, _) | Node::Out(port, _) = leaf.node()
+            && !ports.contains(port)
+        {
+            return stuck(format!("the port {port} is open"));
+        }
+        let Node::In(port, name) = leaf.node() else { continue };
+        for (writer, other) in leaves.iter().enumerate() {
+            let value = match other.node() {
+                Node::Out(same, value) if same == port => value,
+                _ => continue,
+            };
+            let met = rebuilt(state, &mut 0, &mut |number, _| {
+                if number == reader {
+                    return Some(Term::new(Node::Set(value.clone(), name.clone())));
+                }
+                (number == writer).then(Term::stop)
+            });
+            next.push(runner.running(&met)?);
+        }
+    }
+    Ok(next)
+}

@@ -1,0 +1,301 @@
+//! Termination: what a part of a network has become once everything that ends at once has ended.
+
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{MOST_DEPTH, active, context_reads, is_set, stuck};
+use crate::fact::{Context, Facts};
+use crate::name::Name;
+use crate::scope::{bound_names, written};
+use crate::substitution::{Stuck, instantiate, replace, substitute_values};
+use crate::term::{Node, Term};
+use crate::value::{Relation, Sort, Value};
+
+/// What has been bound, by name.
+type Results = BTreeMap<Name, Value>;
+
+/// Operators and unfoldings that may stand inside one another.
+const DEEPEST: usize = 200;
+/// Parts that are looked at in one instant.
+const MOST_WORK: usize = 2_000_000;
+
+/// What a term has become once everything that ends at once has ended.
+enum State {
+    Stopped(Results),
+    Aborted,
+    Running(Term),
+}
+
+fn sets(results: Results) -> impl Iterator<Item = Term> {
+    results.into_iter().map(|(name, value)| Term::new(Node::Set(value, name)))
+}
+
+/// Adds one part's results to those of others that stopped beside it.
+fn unite(all: &mut Results, more: Results) -> Result<(), Stuck> {
+    for (name, value) in more {
+        if all.get(&name).is_some_and(|other| *other != value) {
+            return stuck(format!("{name} is bound twice side by side"));
+        }
+        all.insert(name, value);
+    }
+    Ok(())
+}
+
+/// A running part and what it has bound so far.
+fn without_sets(part: Term) -> (Results, Term) {
+    let mut results = Results::new();
+    let Node::Seq(parts) = part.node() else { return (results, part) };
+    let place = active(parts).unwrap_or(parts.len());
+    for set in &parts[..place] {
+        if let Node::Set(value, name) = set.node() {
+            results.insert(name.clone(), value.clone());
+        }
+    }
+    (results, Term::seq(parts[place..].iter().cloned()))
+}
+
+fn starts_with_set(part: &Term) -> bool {
+    matches!(part.node(), Node::Seq(parts) if parts.first().is_some_and(is_set))
+}
+
+/// Settles the parts of a network.
+pub(super) struct Runner<'c, 'd> {
+    context: &'c Context<'d>,
+    work: Cell<usize>,
+}
+
+impl<'c, 'd> Runner<'c, 'd> {
+    pub(super) fn new(context: &'c Context<'d>) -> Runner<'c, 'd> {
+        Runner { context, work: Cell::new(0) }
+    }
+
+    /// The body of a network, settled; it must run.
+    pub(super) fn running(&self, body: &Term) -> Result<Term, Stuck> {
+        match self.settle(body, &BTreeSet::new(), 0)? {
+            State::Running(state) if state.depth() <= MOST_DEPTH => Ok(state),
+            State::Running(_) => stuck("it is nested too deeply"),
+            _ => stuck("the network has ended"),
+        }
+    }
+
+    fn spend(&self, depth: usize) -> Result<(), Stuck> {
+        let work = self.work.get() + 1;
+        self.work.set(work);
+        if depth > DEEPEST || work > MOST_WORK {
+            return stuck("it unfolds for ever without waiting or communicating, or is nested too deeply");
+        }
+        Ok(())
+    }
+
+    fn simple(&self, value: &Value) -> Value {
+        self.context.assumptions.simplify(value)
+    }
+
+    /// Ends all that ends at once. `wanted` are the names that are read later.
+    fn settle(&self, term: &Term, wanted: &BTreeSet<Name>, depth: usize) -> Result<State, Stuck> {
+        self.spend(depth)?;
+        match term.node() {
+            Node::Stop => Ok(State::Stopped(Results::new())),
+            Node::Abort => Ok(State::Aborted),
+            Node::Idle | Node::In(..) => Ok(State::Running(term.clone())),
+            Node::Out(..) | Node::Observe(..) => {
+                Ok(State::Running(term.map_values(&mut |value| Ok::<_, Stuck>(self.simple(value)))?))
+            }
+            Node::Delay(time) => self.settle_delay(time),
+            Node::Guard(relation, left, right) => self.settle_guard(*relation, left, right),
+            Node::Set(value, name) if wanted.contains(name) => {
+                Ok(State::Stopped(Results::from([(name.clone(), self.simple(value))])))
+            }
+            Node::Set(..) => Ok(State::Stopped(Results::new())),
+            Node::Seq(parts) => self.settle_sequence(term, parts, wanted, depth),
+            Node::Else(first, second) => match self.settle(first, wanted, depth + 1)? {
+                State::Aborted => self.settle(second, wanted, depth + 1),
+                State::Running(first) if Facts::of(&first, self.context).may_abort => {
+                    Ok(State::Running(Term::otherwise(first, second.clone())))
+                }
+                other => Ok(other),
+            },
+            Node::Par(parts) => self.settle_parallel(parts, wanted, depth),
+            Node::Disable(parts) => self.settle_disabling(parts, wanted, depth),
+            Node::Power(body, count, index) => self.settle_power(body, count, index.as_ref(), wanted, depth),
+            Node::Loop(body) => {
+                let round = Term::attempt(Term::seq([body.clone(), term.clone()]));
+                self.settle(&round, wanted, depth + 1)
+            }
+            Node::Call(name, arguments) => self.settle_call(name, arguments, wanted, depth),
+            Node::New(..) | Node::Project(..) => stuck("`new` and `to` inside a component"),
+            Node::Ran(..) => stuck("a random draw"),
+            Node::Meta(name, _) | Node::Replace(_, name, _) => stuck(format!("{name} is not known")),
+        }
+    }
+
+    fn settle_delay(&self, time: &Value) -> Result<State, Stuck> {
+        let (time, zero) = (self.simple(time), Value::zero());
+        let known = &self.context.assumptions;
+        if time.sort() == Sort::Real && known.decide(Relation::Eq, &time, &zero) == Some(true) {
+            return Ok(State::Stopped(Results::new()));
+        }
+        if time.sort() == Sort::Real && known.decide(Relation::Gtr, &time, &zero) == Some(true) {
+            return Ok(State::Running(Term::delay(time)));
+        }
+        stuck(format!("whether {time} > 0"))
+    }
+
+    fn settle_guard(&self, relation: Relation, left: &Value, right: &Value) -> Result<State, Stuck> {
+        let real = left.sort() == Sort::Real && right.sort() == Sort::Real;
+        let decided = match relation {
+            Relation::Eq | Relation::Neq => self.context.assumptions.decide(relation, left, right),
+            _ if real => self.context.assumptions.decide(relation, left, right),
+            _ => None,
+        };
+        match decided {
+            Some(true) => Ok(State::Stopped(Results::new())),
+            Some(false) => Ok(State::Aborted),
+            None => stuck(format!("whether {left} {} {right}", relation.symbol())),
+        }
+    }
+
+    fn settle_sequence(
+        &self,
+        whole: &Term,
+        parts: &[Term],
+        wanted: &BTreeSet<Name>,
+        depth: usize,
+    ) -> Result<State, Stuck> {
+        let mut carried = Results::new();
+        let mut parts = parts.to_vec();
+        let mut changed = false;
+        loop {
+            if parts.is_empty() {
+                return Ok(State::Stopped(carried));
+            }
+            let first = parts.remove(0);
+            let mut rest = Term::seq(parts.iter().cloned());
+            let reads = context_reads(&rest, self.context)?;
+            let all: BTreeSet<Name> = wanted.union(&reads).cloned().collect();
+            let (results, running) = match self.settle(&first, &all, depth + 1)? {
+                State::Aborted => return Ok(State::Aborted),
+                State::Stopped(results) => (results, None),
+                State::Running(part) if !changed && part == first && !starts_with_set(&part) => {
+                    return Ok(State::Running(whole.clone()));
+                }
+                State::Running(part) => {
+                    let (results, part) = without_sets(part);
+                    (results, Some(part))
+                }
+            };
+            changed = true;
+            let stops = running.is_none();
+            // What the running part has bound is read by what follows, unless it binds it again.
+            if !parts.is_empty() || !stops {
+                rest = Term::seq(running.into_iter().chain(parts));
+                for (name, value) in &results {
+                    rest = replace(&rest, name, value, self.context)?;
+                }
+                parts = if let Node::Seq(parts) = rest.node() { parts.clone() } else { vec![rest] };
+            }
+            carried.extend(results.into_iter().filter(|(name, _)| wanted.contains(name)));
+            if !stops {
+                return Ok(State::Running(Term::seq(sets(carried).chain(parts))));
+            }
+        }
+    }
+
+    fn settle_parallel(&self, parts: &[Term], wanted: &BTreeSet<Name>, depth: usize) -> Result<State, Stuck> {
+        let mut running = Vec::new();
+        let mut stopped: Option<Results> = None;
+        for part in parts {
+            match self.settle(part, wanted, depth + 1)? {
+                State::Stopped(results) => unite(stopped.get_or_insert_default(), results)?,
+                State::Aborted => {}
+                State::Running(part) => running.push(part),
+            }
+        }
+        if running.is_empty() {
+            return Ok(stopped.map_or(State::Aborted, State::Stopped));
+        }
+        if let Some(results) = stopped {
+            let surely = running.iter().any(|part| !Facts::of(part, self.context).may_abort);
+            if !(surely && results.is_empty()) {
+                running.push(Term::seq(sets(results)));
+            }
+        }
+        Ok(State::Running(Term::par(running)))
+    }
+
+    fn settle_disabling(&self, parts: &[Term], wanted: &BTreeSet<Name>, depth: usize) -> Result<State, Stuck> {
+        let mut running = Vec::new();
+        let mut stopped: Option<Results> = None;
+        let mut ended = false;
+        for part in parts {
+            match self.settle(part, wanted, depth + 1)? {
+                State::Stopped(results) => {
+                    unite(stopped.get_or_insert_default(), results)?;
+                    ended = true;
+                }
+                State::Aborted => ended = true,
+                State::Running(part) if *part.node() == Node::Idle => {}
+                State::Running(part) => running.push(part),
+            }
+        }
+        Ok(match stopped {
+            Some(results) => State::Stopped(results),
+            None if ended => State::Aborted,
+            None => State::Running(Term::disable(running)),
+        })
+    }
+
+    fn settle_power(
+        &self,
+        body: &Term,
+        count: &Value,
+        index: Option<&Name>,
+        wanted: &BTreeSet<Name>,
+        depth: usize,
+    ) -> Result<State, Stuck> {
+        let count = self.simple(count);
+        let whole = count.as_rational().is_some_and(|number| number.is_integer());
+        if !whole || self.context.assumptions.decide(Relation::Gte, &count, &Value::zero()) != Some(true) {
+            return stuck(format!("{count} copies"));
+        }
+        if index.is_some_and(|index| bound_names(body).contains(index) || self.writes(body, index)) {
+            return stuck("the index of copies is bound in them");
+        }
+        if count.is_zero() {
+            return Ok(State::Stopped(Results::new()));
+        }
+        let left = count.sub(&Value::one())?;
+        let (first, others) = match index {
+            Some(index) => {
+                let at = |value: Value| substitute_values(body, &BTreeMap::from([(index.clone(), value)]));
+                // The index of the copies left starts again at 0, so they read it one higher.
+                let shifted = at(Value::variable(index).add(&Value::one())?)?;
+                (at(Value::zero())?, shifted)
+            }
+            None => (body.clone(), body.clone()),
+        };
+        let rest = Term::new(Node::Power(others, left, index.cloned()));
+        self.settle(&Term::seq([first, rest]), wanted, depth + 1)
+    }
+
+    fn writes(&self, body: &Term, name: &Name) -> bool {
+        written(body, self.context.definitions).contains(name)
+    }
+
+    fn settle_call(
+        &self,
+        name: &Name,
+        arguments: &[Value],
+        wanted: &BTreeSet<Name>,
+        depth: usize,
+    ) -> Result<State, Stuck> {
+        let known = self.context.definitions.get(name);
+        let Some(definition) = known.filter(|known| known.parameters.len() == arguments.len()) else {
+            return stuck(format!("{name} is not defined so"));
+        };
+        let arguments: Vec<Value> = arguments.iter().map(|value| self.simple(value)).collect();
+        let body = instantiate(&definition.body, &definition.parameters, &arguments, self.context)?;
+        let body = if definition.recursive { Term::attempt(body) } else { body };
+        self.settle(&body, wanted, depth + 1)
+    }
+}

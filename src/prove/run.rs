@@ -1,0 +1,435 @@
+//! That a system runs as it is said to: the system is followed stretch by stretch along the run, as the kernel will
+//! follow it, until the loop of the run leads back to the state at which it began.
+
+use std::collections::BTreeMap;
+
+use num_traits::ToPrimitive;
+
+use crate::advance::{Instant, stretch};
+use crate::fact::Context;
+use crate::kernel::Theory;
+use crate::law::{Condition, Connective};
+use crate::name::Name;
+use crate::proof::{Lemma, Proof, Script, Statement, Step, StepId, hole};
+use crate::scope::{bound_names, metavariables, read_names};
+use crate::substitution::{Substitution, substitute_values};
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// Rounds that are followed one by one.
+const MOST_ROUNDS: usize = 2_000;
+/// Stretches that are followed in all.
+const MOST_STRETCHES: usize = 20_000;
+
+/// Why the system could not be followed.
+#[derive(Clone, Debug)]
+pub struct Lost(pub String);
+
+fn lost<T>(why: impl Into<String>) -> Result<T, Lost> {
+    Err(Lost(why.into()))
+}
+
+/// A proof that the system is weakly equal to the run.
+///
+/// # Errors
+/// Where the run is not of stretches, rounds and one loop, or the system cannot be followed.
+pub fn runs(theory: &Theory, hypotheses: &[Condition], system: &Term, run: &Term) -> Result<Proof, Lost> {
+    let mut follower = Follower::new(theory, hypotheses, false);
+    let (start, state) = follower.settled(system)?;
+    let step = follower.whole(run, state)?;
+    follower.script.chain(vec![start, step]);
+    let statement = Statement {
+        hypotheses: hypotheses.to_vec(),
+        left: system.clone(),
+        connective: Connective::Weak,
+        right: run.clone(),
+    };
+    Ok(Proof { lemmas: follower.lemmas, statement, steps: follower.script.steps })
+}
+
+struct Follower<'t> {
+    theory: &'t Theory,
+    context: Context<'t>,
+    script: Script,
+    lemmas: Vec<Lemma>,
+    stretches: usize,
+    /// Whether a lemma about rounds is being proved.
+    inside: bool,
+}
+
+/// A duration and what is shown meanwhile.
+fn parts_of(item: &Term) -> Option<(Value, Vec<Term>)> {
+    let all = match item.node() {
+        Node::Disable(parts) => parts.clone(),
+        _ => vec![item.clone()],
+    };
+    let mut time = None;
+    let mut shown = Vec::new();
+    for part in all {
+        match part.node() {
+            Node::Delay(length) if time.is_none() => time = Some(length.clone()),
+            Node::Observe(..) => shown.push(part),
+            Node::Idle => {}
+            _ => return None,
+        }
+    }
+    Some((time?, shown))
+}
+
+fn items(term: &Term) -> Vec<Term> {
+    match term.node() {
+        Node::Seq(parts) => parts.clone(),
+        _ => vec![term.clone()],
+    }
+}
+
+impl<'t> Follower<'t> {
+    fn new(theory: &'t Theory, hypotheses: &'t [Condition], inside: bool) -> Follower<'t> {
+        let context = Context::new(&theory.assumptions, &theory.definitions, hypotheses);
+        Follower { theory, context, script: Script::default(), lemmas: Vec::new(), stretches: 0, inside }
+    }
+
+    fn instant(&self, state: &Term) -> Result<Instant, Lost> {
+        Instant::of(state, &self.context).map_err(|stuck| Lost(stuck.0))
+    }
+
+    /// The end of the instant in which the system is.
+    fn settled(&mut self, system: &Term) -> Result<(StepId, Term), Lost> {
+        let state = self.instant(system)?.network();
+        Ok((self.script.push(Step::Advance(system.clone(), Some(Value::zero()))), state))
+    }
+
+    /// Proves that a state is weakly equal to a whole run.
+    fn whole(&mut self, run: &Term, state: Term) -> Result<StepId, Lost> {
+        let mut parts = items(run);
+        let Some(last) = parts.pop() else { return lost("the run is empty") };
+        let (end, state_at_end, before) = if parts.is_empty() {
+            (None, state, Vec::new())
+        } else {
+            let (step, next) = self.along(&parts, state)?;
+            (Some(step), next, parts)
+        };
+        let tail = match last.node() {
+            Node::Loop(body) => self.round_and_round(body, &state_at_end)?,
+            _ => {
+                let step = self.script.push(Step::Advance(state_at_end.clone(), None));
+                let rest = self.instant(&state_at_end)?.rest().map_err(|stuck| Lost(stuck.0))?;
+                self.same(step, &rest, &last)?
+            }
+        };
+        Ok(match end {
+            None => tail,
+            Some(step) => {
+                let behind = self.behind(&before, tail);
+                self.script.chain(vec![step, behind])
+            }
+        })
+    }
+
+    /// From `… ~~ found`, `… ~~ wanted`, if their values are equal.
+    fn same(&mut self, step: StepId, found: &Term, wanted: &Term) -> Result<StepId, Lost> {
+        if found == wanted {
+            return Ok(step);
+        }
+        if !alike(found, wanted, &self.context) {
+            return lost(format!("{wanted} was expected, and there is {found}"));
+        }
+        let equal = self.script.push(Step::Arithmetic(found.clone(), wanted.clone()));
+        Ok(self.script.chain(vec![step, equal]))
+    }
+
+    /// A step used behind these parts.
+    fn behind(&mut self, before: &[Term], step: StepId) -> StepId {
+        let shape = Term::seq(before.iter().cloned().chain([Term::meta(&hole(1))]));
+        self.script.push(Step::Congruence(shape, vec![step]))
+    }
+
+    /// A step used before a term.
+    fn before(&mut self, step: StepId, after: &Term) -> StepId {
+        self.script.push(Step::Congruence(Term::seq([Term::meta(&hole(1)), after.clone()]), vec![step]))
+    }
+
+    /// `X ~~ loop(P)`
+    fn round_and_round(&mut self, body: &Term, state: &Term) -> Result<StepId, Lost> {
+        let (step, next) = self.along(&items(body), state.clone())?;
+        let wanted = Term::seq([body.clone(), state.clone()]);
+        let equation = self.same(step, &Term::seq([body.clone(), next]), &wanted)?;
+        Ok(self.script.push(Step::UniqueLoop { body: body.clone(), equation }))
+    }
+
+    /// Proves `state ~~ parts ; next`.
+    fn along(&mut self, parts: &[Term], state: Term) -> Result<(StepId, Term), Lost> {
+        let mut found: Option<StepId> = None;
+        let mut state = state;
+        for (place, part) in parts.iter().enumerate() {
+            let (step, next) = self.past(part, &state)?;
+            found = Some(match found {
+                None => step,
+                Some(before) => {
+                    let behind = self.behind(&parts[..place], step);
+                    self.script.chain(vec![before, behind])
+                }
+            });
+            state = next;
+        }
+        found.map_or_else(|| lost("nothing passes"), |step| Ok((step, state)))
+    }
+
+    /// Proves `state ~~ part ; next`.
+    fn past(&mut self, part: &Term, state: &Term) -> Result<(StepId, Term), Lost> {
+        if let Some((time, shown)) = parts_of(part) {
+            return self.stretch(part, (&time, &shown), state);
+        }
+        match part.node() {
+            Node::Seq(parts) => self.along(parts, state.clone()),
+            Node::Power(body, count, index) => {
+                let number = count.as_rational().filter(|number| number.is_integer());
+                match number.and_then(|number| number.to_integer().to_usize()) {
+                    Some(number) if number <= MOST_ROUNDS => self.counted(body, index.as_ref(), number, state),
+                    _ => self.rounds(body, index.as_ref(), count, state),
+                }
+            }
+            _ => lost(format!("{part} is no stretch of time")),
+        }
+    }
+
+    /// One stretch of the run, in which parts of the system that show nothing may end.
+    fn stretch(&mut self, part: &Term, (time, shown): (&Value, &[Term]), state: &Term) -> Result<(StepId, Term), Lost> {
+        let mut state = state.clone();
+        let mut passed: Option<(StepId, Value)> = None;
+        let mut left = time.clone();
+        loop {
+            self.stretches += 1;
+            if self.stretches > MOST_STRETCHES {
+                return lost(format!("more than {MOST_STRETCHES} stretches of time"));
+            }
+            let instant = self.instant(&state)?;
+            let step_time = self.least(&instant.delays(), &left)?;
+            let next = instant.after(&step_time, &self.context).map_err(|stuck| Lost(stuck.0))?;
+            let step = self.script.push(Step::Advance(state.clone(), Some(step_time.clone())));
+            let whole = step_time == left;
+            let found = Term::seq([stretch(&step_time, &instant.shown()), next.clone()]);
+            // What is shown is written as the run writes it.
+            let own = stretch(&step_time, shown);
+            let step = self.same(step, &found, &Term::seq([own.clone(), next.clone()]))?;
+            let (step, sum) = match passed {
+                None => (step, step_time.clone()),
+                Some((before, so_far)) => {
+                    let behind = self.behind(&[stretch(&so_far, shown)], step);
+                    let chained = self.script.chain(vec![before, behind]);
+                    let (added, sum) = self.added(&so_far, &step_time, shown)?;
+                    let added = self.before(added, &next);
+                    (self.script.chain(vec![chained, added]), sum)
+                }
+            };
+            state = next;
+            if whole {
+                let found = Term::seq([stretch(&sum, shown), state.clone()]);
+                let step = self.same(step, &found, &Term::seq([part.clone(), state.clone()]))?;
+                return Ok((step, state));
+            }
+            left = left.sub(&step_time).map_err(|error| Lost(error.0))?;
+            passed = Some((step, sum));
+        }
+    }
+
+    /// The time until the next delay runs out, no more than what is left.
+    fn least(&self, delays: &[Value], left: &Value) -> Result<Value, Lost> {
+        let mut least = left.clone();
+        for delay in delays {
+            match self.context.assumptions.decide(Relation::Lte, &least, delay) {
+                Some(true) => {}
+                Some(false) => least = delay.clone(),
+                None => return lost(format!("whether {least} <= {delay}")),
+            }
+        }
+        Ok(least)
+    }
+
+    /// `(Delay_a # O) ; (Delay_b # O) = Delay_{a+b} # O`, with the sum.
+    fn added(&mut self, first: &Value, second: &Value, shown: &[Term]) -> Result<(StepId, Value), Lost> {
+        let sum = first.add(second).map_err(|error| Lost(error.0))?;
+        let meta = |name: &str| Name::new(name);
+        let with = Substitution {
+            values: BTreeMap::from([(meta("?a"), first.clone()), (meta("?b"), second.clone())]),
+            processes: BTreeMap::from([(meta("?O"), Term::disable(shown.iter().cloned()))]),
+            ..Substitution::default()
+        };
+        let law = self.script.push(Step::Law(Name::new("delay-sum"), with));
+        if !shown.is_empty() {
+            return Ok((law, sum));
+        }
+        let alone = |time: &Value, script: &mut Script| {
+            let processes = BTreeMap::from([(Name::new("?P"), Term::delay(time.clone()))]);
+            let with = Substitution { processes, ..Substitution::default() };
+            script.push(Step::Law(Name::new("disable-idle"), with))
+        };
+        let (one, other) = (alone(first, &mut self.script), alone(second, &mut self.script));
+        let both = Term::seq([Term::meta(&hole(1)), Term::meta(&hole(2))]);
+        let both = self.script.push(Step::Congruence(both, vec![one, other]));
+        let back = self.script.push(Step::Symmetric(both));
+        let all = alone(&sum, &mut self.script);
+        Ok((self.script.chain(vec![back, law, all]), sum))
+    }
+
+    /// Rounds one by one: `state ~~ P^{i<n} ; next`.
+    fn counted(
+        &mut self,
+        body: &Term,
+        index: Option<&Name>,
+        number: usize,
+        state: &Term,
+    ) -> Result<(StepId, Term), Lost> {
+        let power = |count: usize| Term::new(Node::Power(body.clone(), Value::integer(count as i64), index.cloned()));
+        let law = |name: &str, at: usize| {
+            let mut with = Substitution::default();
+            with.processes.insert(Name::new("?P"), body.clone());
+            if let Some(index) = index {
+                with.names.insert(Name::new("?i"), index.clone());
+            }
+            if name.ends_with("step") {
+                with.values.insert(Name::new("?n"), Value::integer(at as i64));
+            }
+            Step::Law(Name::new(name), with)
+        };
+        let names = if index.is_some() { ("rounds-zero", "rounds-step") } else { ("power-zero", "power-step") };
+        // state = Stop ; state = P^0 ; state
+        let mut with = Substitution::default();
+        with.processes.insert(Name::new("?P"), state.clone());
+        let stop = self.script.push(Step::Law(Name::new("seq-stop-left"), with));
+        let none = self.script.push(law(names.0, 0));
+        let none = self.before(none, state);
+        let forward = self.script.chain(vec![none, stop]);
+        let mut found = self.script.push(Step::Symmetric(forward));
+        let mut state = state.clone();
+        for done in 0..number {
+            let round = match index {
+                Some(index) => {
+                    let map = BTreeMap::from([(index.clone(), Value::integer(done as i64))]);
+                    substitute_values(body, &map).map_err(|stuck| Lost(stuck.0))?
+                }
+                None => body.clone(),
+            };
+            let (step, next) = self.along(&items(&round), state)?;
+            let behind = self.behind(&[power(done)], step);
+            let one_more = self.script.push(law(names.1, done));
+            let back = self.script.push(Step::Symmetric(one_more));
+            let back = self.before(back, &next);
+            found = self.script.chain(vec![found, behind, back]);
+            state = next;
+        }
+        Ok((found, state))
+    }
+
+    /// Rounds by a lemma about any one of them: `A(n) ~~ P(n) ; A(n+1)`. What changes in the first round by some step is
+    /// taken to change so in all; the proof of the lemma tells whether it does.
+    fn rounds(
+        &mut self,
+        body: &Term,
+        index: Option<&Name>,
+        count: &Value,
+        state: &Term,
+    ) -> Result<(StepId, Term), Lost> {
+        let Some(index) = index.filter(|_| !self.inside) else {
+            return lost(format!("{count} rounds"));
+        };
+        let variable = unused(&[state, body], count);
+        let put = |term: &Term, name: &Name, value: Value| {
+            substitute_values(term, &BTreeMap::from([(name.clone(), value)])).map_err(|stuck| Lost(stuck.0))
+        };
+        let own = Value::variable(&variable);
+        let mut hypotheses = self.context.hypotheses.to_vec();
+        // The first of several rounds shows how values change.
+        hypotheses.push(Condition::Compare(Relation::Gtr, count.clone(), Value::one()));
+        let first = put(body, index, Value::zero())?;
+        let second = Follower::new(self.theory, &hypotheses, true).along(&items(&first), state.clone())?.1;
+        let Some(general) = between(state, &second, &own) else {
+            return lost("the rounds do not change in steps");
+        };
+        hypotheses.pop();
+        hypotheses.push(Condition::Natural(own.clone()));
+        hypotheses.push(Condition::Compare(Relation::Lss, own.clone(), count.clone()));
+        let round = put(body, index, own.clone())?;
+        let next = own.add(&Value::one()).map_err(|error| Lost(error.0))?;
+        let right = Term::seq([round.clone(), put(&general, &variable, next)?]);
+        let mut prover = Follower::new(self.theory, &hypotheses, true);
+        let (step, found) = prover.along(&items(&round), general.clone())?;
+        prover.same(step, &Term::seq([round.clone(), found]), &right)?;
+        let steps = prover.script.steps;
+        let statement =
+            Statement { hypotheses: hypotheses.clone(), left: general.clone(), connective: Connective::Weak, right };
+        if put(&general, &variable, Value::zero())? != *state {
+            return lost("the rounds do not start as the system is");
+        }
+        let name = Name::new(&format!("Round{}", self.lemmas.len() + 1));
+        self.lemmas.push(Lemma { name, statement, steps });
+        let lemma = self.lemmas.len() - 1;
+        let step = self.script.push(Step::Rounds {
+            lemma,
+            variable: variable.clone(),
+            round: round.clone(),
+            index: index.clone(),
+            count: count.clone(),
+        });
+        Ok((step, put(&general, &variable, count.clone())?))
+    }
+}
+
+/// A metavariable that nothing here mentions.
+fn unused(terms: &[&Term], count: &Value) -> Name {
+    let mut taken = count.variables();
+    for term in terms {
+        taken.extend(metavariables(term).into_iter().chain(read_names(term)).chain(bound_names(term)));
+    }
+    let mut number = "?n".to_string();
+    while taken.contains(&Name::new(&number)) {
+        number.push('n');
+    }
+    Name::new(&number)
+}
+
+/// Whether two processes have one shape, and equal values in equal places.
+fn alike(one: &Term, other: &Term, context: &Context<'_>) -> bool {
+    let equal =
+        |one: &Value, other: &Value| one == other || context.assumptions.decide(Relation::Eq, one, other) == Some(true);
+    let both = joined(one, other, &mut |one, other| equal(one, other).then(|| other.clone()));
+    both.is_some_and(|both| both == *other)
+}
+
+/// The process that is the first for n = 0 and the second for n = 1, if its values change by some step.
+fn between(first: &Term, second: &Term, number: &Value) -> Option<Term> {
+    joined(first, second, &mut |one, other| {
+        if one == other {
+            return Some(one.clone());
+        }
+        let step = other.sub(one).ok()?;
+        step.mul(number).and_then(|moved| moved.add(one)).ok()
+    })
+}
+
+/// Two processes of one shape as one, with values made of theirs.
+fn joined(one: &Term, other: &Term, join: &mut dyn FnMut(&Value, &Value) -> Option<Value>) -> Option<Term> {
+    let (parts, others) = (one.children(), other.children());
+    let bare = |term: &Term, parts: &[&Term]| {
+        let stops = parts.iter().map(|_| Term::stop()).collect();
+        let plain = if parts.is_empty() { term.clone() } else { term.with_children(stops) };
+        plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
+    };
+    if parts.len() != others.len() || one.values().len() != other.values().len() {
+        return None;
+    }
+    if bare(one, &parts) != bare(other, &others) {
+        return None;
+    }
+    let mut values = Vec::new();
+    for (mine, theirs) in one.values().into_iter().zip(other.values()) {
+        values.push(join(mine, theirs)?);
+    }
+    let mut values = values.into_iter();
+    let shape = one.map_values(&mut |_| values.next().ok_or(())).ok()?;
+    if parts.is_empty() {
+        return Some(shape);
+    }
+    let all: Option<Vec<Term>> = parts.into_iter().zip(others).map(|(one, other)| joined(one, other, join)).collect();
+    Some(shape.with_children(all?))
+}
