@@ -44,6 +44,7 @@ fn outcome_of(text: &str) -> Outcome {
         (&goal, property.body.as_ref().unwrap()),
         &environment.definitions,
         &environment.assumptions,
+        &|| false,
     );
     println!("{:?}\nfirst {:?}\nsteady {:?}", outcome.verdict, outcome.values, outcome.steady);
     for leg in &outcome.legs {
