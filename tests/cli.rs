@@ -344,3 +344,13 @@ criteria Never for Sys { goals At_13 round within 60 }\n",
     assert!(text.contains("no change of one of limit, speed alone"), "{text}");
     assert!(text.contains("round: no change found of one or two of limit, speed"), "{text}");
 }
+
+#[test]
+fn the_longest_leg_is_that_of_the_round_that_takes_too_long() {
+    let output = script(
+        "proc A_{x,k} = (Delay_1 # At_x) ; (Delay_k # At_10) ; A_{0,min(k+1,5)}
+system Sys = A_{0,1} | Delay_1
+criteria C for Sys { goals At_10, At_0 every round within 4 }\n",
+    );
+    assert!(out(&output).contains("from 14 to 20, longest the leg to At_0: 5"), "{}", out(&output));
+}

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Finding, Judged, Moment};
+use super::{Finding, Judged, Leg, Moment};
 use crate::definition::Definitions;
 use crate::lower::{Ask, Criteria, Environment};
 use crate::name::Name;
@@ -125,16 +125,22 @@ pub fn blame(criteria: &Criteria, finding: &Finding, judged: &Judged, parts: &Pa
 
 /// When the leg begins that a moment is about.
 fn leg_start(judged: &Judged, moment: &Moment) -> Value {
-    let leg = moment.leg.and_then(|goal| judged.visits.legs.iter().find(|leg| leg.goal == goal));
-    leg.map_or_else(|| moment.from.clone(), |leg| leg.from.clone())
+    leg_of(judged, moment).map_or_else(|| moment.from.clone(), |leg| leg.from.clone())
+}
+
+/// The leg that a moment is about, of the round that it lies in.
+fn leg_of<'j>(judged: &'j Judged, moment: &Moment) -> Option<&'j Leg> {
+    let not_before = |leg: &&Leg| judged.run.decide(Relation::Gte, &leg.from, &moment.from) == Some(true);
+    let legs = || judged.visits.legs.iter().filter(|leg| Some(leg.goal) == moment.leg);
+    legs().find(not_before).or_else(|| legs().next())
 }
 
 fn when(criteria: &Criteria, name: &str, judged: &Judged, moment: &Moment) -> String {
     let goal = moment.leg.and_then(|leg| criteria.goals.get(leg));
     match (&moment.to, goal) {
         (Some(to), Some(goal)) if name.starts_with("round") => {
-            let leg = moment.leg.and_then(|number| judged.visits.legs.iter().find(|leg| leg.goal == number));
-            let longest = leg.and_then(|leg| Some(format!(", longest the leg to {goal}: {}", leg.duration()?)));
+            let longest = leg_of(judged, moment)
+                .and_then(|leg| Some(format!(", longest the leg to {goal}: {}", leg.duration()?)));
             format!("from {} to {to}{}", moment.from, longest.unwrap_or_default())
         }
         (Some(to), Some(goal)) => format!("on the leg to {goal}, from {} to {to}", moment.from),

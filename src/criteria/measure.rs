@@ -12,7 +12,7 @@ use crate::period::Test;
 use crate::safety;
 use crate::term::{Node, Term};
 use crate::timeline::{Ending, Timeline, end_of};
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Sort, Value};
 
 /// One system with its run, to measure on.
 pub(super) struct Scene<'a> {
@@ -283,6 +283,16 @@ impl Scene<'_> {
         let mut finding = Finding::new(criterion);
         self.least_distance(between, limit, strict, &mut finding);
         if finding.standing != Standing::Open || !self.judge.invariants {
+            return finding;
+        }
+        let shown = |name: &Name| {
+            let mut stretches = self.run.stretches.iter();
+            stretches.any(|stretch| values_of(&stretch.shown, name).flatten().any(|value| value.sort() != Sort::Real))
+        };
+        if between.iter().any(|(name, _)| shown(name)) {
+            if let Ending::Unknown(why) = &self.run.ending {
+                finding.notes.push(format!("between vectors it is decided by the run alone, and {why}"));
+            }
             return finding;
         }
         // The run goes on; what always holds may be proved of its phases.

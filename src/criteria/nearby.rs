@@ -128,7 +128,9 @@ mod tests {
         let time = of(|x| number(10, 1) - number(20, 1) / x, &number(1, 1), true).expect("a quotient");
         assert_eq!(time.root(), Some(number(2, 1)));
         assert_eq!(time.slope(&number(1, 1)), Some(number(20, 1)));
-        assert_eq!(time.value(&Name::new("v")).map(|value| value.to_string()), Some("(10*v-20)/v".to_string()));
+        let (name, four) = (Name::new("v"), Value::integer(4));
+        let there = time.value(&name).and_then(|value| value.with(&name, &four).ok());
+        assert_eq!(there, Some(Value::integer(5)));
     }
 
     #[test]

@@ -344,6 +344,8 @@ impl Lowerer<'_> {
         found: &mut Clauses,
     ) -> Option<()> {
         let keep_span = keep.span;
+        // With parameters it is a question, and a change of them may be the answer.
+        let plain = [start, keep].iter().all(|value| matches!(value.kind, ast::ValueKind::Number(_)));
         let start = self.limit(start, "a charge", false);
         let keep = self.limit(keep, "a charge", false);
         let mut lowered = Vec::new();
@@ -361,7 +363,7 @@ impl Lowerer<'_> {
             None => None,
         };
         let (start, keep) = (start?, keep?);
-        if start < keep {
+        if plain && start < keep {
             let text = format!("a battery of {} is less than the {} to keep", number(&start), number(&keep));
             return self.fail(
                 Diagnostic::error("P0408", text)
