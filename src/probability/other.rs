@@ -127,7 +127,7 @@ pub(super) fn chance(
     let Some(distribution) = number.and_then(|number| others.get(number)).map(|other| &other.distribution) else {
         return Err("what is asked for is lost".to_string());
     };
-    Ok(match distribution {
+    let chance = match distribution {
         Distribution::Poisson { .. } => counted(distribution, all),
         _ => {
             let part = |within: &Within| match (&within.low, &within.high) {
@@ -140,7 +140,12 @@ pub(super) fn chance(
             // Alternatives overlap at their ends alone, which have no chance.
             all.iter().map(part).reduce(Interval::plus).unwrap_or(Interval::exactly(0.0)).probability()
         }
-    })
+    };
+    if chance.width() < 1.0 {
+        Ok(chance)
+    } else {
+        Err("there are too many arrivals to add up their chances".to_string())
+    }
 }
 
 impl Within {
