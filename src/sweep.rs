@@ -93,6 +93,11 @@ impl Head {
     pub fn feasible(&self) -> Option<usize> {
         self.columns.iter().position(|column| column.name == FEASIBLE)
     }
+
+    /// Whether anything is asked that can hold or fail, so that points are feasible or not.
+    pub fn judges(&self) -> bool {
+        self.columns.iter().any(|column| column.kind == Kind::Verdict && column.name != FEASIBLE)
+    }
 }
 
 /// The heading of the column that says whether all that is asked holds at a point.
@@ -113,6 +118,15 @@ pub fn counts(head: &Head, rows: &[Row]) -> (usize, usize, usize) {
     let Some(place) = head.feasible() else { return (0, 0, 0) };
     let count =
         |word: &str| rows.iter().filter(|row| row.cells.get(place) == Some(&Cell::Text(word.to_string()))).count();
-    let (yes, no) = (count("yes"), count("no") + count("invalid"));
-    (yes, no, rows.len() - yes - no)
+    (count("yes"), count("no") + count("invalid"), count("open"))
+}
+
+/// The counts in words.
+pub fn summary(head: &Head, rows: &[Row]) -> String {
+    if !head.judges() {
+        let points = rows.len();
+        return format!("{points} points; neither criteria nor claims are asked, so none is feasible or infeasible");
+    }
+    let (yes, no, open) = counts(head, rows);
+    format!("{} points: {yes} feasible, {no} not, {open} open", rows.len())
 }

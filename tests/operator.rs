@@ -260,3 +260,34 @@ fn a_report_is_one_page_with_the_verdict_first() {
     let terminal = pars(folder.path(), &["report", "--terminal", "mission.pars"]);
     assert!(out(&terminal).contains('⡇') || out(&terminal).contains('⠤'), "{}", out(&terminal));
 }
+
+#[test]
+fn a_sweep_of_probabilities_alone_calls_no_point_feasible() {
+    let text = "param t = 1
+proc Env_r = (Delay_t # At_r) ; In_v<u> ; Env_{r+u}
+proc Unit = Out_{v,1} ; Unit
+system Sys = Env_0 | Unit
+sweep t in [1, 2] { probability of Sys showing At_p where p > 100 at 3 }
+expect feasible = 2
+sweep t in [1, 2] { prove probability of Sys showing At_p where p > 2 at 3 >= 1/2 }
+expect feasible = 1, infeasible = 1, open = 0
+";
+    let folder = folder(text);
+    let output = pars(folder.path(), &["run", "mission.pars"]);
+    assert_eq!(output.status.code(), Some(1), "{}", out(&output));
+    assert!(out(&output).contains("neither criteria nor claims are asked"), "{}", out(&output));
+    assert!(!out(&output).contains("2 feasible"), "{}", out(&output));
+    assert!(out(&output).contains("2 points: 1 feasible, 1 not, 0 open"), "{}", out(&output));
+    let swept = pars(folder.path(), &["sweep", "mission.pars"]);
+    let said = format!("{}{}", out(&swept), errors(&swept));
+    assert!(said.contains("neither criteria nor claims are asked"), "{said}");
+    let mut tables = 0;
+    for file in std::fs::read_dir(folder.path()).expect("a folder").flatten() {
+        let name = file.file_name().to_string_lossy().to_string();
+        if name.ends_with(".csv") {
+            let table = std::fs::read_to_string(file.path()).expect("a table");
+            tables += usize::from(table.lines().skip(1).all(|line| line.split(',').nth(2) == Some("")));
+        }
+    }
+    assert_eq!(tables, 1, "the column `feasible` of the first sweep is empty");
+}

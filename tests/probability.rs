@@ -14,6 +14,8 @@ use pars::value::Value;
 
 #[path = "probability/load.rs"]
 mod load;
+#[path = "probability/shared.rs"]
+mod shared;
 
 use load::load;
 

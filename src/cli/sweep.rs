@@ -10,7 +10,7 @@ use crate::progress::Watch;
 use crate::script::{Printer, World, complain, opened};
 use crate::session::{Plan, Plans, Surroundings, cores, plans};
 use crate::sweep::store::{self, Store};
-use crate::sweep::{Head, Row, counts, hash, region, table};
+use crate::sweep::{Head, Row, hash, region, summary, table};
 
 /// How to run a sweep.
 pub(super) struct Request {
@@ -134,8 +134,7 @@ fn write(head: &Head, rows: &[Row], base: &Path, printer: &mut Printer) -> Resul
     table::write_parquet(&columns, head, rows)?;
     let drawn = std::fs::write(&picture, region::svg(head, rows));
     drawn.map_err(|error| format!("`{}` cannot be written: {error}", picture.display()))?;
-    let (yes, no, open) = counts(head, rows);
-    printer.print(&format!("{} points: {yes} feasible, {no} not, {open} open\n", rows.len()));
+    printer.print(&format!("{}\n", summary(head, rows)));
     for line in region::lines(head, rows) {
         printer.print(&format!("  {line}\n"));
     }

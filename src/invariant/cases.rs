@@ -25,7 +25,7 @@ pub struct Case {
 /// When there are too many, or a value has no normal form.
 pub fn cases(assumptions: &Assumptions, tests: &[Test]) -> Result<Vec<Case>, ValueError> {
     let mut found = Vec::new();
-    each_case(assumptions, tests, &mut |case| {
+    each_case(assumptions, tests, Relation::Gte, &mut |case| {
         found.push(case);
         true
     })?;
@@ -39,11 +39,31 @@ pub fn impossible(assumptions: &Assumptions, tests: &[Test]) -> bool {
         all = case.assumptions.contradictory();
         all
     };
-    each_case(assumptions, tests, &mut rule_out).is_ok() && all
+    each_case(assumptions, tests, Relation::Gte, &mut rule_out).is_ok() && all
 }
 
-/// Hands out case after case, for as long as the taker wants more.
-fn each_case(assumptions: &Assumptions, tests: &[Test], take: &mut dyn FnMut(Case) -> bool) -> Result<(), ValueError> {
+/// The cases in which all tests hold, of which no two hold at once: where elements of a maximum are equal, it is the
+/// first of them. What is counted case by case is counted once.
+///
+/// # Errors
+/// When there are too many, or a value has no normal form.
+pub fn disjoint(assumptions: &Assumptions, tests: &[Test]) -> Result<Vec<Case>, ValueError> {
+    let mut found = Vec::new();
+    each_case(assumptions, tests, Relation::Gtr, &mut |case| {
+        found.push(case);
+        true
+    })?;
+    Ok(found)
+}
+
+/// Hands out case after case, for as long as the taker wants more; `earlier` is how the element that is the maximum
+/// compares with those before it.
+fn each_case(
+    assumptions: &Assumptions,
+    tests: &[Test],
+    earlier: Relation,
+    take: &mut dyn FnMut(Case) -> bool,
+) -> Result<(), ValueError> {
     let start = Case { tests: Vec::new(), assumptions: with_products(assumptions, tests)? };
     let mut work = vec![(start, tests.to_vec())];
     let mut steps = 0usize;
@@ -68,7 +88,7 @@ fn each_case(assumptions: &Assumptions, tests: &[Test], take: &mut dyn FnMut(Cas
             }
             return Ok(());
         };
-        for (mut pending, image) in branches(&atom)? {
+        for (mut pending, image) in branches(&atom, earlier)? {
             for test in &rest {
                 pending.push(Test {
                     relation: test.relation,
@@ -189,7 +209,7 @@ fn rebuilt(atom: &Atom, parts: &[Value]) -> Result<Value, ValueError> {
 }
 
 /// What an atom is, and when: the conditions of the branches cover all values.
-fn branches(atom: &Atom) -> Result<Vec<(Vec<Test>, Value)>, ValueError> {
+fn branches(atom: &Atom, earlier: Relation) -> Result<Vec<(Vec<Test>, Value)>, ValueError> {
     let zero = Value::zero();
     let test =
         |relation: Relation, left: &Value, right: &Value| Test { relation, left: left.clone(), right: right.clone() };
@@ -202,7 +222,8 @@ fn branches(atom: &Atom) -> Result<Vec<(Vec<Test>, Value)>, ValueError> {
             let elements: Vec<Value> = std::iter::once(zero).chain(parts.iter().cloned()).collect();
             let greatest = |place: usize| {
                 let others = elements.iter().enumerate().filter(move |(other, _)| *other != place);
-                others.map(|(_, other)| test(Relation::Gte, &elements[place], other)).collect::<Vec<_>>()
+                let relation = |other: usize| if other < place { earlier } else { Relation::Gte };
+                others.map(|(at, other)| test(relation(at), &elements[place], other)).collect::<Vec<_>>()
             };
             Ok(elements.iter().enumerate().map(|(place, element)| (greatest(place), element.clone())).collect())
         }

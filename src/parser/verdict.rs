@@ -66,7 +66,7 @@ impl Parser<'_> {
             return self.unexpected("the name of the time that is drawn");
         }
         let name = self.ident();
-        if !self.relation().is_some_and(|one| matches!(one, Relation::Lte | Relation::Lss)) {
+        if !self.accept(Kind::LessEqual) {
             return self.unexpected("`<=` and the latest time");
         }
         let time = self.value()?;

@@ -17,7 +17,7 @@ use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::read_names;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Value, View};
 
 /// Names with their values.
 pub(crate) type Env = BTreeMap<Name, Value>;
@@ -110,6 +110,45 @@ pub(crate) struct Path {
     pub draws: Vec<(Name, Value)>,
     /// Calls unfolded while settling last.
     pub unfolded: Vec<Name>,
+}
+
+impl Path {
+    /// What is assumed, with the least values of the numbers that were drawn, where their distributions give them.
+    fn with_draws(&self) -> Rc<Assumptions> {
+        let mut with = Rc::clone(&self.assumptions);
+        for (name, distribution) in &self.draws {
+            if let Some(least) = least(distribution, &self.assumptions) {
+                Rc::make_mut(&mut with).assume(Relation::Gte, &Value::variable(name), &least);
+            }
+        }
+        with
+    }
+
+    /// A value as people wrote it: what was drawn has the name that it was given.
+    fn named(&self, value: &Value) -> Value {
+        let plain = |name: &Name| Value::variable(&Name::new(name.as_str().split('~').next().unwrap_or_default()));
+        let names = self.draws.iter().map(|(name, _)| (name.clone(), plain(name))).collect();
+        value.substitute(&names).unwrap_or_else(|_| value.clone())
+    }
+}
+
+/// What is drawn from a distribution is surely at least this; of a mixture of several, 0 alone is found.
+fn least(distribution: &Value, assumptions: &Assumptions) -> Option<Value> {
+    let (mut parts, mut all) = (vec![distribution.clone()], Vec::new());
+    while let Some(part) = parts.pop() {
+        let View::Distribution(kind, arguments) = part.view() else { return None };
+        match (kind.as_str(), arguments.as_slice()) {
+            ("Exp", _) => all.push(Value::zero()),
+            ("Point" | "Uniform", [low, ..]) => all.push(low.clone()),
+            ("Mix", pairs) => parts.extend(pairs.iter().skip(1).step_by(2).cloned()),
+            _ => return None,
+        }
+    }
+    if let [one] = all.as_slice() {
+        return Some(one.clone());
+    }
+    let positive = |low: &Value| assumptions.decide(Relation::Gte, low, &Value::zero()) == Some(true);
+    (!all.is_empty() && all.iter().all(positive)).then(Value::zero)
 }
 
 /// Why settling stopped.
@@ -354,9 +393,13 @@ impl Settler<'_> {
         if path.assumptions.decide(Relation::Eq, &left, &zero) == Some(true) {
             return Ok(Run::Done(Env::new()));
         }
-        match path.assumptions.decide(Relation::Gtr, &left, &zero) {
+        let assumptions = path.with_draws();
+        if assumptions.decide(Relation::Eq, &left, &zero) == Some(true) {
+            return Ok(Run::Done(Env::new()));
+        }
+        match assumptions.decide(Relation::Gtr, &left, &zero) {
             Some(true) => Ok(Run::Delay(left)),
-            Some(false) => Halt::because(format!("the duration {left} may be negative")),
+            Some(false) => Halt::because(format!("the duration {} may be negative", path.named(&left))),
             None if self.varies(&left) => {
                 let raw = Test { relation: Relation::Gtr, left: time.clone(), right: zero };
                 Ok(if self.ask(raw, env, path)? { Run::Delay(left) } else { Run::Done(Env::new()) })

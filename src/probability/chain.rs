@@ -6,7 +6,7 @@ use num_traits::Zero;
 use crate::assumption::Assumptions;
 use crate::distribution::Distribution;
 use crate::invariant::Claim;
-use crate::invariant::cases::cases;
+use crate::invariant::cases::disjoint;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Test};
 use crate::term::Term;
@@ -32,7 +32,7 @@ pub struct Side {
     pub relation: Relation,
 }
 
-/// Alternatives, of which each is a conjunction: no two overlap but where forms are equal to 0.
+/// Alternatives, of which each is a conjunction and no two hold at once.
 pub type Region = Vec<Vec<Side>>;
 
 /// A stretch of time in a move.
@@ -123,7 +123,7 @@ fn moves_of(
         tests.push(Test { relation: Relation::Eq, left, right: (*image).clone() });
     }
     let mut moves = Vec::new();
-    for case in cases(assumptions, &tests).map_err(|error| error.0)? {
+    for case in disjoint(assumptions, &tests).map_err(|error| error.0)? {
         let mut image = vec![Linear::default(); images.len()];
         let mut sides = Vec::new();
         for test in &case.tests {
@@ -189,7 +189,7 @@ impl Names<'_> {
         }
         for duty in duties {
             let tests = [duty.premises, duty.tests].concat();
-            for case in cases(assumptions, &tests).map_err(|error| error.0)? {
+            for case in disjoint(assumptions, &tests).map_err(|error| error.0)? {
                 region.push(case.tests.iter().map(|test| self.side(test)).collect::<Result<_, _>>()?);
             }
         }

@@ -49,6 +49,27 @@ struct Owners {
     bases: [Vec<Form>; AXES],
 }
 
+/// The axis of a form, if it is known, and the draws on which it depends.
+type Reach = (Option<usize>, Vec<usize>);
+
+impl Owners {
+    /// Gives each form the axis of the draws it depends on, and all its draws that axis, until nothing changes.
+    fn spread(&mut self, forms: &mut [Reach]) -> Result<(), String> {
+        for _ in 0..=forms.len() {
+            for (axis, draws) in forms.iter_mut() {
+                *axis = axis.or(draws.iter().find_map(|draw| self.draws[*draw]));
+                let Some(axis) = *axis else { continue };
+                for draw in draws {
+                    if self.draws[*draw].replace(axis).is_some_and(|other| other != axis) {
+                        return Err("two dimensions of the state share their noise".to_string());
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Draft<'_> {
     /// None where it is never taken.
     pub(super) fn way(&self, weight: BigRational) -> Result<Option<Way>, String> {
@@ -255,24 +276,23 @@ impl Draft<'_> {
     /// Which axis each draw belongs to; the axes must be independent.
     fn owners(&self, next: &[Option<Form>; AXES], region: &Region) -> Result<Owners, String> {
         let mut owners = Owners { draws: vec![None; self.drawn.len()], bases: [Vec::new(), Vec::new()] };
-        let mut forms: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
-        for (axis, form) in next.iter().enumerate() {
-            forms.extend(form.as_ref().map(|form| (Some(axis), self.drawn(form))));
-        }
+        let mut forms: Vec<Reach> = Vec::new();
         for side in self.one.tests.iter().chain(region.iter().flatten()) {
             let form = self.form(&side.form)?;
             forms.push((form.factors.iter().position(|factor| !factor.is_zero()), self.drawn(&form)));
         }
-        for _ in 0..=forms.len() {
-            for (axis, draws) in &mut forms {
-                *axis = axis.or(draws.iter().find_map(|draw| owners.draws[*draw]));
-                let Some(axis) = *axis else { continue };
-                for draw in draws {
-                    if owners.draws[*draw].replace(axis).is_some_and(|other| other != axis) {
-                        return Err("two dimensions of the state share their noise".to_string());
-                    }
-                }
-            }
+        let guarded = |axis: usize| usize::from(forms.iter().any(|(own, _)| *own == Some(axis)));
+        let mut load: [usize; AXES] = std::array::from_fn(guarded);
+        for (axis, form) in next.iter().enumerate() {
+            forms.extend(form.as_ref().map(|form| (Some(axis), self.drawn(form))));
+        }
+        owners.spread(&mut forms)?;
+        // What the state has no part in may be looked at on either axis, but with all that shares its noise.
+        while let Some((own, _)) = forms.iter_mut().find(|(own, draws)| own.is_none() && !draws.is_empty()) {
+            let axis = (0..AXES).min_by_key(|axis| load[*axis]).unwrap_or_default();
+            *own = Some(axis);
+            load[axis] += 1;
+            owners.spread(&mut forms)?;
         }
         Ok(owners)
     }
@@ -290,9 +310,7 @@ impl Draft<'_> {
                 (Relation::Neq, _, _) => continue,
                 (relation, Some(axis), None) => (PLACES * axis, half(relation, &form.factors[axis], &form.offset)),
                 (relation, _, Some(draw)) => {
-                    let free = || (0..AXES).find(|axis| owners.bases[*axis].is_empty()).unwrap_or_default();
-                    let axis = along.or(owners.draws[*draw]).unwrap_or_else(free);
-                    drawn.iter().for_each(|draw| owners.draws[*draw] = Some(axis));
+                    let axis = owners.draws[*draw].ok_or("a guard is lost")?;
                     let bases = &mut owners.bases[axis];
                     let known = bases.iter().position(|base| multiple(base, &form).is_some());
                     let number = known.unwrap_or(bases.len());

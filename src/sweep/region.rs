@@ -95,11 +95,11 @@ pub fn svg(head: &Head, rows: &[Row]) -> String {
     for panel in &panels {
         top = drawn(panel, top, &mut body);
     }
-    let (yes, no, open) = super::counts(head, rows);
+    let summary = super::summary(head, rows);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide}\" height=\"{top}\" viewBox=\"0 0 {wide} {top}\" \
          font-family=\"sans-serif\" font-size=\"12\" role=\"img\"><title>Feasible region</title>\
-         <desc>{yes} points are feasible, {no} are not, {open} are open</desc>\
+         <desc>{summary}</desc>\
          <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{body}</svg>\n"
     )
 }
@@ -150,6 +150,9 @@ fn drawn(panel: &Panel, top: usize, body: &mut String) -> usize {
 /// The region in signs, a line a value of the second but last parameter.
 pub fn lines(head: &Head, rows: &[Row]) -> Vec<String> {
     let mut all = Vec::new();
+    if !head.judges() {
+        return all;
+    }
     for panel in panels(head, rows) {
         if !panel.title.is_empty() {
             all.push(panel.title.clone());
