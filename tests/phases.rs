@@ -85,7 +85,7 @@ fn the_flow_for_print_has_indices_and_ways_on() {
     );
     let text = latex::phases(&flows(&period), &environment.assumptions);
     for part in
-        ["r_{n+1} &= r_{n}+1", "r_{n} &= r_{0}+n", "\\text{then} &= \\text{phase 2} \\quad \\text{if } r+1 \\ge 9"]
+        ["r_{n+1} &= r_{n}+1", "r_{n} &= n+r_{0}", "\\text{then} &= \\text{phase 2} \\quad \\text{if } r+1 \\ge 9"]
     {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
