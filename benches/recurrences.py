@@ -179,9 +179,11 @@ def with_giac(place, stanza):
     program = (
         f"t:=time(s:=rsolve({name}(n+{offset})={right},{name}(n),[{initial}]));s:=s[0];print(\"TIME\",t[0]);print(\"TERMS\",[{tests}]);"
     )
-    output = subprocess.run(["giac"], input=program, capture_output=True, text=True, timeout=LIMIT).stdout
-    seconds = float(re.search(r"TIME[^0-9]*([0-9.e+-]+)", output).group(1))
-    terms = re.search(r"TERMS[^\[]*\[([^\]]*)\]", output)
+    ran = subprocess.run(["giac"], input=program, capture_output=True, text=True, timeout=LIMIT)
+    # What is printed begins a line; the input is echoed as well.
+    output = ran.stdout + "\n" + ran.stderr
+    seconds = float(re.search(r"^TIME,([0-9.e+-]+)", output, re.MULTILINE).group(1))
+    terms = re.search(r"^TERMS,\[([^\]]*)\]", output, re.MULTILINE)
     return terms is not None and set(terms.group(1).split(",")) == {"0"}, seconds
 
 

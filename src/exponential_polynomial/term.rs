@@ -67,7 +67,10 @@ impl Traces {
             whole[at] = number.numer() * &power / number.denom();
             power *= &scale;
         }
-        let height = whole.iter().map(BigInt::bits).max().unwrap_or(1).max(scale.bits());
+        // No root is larger than twice the greatest k-th root of the k-th coefficient from the top (Fujiwara).
+        let roots =
+            whole.iter().rev().enumerate().skip(1).map(|(back, number)| number.bits().div_ceil(back as u64) + 1);
+        let height = roots.max().unwrap_or(1).max(scale.bits());
         if place.saturating_mul(height) > MOST_BITS {
             return Err(ValueError("this term is too large to compute".to_string()));
         }

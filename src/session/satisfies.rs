@@ -53,7 +53,7 @@ impl Run<'_, '_> {
             verify::Verdict::Refuted { reason, .. } => found.remains = vec![said(reason)],
             verify::Verdict::Open { remaining } => found.remains = remaining.iter().map(|line| said(line)).collect(),
         }
-        if !matches!(outcome.verdict, verify::Verdict::Proved) {
+        if !matches!(outcome.verdict, verify::Verdict::Proved) && !self.surroundings.interrupted() {
             contradict(system, property, &outcome, environment, &mut found);
             if let (None, verify::Verdict::Refuted { reason, .. }) = (found.verdict, &outcome.verdict) {
                 found.remains = vec![

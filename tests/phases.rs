@@ -1,0 +1,106 @@
+//! Phase graphs: pictures in which nothing covers anything else, the flow for print, and work that is interrupted.
+
+use std::cell::Cell;
+use std::fmt::Write as _;
+
+use pars::flow::flows;
+use pars::latex;
+use pars::lower::Environment;
+use pars::name::Name;
+use pars::parser::parse;
+use pars::period::{Failure, Period, analyse, analyse_until, graph};
+use pars::transition_system::svg;
+
+fn declared(text: &str) -> Environment {
+    let parsed = parse(text);
+    assert!(parsed.diagnostics.is_empty(), "{:?}", parsed.diagnostics.first());
+    let mut environment = Environment::new();
+    environment.declare(&parsed.items, text);
+    environment
+}
+
+fn period(text: &str) -> (Environment, Period) {
+    let environment = declared(text);
+    let system = environment.system(&Name::new("Sys")).expect("a system");
+    let period = analyse(&system.components, &environment.definitions, &environment.assumptions).expect("a period");
+    (environment, period)
+}
+
+/// A mission of so many states, each with a place of its own.
+fn mission(states: usize) -> String {
+    let mut text = String::from(
+        "observer Here(r)\nparam t > 0, p0\nfn s(d)\nproc World_r = (Delay_t # Odo_r # Here_r) ; In_v<u> ; World_{r+u*t}\n\
+         proc Odo_r = Out_{p,r} ; Odo_r\nproc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,s(g-r)} ; Go_g\n",
+    );
+    for state in 0..states {
+        let _ = writeln!(text, "proc State{state} = Go_{{{}}} ; State{}", state * 2 + 1, (state + 1) % states);
+    }
+    text + "system Sys = World_{p0} | State0\n"
+}
+
+/// The number behind a name in a tag.
+fn number(tag: &str, name: &str) -> f64 {
+    let (_, rest) = tag.split_once(&format!(" {name}=\"")).expect(name);
+    rest.split('"').next().and_then(|text| text.parse().ok()).expect(name)
+}
+
+#[test]
+fn a_picture_of_a_hundred_phases_is_readable() {
+    let (_, period) = period(&mission(100));
+    assert_eq!(period.phases.len(), 100);
+    let picture = svg(&graph::system(&period)).expect("a picture");
+    let head = picture.lines().next().expect("a head");
+    let (width, height) = (number(head, "width"), number(head, "height"));
+    assert!(height < 2.0 * width && width < 3.0 * height, "{width} by {height}");
+    // What is written beside a state covers no other text: six units a letter, twelve a line.
+    let mut boxes: Vec<([f64; 4], &str)> = Vec::new();
+    for line in picture.lines().filter(|line| line.starts_with("<text")) {
+        let (tag, rest) = line.split_once('>').expect("a tag");
+        let (text, _) = rest.split_once("</text>").expect("its end");
+        let letters = text.replace("&lt;", "<").replace("&gt;", ">").chars().count() as f64 * 6.0;
+        let (x, y) = (number(tag, "x"), number(tag, "y"));
+        let left = match tag {
+            tag if tag.contains("\"middle\"") => x - letters / 2.0,
+            tag if tag.contains("\"end\"") => x - letters,
+            _ => x,
+        };
+        boxes.push(([left, y - 10.0, left + letters, y], text));
+    }
+    let covers = |one: &[f64; 4], other: &[f64; 4]| {
+        one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
+    };
+    for (place, (one, text)) in boxes.iter().enumerate() {
+        for (other, covered) in &boxes[place + 1..] {
+            assert!(!covers(one, other), "{text} covers {covered}");
+        }
+    }
+}
+
+#[test]
+fn the_flow_for_print_has_indices_and_ways_on() {
+    let (environment, period) = period(
+        "proc World_r = (Delay_1 # Odo_r) ; In_v<u> ; World_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+         proc Go_g = In_p<r> ; Lss_{r,g} ; Out_{v,1} ; Go_g\nproc Trip = Go_9 ; Back_0 ; Trip\n\
+         proc Back_g = In_p<r> ; Gtr_{r,g} ; Out_{v,-1} ; Back_g\nsystem Sys = World_0 | Trip\n",
+    );
+    let text = latex::phases(&flows(&period), &environment.assumptions);
+    for part in
+        ["r_{n+1} &= r_{n}+1", "r_{n} &= n+r_{0}", "\\text{then} &= \\text{phase 2} \\quad \\text{if } r+1 \\ge 9"]
+    {
+        assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+}
+
+#[test]
+fn work_that_is_interrupted_says_so() {
+    let environment = declared(&mission(100));
+    let system = environment.system(&Name::new("Sys")).expect("a system");
+    let asked = Cell::new(0);
+    let soon = || {
+        asked.set(asked.get() + 1);
+        asked.get() > 10
+    };
+    let found = analyse_until(&system.components, &environment.definitions, &environment.assumptions, &soon);
+    assert_eq!(found.err(), Some(vec![Failure::Interrupted]));
+    assert!(asked.get() < 20, "the wish to stop is heard at once");
+}
