@@ -13,6 +13,7 @@ mod likely;
 mod phases;
 mod question;
 mod reading;
+mod rounds;
 mod satisfies;
 mod solve;
 mod sweep;
