@@ -3,7 +3,7 @@
 //! A network `new k1. … new km. (A1 | … | An)` is first *settled*: everything that ends at once is ended, as far as it
 //! is running calls and loops are unfolded, and what has been bound is put where it is read. Then it communicates until
 //! time has to pass. All orders of the communications of this instant are followed, and only if every one of them leads
-//! to the same state is there an [`Instant`]. From there time passes, or nothing happens any more.
+//! to the same state is there an [`Instant`]; of orders that surely lead to the same state one is followed. From there time passes, or nothing happens any more.
 //!
 //! Why a network is weakly equal to the state that its instant leads to: the network is closed and may always
 //! communicate on the way, so by maximal progress it neither lets time pass nor does anything that others see; every
@@ -314,10 +314,10 @@ fn last(runner: &Runner<'_, '_>, first: Term, ports: &[Name]) -> Result<Term, St
     last.map_or_else(|| stuck("nothing was found"), Ok)
 }
 
-/// The states after each communication that is possible.
+/// The states after each communication that is possible; after one alone, if it commutes with all others.
 fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name]) -> Result<Vec<Term>, Stuck> {
     let leaves = leaves(state);
-    let mut next = Vec::new();
+    let mut pairs = Vec::new();
     for (reader, leaf) in leaves.iter().enumerate() {
         if let Node::In(port, _) | Node::Out(port, _) = leaf.node()
             && !ports.contains(port)
@@ -326,18 +326,64 @@ fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name]) -> Resu
         }
         let Node::In(port, name) = leaf.node() else { continue };
         for (writer, other) in leaves.iter().enumerate() {
-            let value = match other.node() {
-                Node::Out(same, value) if same == port => value,
-                _ => continue,
-            };
-            let met = rebuilt(state, &mut 0, &mut |number, _| {
-                if number == reader {
-                    return Some(Term::new(Node::Set(value.clone(), name.clone())));
-                }
-                (number == writer).then(Term::stop)
-            });
-            next.push(runner.running(&met)?);
+            if let Node::Out(same, value) = other.node()
+                && same == port
+            {
+                pairs.push(Meeting { reader, writer, port, name, value });
+            }
         }
     }
+    if let Some(place) = alone(state, &pairs, runner.context) {
+        pairs = pairs.split_off(place);
+        pairs.truncate(1);
+    }
+    let mut next = Vec::new();
+    for meeting in pairs {
+        let met = rebuilt(state, &mut 0, &mut |number, _| {
+            if number == meeting.reader {
+                return Some(Term::new(Node::Set(meeting.value.clone(), meeting.name.clone())));
+            }
+            (number == meeting.writer).then(Term::stop)
+        });
+        next.push(runner.running(&met)?);
+    }
     Ok(next)
+}
+
+/// A communication that is possible, by the numbers of its leaves.
+struct Meeting<'t> {
+    reader: usize,
+    writer: usize,
+    port: &'t Name,
+    name: &'t Name,
+    value: &'t Value,
+}
+
+/// The first communication that needs not be tried in another order: between two components of which each can do
+/// nothing else now, on a port that no other component ever uses. Whatever others do before it, it stays possible and
+/// the same, and it hinders none of them; so every order of all that happens is as good as one that begins with it, and
+/// until it has happened its two components run.
+fn alone(state: &Term, pairs: &[Meeting<'_>], context: &Context<'_>) -> Option<usize> {
+    let Node::Par(parts) = state.node() else { return None };
+    // Of each component, the numbers of its leaves and how many of them are reads and writes.
+    let mut start = 0;
+    let mut own = Vec::with_capacity(parts.len());
+    for part in parts {
+        let inside = leaves(part);
+        let offers = inside.iter().filter(|leaf| matches!(leaf.node(), Node::In(..) | Node::Out(..))).count();
+        own.push((start..start + inside.len(), offers));
+        start += inside.len();
+    }
+    let of = |leaf: usize| own.iter().position(|(range, _)| range.contains(&leaf));
+    pairs.iter().position(|meeting| {
+        let (Some(reader), Some(writer)) = (of(meeting.reader), of(meeting.writer)) else { return false };
+        let busy = |place: usize| own[place].1 != 1;
+        if reader == writer || busy(reader) || busy(writer) {
+            return false;
+        }
+        parts.iter().enumerate().all(|(place, part)| {
+            let ports = &Facts::of(part, context).ports;
+            place == reader || place == writer || (ports.processes.is_empty() && !ports.names.contains(meeting.port))
+        })
+    })
 }

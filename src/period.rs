@@ -286,6 +286,8 @@ impl Edge {
 pub struct Phase {
     /// What the system is about to do, component by component.
     pub control: Vec<String>,
+    /// What each component is then, in terms of the variables.
+    pub state: Vec<Term>,
     /// The loops that each component goes round in, outermost first.
     pub loops: Vec<Vec<Name>>,
     /// Its state variables.

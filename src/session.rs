@@ -14,6 +14,7 @@ mod phases;
 mod question;
 mod reading;
 mod roughly;
+mod rounds;
 mod satisfies;
 mod solve;
 mod sweep;

@@ -17,7 +17,7 @@ type Results = BTreeMap<Name, Value>;
 /// Operators and unfoldings that may stand inside one another.
 const DEEPEST: usize = 200;
 /// Parts that are looked at in one instant.
-const MOST_WORK: usize = 2_000_000;
+const MOST_WORK: usize = 300_000;
 
 /// What a term has become once everything that ends at once has ended.
 enum State {
@@ -60,7 +60,7 @@ fn starts_with_set(part: &Term) -> bool {
 
 /// Settles the parts of a network.
 pub(super) struct Runner<'c, 'd> {
-    context: &'c Context<'d>,
+    pub(super) context: &'c Context<'d>,
     work: Cell<usize>,
 }
 

@@ -8,7 +8,7 @@ use super::instant::{Clock, Moment};
 use super::merge::merge;
 use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
-use super::step::{Slot, inspect, loops, map_values, offers, readable};
+use super::step::{Slot, inspect, loops, map_values, offers, readable, standing};
 use super::vector::{component_name, components};
 use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, stuck};
 use crate::assumption::Assumptions;
@@ -344,6 +344,7 @@ impl Explorer<'_> {
         for spot in &self.spots {
             phases.push(Phase {
                 control: Vec::new(),
+                state: Vec::new(),
                 loops: Vec::new(),
                 variables: spot.variables.clone(),
                 edges: spot.ways.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?,
@@ -356,6 +357,7 @@ impl Explorer<'_> {
         for (phase, number) in phases.iter_mut().zip(numbers) {
             let state = self.state_of(number).map_err(failure_of)?;
             phase.loops = state.iter().map(loops).collect();
+            phase.state = state.iter().map(|run| standing(run, &tails)).collect();
             phase.control = state.iter().map(|run| readable(run, &tails).to_string()).collect();
         }
         Ok(Graph { initial, phases, stuck: self.stuck()? })

@@ -3,6 +3,7 @@
 use super::rest::Tails;
 use super::run::{Env, Halt, Kind, Run, evaluate};
 use crate::name::Name;
+use crate::scope::bound_names;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::Value;
@@ -184,6 +185,41 @@ pub(crate) fn readable(run: &Run, tails: &Tails) -> Term {
         Run::Par(parts) => Term::par(all(parts)),
         Run::Disable(parts) => Term::disable(all(parts)),
     }
+}
+
+/// A running part as a process, with the loops round it and what it carries.
+pub(crate) fn standing(run: &Run, tails: &Tails) -> Term {
+    let all = |parts: &[Run]| parts.iter().map(|part| standing(part, tails)).collect::<Vec<_>>();
+    let sets = |env: &Env| {
+        env.iter().map(|(name, value)| Term::new(Node::Set(value.clone(), name.clone()))).collect::<Vec<_>>()
+    };
+    match run {
+        Run::Done(carried) => Term::seq(sets(carried)),
+        Run::Wait(term, env) | Run::Fresh(term, env) => known(term, env),
+        Run::Seq(first, rest, env, carried) => {
+            let rest = known(&Term::seq(tails.parts(*rest).iter().cloned()), env);
+            let first = standing(first, tails);
+            let rest = if matches!(rest.node(), Node::Stop) { Vec::new() } else { vec![rest] };
+            Term::seq(sets(carried).into_iter().chain([first]).chain(rest))
+        }
+        Run::Else(first, second, env, _) => Term::otherwise(standing(first, tails), known(second, env)),
+        Run::New(port, body) => Term::new(Node::New(port.clone(), standing(body, tails))),
+        Run::Only(shown, body) => Term::new(Node::Project(standing(body, tails), shown.clone())),
+        Run::Par(parts) => Term::par(all(parts)),
+        Run::Disable(parts) => Term::disable(all(parts)),
+        Run::Aborted | Run::Delay(_) => readable(run, tails),
+    }
+}
+
+/// A process with the values that it reads; a name that it binds itself is bound before it is read.
+fn known(term: &Term, env: &Env) -> Term {
+    let bound = bound_names(term);
+    let env: Env = env
+        .iter()
+        .filter(|(name, _)| !bound.contains(*name))
+        .map(|(name, value)| (name.clone(), value.clone()))
+        .collect();
+    substitute_values(term, &env).unwrap_or_else(|_| term.clone())
 }
 
 /// The loops that a part goes round in, outermost first.

@@ -18,7 +18,7 @@ use crate::value::{Relation, Value};
 
 /// Rounds that are followed one by one.
 const MOST_ROUNDS: usize = 2_000;
-/// Stretches that are followed in all.
+/// Stretches that are followed in all; one of a large system counts for several.
 const MOST_STRETCHES: usize = 20_000;
 
 /// Why the system could not be followed.
@@ -45,6 +45,40 @@ pub fn runs(theory: &Theory, hypotheses: &[Condition], system: &Term, run: &Term
         right: run.clone(),
     };
     Ok(Proof { lemmas: follower.lemmas, statement, steps: follower.script.steps })
+}
+
+/// A proof that one network is weakly equal to these stretches and then another.
+///
+/// # Errors
+/// As for [`runs`].
+pub fn passes(
+    theory: &Theory,
+    hypotheses: &[Condition],
+    (from, to): (&Term, &Term),
+    stretches: &[Term],
+) -> Result<Proof, Lost> {
+    let mut follower = Follower::new(theory, hypotheses, false);
+    let (start, state) = follower.settled(from)?;
+    let (mut chain, mut state) = (vec![start], state);
+    if !stretches.is_empty() {
+        let (step, next) = follower.along(stretches, state)?;
+        chain.push(step);
+        state = next;
+    }
+    let (end, wanted) = follower.settled(to)?;
+    let behind = |last: &Term| Term::seq(stretches.iter().cloned().chain([last.clone()]));
+    let step = follower.script.chain(chain);
+    let step = follower.same(step, &behind(&state), &behind(&wanted))?;
+    let back = follower.script.push(Step::Symmetric(end));
+    let back = follower.behind(stretches, back);
+    follower.script.chain(vec![step, back]);
+    let statement = Statement {
+        hypotheses: hypotheses.to_vec(),
+        left: from.clone(),
+        connective: Connective::Weak,
+        right: behind(to),
+    };
+    Ok(Proof { lemmas: Vec::new(), statement, steps: follower.script.steps })
 }
 
 struct Follower<'t> {
@@ -199,7 +233,7 @@ impl<'t> Follower<'t> {
         let mut passed: Option<(StepId, Value)> = None;
         let mut left = time.clone();
         loop {
-            self.stretches += 1;
+            self.stretches += 1 + state.size() / 64;
             if self.stretches > MOST_STRETCHES {
                 return lost(format!("more than {MOST_STRETCHES} stretches of time"));
             }
@@ -321,8 +355,7 @@ impl<'t> Follower<'t> {
         Ok((found, state))
     }
 
-    /// Rounds by a lemma about any one of them: `A(n) ~~ P(n) ; A(n+1)`. What changes in the first round by some step is
-    /// taken to change so in all; the proof of the lemma tells whether it does.
+    /// A number of rounds that is not known: all but the last by a lemma, and the last, after which another thing happens.
     fn rounds(
         &mut self,
         body: &Term,
@@ -330,17 +363,41 @@ impl<'t> Follower<'t> {
         count: &Value,
         state: &Term,
     ) -> Result<(StepId, Term), Lost> {
-        let Some(index) = index.filter(|_| !self.inside) else {
+        let known = &self.context.assumptions;
+        let whole = known.simplify(count);
+        let fewer = whole.sub(&Value::one()).map_err(|error| Lost(error.0))?;
+        let Some(index) = index.filter(|_| !self.inside && known.is_natural(&fewer) == Some(true)) else {
             return lost(format!("{count} rounds"));
         };
+        let power = |count: &Value| Term::new(Node::Power(body.clone(), count.clone(), Some(index.clone())));
+        let (step, state) = self.all_alike(body, index, &fewer, state)?;
+        let last = substitute_values(body, &BTreeMap::from([(index.clone(), fewer.clone())]));
+        let (last, next) = self.along(&items(&last.map_err(|stuck| Lost(stuck.0))?), state)?;
+        let last = self.behind(&[power(&fewer)], last);
+        let mut with = Substitution::default();
+        with.processes.insert(Name::new("?P"), body.clone());
+        with.names.insert(Name::new("?i"), index.clone());
+        with.values.insert(Name::new("?n"), fewer);
+        let one_more = self.script.push(Step::Law(Name::new("rounds-step"), with));
+        let back = self.script.push(Step::Symmetric(one_more));
+        let back = self.before(back, &next);
+        let step = self.script.chain(vec![step, last, back]);
+        let behind = |count: &Value| Term::seq([power(count), next.clone()]);
+        let step = self.same(step, &behind(&whole), &behind(count))?;
+        Ok((step, next))
+    }
+
+    /// Rounds by a lemma about any one of them: `A(n) ~~ P(n) ; A(n+1)`. What changes in the first round by some step is
+    /// taken to change so in all; the proof of the lemma tells whether it does.
+    fn all_alike(&mut self, body: &Term, index: &Name, count: &Value, state: &Term) -> Result<(StepId, Term), Lost> {
         let variable = unused(&[state, body], count);
         let put = |term: &Term, name: &Name, value: Value| {
             substitute_values(term, &BTreeMap::from([(name.clone(), value)])).map_err(|stuck| Lost(stuck.0))
         };
         let own = Value::variable(&variable);
         let mut hypotheses = self.context.hypotheses.to_vec();
-        // The first of several rounds shows how values change.
-        hypotheses.push(Condition::Compare(Relation::Gtr, count.clone(), Value::one()));
+        // The first of these rounds shows how values change.
+        hypotheses.push(Condition::Compare(Relation::Gtr, count.clone(), Value::zero()));
         let first = put(body, index, Value::zero())?;
         let second = Follower::new(self.theory, &hypotheses, true).along(&items(&first), state.clone())?.1;
         let Some(general) = between(state, &second, &own) else {

@@ -1,6 +1,7 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
 use super::reading::{Run, Waiting};
+use super::rounds::checked;
 use super::satisfies::components;
 use crate::flow::flows;
 use crate::lower::Expectation;
@@ -23,6 +24,7 @@ impl Run<'_, '_> {
             Ok(period) => {
                 let mut lines = components(found, environment);
                 lines.extend(told(period));
+                lines.extend(checked(period, found, environment));
                 lines
             }
             Err(failures) => failures.iter().map(ToString::to_string).collect(),

@@ -1,0 +1,124 @@
+//! The rounds of a period as theorems: from each phase the system passes as the round says, to the next phase with its
+//! variables mapped.
+
+use std::collections::BTreeMap;
+
+use super::compare::theory;
+use crate::kernel::{Theory, check};
+use crate::law::Condition;
+use crate::lower::{Environment, System};
+use crate::name::Name;
+use crate::period::{Edge, Next, Period, Test, stretch};
+use crate::prove::run::{Lost, passes};
+use crate::substitution::substitute_values;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value, ValueError};
+
+/// Rounds that are looked at.
+const MOST_ROUNDS: usize = 200;
+/// The longest reason that is printed, in characters.
+const WIDEST: usize = 160;
+
+/// How many rounds the kernel has checked, and the first that it has not.
+pub(super) fn checked(period: &Period, system: &System, environment: &Environment) -> Vec<String> {
+    let theory = theory(environment);
+    let mut ports = Vec::new();
+    let whole = system.term(&theory.definitions);
+    let mut body = &whole;
+    while let Node::New(port, inner) = body.node() {
+        ports.push(port.clone());
+        body = inner;
+    }
+    let rounds = Rounds { theory: &theory, period, ports };
+    let start = period.initial.iter().map(|edge| (None, edge));
+    let edges = period.phases.iter().enumerate();
+    let edges = edges.flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
+    let all: Vec<(Option<usize>, &Edge)> =
+        start.chain(edges).filter(|(_, edge)| matches!(edge.next, Next::Phase(_))).take(MOST_ROUNDS).collect();
+    let mut proved = 0;
+    let mut first = None;
+    for (from, edge) in &all {
+        match rounds.proved(*from, edge, &whole) {
+            Ok(()) => proved += 1,
+            Err(Lost(why)) => first = first.or_else(|| Some(format!("{}: {}", named(*from, edge), short(&why)))),
+        }
+    }
+    match (all.len(), first) {
+        (0, _) => Vec::new(),
+        (count, None) => {
+            vec![format!("by the kernel: all {count} ways from start and phases, with their flow functions")]
+        }
+        (count, Some(first)) => vec![
+            format!("by the kernel: {proved} of {count} ways from start and phases, with their flow functions"),
+            format!("not checked by the kernel: {first}"),
+        ],
+    }
+}
+
+fn named(from: Option<usize>, edge: &Edge) -> String {
+    let from = from.map_or("start".to_string(), |number| format!("phase {}", number + 1));
+    match edge.next {
+        Next::Phase(number) => format!("{from} -> phase {}", number + 1),
+        Next::End(_) => format!("{from} -> end"),
+    }
+}
+
+fn short(why: &str) -> String {
+    if why.chars().count() <= WIDEST {
+        return why.to_string();
+    }
+    why.chars().take(WIDEST).chain(" …".chars()).collect()
+}
+
+struct Rounds<'a> {
+    theory: &'a Theory,
+    period: &'a Period,
+    ports: Vec<Name>,
+}
+
+/// What the variables of a phase are called in a theorem, where they stand for any value.
+type Named = BTreeMap<Name, Value>;
+
+impl Rounds<'_> {
+    fn network(&self, state: &[Term], values: &Named) -> Result<Term, Lost> {
+        let body = substitute_values(&Term::par(state.iter().cloned()), values).map_err(|stuck| Lost(stuck.0))?;
+        Ok(self.ports.iter().rev().fold(body, |body, port| Term::new(Node::New(port.clone(), body))))
+    }
+
+    /// Has the kernel check that one way through a phase is what the system does.
+    fn proved(&self, from: Option<usize>, edge: &Edge, whole: &Term) -> Result<(), Lost> {
+        let odd = |error: ValueError| Lost(error.0);
+        if let Some((name, _)) = edge.draws.first() {
+            return Err(Lost(format!("{name} is drawn at random")));
+        }
+        let phase = from.and_then(|number| self.period.phases.get(number));
+        let named: Named = phase
+            .iter()
+            .flat_map(|phase| &phase.variables)
+            .map(|name| (name.clone(), Value::variable(&Name::new(&format!("?{name}")))))
+            .collect();
+        // Of each something is supposed, if only that it is what it is.
+        let own = named.values().map(|value| Condition::Compare(Relation::Eq, value.clone(), value.clone()));
+        let mut hypotheses: Vec<Condition> = own.collect();
+        for test in &edge.tests {
+            let Test { relation, left, right } = test.substitute(&named).map_err(odd)?;
+            hypotheses.push(Condition::Compare(relation, left, right));
+        }
+        let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &named))?;
+        let mut stretches = Vec::with_capacity(edge.segments.len());
+        for segment in &edge.segments {
+            let shown: Result<Vec<Term>, _> =
+                segment.observed.iter().map(|term| substitute_values(term, &named)).collect();
+            let duration = segment.duration.substitute(&named).map_err(odd)?;
+            stretches.push(stretch(&duration, &shown.map_err(|stuck| Lost(stuck.0))?));
+        }
+        let map = edge.map.iter().map(|(name, value)| Ok((name.clone(), value.substitute(&named)?)));
+        let map = map.collect::<Result<Named, ValueError>>().map_err(odd)?;
+        let Next::Phase(next) = edge.next else { return Err(Lost("it ends".to_string())) };
+        let Some(target) = self.period.phases.get(next) else { return Err(Lost("it leads nowhere".to_string())) };
+        let right = self.network(&target.state, &map)?;
+        let proof = passes(self.theory, &hypotheses, (&left, &right), &stretches)?;
+        check(self.theory, &proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
+        Ok(())
+    }
+}
