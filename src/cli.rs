@@ -22,7 +22,7 @@ use crate::printer::format;
 use crate::progress::Watch;
 use crate::proof_file::check_file;
 use crate::repl;
-use crate::script::{Options, Printer, Script, complain, opened};
+use crate::script::{Options, Printer, Script, complain, opened, read_input};
 
 /// A prover for robot programs and the world around them.
 ///
@@ -205,6 +205,14 @@ impl Colour {
     }
 }
 
+/// Runs standard input, which may hold commands of the prompt; gives the exit code.
+fn standard_input(watch: Rc<Watch>, colour: bool) -> u8 {
+    match read_input() {
+        Ok(source) if repl::has_commands(&source.text) => repl::piped(&source, watch, colour),
+        read => Script::new(&Options { colour, ..Options::default() }, watch).given(read),
+    }
+}
+
 /// Does what the command line says; gives the exit code.
 pub fn run() -> u8 {
     let line = match Line::try_parse() {
@@ -218,7 +226,7 @@ pub fn run() -> u8 {
     let colour = line.color.on(std::io::stdout().is_terminal());
     match line.command {
         None if std::io::stdin().is_terminal() => repl::run(watch, colour),
-        None => Script::new(&Options { colour, ..Options::default() }, watch).input(),
+        None => standard_input(watch, colour),
         Some(Command::Run { files, json, proofs, latex }) => {
             Script::new(&Options { json, colour, proofs, latex }, watch).files(&files)
         }

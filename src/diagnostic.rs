@@ -214,27 +214,48 @@ impl Diagnostic {
                 .patch(Patch::new(window.place(span), text.as_str()));
             groups.push(Group::with_title(Level::HELP.secondary_title(fix.text.as_str())).element(snippet));
         }
-        renderer.render(&groups)
+        self.with_true_columns(renderer.render(&groups), source)
+    }
+
+    /// The middle of a long line is shown without its beginning, from which the columns shown are counted.
+    fn with_true_columns(&self, mut text: String, source: &Source) -> String {
+        let edit = self.fix.as_ref().and_then(|fix| fix.edit.as_ref()).map(|(span, _)| (*span, *span));
+        let labels = self.together().into_iter().filter_map(|(all, labels)| Some((all, labels.first()?.span)));
+        for (all, span) in labels.chain(edit) {
+            let Some(window) = Window::of(source, all) else { continue };
+            let (line, column) = source.line_column(span.start);
+            let shown = window.text.get(..window.place(span).start).unwrap_or("").chars().count() + 1;
+            if line == window.line && shown != column {
+                let place = |column: usize| format!("{}:{line}:{column}", source.name);
+                text = text.replacen(&format!("{}\n", place(shown)), &format!("{}\n", place(column)), 1);
+            }
+        }
+        text
+    }
+
+    /// The labels near the main one, and each that is far from it, with what they span together.
+    fn together(&self) -> Vec<(Span, Vec<&Label>)> {
+        let Some(main) = self.labels.first() else { return Vec::new() };
+        let near = |label: &&Label| {
+            label.span.start.abs_diff(main.span.start) < FAR && label.span.end.abs_diff(main.span.end) < FAR
+        };
+        let (beside, away): (Vec<&Label>, Vec<&Label>) = self.labels.iter().partition(near);
+        let all = beside.iter().fold(main.span, |span, label| span.to(label.span));
+        std::iter::once((all, beside)).chain(away.into_iter().map(|label| (label.span, vec![label]))).collect()
     }
 
     /// The lines that the labels stand in; labels far from the main one get a snippet of their own.
     fn snippets<'s>(&'s self, source: &'s Source) -> Vec<Snippet<'s, annotate_snippets::Annotation<'s>>> {
         let mut result = Vec::new();
-        let Some(main) = self.labels.first() else { return result };
-        let near = |label: &Label| {
-            label.span.start.abs_diff(main.span.start) < FAR && label.span.end.abs_diff(main.span.end) < FAR
-        };
-        let together =
-            self.labels.iter().filter(|label| near(label)).fold(main.span, |span, label| span.to(label.span));
-        let groups = std::iter::once((together, self.labels.iter().filter(|label| near(label)).collect::<Vec<_>>()))
-            .chain(self.labels.iter().filter(|label| !near(label)).map(|label| (label.span, vec![label])));
-        for (span, labels) in groups {
+        let main = self.labels.first();
+        for (span, labels) in self.together() {
             let Some(window) = Window::of(source, span) else {
                 continue;
             };
             let mut snippet = Snippet::source(window.text).line_start(window.line).path(source.name.as_str());
             for label in labels {
-                let kind = if std::ptr::eq(label, main) { AnnotationKind::Primary } else { AnnotationKind::Context };
+                let primary = main.is_some_and(|main| std::ptr::eq(label, main));
+                let kind = if primary { AnnotationKind::Primary } else { AnnotationKind::Context };
                 let annotation = kind.span(window.place(label.span));
                 let text = if label.text.is_empty() { None } else { Some(label.text.as_str()) };
                 snippet = snippet.annotation(annotation.label(text));

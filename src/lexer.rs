@@ -361,7 +361,8 @@ impl Lexer<'_> {
             self.position += 1;
             count += self.digits();
         }
-        self.push(Kind::Number, start);
+        // A number that is not read stands for no value, so that nothing is ever said of the item it stands in.
+        self.push(if count > MOST_DIGITS { Kind::Unknown } else { Kind::Number }, start);
         if count > MOST_DIGITS {
             self.report(
                 Diagnostic::error("P0103", format!("this number has {count} digits; at most {MOST_DIGITS} are read"))

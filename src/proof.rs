@@ -145,11 +145,13 @@ impl Script {
         self.steps.len() - 1
     }
 
-    /// Appends the chain of several steps; of one, that one.
+    /// Appends the chain of several steps; of one, that one. Steps that say that a term equals itself add nothing.
     pub fn chain(&mut self, steps: Vec<StepId>) -> StepId {
-        match steps.as_slice() {
-            [one] => *one,
-            _ => self.push(Step::Transitive(steps)),
+        let says = |step: &&StepId| !matches!(self.steps.get(**step), Some(Step::Reflexive(_)));
+        let telling: Vec<StepId> = steps.iter().filter(says).copied().collect();
+        match (telling.as_slice(), steps.as_slice()) {
+            ([one], _) | ([], [one, ..]) => *one,
+            _ => self.push(Step::Transitive(telling)),
         }
     }
 

@@ -3,6 +3,7 @@
 mod lemma;
 mod recursion;
 pub mod run;
+mod stepwise;
 
 pub use lemma::{Earlier, prove_from};
 
@@ -139,8 +140,9 @@ impl Search<'_> {
             _ if connective.refines() => refine(&one.term, &two.term, &mut simplifier, self.context),
             _ => None,
         };
-        let direct = match (connective, joined) {
-            (_, None) if connective.refines() => refine(left, right, &mut simplifier, self.context),
+        let direct = match joined {
+            None if connective.refines() => refine(left, right, &mut simplifier, self.context)
+                .or_else(|| self.stepwise(left, right, &self.refinements(connective, only), &mut simplifier)),
             _ => None,
         };
         *script = std::mem::take(&mut simplifier.script);

@@ -5,6 +5,7 @@
 mod command;
 mod help;
 mod helper;
+mod piped;
 mod prompt;
 
 use std::path::PathBuf;
@@ -19,6 +20,7 @@ use crate::script::{Printer, World, complain};
 use crate::walk::Walk;
 
 use helper::Assistant;
+pub use piped::{has_commands, piped};
 pub use prompt::{Prompt, Reply};
 
 const GREETING: &str = "PARS: processes, laws, proofs. `:help` tells what can be typed, Ctrl-D leaves.\n";

@@ -59,7 +59,8 @@ impl Surroundings for World {
     }
 }
 
-type Trouble = Box<(Source, Diagnostic)>;
+/// What is wrong with a text, and as much of it as can be read.
+pub type Trouble = Box<(Source, Diagnostic)>;
 
 /// The name of a file that tells it from all others: without `.` and `..` where they can be resolved.
 fn name_of(path: &Path) -> String {
@@ -182,20 +183,21 @@ impl<'o> Script<'o> {
                 return 2;
             }
         }
-        for path in paths {
+        for (number, path) in paths.iter().enumerate() {
             let read = if path.as_os_str() == "-" { read_input() } else { read_file(path) };
-            self.text(read);
+            self.text(read, number + 1 == paths.len());
         }
         self.code
     }
 
-    /// Runs standard input; gives the exit code.
-    pub fn input(mut self) -> u8 {
-        self.text(read_input());
+    /// Runs what was read; gives the exit code.
+    pub fn given(mut self, read: Result<Source, Trouble>) -> u8 {
+        self.text(read, true);
         self.code
     }
 
-    fn text(&mut self, read: Result<Source, Trouble>) {
+    /// Runs one text. After the last the process ends: what the session holds need not be taken apart before.
+    fn text(&mut self, read: Result<Source, Trouble>, last: bool) {
         let source = match read {
             Ok(source) => source,
             Err(trouble) => {
@@ -226,6 +228,9 @@ impl<'o> Script<'o> {
         if self.watch.interrupted() {
             complain("interrupted\n");
             self.code = worse(self.code, 4);
+        }
+        if last {
+            std::mem::forget(session);
         }
     }
 

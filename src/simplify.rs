@@ -30,8 +30,11 @@ pub struct Simplifier<'a> {
     pub script: Script,
     memo: HashMap<Term, Simplified>,
     oriented: Vec<Oriented>,
-    /// What [`Simplifier::cleaned`] has found.
+    /// The laws about units, and what [`Simplifier::cleaned`] has found with them; while it looks, they stand in the
+    /// places of `oriented` and `memo`.
+    units: Vec<Oriented>,
     cleaned: HashMap<Term, Simplified>,
+    cleaning: bool,
     fuel: usize,
     interrupted: &'a dyn Fn() -> bool,
 }
@@ -44,13 +47,16 @@ impl<'a> Simplifier<'a> {
     pub fn new(theory: &'a Theory, context: &'a Context<'a>, interrupted: &'a dyn Fn() -> bool) -> Simplifier<'a> {
         let wanted = |law: &&Arc<Law>| law.oriented && law.connective == Connective::Equal;
         let oriented = theory.laws.iter().filter(wanted).map(Oriented::of).collect();
+        let units = theory.laws.iter().filter(|law| is_unit(law)).map(Oriented::of).collect();
         Simplifier {
             theory,
             context,
             script: Script::default(),
             memo: HashMap::new(),
             oriented,
+            units,
             cleaned: HashMap::new(),
+            cleaning: false,
             fuel: FUEL,
             interrupted,
         }
@@ -255,13 +261,22 @@ impl<'a> Simplifier<'a> {
 
     /// The term without units, proved by the laws that say so.
     pub fn cleaned(&mut self, term: &Term) -> Simplified {
-        let mut cleaner = Simplifier::new(self.theory, self.context, self.interrupted).only(&[]);
-        cleaner.script = std::mem::take(&mut self.script);
-        cleaner.memo = std::mem::take(&mut self.cleaned);
-        let found = cleaner.simplify(term);
-        self.script = cleaner.script;
-        self.cleaned = cleaner.memo;
+        if self.cleaning {
+            return self.simplify(term);
+        }
+        let fuel = std::mem::replace(&mut self.fuel, FUEL);
+        self.turn_over();
+        let found = self.simplify(term);
+        self.turn_over();
+        self.fuel = fuel;
         found
+    }
+
+    /// Goes over to the laws about units alone, or back.
+    fn turn_over(&mut self) {
+        std::mem::swap(&mut self.oriented, &mut self.units);
+        std::mem::swap(&mut self.memo, &mut self.cleaned);
+        self.cleaning = !self.cleaning;
     }
 }
 
@@ -371,7 +386,7 @@ fn halves(term: &Term) -> Option<[Term; 2]> {
 }
 
 /// From this many parts on a list is simplified half by half.
-const LONG: usize = 16;
+const LONG: usize = 8;
 
 /// A law `P op unit = P`: `P ; Stop`, `Stop ; P`, `P # Idle`, `P | Abort`.
 pub fn is_unit(law: &Law) -> bool {

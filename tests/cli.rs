@@ -354,3 +354,44 @@ criteria C for Sys { goals At_10, At_0 every round within 4 }\n",
     );
     assert!(out(&output).contains("from 14 to 20, longest the leg to At_0: 5"), "{}", out(&output));
 }
+
+#[test]
+fn nothing_is_said_of_a_number_that_is_not_read() {
+    let long = "9".repeat(10_001);
+    for claim in [format!("prove Delay_{long} = Stop"), format!("prove Out_{{c,0.{long}}} = Out_{{c,1}}")] {
+        let output = script(format!("{claim}\n{PROVED}"));
+        assert_eq!(code(&output), 3);
+        assert!(errors(&output).contains("digits; at most"), "{}", errors(&output));
+        assert_eq!(out(&output).matches("proved").count(), 1, "only the other claim is judged: {}", out(&output));
+        assert!(!out(&output).contains("refuted"), "{}", out(&output));
+    }
+}
+
+#[test]
+fn a_place_in_a_long_line_has_its_own_column() {
+    let text = format!("prove {}) = Stop\n", "Delay_1 ; ".repeat(100));
+    let output = script(&text);
+    assert_eq!(code(&output), 3);
+    assert!(errors(&output).contains(".pars:1:1007\n"), "{}", errors(&output));
+}
+
+#[test]
+fn commands_in_standard_input_are_answered_in_their_place() {
+    let text = format!("{PROVED}:why\n\nprove two: Stop ; Stop = Stop\n:why two\nprove )\n");
+    let output = piped(&[], text.as_bytes());
+    assert_eq!(code(&output), 3);
+    let answers = out(&output);
+    let places: Vec<usize> = ["proved: Delay_1", "= {delay-sum}", "proved: two", "= {seq-stop"]
+        .map(|word| answers.find(word).expect(word))
+        .into();
+    assert!(places.is_sorted(), "{answers}");
+    assert!(errors(&output).contains("<input>:6:7"), "{}", errors(&output));
+    assert_eq!(code(&piped(&[], format!("{PROVED}:why\n").as_bytes())), 0);
+    assert_eq!(code(&piped(&[], format!("{REFUTED}:why\n").as_bytes())), 1);
+    assert_eq!(code(&piped(&[], format!("{PROVED}:quit\n{REFUTED}").as_bytes())), 0);
+    let wrong = piped(&[], format!("{PROVED}:wyh\n").as_bytes());
+    assert!(code(&wrong) == 3 && out(&wrong).contains("did you mean `:why`"), "{}", out(&wrong));
+    // A file is no prompt.
+    let output = script(format!("{PROVED}:why\n"));
+    assert!(code(&output) == 3 && errors(&output).contains("at the prompt"), "{}", errors(&output));
+}

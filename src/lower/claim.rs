@@ -206,6 +206,9 @@ impl Lowerer<'_> {
         let examples = examples.collect::<Option<Vec<_>>>()?;
         let mut bound = metavariables(&left);
         let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
+        if unbound.is_none() {
+            self.law_direction(item, &left, &right);
+        }
         if let Some(name) = unbound {
             self.report(
                 Diagnostic::error(
@@ -239,7 +242,6 @@ impl Lowerer<'_> {
                 );
             }
         }
-        self.law_direction(item, &left, &right);
         Some(Law {
             name: item.name.name.clone(),
             title: item.title.clone(),

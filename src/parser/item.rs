@@ -140,6 +140,9 @@ impl Parser<'_> {
             Kind::Upper | Kind::Meta | Kind::OpenRound => {
                 diagnostic.help("two processes need an operator between them: `P ; Q`, `P | Q` or `P # Q`")
             }
+            Kind::Colon => diagnostic.note(
+                "commands such as `:why` are answered at the prompt, and in what `pars` reads from standard input",
+            ),
             Kind::Word(Keyword::When) => diagnostic.note("`when` belongs behind both sides of a claim"),
             _ => diagnostic,
         };

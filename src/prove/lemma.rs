@@ -21,18 +21,19 @@ pub struct Earlier {
 
 impl Earlier {
     /// Which way it may be used: as it stands, or turned round, since a law's right side brings in nothing new.
+    /// A refinement helps where the claim is one.
     ///
     /// # Errors
     /// Why it is of no use.
-    fn law(&self) -> Result<Law, String> {
+    fn law(&self, refines: bool) -> Result<Law, String> {
         let statement = &self.proof.statement;
         let (left, right) = (metavariables(&statement.left), metavariables(&statement.right));
         if !right.is_subset(&left) {
             let new: Vec<&str> = right.difference(&left).map(Name::as_str).collect();
             return Err(format!("{} stands on its right side alone: claim it the other way round", new.join(", ")));
         }
-        if !statement.connective.is_symmetric() {
-            return Err(format!("it is a refinement (`{}`), and only equations are used so", statement.connective));
+        if statement.connective.refines() && !refines {
+            return Err(format!("it is a refinement (`{}`), which proves no equation", statement.connective));
         }
         Ok(Law {
             name: self.name.clone(),
@@ -61,8 +62,9 @@ pub fn prove_from(
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Answer, (Name, String)> {
     let mut wider = theory.clone();
+    let refines = statement.connective.refines();
     for theorem in earlier {
-        wider.laws.push(theorem.law().map_err(|why| (theorem.name.clone(), why))?);
+        wider.laws.push(theorem.law(refines).map_err(|why| (theorem.name.clone(), why))?);
     }
     Ok(match find(&wider, statement, by, limits, interrupted) {
         Err(gap) => Answer::Open(gap),

@@ -57,6 +57,12 @@ fn resolve(word: &str) -> Result<&'static str, String> {
     }
 }
 
+/// Whether a line `:word …` is a command.
+pub(super) fn known(line: &str) -> bool {
+    let word = line.trim_start_matches(':').split_whitespace().next().unwrap_or_default();
+    resolve(word).is_ok()
+}
+
 /// Runs a command; true if it is the wish to leave.
 pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
     let line = line.trim();

@@ -3,10 +3,10 @@
 use std::rc::Rc;
 
 use super::command;
-use crate::diagnostic::Severity;
+use crate::diagnostic::{Severity, Source};
 use crate::exercise::Attempt;
-use crate::report::{Output, PROMPT};
-use crate::script::Printer;
+use crate::report::{Output, PROMPT, worse};
+use crate::script::{Printer, complain};
 use crate::session::{Session, Surroundings};
 use crate::walk::{Origin, Walk};
 
@@ -132,6 +132,25 @@ impl Prompt {
                 self.session.undo();
             }
         }
+    }
+
+    /// Runs a script, with its answers where those of a script go; gives its exit code.
+    pub(super) fn script(&mut self, source: &Source) -> u8 {
+        if source.text.trim().is_empty() {
+            return 0;
+        }
+        let (colour, printer, mut code) = (self.colour, &mut self.printer, 0);
+        self.session.run(source, &mut |output, _| {
+            code = worse(code, output.exit_code());
+            match output {
+                Output::Declared(_) => {}
+                Output::Trouble(..) => complain(&output.text(colour)),
+                _ => printer.print(&output.text(colour)),
+            }
+        });
+        self.inputs.truncate(self.session.number().saturating_sub(1));
+        self.inputs.push(source.text.trim().to_string());
+        code
     }
 
     /// Whether a process is being stepped, or an exercise done: then a line is a step.

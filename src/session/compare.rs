@@ -135,14 +135,14 @@ fn remains(gap: &Gap, refutation: Option<&Refutation>, named: bool) -> Vec<Strin
         format!("  {}", gap.right),
     ];
     let (classes, nodes) = gap.size;
-    lines.push(match gap.ended {
-        Ended::Saturated => format!("tried: {laws}, until nothing new came ({classes} classes, {nodes} nodes)"),
-        Ended::Limit => format!("tried: {laws}, up to the limit of the search ({classes} classes, {nodes} nodes)"),
-        Ended::Interrupted => format!("stopped by you after {classes} classes, {nodes} nodes"),
+    lines.push(match (&gap.rejected, gap.ended) {
+        (Some(rejected), _) => format!("a proof was found, but the kernel turned it down: {}", rejected.reason),
+        (None, Ended::Saturated) => format!("tried: {laws}, until nothing new came ({classes} classes, {nodes} nodes)"),
+        (None, Ended::Limit) => {
+            format!("tried: {laws}, up to the limit of the search ({classes} classes, {nodes} nodes)")
+        }
+        (None, Ended::Interrupted) => format!("stopped by you after {classes} classes, {nodes} nodes"),
     });
-    if let Some(rejected) = &gap.rejected {
-        lines.push(format!("a proof was found, but the kernel turned it down: {} ", rejected.reason));
-    }
     if let Some(Refutation::None { instances, cost, cut, open, .. }) = refutation {
         let how = if *cut { "not all of them" } else { "all of them" };
         lines.push(match instances {
