@@ -130,7 +130,10 @@ impl Checker<'_> {
         if !lasts || facts.communicates || facts.draws || facts.may_abort || !facts.binds.is_empty() {
             return Err(Reason::Untimed(Box::new(body.clone())));
         }
-        same(&derived.right, &Term::seq([body.clone(), derived.left.clone()]))?;
+        // Where a round may abort, more is needed.
+        if derived.right != Term::seq([body.clone(), derived.left.clone()]) {
+            return Err(Reason::Weaker(Connective::Weak, Connective::Equal));
+        }
         let forever = Term::new(Node::Loop(body.clone()));
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(derived.left.clone(), forever) })
     }

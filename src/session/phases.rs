@@ -24,7 +24,7 @@ impl Run<'_, '_> {
             Ok(period) => {
                 let mut lines = components(found, environment);
                 lines.extend(told(period));
-                lines.extend(checked(period, found, environment));
+                lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
                 lines
             }
             Err(failures) => failures.iter().map(ToString::to_string).collect(),

@@ -10,17 +10,25 @@ use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{Edge, Next, Period, Test, stretch};
 use crate::prove::run::{Lost, passes};
+use crate::scope::bound_names;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
 
-/// Rounds that are looked at.
-const MOST_ROUNDS: usize = 200;
+/// Ways that are looked at.
+const MOST_WAYS: usize = 60;
+/// Ways that may fail before no more are looked at.
+const MOST_FAILURES: usize = 3;
 /// The longest reason that is printed, in characters.
 const WIDEST: usize = 160;
 
 /// How many rounds the kernel has checked, and the first that it has not.
-pub(super) fn checked(period: &Period, system: &System, environment: &Environment) -> Vec<String> {
+pub(super) fn checked(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Vec<String> {
     let theory = theory(environment);
     let mut ports = Vec::new();
     let whole = system.term(&theory.definitions);
@@ -34,25 +42,27 @@ pub(super) fn checked(period: &Period, system: &System, environment: &Environmen
     let edges = period.phases.iter().enumerate();
     let edges = edges.flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
     let all: Vec<(Option<usize>, &Edge)> =
-        start.chain(edges).filter(|(_, edge)| matches!(edge.next, Next::Phase(_))).take(MOST_ROUNDS).collect();
+        start.chain(edges).filter(|(_, edge)| matches!(edge.next, Next::Phase(_))).collect();
     let mut proved = 0;
-    let mut first = None;
-    for (from, edge) in &all {
+    let mut failed = Vec::new();
+    for (from, edge) in all.iter().take(MOST_WAYS) {
+        if failed.len() >= MOST_FAILURES || interrupted() {
+            break;
+        }
         match rounds.proved(*from, edge, &whole) {
             Ok(()) => proved += 1,
-            Err(Lost(why)) => first = first.or_else(|| Some(format!("{}: {}", named(*from, edge), short(&why)))),
+            Err(Lost(why)) => failed.push(format!("{}: {}", named(*from, edge), short(&why))),
         }
     }
-    match (all.len(), first) {
-        (0, _) => Vec::new(),
-        (count, None) => {
-            vec![format!("by the kernel: all {count} ways from start and phases, with their flow functions")]
-        }
-        (count, Some(first)) => vec![
-            format!("by the kernel: {proved} of {count} ways from start and phases, with their flow functions"),
-            format!("not checked by the kernel: {first}"),
-        ],
+    let ways = "ways from start and phases, with their flow functions";
+    if all.is_empty() {
+        return Vec::new();
     }
+    if proved == all.len() {
+        return vec![format!("by the kernel: all {proved} {ways}")];
+    }
+    let why = failed.into_iter().next().unwrap_or_else(|| format!("no more than {MOST_WAYS} are looked at"));
+    vec![format!("by the kernel: {proved} of {} {ways}", all.len()), format!("not checked by the kernel: {why}")]
 }
 
 fn named(from: Option<usize>, edge: &Edge) -> String {
@@ -81,7 +91,12 @@ type Named = BTreeMap<Name, Value>;
 
 impl Rounds<'_> {
     fn network(&self, state: &[Term], values: &Named) -> Result<Term, Lost> {
-        let body = substitute_values(&Term::par(state.iter().cloned()), values).map_err(|stuck| Lost(stuck.0))?;
+        let body = Term::par(state.iter().cloned());
+        // A variable that a component binds too would be read in two meanings.
+        if let Some(name) = bound_names(&body).into_iter().find(|name| values.contains_key(name)) {
+            return Err(Lost(format!("{name} is a variable and is bound")));
+        }
+        let body = substitute_values(&body, values).map_err(|stuck| Lost(stuck.0))?;
         Ok(self.ports.iter().rev().fold(body, |body, port| Term::new(Node::New(port.clone(), body))))
     }
 
