@@ -10,7 +10,7 @@ use crate::transition_system::{Bounds, Inputs, Trouble};
 /// How often cells are made smaller.
 const MOST_CUTS: usize = 30;
 /// The most states that are looked into with one choice of cells.
-const MOST_STATES: usize = 20_000;
+const MOST_STATES: usize = 5_000;
 
 const ENCLOSED: &str = "alike by cells of the values that are drawn, with chances that are not exact";
 const SEEN: &str = "alike by cells of the values that are drawn, but these values are seen, or written";
