@@ -39,8 +39,8 @@ pub(super) fn by_cells(
                 }
                 return Some((inputs, found));
             }
-            Err(Trouble::Cut(from, place)) if cuts.cut(&from, place.clone()) => {}
-            Err(Trouble::Probe(from, factor, shift)) if cuts.probe(&from, &factor, &shift) => {}
+            Err(Trouble::Cut(cut)) if cuts.cut(&cut.0, cut.1.clone()) => {}
+            Err(Trouble::Probe(seen)) if cuts.probe(&seen.0, &seen.1, &seen.2) => {}
             Err(_) => return None,
         }
     }
