@@ -52,13 +52,13 @@ impl<'s> Search<'s> {
     fn new(system: &'s TransitionSystem, weak: bool) -> Search<'s> {
         let owned =
             |state: u32| system.chances(state).into_iter().map(|(chance, to)| (chance.clone(), to)).collect::<Vec<_>>();
-        let counts = |label: &Label| !matches!(label, Label::Chance(_)) && !(weak && *label == Label::Tau);
+        let passed_over = |label: &Label| matches!(label, Label::Chance(_)) || weak && *label == Label::Tau;
         Search {
             system,
             outcomes: (0..system.states() as u32).map(owned).collect(),
             silent: system.label_number(&Label::Tau).filter(|_| weak),
             weak,
-            labels: (0..system.labels().len() as u32).filter(|label| counts(system.label(*label))).collect(),
+            labels: (0..system.labels().len() as u32).filter(|label| !passed_over(system.label(*label))).collect(),
         }
     }
 
@@ -161,7 +161,7 @@ pub(super) fn traces(
     let search = Search::new(system, weak);
     let marks: BTreeSet<u32> = (0..system.states() as u32).map(|state| system.mark_number(state)).collect();
     let mut known: Vec<(Worth, Vec<Seen>)> = vec![(vec![BigRational::one(); system.states()], Vec::new())];
-    let mut told = New::new(search.is_linear());
+    let mut told = New::of(search.is_linear());
     let mut next = 0;
     while let Some((worth, word)) = known.get(next).cloned() {
         next += 1;
@@ -200,7 +200,7 @@ struct New {
 }
 
 impl New {
-    fn new(linear: bool) -> New {
+    fn of(linear: bool) -> New {
         New { linear, known: HashSet::new(), rows: Vec::new() }
     }
 

@@ -10,7 +10,7 @@ use crate::transition_system::{Bounds, Inputs, Trouble};
 /// How often cells are made smaller.
 const MOST_CUTS: usize = 30;
 /// The most states that are looked into with one choice of cells.
-const MOST_STATES: usize = 20_000;
+const MOST_STATES: usize = 5_000;
 
 const ENCLOSED: &str = "alike by cells of the values that are drawn, with chances that are not exact";
 const SEEN: &str = "alike by cells of the values that are drawn, but these values are seen, or written";
@@ -39,8 +39,8 @@ pub(super) fn by_cells(
                 }
                 return Some((inputs, found));
             }
-            Err(Trouble::Cut(from, place)) if cuts.cut(&from, place.clone()) => {}
-            Err(Trouble::Probe(from, factor, shift)) if cuts.probe(&from, &factor, &shift) => {}
+            Err(Trouble::Cut(cut)) if cuts.cut(&cut.0, cut.1.clone()) => {}
+            Err(Trouble::Probe(seen)) if cuts.probe(&seen.0, &seen.1, &seen.2) => {}
             Err(_) => return None,
         }
     }

@@ -78,14 +78,16 @@ pub(super) trait Told {
 /// The decimal number with the fewest places that lies strictly between two numbers; none if nothing does.
 pub(super) fn between(low: &BigRational, high: &BigRational) -> Option<BigRational> {
     let mut scale = BigRational::from_integer(10.into());
-    while low < high {
+    if low >= high {
+        return None;
+    }
+    loop {
         let number = ((low * &scale).floor() + BigRational::one()) / &scale;
         if number < *high {
             return Some(number);
         }
         scale *= BigRational::from_integer(10.into());
     }
-    None
 }
 
 struct Writer<'s> {

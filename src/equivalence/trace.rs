@@ -150,7 +150,11 @@ impl Search<'_> {
     fn found(&self, word: &[Seen], side: (bool, bool), start: u32, (left, right): (u32, u32)) -> Found {
         let (from_left, seen_differs) = side;
         let weak = self.silent.is_some();
-        let looks = |mark: u32| Node::Looks(self.system.marks()[mark as usize].clone());
+        // Where internal steps do not count, what is shown is a step, and a state looks like its ending alone.
+        let looks = |mark: u32| {
+            let mark = self.system.marks()[mark as usize].clone();
+            if weak { Node::Ends(mark.ending) } else { Node::Looks(mark) }
+        };
         let (all_alike, same_marks) = (self.system.marks().len() == 1, self.same_marks());
         let mut formulas = Formulas::default();
         let mut root = formulas.add(Node::True);

@@ -167,9 +167,9 @@ pub(super) fn lists(
             let links: Vec<(usize, usize)> = plan.first.iter().chain(&plan.second).chain(&shared).copied().collect();
             // Two metavariables that share something leave each other as they are.
             let outer = |(a, b): &(usize, usize)| Some(*a) == extra_one || Some(*b) == extra_two;
-            let solid = |link: &(usize, usize)| !outer(link) && !(mine.contains(&link.0) && theirs.contains(&link.1));
+            let open = |link: &(usize, usize)| outer(link) || mine.contains(&link.0) && theirs.contains(&link.1);
             let alone = extra_one.is_none() && extra_two.is_none();
-            if !(alone || links.iter().any(solid)) || !meet(&links, (one.len(), two.len()), extra_one, extra_two) {
+            if !alone && links.iter().all(open) || !meet(&links, (one.len(), two.len()), extra_one, extra_two) {
                 continue;
             }
             all.push(goals(one, two, &plan, &shared, taken, join));

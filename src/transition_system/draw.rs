@@ -79,10 +79,10 @@ impl Draws {
         let line = self.cells.line(value).ok_or(Trouble::Draws)?;
         let from = self.from.borrow().get(&line.0).cloned().ok_or(Trouble::Draws)?;
         if !cuts.knows(&from, &line.1, &line.2) {
-            return Err(Trouble::Probe(from, line.1, line.2));
+            return Err(Trouble::Probe(Box::new((from, line.1, line.2))));
         }
         let probes: Vec<BigRational> = cuts.probes.iter().cloned().collect();
-        let below = self.cells.between(&line, &probes).map_err(|(_, place)| Trouble::Cut(from, place))?;
+        let below = self.cells.between(&line, &probes).map_err(|(_, place)| Trouble::Cut(Box::new((from, place))))?;
         let end = |place: Option<&BigRational>, none: &str| place.map_or(none.to_string(), ToString::to_string);
         let low = end(below.checked_sub(1).and_then(|place| probes.get(place)), "-∞");
         Ok(format!("({low} .. {})", end(probes.get(below), "∞")))
@@ -124,7 +124,8 @@ impl Draws {
     /// The cut that leaves the last comparison in no doubt.
     fn doubt(&self) -> Option<Trouble> {
         let (symbol, place) = self.cells.take_doubt()?;
-        Some(Trouble::Cut(self.from.borrow().get(&symbol)?.clone(), place))
+        let from = self.from.borrow().get(&symbol)?.clone();
+        Some(Trouble::Cut(Box::new((from, place))))
     }
 
     /// The states after a draw from a continuous distribution, one for each cell, with the chances and how far they may

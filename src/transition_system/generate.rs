@@ -31,9 +31,9 @@ pub enum Trouble {
     /// What it does depends on a value drawn from a continuous distribution.
     Draws,
     /// What it does depends on whether a value of this distribution is greater than this.
-    Cut(Value, BigRational),
+    Cut(Box<(Value, BigRational)>),
     /// This distribution's value, times the first plus the second, is seen.
-    Probe(Value, BigRational, BigRational),
+    Probe(Box<(Value, BigRational, BigRational)>),
 }
 
 impl From<Meaningless> for Trouble {
