@@ -132,7 +132,7 @@ impl Sampler {
     pub fn draw(&self, source: &Source, round: u64, place: u64) -> f64 {
         if let Sampler::Normal(mean, sd) = self {
             let (first, second) = pair(source, round, place);
-            return mean + sd * if place % 2 == 0 { first } else { second };
+            return mean + sd * if place.is_multiple_of(2) { first } else { second };
         }
         let (sampler, place) = self.part(source, round, place);
         match sampler {
