@@ -286,7 +286,7 @@ impl Edge {
 pub struct Phase {
     /// What the system is about to do, component by component.
     pub control: Vec<String>,
-    /// What each component is then, in terms of the variables.
+    /// What each component is then, in terms of the variables, each with a `?` before its name.
     pub state: Vec<Term>,
     /// The loops that each component goes round in, outermost first.
     pub loops: Vec<Vec<Name>>,
@@ -306,6 +306,11 @@ impl Phase {
     pub fn guard(&self, own: usize) -> Vec<Test> {
         self.rounds(own).next().map(|edge| edge.after.iter().flatten().cloned().collect()).unwrap_or_default()
     }
+}
+
+/// What a variable of a phase is called in a statement for all its values: a name that no process can bind.
+pub(crate) fn open_name(name: &Name) -> Name {
+    Name::new(&format!("?{name}"))
 }
 
 /// The period of a system.

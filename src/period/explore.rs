@@ -10,7 +10,7 @@ use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Slot, inspect, loops, map_values, offers, readable, standing};
 use super::vector::{component_name, components};
-use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, stuck};
+use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -315,6 +315,10 @@ impl Explorer<'_> {
     }
 
     fn state_of(&self, number: usize) -> Result<Vec<Run>, Halt> {
+        self.state_over(number, &self.spots[number].variables)
+    }
+
+    fn state_over(&self, number: usize, variables: &[Name]) -> Result<Vec<Run>, Halt> {
         let spot = &self.spots[number];
         let mut held = spot.held.iter();
         let mut delays = spot.delays.iter();
@@ -326,7 +330,7 @@ impl Explorer<'_> {
             }
             let mut next = |value: Value| match held.next() {
                 Some(Held::Constant(value)) => value.clone(),
-                Some(Held::Class(class)) => Value::variable(&spot.variables[*class]),
+                Some(Held::Class(class)) => Value::variable(&variables[*class]),
                 None => value,
             };
             match components(value) {
@@ -357,7 +361,9 @@ impl Explorer<'_> {
         for (phase, number) in phases.iter_mut().zip(numbers) {
             let state = self.state_of(number).map_err(failure_of)?;
             phase.loops = state.iter().map(loops).collect();
-            phase.state = state.iter().map(|run| standing(run, &tails)).collect();
+            let open = phase.variables.iter().map(open_name).collect::<Vec<Name>>();
+            let open = self.state_over(number, &open).map_err(failure_of)?;
+            phase.state = open.iter().map(|run| standing(run, &tails)).collect();
             phase.control = state.iter().map(|run| readable(run, &tails).to_string()).collect();
         }
         Ok(Graph { initial, phases, stuck: self.stuck()? })

@@ -79,7 +79,14 @@ pub fn axes(chain: &Chain, question: &Question) -> Result<Axes, String> {
             }
         }
     }
-    Ok(Axes { directions: labelled(found, &links)?, settled })
+    // Where nothing is drawn, every state is known, and its combinations may run into one.
+    let directions = if random(chain) { labelled(found, &links)? } else { labelled(found, &[])? };
+    Ok(Axes { directions, settled })
+}
+
+/// Whether anything is drawn.
+pub(super) fn random(chain: &Chain) -> bool {
+    chain.initial.iter().chain(chain.phases.iter().flatten()).any(|one| !one.draws.is_empty())
 }
 
 fn place_of(directions: &[Direction], state: &[BigRational]) -> Option<usize> {

@@ -7,7 +7,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 
 use super::Question;
-use super::axes::{AXES, Axes, axes, combinations, shown};
+use super::axes::{AXES, Axes, axes, combinations, random, shown};
 use super::chain::{Chain, Move};
 use super::draft::Draft;
 use super::region::{Patch, Range, merged, whole};
@@ -135,9 +135,11 @@ pub fn plan(chain: &Chain, question: &Question) -> Result<Plan, String> {
     let rounds = rounds.filter(|rounds| *rounds <= MOST_ROUNDS).ok_or("there are too many rounds")?;
     let leads = vec![Leads::default(); chain.phases.len()];
     let mut reducer = Reducer { chain, question, axes: &axes, leads };
-    reducer.leads = reducer.leads(&live)?;
+    if random(chain) {
+        reducer.leads = reducer.leads(&live)?;
+    }
     let mut phases = vec![Vec::new(); chain.phases.len()];
-    for phase in live {
+    for phase in live.into_iter().filter(|_| random(chain)) {
         for one in &chain.phases[phase] {
             phases[phase].extend(reducer.ways(one, Some(phase), None)?);
         }

@@ -8,9 +8,8 @@ use crate::kernel::{Theory, check};
 use crate::law::Condition;
 use crate::lower::{Environment, System};
 use crate::name::Name;
-use crate::period::{Edge, Next, Period, Test, stretch};
+use crate::period::{Edge, Next, Period, Test, open_name, stretch};
 use crate::prove::run::{Lost, passes};
-use crate::scope::bound_names;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
@@ -92,10 +91,6 @@ type Named = BTreeMap<Name, Value>;
 impl Rounds<'_> {
     fn network(&self, state: &[Term], values: &Named) -> Result<Term, Lost> {
         let body = Term::par(state.iter().cloned());
-        // A variable that a component binds too would be read in two meanings.
-        if let Some(name) = bound_names(&body).into_iter().find(|name| values.contains_key(name)) {
-            return Err(Lost(format!("{name} is a variable and is bound")));
-        }
         let body = substitute_values(&body, values).map_err(|stuck| Lost(stuck.0))?;
         Ok(self.ports.iter().rev().fold(body, |body, port| Term::new(Node::New(port.clone(), body))))
     }
@@ -110,7 +105,7 @@ impl Rounds<'_> {
         let named: Named = phase
             .iter()
             .flat_map(|phase| &phase.variables)
-            .map(|name| (name.clone(), Value::variable(&Name::new(&format!("?{name}")))))
+            .map(|name| (name.clone(), Value::variable(&open_name(name))))
             .collect();
         // Of each something is supposed, if only that it is what it is.
         let own = named.values().map(|value| Condition::Compare(Relation::Eq, value.clone(), value.clone()));
@@ -119,7 +114,7 @@ impl Rounds<'_> {
             let Test { relation, left, right } = test.substitute(&named).map_err(odd)?;
             hypotheses.push(Condition::Compare(relation, left, right));
         }
-        let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &named))?;
+        let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
         let mut stretches = Vec::with_capacity(edge.segments.len());
         for segment in &edge.segments {
             let shown: Result<Vec<Term>, _> =
@@ -127,7 +122,7 @@ impl Rounds<'_> {
             let duration = segment.duration.substitute(&named).map_err(odd)?;
             stretches.push(stretch(&duration, &shown.map_err(|stuck| Lost(stuck.0))?));
         }
-        let map = edge.map.iter().map(|(name, value)| Ok((name.clone(), value.substitute(&named)?)));
+        let map = edge.map.iter().map(|(name, value)| Ok((open_name(name), value.substitute(&named)?)));
         let map = map.collect::<Result<Named, ValueError>>().map_err(odd)?;
         let Next::Phase(next) = edge.next else { return Err(Lost("it ends".to_string())) };
         let Some(target) = self.period.phases.get(next) else { return Err(Lost("it leads nowhere".to_string())) };

@@ -7,7 +7,7 @@ use super::contradiction::contradict;
 use super::reading::{Run, Waiting};
 use crate::closed_form::term;
 use crate::flow::{component_periods, flows};
-use crate::kernel::check;
+use crate::kernel::{Theory, Thm, check};
 use crate::law::Connective;
 use crate::lower::{Environment, System};
 use crate::name::Name;
@@ -84,24 +84,27 @@ impl Run<'_, '_> {
                 found.trace.push(format!("match: {}", short(&wanted.to_string())));
                 found.it = Some(run.clone());
                 let whole = system.term(&theory.definitions);
-                match agreement(&whole, run, &waiting.environment) {
-                    Ok(line) => found.trace.push(line),
+                let tried = match agreement(&whole, run, &waiting.environment) {
+                    Ok((line, tried)) => {
+                        found.trace.push(line);
+                        tried
+                    }
                     Err(lines) => {
                         found.remains = lines;
                         return;
                     }
-                }
-                let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
-                let checked = match run::runs(&theory, &[], &whole, run) {
-                    Ok(ran) => {
-                        let whole_proof = behind(ran, &proof);
-                        check(&theory, &whole_proof)
-                            .map(|theorem| (theorem, whole_proof))
-                            .map_err(|rejected| rejected.reason.to_string())
-                    }
-                    Err(lost) => Err(lost.0),
                 };
-                let checked = checked.or_else(|why| {
+                let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
+                let followed = followed(&theory, &whole, run, &proof);
+                if let (Err(why), false) = (&followed, tried) {
+                    found.remains = vec![
+                        "the run was tried on no instance of the executable meaning, and the kernel could not follow it:"
+                            .to_string(),
+                        format!("  {}", said(why)),
+                    ];
+                    return;
+                }
+                let checked = followed.or_else(|why| {
                     found.trace.push(format!("the kernel could not follow the run: {}", said(&why)));
                     let proof = with_run(whole, run, *proof, trusting);
                     check(&theory, &proof).map(|theorem| (theorem, proof))
@@ -166,8 +169,9 @@ impl Run<'_, '_> {
 }
 
 /// What is taken on trust is tried on the executable meaning first: small values for the parameters, the system beside
-/// its run. A difference would be a mistake of ours, and nothing is then proved.
-fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<String, Vec<String>> {
+/// its run. A difference would be a mistake of ours, and nothing is then proved. What was found is said, with whether
+/// any instance was followed at all.
+fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<(String, bool), Vec<String>> {
     let limits = refute::Limits { instances: 12, choices: 4_000, cost: 12, pairs: 2_000 };
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     match refute::refute(system, run, Connective::WeaklyRefines, &[], definitions, assumptions, &limits) {
@@ -180,7 +184,7 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<Str
             let whole = instances.saturating_sub(meaningless).saturating_sub(open);
             let count =
                 |count: usize| if count == 1 { "one instance".to_string() } else { format!("{count} instances") };
-            Ok(match (whole, open) {
+            let line = match (whole, open) {
                 (0, 0) => "the run was not tried on the executable meaning".to_string(),
                 (0, open) => {
                     format!(
@@ -189,8 +193,19 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<Str
                     )
                 }
                 (whole, _) => format!("the run agrees with the executable meaning on {}", count(whole)),
-            })
+            };
+            Ok((line, whole + open > 0))
         }
+    }
+}
+
+/// The verdict with the run of the system proved as well; otherwise why the kernel could not follow the run.
+fn followed(theory: &Theory, whole: &Term, run: &Term, matched: &Proof) -> Result<(Thm, Proof), String> {
+    let ran = run::runs(theory, &[], whole, run).map_err(|lost| lost.0)?;
+    let proof = behind(ran, matched);
+    match check(theory, &proof) {
+        Ok(theorem) => Ok((theorem, proof)),
+        Err(rejected) => Err(rejected.reason.to_string()),
     }
 }
 
