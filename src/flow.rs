@@ -3,15 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::assumption::Assumptions;
-use crate::closed_form::term;
+use crate::closed_form::{Recurrence, Sequence, term};
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
 use crate::period::graph::ending;
 use crate::period::{Edge, Next, Period, Segment, Test, stretch};
-use crate::recurrence::{Closed, NoClosedForm, solve_together};
+use crate::recurrence::{Closed, NoClosedForm, solve_all, solve_together};
 use crate::scope::calls;
 use crate::term::{Node, Term};
 use crate::value::Value;
+
+/// The communications of a round that a table lists.
+const MOST_LISTED: usize = 40;
 
 /// The period of a looping definition: what stands between the equals sign and the recursion.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -156,6 +159,15 @@ impl PhaseFlow {
         solve_together(&changing, &starts, index, assumptions)
     }
 
+    /// The checked closed forms as text, where one of them is no single value: a sum over the roots of a polynomial.
+    pub fn sums(&self, index: &Name, assumptions: &Assumptions) -> Vec<String> {
+        let start = |name: &Name| Value::variable(&Name::new(&format!("{name}0")));
+        let sequences = self.steps(index).into_iter();
+        let sequences = sequences.map(|(name, next)| Sequence { start: vec![start(&name)], name, next }).collect();
+        let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, assumptions);
+        solved.map_or_else(|_| Vec::new(), |solved| solved.lines())
+    }
+
     /// A name for the number of a round: `n`, where that is no variable of the phase.
     pub fn index(&self) -> Name {
         let free = |name: &Name| !self.variables.contains(name);
@@ -197,8 +209,10 @@ impl PhaseFlow {
             };
             lines.push(format!("  then      {to}{}", crate::period::in_case(tests)));
         }
-        for (port, value) in &self.communications {
-            lines.push(format!("  port {port}    {value}"));
+        let most = if self.communications.len() > MOST_LISTED { MOST_LISTED } else { self.communications.len() };
+        lines.extend(self.communications[..most].iter().map(|(port, value)| format!("  port {port}    {value}")));
+        if let more @ 1.. = self.communications.len() - most {
+            lines.push(format!("  … and {more} more communications"));
         }
         lines
     }

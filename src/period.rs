@@ -444,5 +444,5 @@ fn apart(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>) -> 
         let graph = explore(&own, &closed, run).map_err(|failure| vec![failure])?;
         rounds.extend(drift::round(&graph.initial, &graph.phases).map(|time| (closed.names.join(" with "), time)));
     }
-    Ok(drift::drift(&rounds))
+    Ok(drift::drift(&rounds, run.assumptions))
 }

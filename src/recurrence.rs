@@ -10,6 +10,7 @@ mod classes;
 mod cycle;
 mod dominant;
 mod inhomogeneous;
+mod late;
 mod line;
 mod linear;
 mod matrix;

@@ -10,6 +10,7 @@ mod contradiction;
 mod criteria;
 mod illustrate;
 mod likely;
+mod orders;
 mod phases;
 mod question;
 mod reading;

@@ -21,6 +21,7 @@ use crate::period::{self, Failure, Period};
 use crate::term::Term;
 use crate::value::Value;
 
+pub(crate) use cases::Merge;
 pub use orbit::Orbit;
 pub use trajectory::{Leg, Rounds, Trajectory};
 pub use unit::Unit;

@@ -79,7 +79,8 @@ fn arrives(text: &str, wanted: &str) {
     let (question, environment) = question(text);
     let (relation, left, right) = question.find.expect("what to find");
     let solved = solve_all(question.recurrence.clone(), &environment.assumptions).ok();
-    let found = reach(&question.recurrence, solved.as_ref(), (relation, &left, &right), &environment.assumptions);
+    let found =
+        reach(&question.recurrence, solved.as_ref(), (relation, &left, &right), &environment.assumptions, &|| false);
     match (&found, wanted.strip_prefix("n = ")) {
         (Reach::At(at, conditions), Some(number)) => {
             assert_eq!((at, conditions.is_empty()), (&value(number), true), "{text}");

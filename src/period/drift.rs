@@ -3,7 +3,8 @@
 use super::run::Run;
 use super::step::inspect;
 use super::{Edge, Failure, Next, Phase};
-use crate::value::Value;
+use crate::assumption::Assumptions;
+use crate::value::{Relation, Value};
 
 /// The ratio of two durations, if it is one number: whether it is rational.
 pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
@@ -14,11 +15,33 @@ pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
     ratio.variables().is_empty().then_some(false)
 }
 
+/// Whether two durations have a rational ratio, by themselves or by an equation that is assumed.
+fn commensurable(one: &Value, other: &Value, known: &Assumptions) -> bool {
+    if rational_ratio(one, other) == Some(true) {
+        return true;
+    }
+    let (mut one, mut other) = (one.clone(), other.clone());
+    for (_, zero) in known.iter().filter(|(relation, _)| *relation == Relation::Eq) {
+        for name in one.variables() {
+            let Some((factor, rest)) = zero.linear_in(&name) else { continue };
+            let Ok(image) = rest.neg().and_then(|rest| rest.div(&factor)) else { continue };
+            if let (Ok(first), Ok(second)) = (one.with(&name, &image), other.with(&name, &image)) {
+                if rational_ratio(&first, &second) == Some(true) {
+                    return true;
+                }
+                (one, other) = (first, second);
+                break;
+            }
+        }
+    }
+    false
+}
+
 /// Whether some of these durations have no rational ratio.
-pub(super) fn apart<'a>(delays: impl Iterator<Item = &'a Value>) -> bool {
+pub(super) fn apart<'a>(delays: impl Iterator<Item = &'a Value>, known: &Assumptions) -> bool {
     let mut delays = delays;
     let Some(first) = delays.next() else { return false };
-    delays.any(|delay| rational_ratio(first, delay) != Some(true))
+    delays.any(|delay| !commensurable(first, delay, known))
 }
 
 /// How long one round takes, where these phases are gone through in one way only and take the same time for ever.
@@ -44,10 +67,10 @@ pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
 }
 
 /// Why parts that do not communicate drift, if they do: their names with the durations of their rounds.
-pub(super) fn drift(rounds: &[(String, Value)]) -> Option<Failure> {
+pub(super) fn drift(rounds: &[(String, Value)], known: &Assumptions) -> Option<Failure> {
     for (place, one) in rounds.iter().enumerate() {
         for other in rounds.get(place + 1..).unwrap_or_default() {
-            if rational_ratio(&one.1, &other.1) != Some(true) {
+            if !commensurable(&one.1, &other.1, known) {
                 return Some(Failure::Drift { one: one.clone(), other: other.clone() });
             }
         }

@@ -280,7 +280,8 @@ impl Explorer<'_> {
             return Ok(Target::Spot(found, entries));
         }
         let number = self.spots.len();
-        let apart = || drift::apart(remainders.keys().chain([&delays]).flat_map(|delays| delays.iter().flatten()));
+        let left = || remainders.keys().chain([&delays]).flat_map(|delays| delays.iter().flatten());
+        let apart = || drift::apart(left(), self.assumptions);
         if number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
             return Err(drift::growth(self.clock.names, state, number));
         }

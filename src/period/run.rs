@@ -173,6 +173,8 @@ impl From<Failure> for Halt {
 
 /// Nested operators and unfoldings that one settling may go through.
 const DEEPEST: usize = 300;
+/// How often one settling may unfold a loop that it has come to before.
+const MOST_AGAIN: usize = 4;
 /// What settling needs to know.
 pub(crate) struct Settler<'a> {
     pub(crate) definitions: &'a Definitions,
@@ -205,6 +207,22 @@ impl Run {
     }
 }
 
+/// Parts side by side at their start. A branch that aborts at once adds nothing to one that goes on: without it, a loop
+/// that is called from a branch behind guards stands where it would stand without them.
+fn begun(mut parts: Vec<Run>) -> Run {
+    if parts.iter().all(Run::ended) {
+        return joint_end(&parts);
+    }
+    parts.retain(|part| *part != Run::Aborted);
+    match (parts.pop(), parts.is_empty()) {
+        (Some(only), true) => only,
+        (last, _) => {
+            parts.extend(last);
+            Run::Par(parts)
+        }
+    }
+}
+
 /// The end of parts that have ended together: stopped if one of them stopped.
 fn joint_end(parts: &[Run]) -> Run {
     let mut carried = Env::new();
@@ -222,7 +240,9 @@ impl Settler<'_> {
     /// Ends all that ends at once. `wanted` are the names that are read later.
     pub(crate) fn settle(&self, run: Run, wanted: &BTreeSet<Name>, path: &mut Path, depth: usize) -> Result<Run, Halt> {
         if depth > DEEPEST {
-            return match path.unfolded.last() {
+            // Nothing but calls one after the other goes round in no time; what is merely deep does not.
+            let again = |last: &&Name| path.unfolded.iter().filter(|name| name == last).count() >= MOST_AGAIN;
+            return match path.unfolded.last().filter(again) {
                 Some(last) => {
                     let cycle = cycle_of(&path.unfolded, last);
                     Err(Failure::Livelock { cycle, when: path.tests.iter().map(|t| t.test.clone()).collect() }.into())
@@ -355,7 +375,11 @@ impl Settler<'_> {
                 let round = Run::Seq(Box::new(fresh(body, env)), again, env.clone(), Env::new());
                 Run::Else(Box::new(round), Term::stop(), Env::new(), Kind::Loop(Called(None)))
             }
-            Node::Par(parts) => Run::Par(parts.iter().map(|part| fresh(part, env)).collect()),
+            Node::Par(parts) => {
+                let parts = parts.iter().map(|part| fresh(part, env)).collect();
+                let parts = self.settle_all(parts, wanted, path, depth + 1)?;
+                return Ok(begun(parts));
+            }
             Node::Disable(parts) => Run::Disable(parts.iter().map(|part| fresh(part, env)).collect()),
             Node::Call(name, arguments) => self.unfold(name, arguments, env, path)?,
             Node::Power(body, count, index) => self.copies(body, count, index.as_ref(), env, path)?,

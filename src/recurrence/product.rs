@@ -47,7 +47,7 @@ pub(super) fn with_product(factor: &Value, input: &Value, start: &Value, index: 
 }
 
 /// Numerator and denominator of a quotient of polynomials in the index with rational coefficients.
-fn quotient(value: &Value, index: &Name) -> Option<[Univariate; 2]> {
+pub(super) fn quotient(value: &Value, index: &Name) -> Option<[Univariate; 2]> {
     let part = |part: Value| {
         let all: Vec<_> = exponentials(&part, index)?.into_iter().collect();
         match all.as_slice() {

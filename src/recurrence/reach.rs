@@ -7,11 +7,11 @@
 use std::collections::BTreeMap;
 
 use super::classes::Classes;
-use super::tail::{Tail, tail};
+use super::late::late;
+use super::tail::Tail;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Form, Piece, Recurrence, Solved};
-use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
@@ -26,8 +26,14 @@ const LONGEST: u64 = 1 << 16;
 /// A comparison of expressions in the terms of offset 0.
 pub(super) type Wanted<'a> = (Relation, &'a Value, &'a Value);
 
-/// The least index at which a comparison of terms holds.
-pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions) -> Reach {
+/// The least index at which a comparison of terms holds. The search ends when `stop` says so.
+pub fn reach(
+    recurrence: &Recurrence,
+    solved: Option<&Solved>,
+    wanted: Wanted<'_>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Reach {
     let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
     let mut reason = None;
     // Of the terms nothing is known here but that they are numbers.
@@ -45,12 +51,12 @@ pub fn reach(recurrence: &Recurrence, solved: Option<&Solved>, wanted: Wanted<'_
     if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
         return found;
     }
-    let tail = match (classes, solved.and_then(|solved| difference(solved, wanted))) {
+    let tail = match (classes, solved) {
         (Some(classes), _) => classes.tail(),
-        (None, Some((sum, early))) => tail(&sum, wanted.0, recurrence.from.unsigned_abs() + early),
+        (None, Some(solved)) => late(solved, wanted),
         (None, None) => Tail::Unknown("nothing bounds its later terms".to_string()),
     };
-    match tried(recurrence, wanted, &tail, known) {
+    match tried(recurrence, wanted, &tail, known, stop) {
         Reach::Unknown(why) => match reason {
             Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
             _ => Reach::Unknown(why),
@@ -125,32 +131,14 @@ pub(super) fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>>
     Some(all)
 }
 
-/// The difference of both sides as an exponential polynomial, and after how many terms it is that.
-fn difference(solved: &Solved, (_, left, right): Wanted<'_>) -> Option<(ExponentialPolynomial, u64)> {
-    let recurrence = solved.recurrence();
-    let mut rest = left.sub(right).ok()?;
-    let mut sum = ExponentialPolynomial::zero();
-    let mut early = 0;
-    for (name, place, _) in recurrence.terms().into_iter().filter(|(.., offset)| *offset == 0) {
-        if !rest.mentions(&name) {
-            continue;
-        }
-        let (factor, constant) = rest.linear_in(&name)?;
-        let (first, own) = match &solved.forms()[place] {
-            Form::Sum(first, own) => (first.len(), own.clone()),
-            Form::Value(first, own) => (first.len(), ExponentialPolynomial::of(own, &recurrence.index)?),
-            _ => return None,
-        };
-        factor.as_rational()?;
-        early = early.max(first as u64);
-        sum = sum.plus(&own.scale(&factor).ok()?).ok()?;
-        rest = constant;
-    }
-    Some((sum.plus(&ExponentialPolynomial::of(&rest, &recurrence.index)?).ok()?, early))
-}
-
 /// Term by term, as far as the tail needs it.
-fn tried(recurrence: &Recurrence, (relation, left, right): Wanted<'_>, tail: &Tail, known: &Assumptions) -> Reach {
+fn tried(
+    recurrence: &Recurrence,
+    (relation, left, right): Wanted<'_>,
+    tail: &Tail,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Reach {
     let variables = recurrence.terms();
     let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
     let mut at = recurrence.from;
@@ -160,6 +148,9 @@ fn tried(recurrence: &Recurrence, (relation, left, right): Wanted<'_>, tail: &Ta
         Tail::Unknown(_) => None,
     };
     for count in 0..=MOST_TERMS {
+        if stop() {
+            return Reach::Unknown(format!("not before {} = {at}; interrupted", recurrence.index));
+        }
         if let (Tail::Never(_, reason), Some(true)) = (tail, until.map(|until| at.unsigned_abs() >= until && at >= 0)) {
             return Reach::Never(format!("no term before {} = {at} is, and {reason}", recurrence.index));
         }

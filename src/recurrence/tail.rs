@@ -47,18 +47,27 @@ pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -
     if parts.is_empty() && !matches!(relation, Relation::Eq | Relation::Gte | Relation::Lte) {
         return Tail::Never(from, "from there on both sides are equal".to_string());
     }
-    let largest = (0..parts.len()).find(|place| {
-        let main = &parts[*place];
+    let mut why = "no real root of its characteristic polynomial outgrows all others";
+    for place in 0..parts.len() {
+        let main = &parts[place];
         let less = |(other, part): (usize, &Part)| {
-            other == *place
+            other == place
                 || part.size.1 < main.size.0
-                || (part.power < main.power && part.size == main.size && part.size.0 == part.size.1)
+                || (part.power <= main.power && part.size == main.size && part.size.0 == part.size.1)
         };
-        main.sign.is_some() && main.root.is_some() && parts.iter().enumerate().all(less)
-    });
-    let Some(place) = largest else {
-        return Tail::Unknown("no real root of its characteristic polynomial outgrows all others".to_string());
-    };
+        if main.sign.is_none() || main.root.is_none() || !parts.iter().enumerate().all(less) {
+            continue;
+        }
+        match outgrowing(&parts, place, relation, from) {
+            Ok(found) => return found,
+            Err(reason) => why = reason,
+        }
+    }
+    Tail::Unknown(why.to_string())
+}
+
+/// The tail by the part that no other exceeds in size.
+fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Result<Tail, &'static str> {
     let main = &parts[place];
     let positive = match (main.root, main.sign) {
         (Some(true), sign) => sign,
@@ -71,25 +80,25 @@ pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -
         _ => false,
     };
     if !never {
-        return Tail::Unknown("it holds for late terms, or for some of them".to_string());
+        return Err("it holds for late terms, or for some of them");
     }
     let mut at = from.max(1);
     while at <= MOST {
-        if outgrown(&parts, place, at) {
+        if outgrown(parts, place, at) {
             let (verb, what) = match (relation, positive) {
                 (Relation::Eq, _) => ("stays away from", "their difference"),
                 (_, Some(true)) => ("stays above", "the difference of both sides"),
                 _ => ("stays below", "the difference of both sides"),
             };
             let root = bound_text(&main.size);
-            return Tail::Never(
+            return Ok(Tail::Never(
                 at,
                 format!("from there on {what} {verb} 0: its part with the root of size {root} outgrows all others"),
-            );
+            ));
         }
         at *= 2;
     }
-    Tail::Unknown("its parts are too close to each other".to_string())
+    Err("its parts are too close to each other")
 }
 
 fn bound_text(size: &(BigRational, BigRational)) -> String {
@@ -163,8 +172,9 @@ fn quadratic(modulus: &Univariate, numbers: &[BigRational], power: usize) -> Vec
     let inner = &numbers[0] + &numbers[1] * &middle;
     if square.is_negative() {
         let size = root_bounds(&modulus.coefficient(0), 2);
-        let distance = root_bounds(&-square, 2).1;
-        let weight = (inner.abs() + numbers[1].abs() * distance) * BigRational::from_integer(2.into());
+        // Twice the size of the complex coefficient.
+        let length = &inner * &inner - &numbers[1] * &numbers[1] * &square;
+        let weight = root_bounds(&length, 2).1 * BigRational::from_integer(2.into());
         return vec![Part { size, root: None, weight: (BigRational::zero(), weight), sign: None, power }];
     }
     let distance = root_bounds(&square, 2);
@@ -222,6 +232,13 @@ fn largest_root(modulus: &Univariate) -> BigRational {
 
 /// Numbers between which a root of a number that is not negative lies.
 pub(super) fn root_bounds(number: &BigRational, order: u32) -> (BigRational, BigRational) {
+    if order == 2 {
+        let (top, bottom) = (number.numer().sqrt(), number.denom().sqrt());
+        if &top * &top == *number.numer() && &bottom * &bottom == *number.denom() {
+            let root = BigRational::new(top, bottom);
+            return (root.clone(), root);
+        }
+    }
     let bits = PRECISION * 4;
     let scale = BigInt::one() << (bits * order) as usize;
     let scaled = (number * BigRational::from_integer(scale)).floor().to_integer();

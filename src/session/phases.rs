@@ -53,7 +53,15 @@ fn told(period: &Period) -> Vec<String> {
         lines.push("phase graph:".to_string());
         lines.extend(graph::lines(period).into_iter().map(|line| format!("  {line}")));
     }
-    lines.extend(period.warnings.iter().map(|warning| format!("warning: {warning}")));
+    let repeats = period.repeats();
+    let told = |warning: &Failure| match warning {
+        Failure::Livelock { when, .. } if !repeats && when.is_empty() => format!("no period: {warning}"),
+        other => format!("warning: {other}"),
+    };
+    lines.extend(period.warnings.iter().map(told));
+    if !repeats && period.warnings.is_empty() {
+        lines.push("no period: the run ends".to_string());
+    }
     lines
 }
 

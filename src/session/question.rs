@@ -30,7 +30,7 @@ impl Run<'_, '_> {
             }
             Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
             Question::Solve(solve) => {
-                let (lines, expected) = super::solve::answer(solve, waiting);
+                let (lines, expected) = super::solve::answer(solve, waiting, &|| self.surroundings.interrupted());
                 ("solve", lines, expected)
             }
             Question::Probability(likelihood) => {

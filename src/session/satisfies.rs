@@ -140,7 +140,10 @@ impl Run<'_, '_> {
                 lines.extend(flow.steps(&n).iter().map(next));
                 match flow.recurrences(&n, &environment.assumptions) {
                     Ok(all) => lines.extend(all.iter().flat_map(|(name, closed)| closed_lines(name, closed))),
-                    Err(none) => lines.push(format!("  no closed form: {}", none.0)),
+                    Err(none) => match flow.sums(&n, &environment.assumptions) {
+                        sums if sums.is_empty() => lines.push(format!("  no closed form: {}", none.0)),
+                        sums => lines.extend(sums.into_iter().map(|line| format!("  closed    {line}"))),
+                    },
                 }
             }
             lines

@@ -1,5 +1,6 @@
 //! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
 
+use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Solved};
@@ -10,10 +11,25 @@ use crate::report::Expected;
 use crate::value::{Relation, Value};
 
 /// The lines of the answer, and what came of the expectations.
-pub(super) fn answer(question: &Question, waiting: &Waiting) -> (Vec<String>, Vec<Expected>) {
+pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let known = &waiting.environment.assumptions;
     let recurrence = &question.recurrence;
     let solved = solve_all(recurrence.clone(), known);
+    if let Some(found) = in_orders(question, solved.as_ref().ok(), known, stop) {
+        let mut lines = found.lines;
+        lines.push(proof(recurrence));
+        let met = |(expectation, text): &(Expectation, String)| {
+            let met = match expectation {
+                Expectation::Never => found.found.iter().all(|found| matches!(found, Reach::Never(_))),
+                Expectation::Values(values) => values.iter().all(|(name, value)| {
+                    is_met(name, value, recurrence, solved.as_ref().ok(), found.merged.as_ref(), known)
+                }),
+                _ => false,
+            };
+            Expected { text: text.clone(), met }
+        };
+        return (lines, waiting.expected.iter().map(met).collect());
+    }
     let mut lines = match &solved {
         Ok(solved) => {
             let mut lines = solved.lines();
@@ -27,7 +43,7 @@ pub(super) fn answer(question: &Question, waiting: &Waiting) -> (Vec<String>, Ve
         }
     };
     let found = question.find.as_ref().map(|(relation, left, right)| {
-        let found = reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known);
+        let found = reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop);
         lines.extend(found_lines(&found, recurrence, (*relation, left, right)));
         found
     });
@@ -83,7 +99,7 @@ fn without_form(recurrence: &Recurrence, behaviour: &Behaviour) -> Vec<String> {
     lines
 }
 
-fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relation, &Value, &Value)) -> Vec<String> {
+pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relation, &Value, &Value)) -> Vec<String> {
     let index = &recurrence.index;
     let goal = format!("{} {} {}", goal.1, goal.0.symbol(), goal.2);
     match found {

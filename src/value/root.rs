@@ -221,7 +221,46 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     if inner.is_one() {
         return Ok(outer);
     }
+    if let Some((greater, lesser)) = denested(&inner) {
+        return outer.mul(&root_of_number(&greater)?.add(&root_of_number(&lesser.0)?.scale(&lesser.1)?)?);
+    }
     outer.mul(&Atom::Root(Value::whole(inner)?).value()?)
+}
+
+/// `sqrt(a + b*sqrt(c)) = sqrt((a+d)/2) + sign(b)*sqrt((a-d)/2)` where a is positive and `d^2 = a^2 - b^2*c` for a number
+/// d: both sides are not negative, and their squares are equal. The numbers under both roots, and the sign.
+fn denested(polynomial: &Real) -> Option<(BigRational, (BigRational, BigRational))> {
+    let [one, other] = polynomial.terms() else { return None };
+    let (number, rooted) = if one.0.factors().is_empty() { (one, other) } else { (other, one) };
+    if !number.0.factors().is_empty() || !number.1.is_positive() {
+        return None;
+    }
+    let mut square = &rooted.1 * &rooted.1;
+    for (atom, exponent) in rooted.0.factors() {
+        let (Atom::Root(inner), 1) = (atom, exponent) else { return None };
+        square *= inner.as_rational()?;
+    }
+    let rest = &number.1 * &number.1 - square;
+    let (top, bottom) = (rest.numer().sqrt_exactly()?, rest.denom().sqrt_exactly()?);
+    let distance = BigRational::new(top, bottom);
+    let half = BigRational::new(BigInt::one(), BigInt::from(2));
+    let (greater, lesser) = ((&number.1 + &distance) * &half, (&number.1 - &distance) * &half);
+    Some((greater, (lesser, rooted.1.signum())))
+}
+
+/// Roots that are whole.
+trait ExactRoot: Sized {
+    fn sqrt_exactly(&self) -> Option<Self>;
+}
+
+impl ExactRoot for BigInt {
+    fn sqrt_exactly(&self) -> Option<BigInt> {
+        if self.is_negative() {
+            return None;
+        }
+        let root = self.sqrt();
+        (&root * &root == *self).then_some(root)
+    }
 }
 
 #[cfg(test)]
@@ -236,6 +275,23 @@ mod tests {
         assert_eq!(root(12), root(3).mul(&Value::integer(2)).unwrap());
         assert_eq!(root(6), root(2).mul(&root(3)).unwrap());
         assert!(Value::integer(-1).sqrt().is_err());
+    }
+
+    #[test]
+    fn roots_of_sums_with_roots() {
+        let number = |a: i64, b: i64, c: i64| {
+            let root = Value::integer(c).sqrt().unwrap().mul(&Value::integer(b)).unwrap();
+            Value::integer(a).add(&root).unwrap()
+        };
+        // (sqrt(5) - 2)^2, (3 + sqrt(2))^2, (sqrt(7) + sqrt(3))^2
+        assert_eq!(number(9, -4, 5).sqrt().unwrap(), number(-2, 1, 5));
+        assert_eq!(number(11, 6, 2).sqrt().unwrap(), number(3, 1, 2));
+        let sum = Value::integer(7).sqrt().unwrap().add(&Value::integer(3).sqrt().unwrap()).unwrap();
+        assert_eq!(number(10, 2, 21).sqrt().unwrap(), sum);
+        // 1 + sqrt(2) is no square of a sum of two roots of numbers.
+        let nested = number(1, 1, 2).sqrt().unwrap();
+        assert_eq!(nested.mul(&nested).unwrap(), number(1, 1, 2));
+        assert!(nested.to_string().contains("sqrt(sqrt(2)+1)"), "{nested}");
     }
 
     #[test]

@@ -67,10 +67,10 @@ fn solved(difference: &Value, name: &Name) -> Option<(Value, Value)> {
 }
 
 /// Two cases of one difference: above and below 0.
-struct Merge {
-    difference: Value,
-    above: Assumptions,
-    below: Assumptions,
+pub(crate) struct Merge {
+    pub(crate) difference: Value,
+    pub(crate) above: Assumptions,
+    pub(crate) below: Assumptions,
 }
 
 impl Merge {
@@ -160,7 +160,7 @@ impl Merge {
     }
 
     /// One value that is the first in the one case and the second in the other.
-    fn values(&self, one: &Value, other: &Value) -> Option<Value> {
+    pub(crate) fn values(&self, one: &Value, other: &Value) -> Option<Value> {
         if one == other {
             return Some(one.clone());
         }

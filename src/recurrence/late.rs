@@ -1,0 +1,261 @@
+//! Comparisons of terms at late indices: maxima, absolute values, conditions and a root become what they are from some
+//! index on, and what is left is an exponential polynomial (`tail`). A product of ratios is followed to where it moves
+//! one way only.
+
+use std::collections::BTreeMap;
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, Signed, ToPrimitive, Zero};
+
+use super::product::quotient;
+use super::reach::Wanted;
+use super::tail::{Tail, tail};
+use crate::closed_form::{Form, Solved, product};
+use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::name::Name;
+use crate::univariate::Univariate;
+use crate::value::{Atom, Relation, Value};
+
+/// The latest index at which a product is looked at.
+const MOST: u64 = 4_096;
+/// Maxima and conditions that are looked into, one in the other.
+const DEEPEST: usize = 20;
+
+/// What is known of a comparison of terms at late indices.
+pub(super) fn late(solved: &Solved, (relation, left, right): Wanted<'_>) -> Tail {
+    let Ok(difference) = left.sub(right) else { return unbounded() };
+    if let Some(found) = of_product(solved, relation, &difference) {
+        return found;
+    }
+    let from = solved.recurrence().from.unsigned_abs();
+    let mut search = Late { solved, from };
+    search.compare(&difference, relation).unwrap_or_else(unbounded)
+}
+
+fn unbounded() -> Tail {
+    Tail::Unknown("nothing bounds its later terms".to_string())
+}
+
+struct Late<'a> {
+    solved: &'a Solved,
+    /// From which index on all that was found holds.
+    from: u64,
+}
+
+impl Late<'_> {
+    fn compare(&mut self, difference: &Value, relation: Relation) -> Option<Tail> {
+        let settled = self.settled(difference, 0)?;
+        let root = settled.atoms().into_iter().find(|atom| matches!(atom, Atom::Root(_)) && self.varies(atom));
+        let Some(Atom::Root(inner)) = &root else { return self.tail(&settled, relation) };
+        // a*sqrt(q) + b: with a > 0 it compares with 0 as q does with (b/a)^2, where b is not positive.
+        let name = Name::new("[root]");
+        let (factor, rest) = settled.with_atom(root.as_ref()?, &Value::variable(&name)).ok()?.linear_in(&name)?;
+        let bound = -rest.as_rational()? / factor.as_rational()?;
+        let relation = if factor.as_rational()?.is_positive() { relation } else { mirrored(relation) };
+        if bound.is_negative() {
+            let never = matches!(relation, Relation::Eq | Relation::Lss | Relation::Lte);
+            return never.then(|| Tail::Never(self.from, "a square root is never negative".to_string()));
+        }
+        self.tail(&inner.sub(&Value::rational(&bound * &bound)).ok()?, relation)
+    }
+
+    /// Whether an atom is not the same at all indices.
+    fn varies(&self, atom: &Atom) -> bool {
+        let recurrence = self.solved.recurrence();
+        atom.mentions(&recurrence.index) || recurrence.terms().iter().any(|(name, ..)| atom.mentions(name))
+    }
+
+    /// The value with what its maxima and conditions are from some index on.
+    fn settled(&mut self, value: &Value, depth: usize) -> Option<Value> {
+        if depth > DEEPEST {
+            return None;
+        }
+        let mut result = value.clone();
+        let atoms: Vec<Atom> = value.atoms().into_iter().filter(|atom| self.varies(atom)).collect();
+        for atom in atoms {
+            let image = match &atom {
+                Atom::Variable(_) | Atom::Power(..) => continue,
+                Atom::Root(inner) => self.settled(inner, depth + 1)?.sqrt().ok()?,
+                Atom::Positive(condition) => {
+                    let condition = self.settled(condition, depth + 1)?;
+                    if self.never(&condition, Relation::Lte) {
+                        Value::one()
+                    } else if self.never(&condition, Relation::Gtr) {
+                        Value::zero()
+                    } else {
+                        return None;
+                    }
+                }
+                Atom::Maximum(elements) => {
+                    let mut all = vec![Value::zero()];
+                    for element in elements.iter() {
+                        all.push(self.settled(element, depth + 1)?);
+                    }
+                    self.greatest(&all)?
+                }
+                Atom::Floor(_) | Atom::Apply(..) => return None,
+            };
+            result = result.with_atom(&atom, &image).ok()?;
+        }
+        Some(result)
+    }
+
+    /// The one of some values that no other exceeds from some index on.
+    fn greatest(&mut self, all: &[Value]) -> Option<Value> {
+        for candidate in all {
+            let from = self.from;
+            let mut is = true;
+            for other in all.iter().filter(|other| *other != candidate) {
+                let difference = candidate.sub(other).ok()?;
+                is = is && self.never(&difference, Relation::Lss);
+            }
+            if is {
+                return Some(candidate.clone());
+            }
+            self.from = from;
+        }
+        None
+    }
+
+    /// Whether a value is never in a relation to 0 from some index on, which is then the one that all is known from.
+    fn never(&mut self, value: &Value, relation: Relation) -> bool {
+        match self.tail(value, relation) {
+            Some(Tail::Never(from, _)) => {
+                self.from = self.from.max(from);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn tail(&self, value: &Value, relation: Relation) -> Option<Tail> {
+        let (sum, early) = difference(self.solved, value)?;
+        let from = self.solved.recurrence().from.unsigned_abs() + early;
+        Some(tail(&sum, relation, from.max(self.from)))
+    }
+}
+
+fn mirrored(relation: Relation) -> Relation {
+    match relation {
+        Relation::Gtr => Relation::Lss,
+        Relation::Gte => Relation::Lte,
+        Relation::Lss => Relation::Gtr,
+        Relation::Lte => Relation::Gte,
+        same => same,
+    }
+}
+
+/// A value in the terms of offset 0 and the index as an exponential polynomial, and after how many terms it is that.
+pub(super) fn difference(solved: &Solved, value: &Value) -> Option<(ExponentialPolynomial, u64)> {
+    let recurrence = solved.recurrence();
+    let index = &recurrence.index;
+    let mut rest = value.clone();
+    let mut sum = ExponentialPolynomial::zero();
+    let (mut early, mut images) = (0, BTreeMap::new());
+    for (name, place, _) in recurrence.terms().into_iter().filter(|(.., offset)| *offset == 0) {
+        if !rest.mentions(&name) {
+            continue;
+        }
+        let (first, own, form) = match &solved.forms()[place] {
+            Form::Sum(first, own) => (first.len() as u64, own.clone(), None),
+            Form::Value(first, own) => (first.len() as u64, ExponentialPolynomial::of(own, index)?, Some(own.clone())),
+            Form::Pieces(pieces) => {
+                let last = pieces.last()?;
+                let since = &last.from.as_rational()? - BigRational::from_integer(recurrence.from.into());
+                (since.to_u64()?, ExponentialPolynomial::of(&last.form, index)?, Some(last.form.clone()))
+            }
+            _ => return None,
+        };
+        early = early.max(first);
+        match rest.linear_in(&name).filter(|(factor, _)| factor.as_rational().is_some()) {
+            Some((factor, constant)) => {
+                sum = sum.plus(&own.scale(&factor).ok()?).ok()?;
+                rest = constant;
+            }
+            None => {
+                images.insert(name, form.or_else(|| own.value(index))?);
+            }
+        }
+    }
+    let rest = rest.substitute(&images).ok()?;
+    Some((sum.plus(&ExponentialPolynomial::of(&rest, index)?).ok()?, early))
+}
+
+/// A comparison that is linear in one product of ratios: from where its factors are positive and all at most 1, or all
+/// at least 1, it moves one way only and keeps its sign.
+fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option<Tail> {
+    let recurrence = solved.recurrence();
+    let index = &recurrence.index;
+    let [sequence] = recurrence.sequences.as_slice() else { return None };
+    let [Form::Product(ratio, form)] = solved.forms() else { return None };
+    let own = recurrence.term(&sequence.name, 0);
+    let (factor, constant) = difference.with(&own, form).ok()?.linear_in(&product())?;
+    let (factor, constant) = (factor.as_rational()?, constant.as_rational()?);
+    let [above, below] = quotient(ratio, index)?;
+    let beyond = above.minus(&below);
+    let all = [&above, &below, &beyond];
+    let bound = all.iter().filter_map(|one| largest(one)).max()?.to_u64().filter(|bound| *bound < MOST)?;
+    let from = bound.max(recurrence.from.unsigned_abs());
+    let at =
+        |from: u64| -> Option<BigRational> { solved.at(&sequence.name, i64::try_from(from).ok()?).ok()?.as_rational() };
+    let value = |from: u64| difference.with(&own, &Value::rational(at(from)?)).ok()?.as_rational();
+    let part = value(from)? - &constant;
+    let holds = |number: &BigRational| {
+        let zero = BigRational::zero();
+        match relation {
+            Relation::Eq => number.is_zero(),
+            Relation::Neq => !number.is_zero(),
+            Relation::Gtr => *number > zero,
+            Relation::Gte => *number >= zero,
+            Relation::Lss => *number < zero,
+            Relation::Lte => *number <= zero,
+        }
+    };
+    if part.is_zero() || factor.is_zero() {
+        return (!holds(&constant)).then(|| Tail::Never(from, "from there on it is 0".to_string()));
+    }
+    let number = BigRational::from_integer((from + 1).into());
+    let (top, bottom) = (above.at(&number), below.at(&number));
+    if !(&top / &bottom).is_positive() {
+        return None;
+    }
+    // With rising = true the difference grows from here on; all is told of a difference that grows.
+    let swells = (&top / &bottom) > BigRational::one();
+    let rising = swells == part.is_positive();
+    let turn = |number: BigRational| if rising { number } else { -number };
+    let (relation, part, constant) = (if rising { relation } else { mirrored(relation) }, turn(part), turn(constant));
+    let reason = |what: &str| {
+        let ratio = if swells { "at least" } else { "at most" };
+        format!("from there on {what}: its factors stay positive and {ratio} 1")
+    };
+    let here = turn(value(from)?);
+    match relation {
+        Relation::Lss | Relation::Lte if here.is_positive() => Some(Tail::Never(from, reason("it moves away"))),
+        // The part that is a product keeps its sign, so that the whole stays beyond the constant.
+        Relation::Eq | Relation::Gtr | Relation::Gte if part.is_negative() && !constant.is_positive() => {
+            Some(Tail::Never(from, reason("it does not come there")))
+        }
+        Relation::Eq => {
+            let mut at = from;
+            while at < MOST {
+                if turn(value(at)?).is_positive() {
+                    return Some(Tail::Never(at, reason("it moves away")));
+                }
+                at = (at + 1) * 2;
+            }
+            None
+        }
+        _ => None,
+    }
+}
+
+/// A whole number beyond all real roots of a polynomial (Cauchy's bound); none for 0.
+fn largest(polynomial: &Univariate) -> Option<BigInt> {
+    let lead = polynomial.coefficient(polynomial.degree());
+    if lead.is_zero() {
+        return None;
+    }
+    let most = polynomial.coefficients().iter().map(|number| (number / &lead).abs()).max()?;
+    Some(most.ceil().to_integer() + BigInt::one())
+}

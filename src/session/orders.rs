@@ -1,0 +1,156 @@
+//! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
+//! where both orders give the same but for the side, that is written as one.
+
+use super::solve::found_lines;
+use crate::assumption::Assumptions;
+use crate::closed_form::{Comparison, Recurrence, Solved};
+use crate::lower::Question;
+use crate::recurrence::{Reach, reach, solve_all};
+use crate::value::{Relation, Sort, Value};
+use crate::verify::Merge;
+
+/// Pairs of values whose order is looked at.
+const MOST_PAIRS: usize = 8;
+
+/// The answer in each order of two values.
+pub(super) struct InOrders {
+    pub(super) lines: Vec<String>,
+    /// What was found in each.
+    pub(super) found: Vec<Reach>,
+    /// The same as one, where it can be written so.
+    pub(super) merged: Option<Reach>,
+}
+
+/// One order: what is assumed, the forms, and what was found.
+struct Case {
+    order: Relation,
+    known: Assumptions,
+    title: String,
+    solved: Solved,
+    found: Reach,
+}
+
+/// The answer in each order of two values, where it is open without and known in each; nothing if there is no such pair.
+pub(super) fn in_orders(
+    question: &Question,
+    solved: Option<&Solved>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<InOrders> {
+    let recurrence = &question.recurrence;
+    let (relation, left, right) = question.find.as_ref()?;
+    let pairs = pairs(recurrence, left, right, known);
+    if pairs.is_empty()
+        || !matches!(reach(recurrence, solved, (*relation, left, right), known, stop), Reach::Unknown(_))
+    {
+        return None;
+    }
+    pairs.iter().take(MOST_PAIRS).find_map(|(one, other)| {
+        let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
+        let mut cases = Vec::new();
+        for order in orders {
+            if known.decide(order, one, other) == Some(false) {
+                continue;
+            }
+            let mut known = known.clone();
+            known.assume(order, one, other);
+            let solved = solve_all(recurrence.clone(), &known).ok()?;
+            let found = reach(recurrence, Some(&solved), (*relation, left, right), &known, stop);
+            if stop() || matches!(found, Reach::Unknown(_)) {
+                return None;
+            }
+            cases.push(Case { order, known, title: format!("{one} {} {other}", order.symbol()), solved, found });
+        }
+        told(&cases, question, (one, other))
+    })
+}
+
+/// Pairs of values of which it is not known which is greater: where a sequence starts, and a parameter that it may
+/// go to.
+fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptions) -> Vec<(Value, Value)> {
+    let terms: Vec<_> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    let values = recurrence.sequences.iter().map(|sequence| &sequence.next).chain([left, right]);
+    let mut others: Vec<Value> = Vec::new();
+    for name in values.flat_map(Value::variables) {
+        let value = Value::variable(&name);
+        if !terms.contains(&name) && name != recurrence.index && !others.contains(&value) {
+            others.push(value);
+        }
+    }
+    let starts: Vec<&Value> = recurrence.sequences.iter().flat_map(|sequence| &sequence.start).collect();
+    let mut found = Vec::new();
+    // A comparison with one value asks for the order of the start and that value first.
+    let first = [left, right].into_iter().filter(|side| terms.iter().all(|name| !side.mentions(name)));
+    for other in first.cloned().chain(others) {
+        for start in &starts {
+            let symbolic = !start.variables().is_empty() || !other.variables().is_empty();
+            let open = |relation| known.decide(relation, start, &other).is_none();
+            let pair = ((*start).clone(), other.clone());
+            if symbolic
+                && other.sort() == Sort::Real
+                && !other.mentions(&recurrence.index)
+                && (open(Relation::Lss) || open(Relation::Eq))
+                && !found.contains(&pair)
+            {
+                found.push(pair);
+            }
+        }
+    }
+    found
+}
+
+fn told(cases: &[Case], question: &Question, (one, other): (&Value, &Value)) -> Option<InOrders> {
+    let recurrence = &question.recurrence;
+    let (relation, left, right) = question.find.as_ref()?;
+    let mut lines = Vec::new();
+    for case in cases {
+        lines.push(format!("if {}:", case.title));
+        lines.extend(case.solved.lines().into_iter().map(|line| format!("  {line}")));
+        let found = found_lines(&case.found, recurrence, (*relation, left, right));
+        lines.extend(found.into_iter().map(|line| format!("  {line}")));
+    }
+    let merged = merged(cases, one, other);
+    if let Some(found) = &merged {
+        let all = found_lines(found, recurrence, (*relation, left, right));
+        lines.extend(
+            all.into_iter().enumerate().map(
+                |(place, line)| {
+                    if place == 0 { format!("in every order: {line}") } else { line }
+                },
+            ),
+        );
+    }
+    (!cases.is_empty()).then(|| InOrders {
+        lines,
+        found: cases.iter().map(|case| case.found.clone()).collect(),
+        merged,
+    })
+}
+
+/// What was found in all orders, as one: it must be what was found in each, under what is assumed there.
+fn merged(cases: &[Case], one: &Value, other: &Value) -> Option<Reach> {
+    let of = |order: Relation| cases.iter().find(|case| case.order == order);
+    let (below, above) = (of(Relation::Lss)?, of(Relation::Gtr)?);
+    let merge = Merge { difference: one.sub(other).ok()?, above: above.known.clone(), below: below.known.clone() };
+    let (Reach::At(first, before), Reach::At(second, after)) = (&above.found, &below.found) else { return None };
+    let at = merge.values(first, second)?;
+    if before.len() != after.len() {
+        return None;
+    }
+    let pair = |((relation, left, right), (own, low, high)): (&Comparison, &Comparison)| {
+        Some((*relation, merge.values(left, low)?, merge.values(right, high)?)).filter(|_| relation == own)
+    };
+    let conditions = before.iter().zip(after).map(pair).collect::<Option<Vec<Comparison>>>()?;
+    // Where both are equal the conditions must hold, and the index be the same.
+    let same = of(Relation::Eq).is_none_or(|equal| {
+        let known = |value: &Value| equal.known.simplify(value);
+        let met = |(relation, left, right): &Comparison| {
+            equal.known.decide(*relation, &known(left), &known(right)) == Some(true)
+        };
+        let Reach::At(here, none) = &equal.found else { return false };
+        none.is_empty()
+            && conditions.iter().all(met)
+            && equal.known.decide(Relation::Eq, &known(&at), here) == Some(true)
+    });
+    same.then_some(Reach::At(at, conditions))
+}
