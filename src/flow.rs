@@ -93,7 +93,7 @@ pub struct PhaseFlow {
     /// The state variables.
     pub variables: Vec<Name>,
     /// When a round is followed by another.
-    pub guard: Vec<Test>,
+    pub guard: Vec<Vec<Test>>,
     /// The round: what passes, with what is shown.
     pub segments: Vec<Segment>,
     /// How long the round takes.
@@ -199,8 +199,9 @@ impl PhaseFlow {
             lines.push(format!("  draws     {name} from {distribution}"));
         }
         if !self.guard.is_empty() {
-            let guard: Vec<String> = self.guard.iter().map(Test::to_string).collect();
-            lines.push(format!("  again     while {} after the round", guard.join(" and ")));
+            let all = |tests: &Vec<Test>| tests.iter().map(Test::to_string).collect::<Vec<_>>().join(" and ");
+            let ways: Vec<String> = self.guard.iter().map(all).collect();
+            lines.push(format!("  again     while {} after the round", ways.join(", or ")));
         }
         for (tests, next) in &self.exits {
             let to = match next {

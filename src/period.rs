@@ -9,6 +9,7 @@
 pub mod graph;
 pub mod ports;
 mod board;
+mod call;
 mod copies;
 mod drift;
 mod explore;
@@ -302,9 +303,14 @@ impl Phase {
         self.edges.iter().filter(move |edge| edge.next == Next::Phase(own))
     }
 
-    /// The guard of the phase: when a round of it is followed by another, over its variables.
-    pub fn guard(&self, own: usize) -> Vec<Test> {
-        self.rounds(own).next().map(|edge| edge.after.iter().flatten().cloned().collect()).unwrap_or_default()
+    /// The guard of the phase: when a round of it is followed by another, over its variables; one way in which it is for
+    /// each kind of round. None where there is no condition, or one that these variables do not say.
+    pub fn guard(&self, own: usize) -> Vec<Vec<Test>> {
+        let ways = self.rounds(own).map(|edge| edge.after.iter().cloned().collect::<Option<Vec<Test>>>());
+        let mut ways: Vec<Vec<Test>> = ways.collect::<Option<_>>().unwrap_or_default();
+        ways.sort();
+        ways.dedup();
+        if ways.iter().any(Vec::is_empty) { Vec::new() } else { ways }
     }
 }
 

@@ -38,6 +38,20 @@ pub fn read_names(term: &Term) -> BTreeSet<Name> {
     subterms(term).into_iter().flat_map(Term::values).flat_map(Value::variables).collect()
 }
 
+/// The names that the term may read before it has written them itself, seen by the order of sequences alone.
+pub fn needed_names(term: &Term) -> BTreeSet<Name> {
+    let mut needed: BTreeSet<Name> = term.values().into_iter().flat_map(Value::variables).collect();
+    let ordered = matches!(term.node(), Node::Seq(_));
+    let mut written = BTreeSet::new();
+    for part in term.children() {
+        needed.extend(needed_names(part).into_iter().filter(|name| !written.contains(name)));
+        if let (true, Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name)) = (ordered, part.node()) {
+            written.insert(name.clone());
+        }
+    }
+    needed
+}
+
 /// All metavariables of a term: of processes, values, ports, results and indices.
 pub fn metavariables(term: &Term) -> BTreeSet<Name> {
     let mut names: BTreeSet<Name> = read_names(term).into_iter().chain(bound_names(term)).collect();

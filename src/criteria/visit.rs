@@ -164,12 +164,14 @@ struct Walk<'a> {
     goal: usize,
     round: usize,
     from: Value,
+    /// Whether it is still where the goal was met that is sought again: it must be left before it is met anew.
+    there: bool,
 }
 
 /// Where a run comes by, to within a radius, in every kind of round that it has.
 pub fn visits(run: &Timeline, goals: &[Goal], radius: &Value) -> Visits {
     let found = Visits { goals: goals.len(), closest: vec![None; goals.len()], ..Visits::default() };
-    let mut walk = Walk { run, goals, radius, found, goal: 0, round: 0, from: Value::zero() };
+    let mut walk = Walk { run, goals, radius, found, goal: 0, round: 0, from: Value::zero(), there: false };
     if !goals.is_empty() {
         walk.go();
     }
@@ -240,8 +242,12 @@ impl Walk<'_> {
             let near = distance(self.run, shown, goal);
             let there = near.map(|near| near.map(|near| near.compares(self.run, Relation::Lte, self.radius)));
             match there {
+                Ok(Some(Some(true))) if self.there => return,
                 Ok(Some(Some(true))) => {}
-                Ok(None | Some(Some(false))) => return,
+                Ok(None | Some(Some(false))) => {
+                    self.there = false;
+                    return;
+                }
                 Err(Unknown) | Ok(Some(None)) => {
                     self.found.undecided = true;
                     return;
@@ -249,11 +255,13 @@ impl Walk<'_> {
             }
             let from = std::mem::replace(&mut self.from, start.clone());
             self.found.legs.push(Leg { round: self.round, goal: self.goal, from, to: start.clone(), stretch: place });
+            let met = self.goal;
             self.goal += 1;
             if self.goal == self.goals.len() {
                 self.goal = 0;
                 self.round += 1;
             }
+            self.there = self.goals[met] == self.goals[self.goal];
             if self.found.legs.len() <= self.goals.len() {
                 self.approach(place, start, shown);
             }

@@ -28,7 +28,9 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
         rows.push((format!("f({})", names.join(", ")), images + &when));
     }
     if !flow.guard.is_empty() {
-        rows.push(("\\text{again}".to_string(), conditions(&flow.guard, "while").trim_start().to_string()));
+        let ways = flow.guard.iter().enumerate();
+        let ways = ways.map(|(place, tests)| conditions(tests, if place == 0 { "while" } else { "or" }));
+        rows.push(("\\text{again}".to_string(), ways.collect::<String>().trim_start().to_string()));
     }
     rows.extend(flow.draws.iter().map(|(name, distribution)| (escaped_name(name), value(distribution))));
     let index = flow.index();

@@ -39,8 +39,9 @@ pub(super) struct Moment {
 struct Earlier {
     state: Vec<Run>,
     hash: u64,
-    /// How many communications had been made.
+    /// How many communications had been made, and how much had been drawn.
     at: usize,
+    draws: usize,
     /// The loops that have gone round since.
     unfolded: Vec<Name>,
 }
@@ -151,6 +152,7 @@ impl Clock<'_> {
             let Some(run) = moment.state.get(component).cloned() else { break };
             let (draws, exits) = (moment.path.draws.len(), moment.path.exits);
             moment.path.unfolded.clear();
+            moment.path.open.clear();
             let settled = match self.settler.settle(run, &wanted, &mut moment.path, 0) {
                 Ok(settled) => settled,
                 Err(Halt::Failed(failure)) => {
@@ -283,6 +285,7 @@ fn again(moment: &mut Moment) -> Option<End> {
     let hash = moment.hashes.1;
     if let Some(earlier) = moment.earlier.as_mut().filter(|earlier| earlier.hash == hash && earlier.at < made)
         && earlier.state == moment.state
+        && earlier.draws == moment.path.draws.len()
     {
         let mut cycle: Vec<Name> = Vec::new();
         for name in std::mem::take(&mut earlier.unfolded) {
@@ -293,7 +296,8 @@ fn again(moment: &mut Moment) -> Option<End> {
         return Some(End::Livelock { cycle });
     }
     if made.is_power_of_two() && moment.earlier.as_ref().is_none_or(|earlier| earlier.at < made) {
-        moment.earlier = Some(Earlier { state: moment.state.clone(), hash, at: made, unfolded: Vec::new() });
+        let draws = moment.path.draws.len();
+        moment.earlier = Some(Earlier { state: moment.state.clone(), hash, at: made, draws, unfolded: Vec::new() });
     }
     None
 }

@@ -7,7 +7,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
 use crate::name::Name;
-use crate::scope::read_names;
+use crate::scope::needed_names;
 use crate::term::{Node, Term};
 
 /// The parts to come.
@@ -52,7 +52,7 @@ impl Tails {
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let own = read_names(first);
+        let own = needed_names(first);
         let later = self.reads(next);
         let written = match first.node() {
             Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) => Some(name),

@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{Hash, Hasher};
 use std::rc::Rc;
 
+use super::call::cycle_of;
 use super::rest::{NOTHING, Rest, Tails};
 use super::{Failure, Test};
 use crate::assumption::Assumptions;
@@ -110,6 +111,8 @@ pub(crate) struct Path {
     pub draws: Vec<(Name, Value)>,
     /// Calls unfolded while settling last.
     pub unfolded: Vec<Name>,
+    /// The calls and loops that are being settled, one inside the other, with how many draws were made before each.
+    pub open: Vec<(Term, Env, usize)>,
 }
 
 impl Path {
@@ -173,8 +176,6 @@ impl From<Failure> for Halt {
 
 /// Nested operators and unfoldings that one settling may go through.
 const DEEPEST: usize = 300;
-/// How often one settling may unfold a loop that it has come to before.
-const MOST_AGAIN: usize = 4;
 /// What settling needs to know.
 pub(crate) struct Settler<'a> {
     pub(crate) definitions: &'a Definitions,
@@ -207,12 +208,9 @@ impl Run {
     }
 }
 
-/// Parts side by side at their start. A branch that aborts at once adds nothing to one that goes on: without it, a loop
-/// that is called from a branch behind guards stands where it would stand without them.
+/// Parts side by side at their start, at least one of which runs. A branch that aborts at once adds nothing to one that
+/// goes on: without it, a loop that is called from a branch behind guards stands where it would stand without them.
 fn begun(mut parts: Vec<Run>) -> Run {
-    if parts.iter().all(Run::ended) {
-        return joint_end(&parts);
-    }
     parts.retain(|part| *part != Run::Aborted);
     match (parts.pop(), parts.is_empty()) {
         (Some(only), true) => only,
@@ -240,15 +238,12 @@ impl Settler<'_> {
     /// Ends all that ends at once. `wanted` are the names that are read later.
     pub(crate) fn settle(&self, run: Run, wanted: &BTreeSet<Name>, path: &mut Path, depth: usize) -> Result<Run, Halt> {
         if depth > DEEPEST {
-            // Nothing but calls one after the other goes round in no time; what is merely deep does not.
-            let again = |last: &&Name| path.unfolded.iter().filter(|name| name == last).count() >= MOST_AGAIN;
-            return match path.unfolded.last().filter(again) {
-                Some(last) => {
-                    let cycle = cycle_of(&path.unfolded, last);
-                    Err(Failure::Livelock { cycle, when: path.tests.iter().map(|t| t.test.clone()).collect() }.into())
-                }
-                None => Halt::because("the processes are nested too deeply"),
+            let Some(last) = path.unfolded.last() else {
+                return Halt::because("the processes are nested too deeply");
             };
+            let cycle: Vec<String> = cycle_of(&path.unfolded, last).iter().map(ToString::to_string).collect();
+            let called = cycle.join(", ");
+            return Halt::because(format!("the processes are nested too deeply, or {called} is called without end"));
         }
         match run {
             Run::Done(carried) => Ok(Run::Done(restrict(&carried, wanted))),
@@ -373,15 +368,22 @@ impl Settler<'_> {
             Node::Loop(body) => {
                 let again = self.tails.borrow_mut().of(term);
                 let round = Run::Seq(Box::new(fresh(body, env)), again, env.clone(), Env::new());
-                Run::Else(Box::new(round), Term::stop(), Env::new(), Kind::Loop(Called(None)))
+                let round = Run::Else(Box::new(round), Term::stop(), Env::new(), Kind::Loop(Called(None)));
+                return self.once(term.clone(), restrict(env, &read_names(body)), round, wanted, path, depth);
             }
             Node::Par(parts) => {
                 let parts = parts.iter().map(|part| fresh(part, env)).collect();
                 let parts = self.settle_all(parts, wanted, path, depth + 1)?;
-                return Ok(begun(parts));
+                return Ok(if parts.iter().all(Run::ended) { joint_end(&parts) } else { begun(parts) });
             }
             Node::Disable(parts) => Run::Disable(parts.iter().map(|part| fresh(part, env)).collect()),
-            Node::Call(name, arguments) => self.unfold(name, arguments, env, path)?,
+            Node::Call(name, arguments) => {
+                let arguments: Vec<Value> =
+                    arguments.iter().map(|value| evaluate(value, env)).collect::<Result<_, Halt>>()?;
+                let call = Term::new(Node::Call(name.clone(), arguments.clone()));
+                let body = self.unfold(name, arguments, path)?;
+                return self.once(call, Env::new(), body, wanted, path, depth);
+            }
             Node::Power(body, count, index) => self.copies(body, count, index.as_ref(), env, path)?,
             Node::Meta(name, _) => return Halt::because(format!("{name} is no process but stands for any")),
             Node::New(port, body) => Run::New(port.clone(), Box::new(fresh(body, env))),
@@ -389,26 +391,6 @@ impl Settler<'_> {
             Node::Replace(..) => return Halt::because("`P[y := x]` stands in laws only, not in a component"),
         };
         self.settle(next, wanted, path, depth + 1)
-    }
-
-    fn unfold(&self, name: &Name, arguments: &[Value], env: &Env, path: &mut Path) -> Result<Run, Halt> {
-        let Some(definition) = self.definitions.get(name) else {
-            return Halt::because(format!("{name} is not defined"));
-        };
-        if definition.parameters.len() != arguments.len() {
-            return Halt::because(format!("{name} is called with {} values", arguments.len()));
-        }
-        let mut inner = Env::new();
-        for (parameter, argument) in definition.parameters.iter().zip(arguments) {
-            inner.insert(parameter.clone(), evaluate(argument, env)?);
-        }
-        path.unfolded.push(name.clone());
-        let body = fresh(&definition.body, &inner);
-        if definition.recursive {
-            let called = Kind::Loop(Called(Some(name.clone())));
-            return Ok(Run::Else(Box::new(body), Term::stop(), Env::new(), called));
-        }
-        Ok(body)
     }
 
     fn start_delay(&self, time: &Value, env: &Env, path: &Path) -> Result<Run, Halt> {
@@ -471,16 +453,4 @@ impl Settler<'_> {
         path.draws.push((drawn.clone(), distribution));
         Value::variable(&drawn)
     }
-}
-
-fn cycle_of(unfolded: &[Name], last: &Name) -> Vec<Name> {
-    let mut cycle = vec![last.clone()];
-    for name in unfolded.iter().rev().skip(1) {
-        if name == last {
-            break;
-        }
-        cycle.push(name.clone());
-    }
-    cycle.reverse();
-    cycle
 }
