@@ -194,6 +194,8 @@ pub enum Kind {
     Dot,
     /// `..`
     Dots,
+    /// `%`
+    Percent,
     /// `+`
     Plus,
     /// `-`, `−`
@@ -483,6 +485,7 @@ fn single(letter: char) -> Kind {
         '*' | '·' | '×' | '⋅' => Kind::Star,
         '/' => Kind::Slash,
         '~' => Kind::Tilde,
+        '%' => Kind::Percent,
         '↓' => Kind::Word(Keyword::To),
         _ => Kind::Unknown,
     }
