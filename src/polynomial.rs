@@ -323,7 +323,8 @@ impl<A: Clone + Ord> Polynomial<A> {
         if coefficient.is_zero() {
             return Some(Polynomial::zero());
         }
-        let terms = self.0.iter().map(|(monomial, number)| Some((monomial.times(factor)?, product(number, coefficient))));
+        let terms =
+            self.0.iter().map(|(monomial, number)| Some((monomial.times(factor)?, product(number, coefficient))));
         terms.collect::<Option<Vec<_>>>().map(Polynomial)
     }
 

@@ -1,6 +1,6 @@
 //! What is asked of a system beside its property: what always holds, and how likely something is.
 
-use super::{Parse, Parser};
+use super::{Parse, Parser, Role};
 use crate::ast::{ClaimKind, Comparison, Event, Ident, Item, ItemKind, Likelihood, Term, Within};
 use crate::lexer::{Keyword, Kind, Token};
 use crate::value::Relation;
@@ -61,7 +61,7 @@ impl Parser<'_> {
             return Ok(None);
         }
         self.advance();
-        self.require(Kind::OpenRound, "`(` and the time that is drawn, as in `where P(x <= 10) >= 9/10`")?;
+        self.take(Role::Joining);
         if !self.at(Kind::Lower) {
             return self.unexpected("the name of the time that is drawn");
         }

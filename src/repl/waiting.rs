@@ -40,7 +40,9 @@ impl Waiting {
         loop {
             let before = ready.len();
             let declared: BTreeSet<&Name> = ready.iter().flat_map(|one| &one.declares).collect();
-            ready.retain(|one| one.mentions.iter().all(|name| known.contains(&name.as_str()) || declared.contains(name)));
+            ready.retain(|one| {
+                one.mentions.iter().all(|name| known.contains(&name.as_str()) || declared.contains(name))
+            });
             if ready.len() == before {
                 break;
             }
@@ -51,9 +53,9 @@ impl Waiting {
             self.0.retain(|one| !done.contains(&std::ptr::from_ref(one)));
             return Turn::Run(text);
         }
-        let others = self.0.iter().chain([&new]).flat_map(|one| one.declares.iter().map(Name::as_str));
-        let names: Vec<&str> = known.iter().copied().chain(others).collect();
-        let slip = |name: &Name| !names.contains(&name.as_str()) && nearest(name.as_str(), names.iter().copied()).is_some();
+        let coming: BTreeSet<&Name> = self.0.iter().chain([&new]).flat_map(|one| &one.declares).collect();
+        let is_known = |name: &Name| known.contains(&name.as_str()) || coming.contains(name);
+        let slip = |name: &Name| !is_known(name) && nearest(name.as_str(), known.iter().copied()).is_some();
         // What is most likely a slip of the pen is an error at once.
         if new.mentions.iter().any(slip) {
             return Turn::Run(line.to_string());
@@ -70,9 +72,12 @@ impl Waiting {
         let waits: BTreeSet<&Name> = self.0.iter().flat_map(|one| &one.declares).collect();
         let line = |one: &Declaration| {
             let unknown = |name: &&Name| environment.entity(name).is_none() && !BASIC.contains(&name.as_str());
-            let missing: Vec<&Name> = one.mentions.iter().filter(unknown).filter(|name| !one.declares.contains(*name)).collect();
-            let new: Vec<&str> = missing.iter().filter(|name| !waits.contains(**name)).map(|name| name.as_str()).collect();
-            let names: Vec<&str> = if new.is_empty() { missing.iter().map(|name| name.as_str()).collect() } else { new };
+            let missing: Vec<&Name> =
+                one.mentions.iter().filter(unknown).filter(|name| !one.declares.contains(*name)).collect();
+            let new: Vec<&str> =
+                missing.iter().filter(|name| !waits.contains(**name)).map(|name| name.as_str()).collect();
+            let names: Vec<&str> =
+                if new.is_empty() { missing.iter().map(|name| name.as_str()).collect() } else { new };
             let own: Vec<&str> = one.declares.iter().map(Name::as_str).collect();
             let (waits, are) = if own.len() == 1 { ("waits", "is") } else { ("wait", "are") };
             format!("{} {waits} for {}, and {are} declared with it", own.join(", "), names.join(", "))
