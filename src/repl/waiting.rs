@@ -35,33 +35,24 @@ impl Waiting {
     /// Takes an input: what can be declared by now leaves the list.
     pub fn take(&mut self, environment: &Environment, line: &str) -> Turn {
         let Some(new) = Declaration::of(line) else { return Turn::Run(line.to_string()) };
-        let known: Vec<&str> = environment.entities().map(|(name, _)| name.as_str()).chain(BASIC).collect();
-        let mut ready: Vec<&Declaration> = self.0.iter().chain([&new]).collect();
-        loop {
-            let before = ready.len();
-            let declared: BTreeSet<&Name> = ready.iter().flat_map(|one| &one.declares).collect();
-            ready.retain(|one| {
-                one.mentions.iter().all(|name| known.contains(&name.as_str()) || declared.contains(name))
-            });
-            if ready.len() == before {
-                break;
-            }
+        let known: BTreeSet<&str> = environment.entities().map(|(name, _)| name.as_str()).chain(BASIC).collect();
+        // Typed anew, it takes the place of what waits under the same name.
+        let others: Vec<Declaration> =
+            self.0.iter().filter(|one| one.declares.is_disjoint(&new.declares)).cloned().collect();
+        let (ready, rest) = ready(others, &new, &known);
+        if let Some(ready) = ready {
+            let texts: Vec<&str> = ready.iter().chain([&new]).map(|one| one.text.trim()).collect();
+            self.0 = rest;
+            return Turn::Run(texts.join("\n"));
         }
-        if ready.iter().any(|one| std::ptr::eq(*one, &new)) {
-            let text = ready.iter().map(|one| one.text.trim()).collect::<Vec<_>>().join("\n");
-            let done: Vec<*const Declaration> = ready.iter().map(|one| std::ptr::from_ref(*one)).collect();
-            self.0.retain(|one| !done.contains(&std::ptr::from_ref(one)));
-            return Turn::Run(text);
-        }
-        let coming: BTreeSet<&Name> = self.0.iter().chain([&new]).flat_map(|one| &one.declares).collect();
-        let is_known = |name: &Name| known.contains(&name.as_str()) || coming.contains(name);
-        let slip = |name: &Name| !is_known(name) && nearest(name.as_str(), known.iter().copied()).is_some();
         // What is most likely a slip of the pen is an error at once.
+        let coming: BTreeSet<&Name> = rest.iter().chain([&new]).flat_map(|one| &one.declares).collect();
+        let is_known = |name: &Name| known.contains(name.as_str()) || coming.contains(name);
+        let slip = |name: &Name| !is_known(name) && nearest(name.as_str(), known.iter().copied()).is_some();
         if new.mentions.iter().any(slip) {
             return Turn::Run(line.to_string());
         }
-        // Typed anew, it takes the place of what waited under the same name.
-        self.0.retain(|one| one.declares.is_disjoint(&new.declares));
+        self.0 = rest;
         self.0.push(new);
         let list = self.lines(environment);
         Turn::Wait(list.last().map(|line| format!("{line}\n")).unwrap_or_default())
@@ -88,6 +79,27 @@ impl Waiting {
     /// Forgets the last; false if there is none.
     pub fn forget(&mut self) -> bool {
         self.0.pop().is_some()
+    }
+}
+
+/// Those of the others that can be declared together with the new one, if it can be itself; and those that cannot.
+fn ready(
+    others: Vec<Declaration>,
+    new: &Declaration,
+    known: &BTreeSet<&str>,
+) -> (Option<Vec<Declaration>>, Vec<Declaration>) {
+    let (mut ready, mut rest) = (others, Vec::new());
+    loop {
+        let declared: BTreeSet<Name> = ready.iter().chain([new]).flat_map(|one| one.declares.iter().cloned()).collect();
+        let fits = |one: &Declaration| {
+            one.mentions.iter().all(|name| known.contains(name.as_str()) || declared.contains(name))
+        };
+        let (fit, unfit): (Vec<Declaration>, Vec<Declaration>) = ready.into_iter().partition(fits);
+        if unfit.is_empty() {
+            return if fits(new) { (Some(fit), rest) } else { (None, fit.into_iter().chain(rest).collect()) };
+        }
+        rest.extend(unfit);
+        ready = fit;
     }
 }
 
