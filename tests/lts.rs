@@ -62,8 +62,10 @@ fn a_process_is_written_in_every_format_and_read_back() {
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("At_0"), "{svg}");
     let small = text(&pars(&["lts", path, "(P | P | P) to {At}", "--minimise"], b""));
     assert!(small.contains("states,"), "{small}");
-    // Parameters without a value have no transition system, and a misspelt process none either.
-    assert_eq!(pars(&["lts", script], b"").status.code(), Some(3));
+    // Parameters without a value get one, which is said; a misspelt process has no transition system.
+    let sampled = pars(&["lts", script], b"");
+    assert_eq!(sampled.status.code(), Some(0));
+    assert!(sampled.stderr.starts_with(b"take a = "), "{sampled:?}");
     assert_eq!(pars(&["lts", path, "Q"], b"").status.code(), Some(3));
     assert_eq!(pars(&["lts", path, "P ;"], b"").status.code(), Some(3));
     let cut = pars(&["lts", path, "P | P", "--bound", "2"], b"");
