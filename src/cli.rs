@@ -105,6 +105,9 @@ enum Command {
         file: PathBuf,
         /// The system or process of a `.pars` file; the only system in it when it is left out.
         process: Option<String>,
+        /// Values for parameters that have none: "t = 1, a = 3"; the others get small ones.
+        #[arg(long, value_name = "VALUES")]
+        with: Option<String>,
         /// How to write it.
         #[arg(long, value_enum, default_value = "text")]
         format: system::Format,
@@ -238,8 +241,8 @@ pub fn run() -> u8 {
         Some(Command::Step { file, name, with, .. }) => {
             step::step(file.as_deref(), name.as_deref(), with.as_deref(), watch, colour)
         }
-        Some(Command::Lts { file, process, format, minimise, bound, memory, output }) => {
-            let request = system::Request { file, term: process, format, minimise, bound, memory, output };
+        Some(Command::Lts { file, process, with, format, minimise, bound, memory, output }) => {
+            let request = system::Request { file, term: process, with, format, minimise, bound, memory, output };
             system::lts(&request, &watch, colour)
         }
         Some(Command::Period { file, system, format, output }) => {

@@ -132,11 +132,12 @@ impl Attempt {
 
     /// What a line says the next step is.
     fn read_step(&self, line: &str) -> Result<Done, String> {
-        let words: Vec<Name> = line.split(',').map(|word| Name::new(word.trim())).collect();
+        let bare = line.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')).unwrap_or(line);
+        let words: Vec<Name> = bare.split(',').map(|word| Name::new(word.trim())).collect();
         let gap = self.gap();
         if words.iter().all(|word| self.theory.laws.get(word).is_some()) {
             let Some(term) = gap.and_then(|gap| gap.term.clone()) else {
-                return Err(format!("the exercise does not give what comes next: write `= {{{line}}} P`\n"));
+                return Err(format!("the exercise does not give what comes next: write `= {{{bare}}} P`\n"));
             };
             let connective = gap.map_or(Connective::Equal, |gap| gap.connective);
             return self.allowed(Done { connective, laws: words, used: Vec::new(), term });

@@ -73,13 +73,14 @@ pub struct Lasso {
 }
 
 impl Lasso {
-    /// The run of a closed system in which the first of several internal steps is taken.
-    pub fn of(system: &Term, definitions: &Definitions) -> Lasso {
+    /// The run of a closed system in which the first of several internal steps is taken, as far as it is followed until
+    /// the work is `interrupted`.
+    pub fn of(system: &Term, definitions: &Definitions, interrupted: &dyn Fn() -> bool) -> Lasso {
         let model = Model::new(definitions);
         let mut lasso = Lasso { stretches: Vec::new(), after: After::Unknown, bounded: false };
         let Ok(mut state) = model.state(system) else { return lasso };
         let mut seen: HashMap<State, usize> = HashMap::new();
-        while lasso.stretches.len() < MOST_STRETCHES {
+        while lasso.stretches.len() < MOST_STRETCHES && !interrupted() {
             let settled = match calm(&model, state) {
                 Calm::Waits(state) => state,
                 Calm::Ended => {

@@ -194,6 +194,8 @@ pub enum Kind {
     Dot,
     /// `..`
     Dots,
+    /// `%`
+    Percent,
     /// `+`
     Plus,
     /// `-`, `−`
@@ -311,6 +313,11 @@ impl Lexer<'_> {
         self.position += length;
     }
 
+    /// Whether the title of a law was read last.
+    fn titled(&self) -> bool {
+        self.lexed.tokens.last().is_some_and(|token| token.kind == Kind::Text)
+    }
+
     fn word(&mut self, first: bool) {
         let start = self.position;
         let capital = self.rest().chars().next().is_some_and(char::is_uppercase);
@@ -318,7 +325,7 @@ impl Lexer<'_> {
         let text = self.text.get(start..self.position).unwrap_or("");
         if capital {
             self.push(Kind::Upper, start);
-        } else if self.in_law && first && matches!(text, "paper" | "ours") {
+        } else if self.in_law && (first || self.titled()) && matches!(text, "paper" | "ours") {
             self.position += self.rest().find('\n').unwrap_or(self.rest().len());
             self.push(Kind::Origin, start);
         } else if let Some(keyword) = Keyword::of(text) {
@@ -478,6 +485,7 @@ fn single(letter: char) -> Kind {
         '*' | '·' | '×' | '⋅' => Kind::Star,
         '/' => Kind::Slash,
         '~' => Kind::Tilde,
+        '%' => Kind::Percent,
         '↓' => Kind::Word(Keyword::To),
         _ => Kind::Unknown,
     }

@@ -4,6 +4,7 @@
 //! over beside it is handed back as the context in which the law is then applied.
 
 mod choose;
+mod shape;
 mod value;
 
 use std::rc::Rc;
@@ -17,6 +18,7 @@ use crate::term::{Node, Term};
 use crate::value::Value;
 
 use choose::{Pool, choose};
+use shape::all_there;
 use value::solve;
 
 /// One way in which a law applies to a term: `surrounding` with its hole filled by the instance is the term.
@@ -140,8 +142,8 @@ fn at_root(pattern: &Term, term: &Term, start: &State, fits: &Fits<'_>, found: &
     let one = || Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
         (Node::Seq(wanted), Node::Seq(parts)) => in_sequence(wanted, parts, start, fits, found),
-        (Node::Par(wanted), Node::Par(_)) | (Node::Disable(wanted), Node::Disable(_)) => {
-            let Some(mut pool) = Pool::of(term, false) else { return false };
+        (Node::Par(wanted), Node::Par(parts)) | (Node::Disable(wanted), Node::Disable(parts)) => {
+            let Some(mut pool) = Pool::of(term, false).filter(|_| all_there(wanted, parts)) else { return false };
             for name in wanted.iter().filter_map(plain_meta) {
                 let facts = fits.facts(&name);
                 if !facts.is_empty() {

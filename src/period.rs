@@ -397,15 +397,16 @@ pub fn analyse_until(
     let components = ports::flatten(components, definitions);
     let closed = ports::System::of(&components, definitions);
     let mut failures = closed.unmatched();
-    if !failures.is_empty() {
-        return Err(failures);
-    }
     let groups = closed.groups();
     let mut warnings = Vec::new();
     if groups.len() > 1 {
         let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
         let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
         warnings.push(Failure::NoCommunication { groups });
+    }
+    if !failures.is_empty() {
+        failures.splice(0..0, warnings);
+        return Err(failures);
     }
     let repetitions = closed.balance(definitions).map_err(|failure| vec![failure])?;
     if groups.len() > 1

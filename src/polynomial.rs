@@ -18,6 +18,8 @@ use num_traits::{One, Signed, Zero};
 pub const MOST_TERMS: usize = 20_000;
 /// The most bits that a coefficient may have.
 pub const MOST_BITS: u64 = 1_000_000;
+/// The most pairs of terms that are multiplied in one product.
+const MOST_PAIRS: u64 = 300_000;
 /// The highest total degree that a monomial may have.
 pub const MOST_DEGREE: u64 = 1_000_000;
 
@@ -153,6 +155,35 @@ impl<A: Ord> Ord for Monomial<A> {
     }
 }
 
+/// The greatest common divisor; of numbers of very different length by a division first.
+fn common(one: &BigInt, other: &BigInt) -> BigInt {
+    if one.is_one() || other.is_one() {
+        return BigInt::one();
+    }
+    let (long, short) = if one.bits() < other.bits() { (other, one) } else { (one, other) };
+    if long.bits() > short.bits() + 64 && !short.is_zero() { (long % short).gcd(short) } else { long.gcd(short) }
+}
+
+/// The product. The search for common factors, which takes longer than all the rest, is spared where it can be.
+fn product(left: &BigRational, right: &BigRational) -> BigRational {
+    if left.is_integer() && right.is_integer() {
+        return BigRational::from_integer(left.numer() * right.numer());
+    }
+    let (one, other) = (common(left.numer(), right.denom()), common(right.numer(), left.denom()));
+    let numerator = (left.numer() / &one) * (right.numer() / &other);
+    BigRational::new_raw(numerator, (left.denom() / &other) * (right.denom() / &one))
+}
+
+/// The sum, likewise: a whole number brings no common factor in.
+fn sum(left: &BigRational, right: &BigRational) -> BigRational {
+    match (left.is_integer(), right.is_integer()) {
+        (true, true) => BigRational::from_integer(left.numer() + right.numer()),
+        (true, false) => BigRational::new_raw(left.numer() * right.denom() + right.numer(), right.denom().clone()),
+        (false, true) => BigRational::new_raw(left.numer() + right.numer() * left.denom(), left.denom().clone()),
+        (false, false) => left + right,
+    }
+}
+
 fn bits(number: &BigRational) -> u64 {
     number.numer().bits().max(number.denom().bits())
 }
@@ -185,16 +216,19 @@ impl<A: Clone + Ord> Polynomial<A> {
 
     /// The sum of these terms, given in any order.
     pub fn of(terms: impl IntoIterator<Item = (Monomial<A>, BigRational)>) -> Self {
-        let mut sum: BTreeMap<Monomial<A>, BigRational> = BTreeMap::new();
+        let mut total: BTreeMap<Monomial<A>, BigRational> = BTreeMap::new();
         for (monomial, coefficient) in terms {
-            match sum.entry(monomial) {
+            match total.entry(monomial) {
                 std::collections::btree_map::Entry::Vacant(place) => {
                     place.insert(coefficient);
                 }
-                std::collections::btree_map::Entry::Occupied(mut place) => *place.get_mut() += coefficient,
+                std::collections::btree_map::Entry::Occupied(mut place) => {
+                    let added = sum(place.get(), &coefficient);
+                    place.insert(added);
+                }
             }
         }
-        Polynomial(sum.into_iter().rev().filter(|(_, coefficient)| !coefficient.is_zero()).collect())
+        Polynomial(total.into_iter().rev().filter(|(_, coefficient)| !coefficient.is_zero()).collect())
     }
 
     /// Its terms in falling order.
@@ -254,26 +288,26 @@ impl<A: Clone + Ord> Polynomial<A> {
     }
 
     fn zip(&self, other: &Self, negated: bool) -> Self {
-        let mut sum = Vec::with_capacity(self.0.len() + other.0.len());
+        let mut terms = Vec::with_capacity(self.0.len() + other.0.len());
         let signed = |number: &BigRational| if negated { -number } else { number.clone() };
         let (mut i, mut j) = (0, 0);
         while let (Some((a, x)), Some((b, y))) = (self.0.get(i), other.0.get(j)) {
             match a.cmp(b) {
-                Ordering::Greater => sum.push((a.clone(), x.clone())),
-                Ordering::Less => sum.push((b.clone(), signed(y))),
+                Ordering::Greater => terms.push((a.clone(), x.clone())),
+                Ordering::Less => terms.push((b.clone(), signed(y))),
                 Ordering::Equal => {
-                    let total = if negated { x - y } else { x + y };
+                    let total = if negated { sum(x, &-y) } else { sum(x, y) };
                     if !total.is_zero() {
-                        sum.push((a.clone(), total));
+                        terms.push((a.clone(), total));
                     }
                 }
             }
             i += usize::from(a >= b);
             j += usize::from(b >= a);
         }
-        sum.extend(self.0[i..].iter().cloned());
-        sum.extend(other.0[j..].iter().map(|(monomial, number)| (monomial.clone(), signed(number))));
-        Polynomial(sum)
+        terms.extend(self.0[i..].iter().cloned());
+        terms.extend(other.0[j..].iter().map(|(monomial, number)| (monomial.clone(), signed(number))));
+        Polynomial(terms)
     }
 
     /// The sum.
@@ -294,7 +328,7 @@ impl<A: Clone + Ord> Polynomial<A> {
         if factor.is_zero() {
             return Polynomial::zero();
         }
-        Polynomial(self.0.iter().map(|(monomial, number)| (monomial.clone(), number * factor)).collect())
+        Polynomial(self.0.iter().map(|(monomial, number)| (monomial.clone(), product(number, factor))).collect())
     }
 
     /// The product with one term; the order of the terms stays. `None` above the degree limit.
@@ -302,8 +336,9 @@ impl<A: Clone + Ord> Polynomial<A> {
         if coefficient.is_zero() {
             return Some(Polynomial::zero());
         }
-        let product = self.0.iter().map(|(monomial, number)| Some((monomial.times(factor)?, number * coefficient)));
-        product.collect::<Option<Vec<_>>>().map(Polynomial)
+        let terms =
+            self.0.iter().map(|(monomial, number)| Some((monomial.times(factor)?, product(number, coefficient))));
+        terms.collect::<Option<Vec<_>>>().map(Polynomial)
     }
 
     /// The product; `None` when it is too large to be worth having.
@@ -316,13 +351,13 @@ impl<A: Clone + Ord> Polynomial<A> {
         }
         let pairs = short.0.len().saturating_mul(long.0.len()) as u64;
         let words = (1 + short.widest() / 64).saturating_mul(1 + long.widest() / 64);
-        if pairs > 300_000 || pairs.saturating_mul(words) > 100_000_000 {
+        if pairs > MOST_PAIRS || pairs.saturating_mul(words) > 100_000_000 {
             return None;
         }
         let mut terms = Vec::new();
         for (monomial, number) in &short.0 {
             for (other, factor) in &long.0 {
-                terms.push((monomial.times(other)?, number * factor));
+                terms.push((monomial.times(other)?, product(number, factor)));
             }
         }
         Some(Polynomial::of(terms)).filter(Polynomial::is_modest)
@@ -334,6 +369,11 @@ impl<A: Clone + Ord> Polynomial<A> {
             bits(number) <= 1 || bits(number).saturating_mul(u64::from(exponent)) <= MOST_BITS.saturating_mul(2)
         };
         if self.0.len() == 1 && !self.0.iter().all(|(_, number)| fits(number)) {
+            return None;
+        }
+        // Two terms have a power of one term more than the exponent; its square root would be the last to be squared.
+        let half = u64::from(exponent) / 2;
+        if self.0.len() > 1 && half.saturating_mul(half) > MOST_PAIRS {
             return None;
         }
         let (mut result, mut square, mut left) = (Polynomial::one(), self.clone(), exponent);
@@ -353,8 +393,12 @@ impl<A: Clone + Ord> Polynomial<A> {
     pub fn content(&self) -> BigRational {
         let (mut numerator, mut denominator) = (BigInt::zero(), BigInt::one());
         for (_, number) in &self.0 {
-            numerator = numerator.gcd(number.numer());
-            denominator = denominator.lcm(number.denom());
+            if !numerator.is_one() {
+                numerator = numerator.gcd(number.numer());
+            }
+            if !number.denom().is_one() {
+                denominator = denominator.lcm(number.denom());
+            }
         }
         if numerator.is_zero() { BigRational::one() } else { BigRational::new(numerator.abs(), denominator) }
     }

@@ -25,7 +25,7 @@ use crate::value::{Relation, Value};
 
 use candidates::Candidate;
 use instance::Choice;
-use slots::{Slot, slots_of};
+use slots::{Slot, slots_of, with_assumed};
 
 /// How hard to try.
 #[derive(Clone, Debug)]
@@ -113,7 +113,7 @@ pub fn refute(
     assumptions: &Assumptions,
     limits: &Limits,
 ) -> Refutation {
-    let slots = slots_of(left, right, conditions, definitions);
+    let slots = with_assumed(slots_of(left, right, conditions, definitions), assumptions);
     let mut search = Search::new(left, right, connective, conditions, definitions, assumptions, limits, slots);
     for cost in search.slots.len()..=limits.cost.max(search.slots.len()) {
         search.extend(&mut Vec::new(), cost);

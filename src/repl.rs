@@ -7,6 +7,7 @@ mod help;
 mod helper;
 mod piped;
 mod prompt;
+mod waiting;
 
 use std::path::PathBuf;
 use std::rc::Rc;

@@ -218,6 +218,7 @@ impl Session {
         for failure in failures {
             run.trouble(&failure.source, failure.diagnostics);
         }
+        run.unshown();
         self.state.environment = environment;
     }
 

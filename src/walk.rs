@@ -16,7 +16,7 @@ use crate::script::read_file;
 use crate::stepper::{Choice, LoadError, Stepper, rational, value_of};
 use crate::value::Value;
 
-pub use start::{declarations, only_process};
+pub use start::{assignments, declarations, only_process};
 pub use trace::{Saved, saved};
 
 /// What can be typed.

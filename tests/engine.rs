@@ -225,7 +225,7 @@ fn printed_as_in_the_paper() {
     let lines: Vec<String> = components.iter().flat_map(|one| one.lines()).collect();
     println!("{}", lines.join("\n"));
     assert_eq!(flows.len(), 2);
-    assert_eq!(flows[0].guard.iter().map(|test| test.to_string()).collect::<Vec<_>>(), ["r != a"]);
+    assert_eq!(flows[0].guard.iter().flatten().map(|test| test.to_string()).collect::<Vec<_>>(), ["r != a"]);
     assert!(lines.iter().any(|line| line.starts_with("f_DEnv(r) = ")), "{lines:?}");
 }
 

@@ -203,3 +203,11 @@ fn the_program_takes_answers_from_standard_input() {
     assert_eq!(program(&["exercise", "no/such.pars"], "").0, Some(3));
     assert_eq!(program(&["exercise"], "").0, Some(2));
 }
+
+#[test]
+fn the_laws_alone_may_stand_in_braces() {
+    let text = "exercise sum \"Two delays are one\"\n  prove Stop ; Delay_1 ; Delay_2 = Delay_3\n  steps {\n    \
+                = {_} Delay_1 ; Delay_2\n    = {_} Delay_3\n  }\n";
+    let answer = solves(&mut attempt(text, "sum"), &["{seq-stop-left}", "delay-sum"]);
+    assert!(answer.contains("solved in 2 steps"), "{answer}");
+}

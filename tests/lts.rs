@@ -62,8 +62,10 @@ fn a_process_is_written_in_every_format_and_read_back() {
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("At_0"), "{svg}");
     let small = text(&pars(&["lts", path, "(P | P | P) to {At}", "--minimise"], b""));
     assert!(small.contains("states,"), "{small}");
-    // Parameters without a value have no transition system, and a misspelt process none either.
-    assert_eq!(pars(&["lts", script], b"").status.code(), Some(3));
+    // Parameters without a value get one, which is said; a misspelt process has no transition system.
+    let sampled = pars(&["lts", script], b"");
+    assert_eq!(sampled.status.code(), Some(0));
+    assert!(sampled.stderr.starts_with(b"take a = "), "{sampled:?}");
     assert_eq!(pars(&["lts", path, "Q"], b"").status.code(), Some(3));
     assert_eq!(pars(&["lts", path, "P ;"], b"").status.code(), Some(3));
     let cut = pars(&["lts", path, "P | P", "--bound", "2"], b"");
@@ -103,4 +105,32 @@ fn damaged_files_are_refused_or_read_but_never_break_it() {
         let output = pars(&["lts", "-"], input);
         assert_eq!(output.status.code(), Some(3), "{input:?}");
     }
+}
+
+#[test]
+fn parameters_without_a_value_are_given_one_or_get_a_small_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("p.pars");
+    std::fs::write(&path, "param t > 1, n < t\nproc P = Delay_t ; Out_{c,n}\n").expect("a file");
+    let path = path.to_str().expect("a path");
+    let given = pars(&["lts", path, "P", "--with", "t = 7, n = 5", "--format", "aut"], b"");
+    assert!(text(&given).contains("\"c!5\"") && given.stderr.is_empty(), "{given:?}");
+    let chosen = pars(&["lts", path, "P"], b"");
+    let said = String::from_utf8_lossy(&chosen.stderr).into_owned();
+    assert!(chosen.status.success() && said.starts_with("take n = ") && said.contains("t = 2"), "{said}");
+    let wrong = pars(&["lts", path, "P", "--with", "t = 1"], b"");
+    assert_eq!(wrong.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("break what is assumed"), "{wrong:?}");
+}
+
+#[test]
+fn a_text_with_many_errors_shows_the_first_hundred() {
+    let source = "prove Foo = Stop\n".repeat(3_000);
+    let output = pars(&["run", "-"], source.as_bytes());
+    let errors = String::from_utf8_lossy(&output.stderr).matches("error[P0314]").count();
+    assert_eq!((output.status.code(), errors), (Some(3), 100));
+    assert!(text(&output).contains("2900 more are not shown"), "{}", text(&output));
+    // An error that stands behind many warnings is shown.
+    let source = "proc P = Delay_1 ; Abort ; Stop\n".repeat(200) + "prove Foo = Stop\n";
+    assert_eq!(pars(&["run", "-"], source.as_bytes()).status.code(), Some(3));
 }

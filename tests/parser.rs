@@ -45,7 +45,7 @@ fn paper_equations_parse() {
     let source = Source::new("paper.pars", text);
     let shown = render_all(&parsed.diagnostics, &source, false);
     assert!(parsed.diagnostics.is_empty(), "{shown}");
-    assert_eq!(parsed.items.len(), 23);
+    assert_eq!(parsed.items.len(), 26);
 }
 
 #[test]
@@ -138,6 +138,23 @@ fn unicode_is_read_as_ascii() {
     assert_eq!(one, other);
     let laid_out = format(both).unwrap();
     assert!(laid_out.contains("a <= 1, b >= 2, a != b") && laid_out.contains("Delay_{2*τ-1} | In_p<r>) to {At}"));
+}
+
+#[test]
+fn products_percentages_and_assumptions_are_read_as_the_paper_prints_them() {
+    let mut environment = with_laws();
+    let text = "param t > 0\nsimplify Delay_{10t+2t^2}\nsimplify Delay_{10*t+2*t^2}\nsimplify Delay_{90 %}";
+    let lowered = take(&mut environment, "printed", text);
+    let [_, Lowered::Simplify(one), Lowered::Simplify(other), Lowered::Simplify(part)] = lowered.as_slice() else {
+        panic!()
+    };
+    assert_eq!((one, part.to_string()), (other, "Delay_{9/10}".to_string()));
+    assert!(format(text).unwrap().contains("Delay_{10t+2t^2}"));
+    assert!(first_error("param t\nsimplify Delay_{1/2t}").contains("can be read in two ways"));
+    let text = "property G = Delay_1 ; G where q > 1\nsimplify Delay_1 | Delay_q";
+    let lowered = take(&mut environment, "where", text);
+    assert!(matches!(lowered.as_slice(), [Lowered::Declared { .. }, Lowered::Declared { .. }, Lowered::Simplify(_)]));
+    assert_eq!(format(text).unwrap().lines().next(), Some("property G = Delay_1 ; G where q > 1"));
 }
 
 #[test]

@@ -212,3 +212,41 @@ fn an_exercise_is_done_at_the_prompt() {
     assert_eq!(prompt.sign(), "pars> ");
     assert!(answer(&mut prompt, &[":exercise dead", "quit", "Delay_1"]).contains("= Delay_1"));
 }
+
+#[test]
+fn a_system_can_be_typed_in_the_order_of_the_paper() {
+    let mut prompt = prompt();
+    answer(&mut prompt, &["param t > 0, p0, a, b, a != b, p0 != a"]);
+    let text = answer(&mut prompt, &["proc BF_{a,b} = MoveTo_a ; MoveTo_b ; BF_{a,b}"]);
+    assert_eq!(text, "BF waits for MoveTo, and is declared with it\n");
+    assert!(answer(&mut prompt, &[":show"]).contains("BF waits for MoveTo"));
+    let text = answer(&mut prompt, &["system Sys = DEnv_{p0} | BF_{a,b}"]);
+    assert_eq!(text, "Sys waits for DEnv, and is declared with it\n");
+    let text = answer(&mut prompt, &["proc MoveTo_g = In_p<r> ; Neq_{r,g} ; Out_{v,(g-r)/t} ; MoveTo_g"]);
+    assert_eq!(text, "BF declared\nMoveTo declared\n");
+    let text = answer(&mut prompt, &["property Goal = Delay_{?t1} ; (Delay_{?t2} # At_a) ; Delay_{?t3} ; Goal"]);
+    assert_eq!(text, "Goal declared\n");
+    let text = answer(&mut prompt, &["prove Sys satisfies Goal"]);
+    assert!(text.contains("there is no system `Sys`") && text.contains("Sys waits for DEnv"), "{text}");
+    answer(&mut prompt, &["proc DEnv_r = (Delay_t # Odo_r # At_r) ; In_v<u> ; DEnv_{r+u*t}"]);
+    let text = answer(&mut prompt, &["proc Odo_r = Out_{p,r} ; Odo_r"]);
+    let declared: std::collections::BTreeSet<&str> = text.lines().collect();
+    assert_eq!(declared, ["DEnv declared", "Odo declared", "Sys declared"].into());
+    let text = answer(&mut prompt, &["prove Sys satisfies Goal"]);
+    assert!(text.starts_with("proved") && text.contains("?t1 = t, ?t2 = t, ?t3 = 0"), "{text}");
+}
+
+#[test]
+fn what_waits_can_be_forgotten_typed_anew_and_is_no_slip_of_the_pen() {
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &["proc P = Dellay_1"]).contains("did you mean `Delay`"));
+    // Two that call each other are declared together.
+    assert_eq!(answer(&mut prompt, &["proc Ping = Delay_1 ; Pong"]), "Ping waits for Pong, and is declared with it\n");
+    assert_eq!(answer(&mut prompt, &["proc Ping = Delay_2 ; Pong"]), "Ping waits for Pong, and is declared with it\n");
+    assert_eq!(answer(&mut prompt, &["proc Pong = Delay_3 ; Ping"]), "Ping declared\nPong declared\n");
+    assert!(answer(&mut prompt, &[":show Ping"]).contains("Delay_2"));
+    answer(&mut prompt, &["proc Left = Right"]);
+    answer(&mut prompt, &[":undo"]);
+    assert_eq!(answer(&mut prompt, &["proc Right = Delay_1"]), "Right declared\n");
+    assert!(answer(&mut prompt, &["simplify Left"]).contains("there is no process `Left`"));
+}

@@ -133,3 +133,14 @@ fn a_denominator_that_is_a_condition_is_where_it_holds() {
     let fails = int(1).sub(&holds).unwrap();
     assert_eq!(holds.div(&fails).unwrap(), none);
 }
+
+#[test]
+fn large_polynomials_multiply_and_too_large_ones_are_refused() {
+    let factor = add(&var("x"), &int(1));
+    let product = (0..200).fold(int(1), |all, _| mul(&all, &factor));
+    assert_eq!(product, factor.power(&int(200)).unwrap());
+    assert!(factor.power(&int(100_000)).is_err());
+    let half = add(&var("x"), &frac(1, 2));
+    let product = (0..20).fold(int(1), |all, _| mul(&all, &half));
+    assert_eq!(product, half.power(&int(20)).unwrap());
+}

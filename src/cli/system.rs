@@ -6,6 +6,7 @@ use std::rc::Rc;
 use clap::ValueEnum;
 use serde_json::{Value as Json, json};
 
+use crate::definition::Definitions;
 use crate::diagnostic::{Diagnostic, Source, Span, render_all};
 use crate::equivalence::{Evidence, Preorder, Verdict, compare, minimised_system, strong_partition, system_of};
 use crate::library::{self, Failure, Reader};
@@ -13,12 +14,14 @@ use crate::lower::{Entity, Environment};
 use crate::name::Name;
 use crate::parser::parse_term;
 use crate::progress::Watch;
+use crate::sample::close;
 use crate::script::{Printer, World, complain, read_file, read_input};
 use crate::session::{Surroundings, evidence_lines};
 use crate::term::Term;
 use crate::transition_system::{
     Bounds, MOST_DRAWN, TransitionSystem, aut, dot, json as as_json, look, summary, svg, told,
 };
+use crate::walk::assignments;
 
 /// How a system is written.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -39,6 +42,7 @@ pub(super) enum Format {
 pub(super) struct Request {
     pub(super) file: PathBuf,
     pub(super) term: Option<String>,
+    pub(super) with: Option<String>,
     pub(super) format: Format,
     pub(super) minimise: bool,
     pub(super) bound: Option<usize>,
@@ -196,15 +200,33 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<(Transitio
     }
     let environment = declared(&source, watch, colour)?;
     let term = meant(&environment, request.term.as_deref(), colour)?;
+    let (term, definitions) = instance(&term, &environment, request.with.as_deref(), colour)?;
     let refuse = |trouble| format!("this process has no transition system: {trouble}\n");
     if request.minimise {
-        let (system, _) = minimised_system(&term, &environment.definitions, &bounds, &stop).map_err(refuse)?;
+        let (system, _) = minimised_system(&term, &definitions, &bounds, &stop).map_err(refuse)?;
         return Ok((system, unnamed));
     }
-    let found = system_of(&term, &environment.definitions, &bounds, &stop).map_err(refuse)?;
+    let found = system_of(&term, &definitions, &bounds, &stop).map_err(refuse)?;
     let states = found.states;
     let named: Names = Box::new(move |state| states.get(state as usize).map(|state| state.term().to_string()));
     Ok((found.system, named))
+}
+
+/// The process with values for its parameters: those given, and for the others small ones, which are said.
+fn instance(
+    term: &Term,
+    environment: &Environment,
+    with: Option<&str>,
+    colour: bool,
+) -> Result<(Term, Definitions), Refused> {
+    let given = with.map_or(Ok(Vec::new()), |text| assignments(environment, text, colour))?;
+    let closed = close(term, environment, &given).map_err(|why| format!("{why}\n"))?;
+    let chosen = closed.values.iter().filter(|(_, _, chosen)| *chosen);
+    let chosen: Vec<String> = chosen.map(|(name, value, _)| format!("{name} = {value}")).collect();
+    if let Some(first) = chosen.first() {
+        complain(&format!("take {}; others are given by `--with \"{first}\"`\n", chosen.join(", ")));
+    }
+    Ok((closed.term, closed.definitions))
 }
 
 /// Compares two files; gives the exit code: 0 yes, 1 no, 4 unknown.

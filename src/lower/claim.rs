@@ -257,12 +257,12 @@ impl Lowerer<'_> {
 
     fn law_header(&mut self, item: &LawItem) {
         let name = &item.name;
-        let fine = |letter: char| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '-';
+        let fine = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
         if !name.name.as_str().chars().all(fine) {
             self.report(
                 Diagnostic::error("P0704", format!("a law cannot be named `{}`", name.name))
                     .label(name.span, "its name")
-                    .help("the name of a law has small letters, digits and dashes only: `delay-sum`"),
+                    .help("the name of a law has letters, digits and dashes only: `delay-sum`"),
             );
         }
         if self.environment.laws.get(&name.name).is_some() {

@@ -156,6 +156,8 @@ impl Lowerer<'_> {
         let known = names.iter().chain(environment.quantities.keys()).map(Name::as_str);
         let advice = if self.metas == Metas::Law {
             format!("declare it with `param {0}`, or write `?{0}` for any value", ident.name)
+        } else if self.metas == Metas::Values {
+            format!("declare it with `param {0}`, or write `?{0}` for a value to be found", ident.name)
         } else {
             format!(
                 "declare it with `param {}`, make it a parameter, or bind it before with `In_c<{0}>` or `Set_x<{0}>`",

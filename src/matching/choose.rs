@@ -1,6 +1,7 @@
 //! Parts of `|` or `#`, in any order.
 
-use super::{State, differs, plain_meta, whole};
+use super::shape::may_fit;
+use super::{State, plain_meta, whole};
 use crate::name::Name;
 use crate::term::{Node, Term};
 
@@ -121,7 +122,7 @@ pub(super) fn choose(wanted: &[&Term], pool: &mut Pool<'_>, state: State, found:
     }
     let mut current = pool.next(0, None);
     while let Some(index) = current {
-        if differs(wanted[next], pool.parts.get(index)) {
+        if !may_fit(wanted[next], &pool.parts[index]) {
             current = pool.next(index + 1, Some(index));
             continue;
         }

@@ -89,7 +89,7 @@ impl Parser<'_> {
     }
 
     pub(super) fn law_name(&mut self) -> Parse<Ident> {
-        if matches!(self.kind(), Kind::Lower | Kind::Word(_)) && !self.at_item() {
+        if matches!(self.kind(), Kind::Lower | Kind::Upper | Kind::Word(_)) && !self.at_item() {
             return Ok(self.dashed());
         }
         self.unexpected("the name of a law, such as `delay-sum`")

@@ -215,7 +215,7 @@ impl Parser<'_> {
         Ok((name, self.term()?))
     }
 
-    fn parameters(&mut self) -> Parse<Vec<Parameter>> {
+    pub(super) fn parameters(&mut self) -> Parse<Vec<Parameter>> {
         let mut all = vec![self.parameter()?];
         while self.accept(Kind::Comma) {
             all.push(self.parameter()?);

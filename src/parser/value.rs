@@ -38,6 +38,15 @@ impl Parser<'_> {
         let mut parts = vec![(false, first)];
         while matches!(self.kind(), Kind::Star | Kind::Slash) {
             let divides = self.advance().kind == Kind::Slash;
+            if divides && self.at_multiple() {
+                let span = self.token().span.to(self.ahead(1).span);
+                let (number, name) = (self.spelling(), self.ahead(1).span.of(self.text));
+                return self.fail(
+                    Diagnostic::error("P0201", format!("`/ {number}{name}` can be read in two ways"))
+                        .label(span, "divided by the number, or by the product?")
+                        .help(format!("write `/ {number} * {name}` or `/ ({number} * {name})`")),
+                );
+            }
             parts.push((divides, self.signed()?));
         }
         Ok(Value { span: self.since(start), kind: ValueKind::Product(parts) })
@@ -58,8 +67,24 @@ impl Parser<'_> {
         Ok(Value { span: self.since(start), kind: ValueKind::Negative(Box::new(value)) })
     }
 
+    /// Whether a number follows with a name close behind it: `10t`.
+    fn at_multiple(&self) -> bool {
+        let next = self.ahead(1);
+        self.at(Kind::Number) && next.kind == Kind::Lower && next.span.start == self.token().span.end
+    }
+
+    /// A power; `10t` is a product.
     fn power(&mut self) -> Parse<Value> {
+        let multiple = self.at_multiple();
         let base = self.primary()?;
+        if multiple {
+            if let Some(role) = self.roles.get_mut(self.position) {
+                *role = Role::Closing;
+            }
+            let rest = self.nested(Parser::power)?;
+            let span = base.span.to(rest.span);
+            return Ok(Value { span, kind: ValueKind::Product(vec![(false, base), (false, rest)]) });
+        }
         if !self.at(Kind::Caret) {
             return Ok(base);
         }
@@ -72,7 +97,14 @@ impl Parser<'_> {
     pub(super) fn primary(&mut self) -> Parse<Value> {
         let start = self.token().span.start;
         let kind = match self.kind() {
-            Kind::Number => ValueKind::Number(self.number()),
+            Kind::Number => {
+                let number = self.number();
+                let percent = self.at(Kind::Percent);
+                if percent {
+                    self.take(Role::Closing);
+                }
+                ValueKind::Number(if percent { number / BigRational::from_integer(BigInt::from(100)) } else { number })
+            }
             Kind::Lower | Kind::Upper => self.named()?,
             Kind::Meta => ValueKind::Name(self.meta_value()?),
             Kind::OpenRound => return self.bracketed(),

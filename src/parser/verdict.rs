@@ -1,7 +1,7 @@
 //! What is asked of a system beside its property: what always holds, and how likely something is.
 
-use super::{Parse, Parser};
-use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Term, Within};
+use super::{Parse, Parser, Role};
+use crate::ast::{ClaimKind, Comparison, Event, Ident, Item, ItemKind, Likelihood, Term, Within};
 use crate::lexer::{Keyword, Kind, Token};
 use crate::value::Relation;
 
@@ -48,20 +48,20 @@ impl Parser<'_> {
         Ok((likelihood, relation, bound))
     }
 
-    /// `where P(x <= d) >= q`, if it stands here.
+    /// `where P(x <= d) >= q`, if it stands here. `where q > 1` says what `param q > 1` says.
     pub(super) fn within(&mut self) -> Parse<Option<Within>> {
         if self.spelling() != "where" {
             return Ok(None);
         }
         let start = self.token().span.start;
         self.advance();
-        if self.spelling() != "P" {
-            return self.unexpected(
-                "`P(x <= 10) >= 9/10`; what always holds is asked as `prove Sys always |p-o| > 1 when At_p, Obs_o`",
-            );
+        if self.spelling() != "P" || self.ahead(1).kind != Kind::OpenRound {
+            let assumed = ItemKind::Param(self.parameters()?);
+            self.assumed.push(Item { span: self.since(start), kind: assumed });
+            return Ok(None);
         }
         self.advance();
-        self.require(Kind::OpenRound, "`(` and the time that is drawn, as in `where P(x <= 10) >= 9/10`")?;
+        self.take(Role::Joining);
         if !self.at(Kind::Lower) {
             return self.unexpected("the name of the time that is drawn");
         }

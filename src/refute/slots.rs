@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::law::Condition;
 use crate::name::Name;
@@ -195,6 +196,19 @@ pub(super) fn slots_of(left: &Term, right: &Term, conditions: &[Condition], defi
     }
     slots.extend(found.processes.into_iter().map(|(name, arity)| Slot::Process(name, arity)));
     slots
+}
+
+/// With the parameters that assumptions tie to those of the claim: without a value for `b` nothing is known of `a < b`.
+pub(super) fn with_assumed(mut slots: Vec<Slot>, assumptions: &Assumptions) -> Vec<Slot> {
+    let together: Vec<BTreeSet<Name>> = assumptions.iter().map(|(_, value)| value.variables()).collect();
+    let mut known: BTreeSet<Name> = slots.iter().map(|slot| slot.name().clone()).collect();
+    let first = slots.iter().position(|slot| matches!(slot, Slot::Process(..))).unwrap_or(slots.len());
+    loop {
+        let tied = together.iter().filter(|names| !names.is_disjoint(&known)).flatten();
+        let Some(name) = tied.into_iter().find(|name| !known.contains(*name)).cloned() else { return slots };
+        known.insert(name.clone());
+        slots.insert(first, Slot::Parameter(name));
+    }
 }
 
 impl Vocabulary {

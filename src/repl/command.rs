@@ -223,7 +223,7 @@ fn show(prompt: &Prompt, name: &str) -> String {
         let quantities = environment.quantities().map(|(name, _)| one(prompt, name));
         let assumed = environment.assumptions.iter();
         let assumed = assumed.map(|(relation, value)| format!("assumed: {value} {} 0\n", relation.symbol()));
-        let all: String = entities.chain(quantities).chain(assumed).collect();
+        let all: String = entities.chain(quantities).chain(assumed).chain([prompt.waiting()]).collect();
         return all;
     }
     let found = one(prompt, &Name::new(name));

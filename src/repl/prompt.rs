@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::command;
+use super::waiting::{Turn, Waiting};
 use crate::diagnostic::{Severity, Source};
 use crate::exercise::Attempt;
 use crate::report::{Output, PROMPT, worse};
@@ -31,6 +32,8 @@ pub struct Prompt {
     walk: Option<Walk>,
     /// The exercise that is being done, while one is.
     attempt: Option<Attempt>,
+    /// Declarations that mention what is not declared yet.
+    waiting: Waiting,
 }
 
 impl Prompt {
@@ -54,6 +57,7 @@ impl Prompt {
             shown: String::new(),
             walk: None,
             attempt: None,
+            waiting: Waiting::default(),
         })
     }
 
@@ -107,9 +111,29 @@ impl Prompt {
         } else if let Some(command) = text.strip_prefix(':') {
             quit = command::run(self, command);
         } else if !text.is_empty() {
-            self.run(line, |session, emit| session.input(PROMPT, line, emit));
+            self.input(line);
         }
         Reply { text: std::mem::take(&mut self.shown), quit }
+    }
+
+    /// An input of the language: it may wait for what it mentions, or be what others waited for.
+    fn input(&mut self, line: &str) {
+        match self.waiting.take(self.session.environment(), line) {
+            Turn::Wait(text) => self.print(&text),
+            Turn::Run(text) => {
+                let before = self.session.number();
+                self.run(&text, |session, emit| session.input(PROMPT, &text, emit));
+                if self.session.number() == before {
+                    let lines = self.waiting();
+                    self.print(&lines);
+                }
+            }
+        }
+    }
+
+    /// Who still waits for whom, a line each.
+    pub(super) fn waiting(&self) -> String {
+        self.waiting.lines(self.session.environment()).into_iter().map(|line| line + "\n").collect()
     }
 
     /// Runs something in the session, prints what it answers, and keeps the input if something came of it.
@@ -201,8 +225,11 @@ impl Prompt {
         self.print(&text);
     }
 
-    /// Forgets the last input; false if there is none.
+    /// Forgets the last input, first of those that wait; false if there is none.
     pub(super) fn undo(&mut self) -> bool {
+        if self.waiting.forget() {
+            return true;
+        }
         self.inputs.pop();
         self.session.undo()
     }

@@ -120,7 +120,9 @@ impl Run<'_, '_> {
         if let Some(evidence) = &found.evidence {
             let lemmas = evidence.theorem.lemmas();
             let named = |record: &&Arc<Record>| record.report.name.as_ref().is_some_and(|name| lemmas.contains(name));
-            uses.extend(self.state.records.iter().filter(named).flat_map(|record| record.uses.clone()));
+            if !lemmas.is_empty() {
+                uses.extend(self.state.records.iter().filter(named).flat_map(|record| record.uses.clone()));
+            }
         }
         Record { report, evidence: found.evidence.map(Arc::new), uses, stale: None }
     }

@@ -24,6 +24,7 @@ pub(super) fn contradict(
     property: &Property,
     outcome: &Outcome,
     environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
     found: &mut Found,
 ) {
     let Some(body) = &property.body else { return };
@@ -39,7 +40,11 @@ pub(super) fn contradict(
     let Ok(closed) = close(&whole, environment, &given) else { return };
     let given: BTreeMap<Name, Value> = given.into_iter().collect();
     let shown: BTreeSet<Term> = wanted.wants.iter().flat_map(|want| want.shown.iter().cloned()).collect();
-    let lasso = Lasso::of(&closed.term, &closed.definitions).with_last_legs(outcome, &wanted, &given);
+    let lasso = Lasso::of(&closed.term, &closed.definitions, interrupted);
+    if interrupted() {
+        return;
+    }
+    let lasso = lasso.with_last_legs(outcome, &wanted, &given);
     let Some(misfit) = misfit(&lasso, &wanted, &given) else { return };
     found.verdict = Some(Verdict::Refuted);
     let why = std::mem::take(&mut found.remains);

@@ -72,7 +72,12 @@ pub(super) struct Run<'r, 'e> {
     laws: Laws,
     place: (String, usize, usize),
     stopped: bool,
+    /// How much was wrong so far.
+    wrong: usize,
 }
+
+/// The most of what is wrong in one text that is shown.
+const MOST_WRONG: usize = 100;
 
 impl<'r, 'e> Run<'r, 'e> {
     pub(super) fn new(
@@ -83,7 +88,8 @@ impl<'r, 'e> Run<'r, 'e> {
         emit: &'r mut Emit<'e>,
     ) -> Run<'r, 'e> {
         let laws = environment.laws.clone();
-        Run { state, own, surroundings, emit, waiting: None, laws, place: (String::new(), 0, 1), stopped: false }
+        let place = (String::new(), 0, 1);
+        Run { state, own, surroundings, emit, waiting: None, laws, place, stopped: false, wrong: 0 }
     }
 
     pub(super) fn emit(&mut self, output: &Output, record: Option<&Record>) {
@@ -229,9 +235,23 @@ impl<'r, 'e> Run<'r, 'e> {
         self.emit(&Output::Declared(names), None);
     }
 
-    pub(super) fn trouble(&mut self, source: &Source, diagnostics: Vec<Diagnostic>) {
+    /// Shows what is wrong, errors before warnings where it is too much to show all.
+    pub(super) fn trouble(&mut self, source: &Source, mut diagnostics: Vec<Diagnostic>) {
+        let room = MOST_WRONG.saturating_sub(self.wrong);
+        self.wrong += diagnostics.len();
+        if diagnostics.len() > room {
+            diagnostics.sort_by_key(|one| one.severity);
+            diagnostics.truncate(room);
+        }
         if !diagnostics.is_empty() {
             self.emit(&Output::Trouble(source.clone(), diagnostics), None);
+        }
+    }
+
+    /// Says how much was wrong besides what was shown.
+    pub(super) fn unshown(&mut self) {
+        if let more @ 1.. = self.wrong.saturating_sub(MOST_WRONG) {
+            self.emit(&Output::Note(format!("{more} more are not shown")), None);
         }
     }
 

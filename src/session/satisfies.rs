@@ -54,7 +54,8 @@ impl Run<'_, '_> {
             verify::Verdict::Open { remaining } => found.remains = remaining.iter().map(|line| said(line)).collect(),
         }
         if !matches!(outcome.verdict, verify::Verdict::Proved) && !self.surroundings.interrupted() {
-            contradict(system, property, &outcome, environment, &mut found);
+            let interrupted = || self.surroundings.interrupted();
+            contradict(system, property, &outcome, environment, &interrupted, &mut found);
             if let (None, verify::Verdict::Refuted { reason, .. }) = (found.verdict, &outcome.verdict) {
                 found.remains = vec![
                     format!("no durations were found: {}", said(reason)),

@@ -96,8 +96,11 @@ fn render(diagnostics: &[Diagnostic], text: &str, colour: bool) -> String {
     render_all(diagnostics, &Source::new("<step>", text), colour)
 }
 
-/// `t = 1, a = 3`
-fn assignments(environment: &Environment, text: &str, colour: bool) -> Result<Vec<(Name, Value)>, String> {
+/// The values for parameters in a text such as `t = 1, a = 3`.
+///
+/// # Errors
+/// What is wrong with it, as text.
+pub fn assignments(environment: &Environment, text: &str, colour: bool) -> Result<Vec<(Name, Value)>, String> {
     // The same form as behind `expect`.
     let written = format!("expect {}", text.trim());
     let parsed = parse(&written);
