@@ -19,12 +19,16 @@ pub fn subterms(term: &Term) -> Vec<&Term> {
     all
 }
 
-/// All names that the term writes or binds by an index, wherever.
+/// All names that the term writes, binds by an index or replaces, wherever.
 pub fn bound_names(term: &Term) -> BTreeSet<Name> {
     let mut names = BTreeSet::new();
     for part in subterms(term) {
         match part.node() {
-            Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) | Node::Power(_, _, Some(name)) => {
+            Node::In(_, name)
+            | Node::Set(_, name)
+            | Node::Ran(_, name)
+            | Node::Power(_, _, Some(name))
+            | Node::Replace(_, name, _) => {
                 names.insert(name.clone());
             }
             _ => {}
@@ -47,9 +51,6 @@ pub fn metavariables(term: &Term) -> BTreeSet<Name> {
                 names.insert(name.clone());
             }
             Node::Project(_, shown) => names.extend(shown.iter().cloned()),
-            Node::Replace(_, name, _) => {
-                names.insert(name.clone());
-            }
             _ => {}
         }
     }
