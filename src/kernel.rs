@@ -22,7 +22,9 @@ use crate::fact::{Context, Facts};
 use crate::law::{Condition, Connective, Laws};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
-use crate::scope::{bound_names, calls, condition_mentions, condition_parts, fill, reaches, read_names, subterms};
+use crate::scope::{
+    bound_names, calls, condition_mentions, condition_parts, fill, reaches, read_names, subterms, written,
+};
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Need, Relation, Value};
@@ -157,6 +159,8 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         return Err(reject(Reason::Hypothesis(Box::new(left.clone()), Box::new(right.clone()))));
     }
     same(&last.left, &statement.left).and_then(|()| same(&last.right, &statement.right)).map_err(reject)?;
+    let plain = |side: &Term| checker.meaning.closed(side, &checker.context.assumptions);
+    plain(&statement.left).and_then(|()| plain(&statement.right)).map_err(reject)?;
     if !last.connective.gives(statement.connective) {
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
@@ -212,6 +216,13 @@ impl Checker<'_> {
                 return Err(Reason::TooLarge);
             }
             self.meaning.look(side, &self.context.assumptions)?;
+            let mut counted = self.meaning.counted().peekable();
+            if counted.peek().is_some() {
+                let written = written(side, self.context.definitions);
+                if let Some(name) = counted.find(|name| written.contains(name)) {
+                    return Err(Reason::Name(name));
+                }
+            }
             if !self.fixed.is_empty()
                 && let Some(name) = bound_names(side).intersection(&self.fixed).next()
             {

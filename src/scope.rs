@@ -120,7 +120,7 @@ pub fn reaches(definitions: &Definitions, from: &Name, to: &Name) -> bool {
     false
 }
 
-/// All names that the term, or a process it calls, writes by `In`, `Set` or `Ran`.
+/// All names that the term, or a process it calls, writes by `In`, `Set` or `Ran`, or replaces.
 pub fn written(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
     let mut names = BTreeSet::new();
     let mut seen = BTreeSet::new();
@@ -128,7 +128,7 @@ pub fn written(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
     while let Some(next) = open.pop() {
         for part in subterms(next) {
             match part.node() {
-                Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) => {
+                Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) | Node::Replace(_, name, _) => {
                     names.insert(name.clone());
                 }
                 Node::Call(called, _) if seen.insert(called.clone()) => {

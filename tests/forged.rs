@@ -247,6 +247,14 @@ fn nothing_is_chained_through_a_value_that_need_not_exist() {
         ]
     };
     undefined(texts.check(vec![], texts.claim("Gte_{1/2,1}", "Stop", &[]), steps("0-1")));
+    let counted = "(Out_{c,2^i})^{i<1}";
+    let steps = vec![
+        texts.law("gte-true", &["?x = 2^i", "?y = 1"]),
+        around(&texts, &format!("{counted} ; Set_{{0-1}}<i> ; ?X"), 0),
+    ];
+    let bound = format!("{counted} ; Set_{{0-1}}<i>");
+    let claim = texts.claim(&format!("{bound} ; Gte_{{2^i,1}}"), &format!("{bound} ; Stop"), &[]);
+    assert!(texts.check(vec![], claim, steps).is_err(), "an index of rounds is bound by something else");
     let power = vec![texts.law("gte-true", &["?x = 2^n", "?y = 1"])];
     assert!(texts.check(vec![], texts.claim("Gte_{2^n,1}", "Stop", &[]), power).is_ok());
 }
