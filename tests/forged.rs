@@ -196,7 +196,7 @@ fn what_a_called_process_reads_is_no_index_and_no_parameter() {
 
 #[test]
 fn nothing_is_chained_through_a_value_that_need_not_exist() {
-    let texts = under("param k\nparam m >= 0\nparam n : natural\nproc T_x = Out_{c,k/x}\n");
+    let texts = under("param k\nparam m >= 0\nproc T_x = Out_{c,k/x}\n");
     // k is not sqrt(k)*sqrt(k) where it is negative.
     let root = |of: &str| {
         let square = format!("sqrt({of})*sqrt({of})");
@@ -239,7 +239,11 @@ fn nothing_is_chained_through_a_value_that_need_not_exist() {
     undefined(texts.check(vec![hidden.clone()], texts.claim("T_k", "Out_{c,0}", &["k = 0"]), at_k));
     let at_two = vec![Step::Lemma(0, texts.with(&["?x = 2"]))];
     assert!(texts.check(vec![hidden], texts.claim("T_2", "Out_{c,0}", &["k = 0"]), at_two).is_ok());
-    // An exponent is a natural number.
+}
+
+#[test]
+fn an_exponent_is_a_natural_number() {
+    let texts = under("param n : natural\n");
     let steps = |value: &str| {
         vec![
             texts.law("gte-true", &["?x = 2^?k", "?y = 1"]),
