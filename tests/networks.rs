@@ -39,12 +39,12 @@ fn binder(dice: &mut Dice) -> String {
     dice.one_of(&[
         "(Eq_{y,k} ; Set_1<w> | Neq_{y,k} ; Set_2<w>)",
         "(Eq_{y,1} ; In_a<w> | Neq_{y,1} ; Set_y<w>)",
-        "(In_a<w> # In_b<w>)",
+        "(In_a<w> # (In_b<v> ; Abort))",
         "(Set_1<w> | Delay_1)",
-        "((Delay_x ; Set_y<w>) # (Delay_2 ; Set_x<w>))",
+        "((Delay_x ; Set_y<w>) # See_1 # loop(In_PORT<v>))",
         "((In_b<w> ; Eq_{w,1}) else Set_2<w>)",
         "((Set_1<w> ; Lss_{y,2}) else (Set_3<w> ; Delay_1))",
-        "(Set_y<w>)^{i<some}",
+        "Set_3<w> ; (Set_{w+1}<w>)^some",
         "(Set_1<w> # Idle)",
         "(In_PORT<w> | Delay_1)",
     ])
