@@ -16,7 +16,7 @@ use num_traits::{Signed, Zero};
 
 use crate::name::Name;
 use crate::polynomial::Polynomial;
-use crate::value::{Atom, Relation, Sort, Value};
+use crate::value::{Atom, Need, Relation, Sort, Value, ValueError};
 use linear::{Bound, Constraint};
 use sign::Signs;
 
@@ -204,6 +204,42 @@ impl Assumptions {
             return Some(true);
         }
         if possible.within(Signs::of(relation.negated())) { Some(false) } else { None }
+    }
+
+    /// Whether what a value needs to have a meaning is so.
+    pub fn grants(&self, need: &Need) -> Option<bool> {
+        match need {
+            Need::Nonzero(value) => self.decide(Relation::Neq, value, &Value::zero()),
+            Need::Nonnegative(value) => self.decide(Relation::Gte, value, &Value::zero()),
+            Need::Natural(value) => self.is_natural(value),
+        }
+    }
+
+    /// A value with others put in for names, undefined wherever one of them is, or it was itself, unless they are known
+    /// to be defined: `y*k` with `1/k` for y is not 1, as k may be 0.
+    ///
+    /// # Errors
+    /// When the result is not defined, or may be where what it was made of is not.
+    pub fn put_in(&self, value: &Value, images: &BTreeMap<Name, Value>) -> Result<Value, ValueError> {
+        let image = value.substitute(images)?;
+        let read = value.variables();
+        let mut needs: BTreeSet<Need> =
+            read.iter().filter_map(|name| images.get(name)).flat_map(Value::needs).collect();
+        for need in value.needs() {
+            needs.insert(need.substitute(images)?);
+        }
+        if needs.is_empty() {
+            return Ok(image);
+        }
+        let shown = image.needs();
+        let lost = |need: &&Need| {
+            // Where it divides by 0 and yet has a value, a condition has excluded the division.
+            !need.value().is_zero() && !need.follows_from(&shown) && self.grants(need) != Some(true)
+        };
+        match needs.iter().find(lost) {
+            Some(need) => Err(ValueError::new(need.to_string())),
+            None => Ok(image),
+        }
     }
 
     /// Whether a value is 0, 1, 2, …

@@ -13,6 +13,7 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::law::{Condition, Fact};
 use crate::name::Name;
+use crate::scope::calls;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -176,7 +177,8 @@ impl<'a> Context<'a> {
                         facts.surely_binds.clear();
                         facts.duration = None;
                     }
-                    for parameter in &definition.parameters {
+                    let elsewhere = context.read_in_calls(&definition.body);
+                    for parameter in definition.parameters.iter().filter(|name| !elsewhere.contains(*name)) {
                         facts.reads.names.remove(parameter);
                     }
                     (definition.name.clone(), facts)
@@ -190,6 +192,13 @@ impl<'a> Context<'a> {
             }
         }
         self.definitions.iter().map(|d| (d.name.clone(), Facts::anything(&d.name))).collect()
+    }
+
+    /// The names that the processes called in a term read where they are called: no parameter, index or replacement
+    /// around the call changes what such a name means there.
+    fn read_in_calls(&self, term: &Term) -> BTreeSet<Name> {
+        let called = calls(term);
+        called.iter().filter_map(|name| self.defined.get(name)).flat_map(|facts| facts.reads.names.clone()).collect()
     }
 
     /// Whether the claim supposes just this.
@@ -236,17 +245,17 @@ impl Facts {
             }
             Node::Replace(_, name, _) => {
                 let Facts { binds, ports, reads, .. } = body();
-                let mut facts = Facts { binds, ports, reads, ..Facts::anything(name) };
-                facts.reads.names.remove(name);
-                facts
+                Facts { binds, ports, reads, ..Facts::anything(name) }
             }
             _ => Facts::leaf(term, context),
         };
+        if let Node::Power(body, _, Some(name)) | Node::Replace(body, name, _) = term.node()
+            && !context.read_in_calls(body).contains(name)
+        {
+            facts.reads.names.remove(name);
+        }
         for value in term.values() {
             facts.reads.names.extend(value.variables());
-        }
-        if let Node::Power(_, _, Some(index)) = term.node() {
-            facts.reads.names.remove(index);
         }
         if !facts.may_stop {
             facts.binds = NameSet::default();
@@ -358,7 +367,7 @@ impl Facts {
         };
         let mut facts = known.clone();
         let map: BTreeMap<Name, Value> = definition.parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
-        facts.duration = facts.duration.and_then(|duration| duration.substitute(&map).ok());
+        facts.duration = facts.duration.and_then(|duration| context.assumptions.put_in(&duration, &map).ok());
         facts
     }
 

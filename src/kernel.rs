@@ -5,25 +5,29 @@
 
 mod gate;
 mod lemma;
+mod meaning;
 mod reason;
 mod run;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use gate::{Needs, counts_are_settled, well_sorted};
+use meaning::Meaning;
 pub use reason::Reason;
 
 use crate::assumption::Assumptions;
 use crate::condition::exposes;
 use crate::definition::Definitions;
-use crate::fact::Context;
+use crate::fact::{Context, Facts};
 use crate::law::{Condition, Connective, Laws};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
-use crate::scope::{bound_names, calls, condition_mentions, fill, reaches, read_names};
+use crate::scope::{
+    bound_names, calls, condition_mentions, condition_parts, fill, reaches, read_names, subterms, written,
+};
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value};
+use crate::value::{Need, Relation, Value};
 
 /// What a theorem may rest on: the assumptions on parameters, the definitions, the laws.
 #[derive(Clone, Debug, Default)]
@@ -43,6 +47,8 @@ pub struct Thm {
     laws: BTreeSet<Name>,
     lemmas: BTreeSet<Name>,
     trusted: BTreeSet<String>,
+    /// What the values in it and in its proof need to have a meaning, as far as that does not follow from the assumptions.
+    needs: BTreeSet<Need>,
     /// Whether a network was run on the way, in which a metavariable stands for a value that no part binds.
     advanced: bool,
 }
@@ -119,7 +125,7 @@ pub fn check(theory: &Theory, proof: &Proof) -> Result<Thm, Rejected> {
 /// The theorem that these steps prove, with the help of theorems proved before.
 fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps: &[Step]) -> Result<Thm, Rejected> {
     let context = Context::new(&theory.assumptions, &theory.definitions, &statement.hypotheses);
-    let fixed = context.assumptions.variables();
+    let fixed = spoken_of(&context);
     // What is assumed of a name holds wherever it is read, so no definition may give it another value.
     let bound =
         |name: &&Name| theory.definitions.iter().any(|definition| bound_names(&definition.body).contains(*name));
@@ -140,6 +146,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         sorted: HashSet::new(),
         counts: BTreeSet::new(),
         needs: HashMap::new(),
+        meaning: Meaning::of(statement, steps, theory),
     };
     for (number, step) in steps.iter().enumerate() {
         let found = checker.step(step).and_then(|derived| checker.gate(derived));
@@ -152,11 +159,24 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         return Err(reject(Reason::Hypothesis(Box::new(left.clone()), Box::new(right.clone()))));
     }
     same(&last.left, &statement.left).and_then(|()| same(&last.right, &statement.right)).map_err(reject)?;
+    let plain = |side: &Term| checker.meaning.closed(side, &checker.context.assumptions);
+    plain(&statement.left).and_then(|()| plain(&statement.right)).map_err(reject)?;
     if !last.connective.gives(statement.connective) {
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
-    let Checker { laws, lemmas, trusted, advanced, .. } = checker;
-    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, advanced })
+    let Checker { laws, lemmas, trusted, advanced, meaning, .. } = checker;
+    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, needs: meaning.met().clone(), advanced })
+}
+
+/// The names of which something is assumed or supposed, by itself or of a process that reads them.
+fn spoken_of(context: &Context<'_>) -> BTreeSet<Name> {
+    let mut names = context.assumptions.variables();
+    for hypothesis in context.hypotheses {
+        let (terms, values, _) = condition_parts(hypothesis);
+        names.extend(values.into_iter().flat_map(Value::variables));
+        names.extend(terms.into_iter().flat_map(|term| Facts::of(term, context).reads.names.clone()));
+    }
+    names
 }
 
 fn same(found: &Term, wanted: &Term) -> Result<(), Reason> {
@@ -179,6 +199,8 @@ struct Checker<'a> {
     counts: BTreeSet<Name>,
     /// Of each law used, what its instances must meet.
     needs: HashMap<Name, Needs>,
+    /// What the values of all steps need to have a meaning.
+    meaning: Meaning,
 }
 
 impl Checker<'_> {
@@ -192,6 +214,14 @@ impl Checker<'_> {
             }
             if side.size() > MAX_SIZE || side.depth() > MAX_DEPTH {
                 return Err(Reason::TooLarge);
+            }
+            self.meaning.look(side, &self.context.assumptions)?;
+            let mut counted = self.meaning.counted().peekable();
+            if counted.peek().is_some() {
+                let written = written(side, self.context.definitions);
+                if let Some(name) = counted.find(|name| written.contains(name)) {
+                    return Err(Reason::Name(name));
+                }
             }
             if !self.fixed.is_empty()
                 && let Some(name) = bound_names(side).intersection(&self.fixed).next()
@@ -291,6 +321,10 @@ impl Checker<'_> {
     fn law(&mut self, name: &Name, substitution: &Substitution) -> Result<Derived, Reason> {
         let law = self.theory.laws.get(name).ok_or_else(|| Reason::UnknownLaw(name.clone()))?.clone();
         self.needs.entry(name.clone()).or_insert_with(|| Needs::of(&law)).are_met_by(substitution)?;
+        let known = &self.context.assumptions;
+        self.meaning.put_in(substitution, known)?;
+        let own = [&law.left, &law.right].into_iter().flat_map(subterms).flat_map(Term::values).flat_map(Value::needs);
+        self.meaning.instance(&own.collect(), &substitution.values, known)?;
         let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
         for condition in &law.conditions {
             let instance = substitution.condition(condition, &self.context).map_err(stuck)?;
@@ -359,6 +393,11 @@ impl Checker<'_> {
         if let Some(parameter) = definition.parameters.iter().find(|parameter| self.fixed.contains(*parameter)) {
             return Err(Reason::Name(parameter.clone()));
         }
+        // For all: so none may be left out as one without a meaning.
+        let left_out = |need: &&Need| definition.parameters.iter().any(|parameter| need.value().mentions(parameter));
+        if let Some(need) = self.meaning.met().iter().find(left_out) {
+            return Err(Reason::Undefined(Box::new(need.clone())));
+        }
         let indirect = calls(&definition.body)
             .into_iter()
             .any(|called| called != *name && reaches(&self.theory.definitions, &called, name));
@@ -403,7 +442,9 @@ impl Checker<'_> {
         let free = self.theory.assumptions.iter().all(|(_, value)| !value.mentions(variable))
             && self.context.hypotheses.iter().all(|other| *other == own || !condition_mentions(other, variable))
             && self.theory.definitions.iter().all(|definition| !read_names(&definition.body).contains(variable));
-        if !natural || !free || bound_names(left).contains(variable) || bound_names(right).contains(variable) {
+        let partial = self.meaning.met().iter().any(|need| need.value().mentions(variable));
+        if !natural || !free || partial || bound_names(left).contains(variable) || bound_names(right).contains(variable)
+        {
             return Err(Reason::NotNatural(variable.clone()));
         }
         let at = |term: &Term, value: Value| {

@@ -19,12 +19,16 @@ pub fn subterms(term: &Term) -> Vec<&Term> {
     all
 }
 
-/// All names that the term writes or binds by an index, wherever.
+/// All names that the term writes, binds by an index or replaces, wherever.
 pub fn bound_names(term: &Term) -> BTreeSet<Name> {
     let mut names = BTreeSet::new();
     for part in subterms(term) {
         match part.node() {
-            Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) | Node::Power(_, _, Some(name)) => {
+            Node::In(_, name)
+            | Node::Set(_, name)
+            | Node::Ran(_, name)
+            | Node::Power(_, _, Some(name))
+            | Node::Replace(_, name, _) => {
                 names.insert(name.clone());
             }
             _ => {}
@@ -61,9 +65,6 @@ pub fn metavariables(term: &Term) -> BTreeSet<Name> {
                 names.insert(name.clone());
             }
             Node::Project(_, shown) => names.extend(shown.iter().cloned()),
-            Node::Replace(_, name, _) => {
-                names.insert(name.clone());
-            }
             _ => {}
         }
     }
@@ -133,7 +134,7 @@ pub fn reaches(definitions: &Definitions, from: &Name, to: &Name) -> bool {
     false
 }
 
-/// All names that the term, or a process it calls, writes by `In`, `Set` or `Ran`.
+/// All names that the term, or a process it calls, writes by `In`, `Set` or `Ran`, or replaces.
 pub fn written(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
     let mut names = BTreeSet::new();
     let mut seen = BTreeSet::new();
@@ -141,7 +142,7 @@ pub fn written(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
     while let Some(next) = open.pop() {
         for part in subterms(next) {
             match part.node() {
-                Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) => {
+                Node::In(_, name) | Node::Set(_, name) | Node::Ran(_, name) | Node::Replace(_, name, _) => {
                     names.insert(name.clone());
                 }
                 Node::Call(called, _) if seen.insert(called.clone()) => {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::fact::{Context, Facts};
 use crate::law::Condition;
 use crate::name::Name;
-use crate::scope::{bound_names, written};
+use crate::scope::{bound_names, subterms, written};
 use crate::term::{Node, Term};
 use crate::value::{Value, ValueError};
 
@@ -129,7 +129,8 @@ impl Substitution {
 ///
 /// # Errors
 /// When some read of y may or may not see a new binding (a part that binds y in some runs only, a loop that binds y
-/// later than it reads it), or when a bound name of P would capture a name of x.
+/// later than it reads it), or when a bound name of P would capture a name of x. Of two names one of which is a
+/// metavariable it is not known whether they are the same.
 pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -> Result<Term, Stuck> {
     let facts = Facts::of(term, context);
     if !facts.reads.names.contains(name) && facts.reads.processes.is_empty() {
@@ -142,11 +143,10 @@ pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -
         Node::Meta(..) | Node::Replace(..) => Ok(Term::new(Node::Replace(term.clone(), name.clone(), value.clone()))),
         Node::Power(body, _, index) => {
             captures(term, value, context)?;
-            let binds = &Facts::of(body, context).binds;
-            if binds.names.contains(name) || !binds.processes.is_empty() {
+            if may_bind(&Facts::of(body, context), name) {
                 return Err(Stuck(format!("a later round would read another {name}")));
             }
-            let shape = term.map_values(&mut |old| old.substitute(&map))?;
+            let shape = term.map_values(&mut |old| context.assumptions.put_in(old, &map))?;
             if index.as_ref() == Some(name) {
                 return Ok(shape);
             }
@@ -154,15 +154,14 @@ pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -
         }
         Node::Loop(body) => {
             captures(term, value, context)?;
-            let binds = &Facts::of(body, context).binds;
-            if binds.names.contains(name) || !binds.processes.is_empty() {
+            if may_bind(&Facts::of(body, context), name) {
                 return Err(Stuck(format!("a later round would read another {name}")));
             }
             Ok(term.with_children(vec![replace(body, name, value, context)?]))
         }
         _ => {
             captures(term, value, context)?;
-            let shape = term.map_values(&mut |old| old.substitute(&map))?;
+            let shape = term.map_values(&mut |old| context.assumptions.put_in(old, &map))?;
             let parts: Result<Vec<Term>, Stuck> =
                 term.children().into_iter().map(|part| replace(part, name, value, context)).collect();
             Ok(if term.children().is_empty() { shape } else { shape.with_children(parts?) })
@@ -187,12 +186,11 @@ fn replace_in_sequence(parts: &[Term], name: &Name, value: &Value, context: &Con
             let facts_of_rest = Facts::of(&rest, context);
             let reads = &facts_of_rest.reads;
             let later = position + 1 < parts.len() && (reads.names.contains(name) || !reads.processes.is_empty());
-            let unsure = facts.binds.names.contains(name) || !facts.binds.processes.is_empty();
-            if later && unsure {
+            if later && may_bind(&facts, name) {
                 return Err(Stuck(format!("{name} may be bound anew in some runs only")));
             }
             let written = &facts.binds.names;
-            if later && value.variables().iter().any(|read| written.contains(read)) {
+            if later && value.variables().iter().any(|read| catches(written, read)) {
                 return Err(Stuck(format!("a name in {value} is bound before {name} is read")));
             }
         }
@@ -200,12 +198,25 @@ fn replace_in_sequence(parts: &[Term], name: &Name, value: &Value, context: &Con
     Ok(Term::seq(out))
 }
 
+/// Whether a process may bind this name, or one that may turn out the same.
+fn may_bind(facts: &Facts, name: &Name) -> bool {
+    let binds = &facts.binds;
+    catches(&binds.names, name) || (name.is_meta() && !binds.names.is_empty()) || !binds.processes.is_empty()
+}
+
+/// Whether one of these names is this one, or a metavariable that may turn out to be. A metavariable that is read
+/// stands for a value that none of them binds; the kernel sees to that wherever it is replaced.
+fn catches(bound: &BTreeSet<Name>, read: &Name) -> bool {
+    bound.contains(read) || bound.iter().any(Name::is_meta)
+}
+
 /// Refuses a replacement under a binder or a write of a name that the value reads.
 fn captures(term: &Term, value: &Value, context: &Context<'_>) -> Result<(), Stuck> {
     let reads = value.variables();
     let caught = match term.node() {
         Node::Power(body, _, index) => {
-            index.as_ref().is_some_and(|index| reads.contains(index)) || may_write(body, &reads, context)
+            let index: BTreeSet<Name> = index.iter().cloned().collect();
+            reads.iter().any(|read| catches(&index, read)) || may_write(body, &reads, context)
         }
         Node::Loop(body) => may_write(body, &reads, context),
         _ => false,
@@ -216,7 +227,7 @@ fn captures(term: &Term, value: &Value, context: &Context<'_>) -> Result<(), Stu
 /// Whether the process, or one that stands for a metavariable of it, may write one of these names.
 fn may_write(body: &Term, reads: &BTreeSet<Name>, context: &Context<'_>) -> bool {
     let binds = &Facts::of(body, context).binds;
-    reads.iter().any(|read| binds.names.contains(read)) || (!reads.is_empty() && !binds.processes.is_empty())
+    reads.iter().any(|read| catches(&binds.names, read)) || (!reads.is_empty() && !binds.processes.is_empty())
 }
 
 /// A definition's body with arguments for parameters, at once.
@@ -234,6 +245,11 @@ pub fn instantiate(
     if let Some(parameter) = parameters.iter().find(|parameter| bound.contains(*parameter)) {
         return Err(Stuck(format!("{parameter} is a parameter and is bound in the body")));
     }
+    let open =
+        bound.iter().any(Name::is_meta) || subterms(body).iter().any(|part| matches!(part.node(), Node::Meta(..)));
+    if open && let Some(read) = map.values().find_map(|argument| argument.variables().into_iter().next()) {
+        return Err(Stuck(format!("{read} may be bound in the body, which is not known")));
+    }
     for argument in map.values() {
         if let Some(caught) = argument.variables().into_iter().find(|read| bound.contains(read)) {
             // Reads come before writes in a round, so only a read after the write is at risk; refused when in doubt.
@@ -242,7 +258,11 @@ pub fn instantiate(
             }
         }
     }
-    substitute_values(body, &map)
+    let image = substitute_values(body, &map)?;
+    for value in subterms(body).into_iter().flat_map(Term::values) {
+        context.assumptions.put_in(value, &map)?;
+    }
+    Ok(image)
 }
 
 /// All names that a process binds itself, or that a process it calls writes.

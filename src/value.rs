@@ -6,6 +6,7 @@
 //! equation between values says nothing where a denominator in it is 0: whoever needs that asks for it.
 
 mod arithmetic;
+mod need;
 mod order;
 mod power;
 mod relation;
@@ -22,6 +23,7 @@ use std::sync::Arc;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
+pub use need::Need;
 pub use relation::Relation;
 
 use crate::name::Name;

@@ -5,17 +5,46 @@ use std::collections::BTreeSet;
 use super::{Checker, Derived, Reason, Thm, no_supposition};
 use crate::name::Name;
 use crate::proof::StepId;
-use crate::scope::{bound_names, condition_metavariables, metavariables, read_names, subterms};
+use crate::scope::{bound_names, condition_metavariables, metavariables, read_names, subterms, written};
 use crate::substitution::{Stuck, Substitution};
 use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// What was proved of a name was proved of one that is no other: the names that come in stand nowhere in the theorem,
+/// and no two metavariables become one.
+fn named_apart(sides: [&Term; 2], substitution: &Substitution) -> Result<(), Reason> {
+    if substitution.names.is_empty() {
+        return Ok(());
+    }
+    let mut taken: BTreeSet<Name> = sides.into_iter().flat_map(names_of).collect();
+    taken.retain(|name| !substitution.names.contains_key(name));
+    match substitution.names.values().find(|name| !taken.insert((*name).clone())) {
+        Some(name) => Err(Reason::Name(name.clone())),
+        None => Ok(()),
+    }
+}
+
+/// The names that a term reads, writes, binds, or has for ports.
+fn names_of(term: &Term) -> BTreeSet<Name> {
+    let mut names: BTreeSet<Name> = read_names(term).into_iter().chain(bound_names(term)).collect();
+    names.extend(subterms(term).into_iter().filter_map(|part| match part.node() {
+        Node::New(port, _) | Node::In(port, _) | Node::Out(port, _) => Some(port.clone()),
+        _ => None,
+    }));
+    names
+}
 
 impl Checker<'_> {
-    pub(super) fn instance(&self, of: StepId, substitution: &Substitution) -> Result<Derived, Reason> {
+    pub(super) fn instance(&mut self, of: StepId, substitution: &Substitution) -> Result<Derived, Reason> {
         let derived = self.earlier(of)?;
         no_supposition(derived)?;
         // A theorem under hypotheses speaks of their metavariables as they are supposed to be: those stay.
         let kept: BTreeSet<Name> = self.context.hypotheses.iter().flat_map(condition_metavariables).collect();
         self.may_replace(substitution, &kept)?;
+        let (known, before) = (&self.context.assumptions, self.meaning.met().clone());
+        self.meaning.put_in(substitution, known)?;
+        self.meaning.instance(&before, &substitution.values, known)?;
+        let derived = self.earlier(of)?;
         let (left, right) = self.images([&derived.left, &derived.right], substitution)?;
         Ok(Derived { left, connective: derived.connective, right, supposed: BTreeSet::new() })
     }
@@ -33,6 +62,9 @@ impl Checker<'_> {
                 return Err(Reason::Condition(Box::new(instance)));
             }
         }
+        let known = &self.context.assumptions;
+        self.meaning.put_in(substitution, known)?;
+        self.meaning.instance(&theorem.needs, &substitution.values, known)?;
         if theorem.advanced {
             self.binds_none(substitution, [&statement.left, &statement.right])?;
         }
@@ -97,9 +129,27 @@ impl Checker<'_> {
                 return Err(Reason::Name(index.clone()));
             }
         }
+        named_apart(sides, substitution)?;
         let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
         let left = substitution.apply(sides[0], &self.context).map_err(stuck)?;
         let right = substitution.apply(sides[1], &self.context).map_err(stuck)?;
+        self.caught_nowhere(substitution, [&left, &right])?;
         Ok((left, right))
+    }
+
+    /// What was proved of a value was proved of one that means the same wherever it stands: no part of the instance, and
+    /// no process called in it, binds a name that the value reads.
+    fn caught_nowhere(&self, substitution: &Substitution, sides: [&Term; 2]) -> Result<(), Reason> {
+        let read: BTreeSet<Name> = substitution.values.values().flat_map(Value::variables).collect();
+        if read.is_empty() {
+            return Ok(());
+        }
+        let definitions = &self.theory.definitions;
+        let bound = sides.into_iter().flat_map(|side| {
+            let mut names = written(side, definitions);
+            names.extend(bound_names(side));
+            names
+        });
+        bound.into_iter().find(|name| read.contains(name)).map_or(Ok(()), |name| Err(Reason::Name(name)))
     }
 }

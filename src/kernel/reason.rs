@@ -6,7 +6,7 @@ use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::StepId;
 use crate::term::Term;
-use crate::value::Value;
+use crate::value::{Need, Value};
 
 /// What can be wrong with a step. Each carries the terms at fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,6 +45,8 @@ pub enum Reason {
     Advance(String),
     /// A round that may communicate, or that need not always stop after a time that is more than 0.
     Untimed(Box<Term>),
+    /// A value that may have no meaning where those of the claim have.
+    Undefined(Box<Need>),
     /// What is wrong with the lemma of this name.
     Lemma(Name, Box<Reason>),
 }
@@ -68,6 +70,7 @@ impl fmt::Display for Reason {
             Reason::TooLarge => write!(f, "a term is larger than the kernel accepts"),
             Reason::Advance(why) => write!(f, "the network cannot be run on: {why}"),
             Reason::Untimed(_) => write!(f, "a round need not be silent and stop after a time that is more than 0"),
+            Reason::Undefined(need) => write!(f, "{need}, and the claim does not need that"),
             Reason::Empty => write!(f, "it has no steps, or trusts for no reason"),
             Reason::Lemma(name, reason) => write!(f, "in the lemma {name}: {reason}"),
         }

@@ -59,6 +59,10 @@ impl Checker<'_> {
         if theorem.advanced {
             self.speaks_of_known([&left, &right])?;
         }
+        self.meaning.instance(&theorem.needs, &BTreeMap::new(), &self.context.assumptions)?;
+        if theorem.needs.iter().any(|need| need.value().mentions(variable)) {
+            return Err(Reason::NotNatural(variable.clone()));
+        }
         self.rests_on(name, theorem);
         Ok(Derived { left, connective: statement.connective, right, supposed: BTreeSet::new() })
     }

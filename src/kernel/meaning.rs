@@ -1,0 +1,182 @@
+//! That what stands in a proof has a value: an equation says nothing where one of its sides has none, so nothing may be
+//! chained through a term that has no value where the claim has one.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use super::{Reason, Theory};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::proof::{Statement, Step};
+use crate::scope::{condition_parts, subterms};
+use crate::substitution::Substitution;
+use crate::term::{Node, Term};
+use crate::value::{Need, Value};
+
+/// Calls of the claim, and of what they call, that are looked into.
+const MOST_CALLS: usize = 400;
+
+/// What the values of a proof need to have a meaning: it must follow from the assumptions, or be needed by the claim
+/// itself, which says nothing where it fails.
+#[derive(Default)]
+pub(super) struct Meaning {
+    /// What the claim needs, what is taken on trust, or a process that they call.
+    claimed: BTreeSet<Need>,
+    /// Indices of rounds that the claim counts: an exponent may read them in what is said of one round.
+    indices: BTreeSet<Name>,
+    /// What was needed on the way, and does not follow from the assumptions.
+    met: BTreeSet<Need>,
+    /// What was asked before, and whether it follows from the assumptions.
+    known: HashMap<Need, Option<bool>>,
+    /// Terms that were looked at, with the indices around them.
+    looked: HashSet<(Term, Vec<Name>)>,
+}
+
+impl Meaning {
+    pub(super) fn of(statement: &Statement, steps: &[Step], theory: &Theory) -> Meaning {
+        let mut claimed: BTreeSet<Need> = theory.assumptions.iter().flat_map(|(_, value)| value.needs()).collect();
+        let mut open = vec![statement.left.clone(), statement.right.clone()];
+        for hypothesis in &statement.hypotheses {
+            let (terms, values, _) = condition_parts(hypothesis);
+            open.extend(terms.into_iter().cloned());
+            claimed.extend(values.into_iter().flat_map(Value::needs));
+        }
+        for step in steps {
+            // What is taken on trust is trusted to have a meaning.
+            if let Step::Trust(left, _, right, _) = step {
+                open.extend([left.clone(), right.clone()]);
+            }
+        }
+        let defined = theory.definitions.iter().flat_map(|definition| subterms(&definition.body));
+        let partial = defined.flat_map(Term::values).any(|value| !value.needs().is_empty());
+        let mut called: BTreeSet<Term> = BTreeSet::new();
+        let mut indices: BTreeSet<Name> = BTreeSet::new();
+        while let Some(term) = open.pop() {
+            for part in subterms(&term) {
+                if let Node::Power(_, _, Some(index)) = part.node() {
+                    indices.insert(index.clone());
+                }
+                claimed.extend(part.values().into_iter().flat_map(Value::needs));
+                let Node::Call(name, arguments) = part.node() else { continue };
+                let Some(definition) = theory.definitions.get(name).filter(|_| partial) else { continue };
+                if called.len() < MOST_CALLS && called.insert(part.clone()) {
+                    let parameters = definition.parameters.iter().cloned();
+                    let map: BTreeMap<Name, Value> = parameters.zip(arguments.iter().cloned()).collect();
+                    open.extend(
+                        subterms(&definition.body).into_iter().filter_map(|part| image(part, &map, &mut claimed)),
+                    );
+                }
+            }
+        }
+        Meaning { claimed, indices, ..Meaning::default() }
+    }
+
+    /// What was needed, and does not follow from the assumptions.
+    pub(super) fn met(&self) -> &BTreeSet<Need> {
+        &self.met
+    }
+
+    /// All values of a term have a meaning wherever those of the claim have. An index is a natural number within its
+    /// rounds.
+    pub(super) fn look(&mut self, term: &Term, known: &Assumptions) -> Result<(), Reason> {
+        let mut open = vec![(term, Vec::new())];
+        while let Some((part, indices)) = open.pop() {
+            if !self.looked.insert((part.clone(), indices.clone())) {
+                continue;
+            }
+            for need in part.values().into_iter().flat_map(Value::needs) {
+                if !follows_within(&need, &indices, known) {
+                    self.require(need, known)?;
+                }
+            }
+            let mut inside = indices;
+            if let Node::Power(_, _, Some(index)) = part.node() {
+                inside.push(index.clone());
+            }
+            open.extend(part.children().into_iter().map(|child| (child, inside.clone())));
+        }
+        Ok(())
+    }
+
+    /// Values that are put in for metavariables have a meaning too; processes that are stand in what comes of it.
+    pub(super) fn put_in(&mut self, substitution: &Substitution, known: &Assumptions) -> Result<(), Reason> {
+        let mut needs = substitution.values.values().flat_map(Value::needs);
+        needs.try_for_each(|need| self.require(need, known))
+    }
+
+    /// What was needed before is needed of the instance as well.
+    pub(super) fn instance(
+        &mut self,
+        before: &BTreeSet<Need>,
+        values: &BTreeMap<Name, Value>,
+        known: &Assumptions,
+    ) -> Result<(), Reason> {
+        before.iter().try_for_each(|need| match need.substitute(values) {
+            Ok(need) => self.require(need, known),
+            Err(_) => Err(Reason::Undefined(Box::new(need.clone()))),
+        })
+    }
+
+    pub(super) fn require(&mut self, need: Need, known: &Assumptions) -> Result<(), Reason> {
+        let granted = *self.known.entry(need.clone()).or_insert_with(|| known.grants(&need));
+        match granted {
+            Some(true) => Ok(()),
+            None if self.tolerates(&need, known) => {
+                self.met.insert(need);
+                Ok(())
+            }
+            _ => Err(Reason::Undefined(Box::new(need))),
+        }
+    }
+
+    /// Whether the claim needs it as well. It does not make an exponent a natural number, unless it counts by it.
+    fn tolerates(&self, need: &Need, known: &Assumptions) -> bool {
+        match need {
+            Need::Natural(value) => {
+                let counts: Vec<Name> = value.variables().intersection(&self.indices).cloned().collect();
+                follows_within(need, &counts, known)
+            }
+            _ => need.follows_from(&self.claimed),
+        }
+    }
+
+    /// The names that exponents read as indices of rounds: nothing else may bind them.
+    pub(super) fn counted(&self) -> impl Iterator<Item = Name> + '_ {
+        let exponents = self.met.iter().filter(|need| matches!(need, Need::Natural(_)));
+        exponents.flat_map(|need| need.value().variables()).filter(|name| self.indices.contains(name))
+    }
+
+    /// In the claim itself such a name is an index.
+    pub(super) fn closed(&self, term: &Term, known: &Assumptions) -> Result<(), Reason> {
+        let mut open = vec![(term, Vec::new())];
+        while let Some((part, mut indices)) = open.pop() {
+            let exponents = part.values().into_iter().flat_map(Value::needs);
+            for need in exponents.filter(|need| matches!(need, Need::Natural(_))) {
+                if !follows_within(&need, &indices, known) && known.grants(&need) != Some(true) {
+                    return Err(Reason::Undefined(Box::new(need)));
+                }
+            }
+            if let Node::Power(_, _, Some(index)) = part.node() {
+                indices.push(index.clone());
+            }
+            open.extend(part.children().into_iter().map(|child| (child, indices.clone())));
+        }
+        Ok(())
+    }
+}
+
+/// Whether a need follows where these are natural numbers.
+fn follows_within(need: &Need, indices: &[Name], known: &Assumptions) -> bool {
+    let mut inside: Option<Assumptions> = None;
+    for index in indices.iter().filter(|index| need.value().mentions(index)) {
+        inside.get_or_insert_with(|| known.clone()).assume_natural(index);
+    }
+    inside.is_some_and(|inside| inside.grants(need) == Some(true))
+}
+
+/// An operator of a process that is called, as far as it calls others; what its values need is added.
+fn image(part: &Term, map: &BTreeMap<Name, Value>, claimed: &mut BTreeSet<Need>) -> Option<Term> {
+    let needs = part.values().into_iter().flat_map(Value::needs);
+    claimed.extend(needs.filter_map(|need| need.substitute(map).ok()));
+    let Node::Call(..) = part.node() else { return None };
+    part.map_values(&mut |value| value.substitute(map)).ok()
+}

@@ -1,0 +1,104 @@
+//! What must hold for a value to be one: that it divides by nothing that is 0, and the like.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use super::{Atom, Content, Value, ValueError};
+use crate::name::Name;
+use crate::polynomial::Budget;
+
+/// The work that may go into one division of polynomials.
+const DIVISION_BUDGET: u64 = 5_000;
+
+/// One thing that must hold for a value to have a meaning.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Need {
+    /// It is divided by, so it is not 0.
+    Nonzero(Value),
+    /// It stands under a root, so it is not negative.
+    Nonnegative(Value),
+    /// It is an exponent, so it is 0, 1, 2, …
+    Natural(Value),
+}
+
+impl Need {
+    /// What it is about.
+    pub fn value(&self) -> &Value {
+        match self {
+            Need::Nonzero(value) | Need::Nonnegative(value) | Need::Natural(value) => value,
+        }
+    }
+
+    /// The same of this value with others put in.
+    ///
+    /// # Errors
+    /// When that has no meaning.
+    pub fn substitute(&self, images: &BTreeMap<Name, Value>) -> Result<Need, ValueError> {
+        let image = self.value().substitute(images)?;
+        Ok(match self {
+            // A fraction is 0 where its numerator is.
+            Need::Nonzero(_) => Need::Nonzero(image.numerator().unwrap_or(image)),
+            Need::Nonnegative(_) => Need::Nonnegative(image),
+            Need::Natural(_) => Need::Natural(image),
+        })
+    }
+
+    /// Whether it holds wherever one of these does.
+    pub fn follows_from(&self, others: &BTreeSet<Need>) -> bool {
+        if others.contains(self) {
+            return true;
+        }
+        let Need::Nonzero(Value(own)) = self else { return false };
+        let Content::Real(own, _) = &own.content else { return false };
+        others.iter().any(|other| {
+            let Need::Nonzero(Value(other)) = other else { return false };
+            let Content::Real(other, _) = &other.content else { return false };
+            other.divide(own, &mut Budget::new(DIVISION_BUDGET)).is_some()
+        })
+    }
+}
+
+impl fmt::Display for Need {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Need::Nonzero(value) => write!(f, "{value}, by which it divides, may be 0"),
+            Need::Nonnegative(value) => write!(f, "{value}, of which it takes the root, may be negative"),
+            Need::Natural(value) => write!(f, "{value}, an exponent, need not be a natural number"),
+        }
+    }
+}
+
+impl Value {
+    /// All that must hold for it to have a meaning, whatever its variables are.
+    pub fn needs(&self) -> BTreeSet<Need> {
+        let mut found = BTreeSet::new();
+        self.collect_needs(&mut found);
+        found
+    }
+
+    fn collect_needs(&self, found: &mut BTreeSet<Need>) {
+        let (numerator, denominator) = match &self.0.content {
+            Content::Real(numerator, denominator) => (numerator, denominator),
+            Content::Vector(parts) | Content::Distribution(_, parts) => {
+                return parts.iter().for_each(|part| part.collect_needs(found));
+            }
+        };
+        if !denominator.is_one()
+            && let Ok(divisor) = Value::whole(denominator.clone())
+        {
+            found.insert(Need::Nonzero(divisor));
+        }
+        for atom in numerator.atoms().into_iter().chain(denominator.atoms()) {
+            match atom {
+                Atom::Root(inner) if inner.as_rational().is_none() => {
+                    found.insert(Need::Nonnegative(inner.clone()));
+                }
+                Atom::Power(_, exponent) => {
+                    found.insert(Need::Natural(exponent.clone()));
+                }
+                _ => {}
+            }
+            atom.parts().into_iter().for_each(|part| part.collect_needs(found));
+        }
+    }
+}
