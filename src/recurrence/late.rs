@@ -10,7 +10,7 @@ use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::product::quotient;
 use super::reach::Wanted;
-use super::tail::{Tail, tail};
+use super::tail::{Tail, outside, tail};
 use crate::closed_form::{Form, Solved, product};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
@@ -45,6 +45,9 @@ struct Late<'a> {
 
 impl Late<'_> {
     fn compare(&mut self, difference: &Value, relation: Relation) -> Option<Tail> {
+        if let Some(found) = self.outside(difference, relation) {
+            return Some(found);
+        }
         let settled = self.settled(difference, 0)?;
         let root = settled.atoms().into_iter().find(|atom| matches!(atom, Atom::Root(_)) && self.varies(atom));
         let Some(Atom::Root(inner)) = &root else { return self.tail(&settled, relation) };
@@ -58,6 +61,34 @@ impl Late<'_> {
             return never.then(|| Tail::Never(self.from, "a square root is never negative".to_string()));
         }
         self.tail(&inner.sub(&Value::rational(&bound * &bound)).ok()?, relation)
+    }
+
+    /// `a*abs(e) + b` that is never at most 0, or 0, since e outgrows `b/a` on either side of 0.
+    fn outside(&self, difference: &Value, relation: Relation) -> Option<Tail> {
+        let atoms: Vec<Atom> = difference.atoms().into_iter().filter(|atom| matches!(atom, Atom::Maximum(_))).collect();
+        let [atom @ Atom::Maximum(elements)] = atoms.as_slice() else { return None };
+        let [inner] = &**elements else { return None };
+        let name = Name::new("[maximum]");
+        let (factor, rest) = difference.with_atom(atom, &Value::variable(&name)).ok()?.linear_in(&name)?;
+        // a*abs(e) = 2*a*max(0, e) - a*e
+        let half = factor.as_rational()? / BigRational::from_integer(2.into());
+        let constant = rest.add(&inner.mul(&Value::rational(half.clone())).ok()?).ok()?.as_rational()?;
+        let never = match relation {
+            Relation::Eq => true,
+            Relation::Lss | Relation::Lte => half.is_positive(),
+            Relation::Gtr | Relation::Gte => half.is_negative(),
+            Relation::Neq => false,
+        };
+        let bound = -constant / half;
+        if !never || bound.is_negative() {
+            return None;
+        }
+        let (sum, early) = difference_of(self.solved, inner)?;
+        let from = self.solved.recurrence().from.unsigned_abs() + early;
+        match outside(&sum, &bound, from.max(self.from)) {
+            found @ Tail::Never(..) => Some(found),
+            Tail::Unknown(_) => None,
+        }
     }
 
     /// Whether an atom is not the same at all indices.
@@ -130,7 +161,7 @@ impl Late<'_> {
     }
 
     fn tail(&self, value: &Value, relation: Relation) -> Option<Tail> {
-        let (sum, early) = difference(self.solved, value)?;
+        let (sum, early) = difference_of(self.solved, value)?;
         let from = self.solved.recurrence().from.unsigned_abs() + early;
         Some(tail(&sum, relation, from.max(self.from)))
     }
@@ -147,7 +178,7 @@ fn mirrored(relation: Relation) -> Relation {
 }
 
 /// A value in the terms of offset 0 and the index as an exponential polynomial, and after how many terms it is that.
-pub(super) fn difference(solved: &Solved, value: &Value) -> Option<(ExponentialPolynomial, u64)> {
+fn difference_of(solved: &Solved, value: &Value) -> Option<(ExponentialPolynomial, u64)> {
     let recurrence = solved.recurrence();
     let index = &recurrence.index;
     let mut rest = value.clone();

@@ -66,6 +66,32 @@ pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -
     Tail::Unknown(why.to_string())
 }
 
+/// From which index on, not before `from`, a sum is farther from 0 than a bound: where one real root, of either sign,
+/// outgrows all others and the bound.
+pub(super) fn outside(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {
+    let Some(mut parts) = parts(sum) else {
+        return Tail::Unknown("its coefficients are no numbers".to_string());
+    };
+    let own = parts.len();
+    parts.push(rational(&BigRational::one(), bound, 0));
+    for place in 0..own {
+        let main = &parts[place];
+        if main.sign.is_none() || main.root.is_none() {
+            continue;
+        }
+        let mut at = from.max(1);
+        while at <= MOST {
+            if outgrown(&parts, place, at) {
+                let root = bound_text(&main.size);
+                let why = format!("from there on the part with the root of size {root} outgrows all others");
+                return Tail::Never(at, why);
+            }
+            at *= 2;
+        }
+    }
+    Tail::Unknown("no real root of its characteristic polynomial outgrows all others".to_string())
+}
+
 /// The tail by the part that no other exceeds in size.
 fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Result<Tail, &'static str> {
     let main = &parts[place];
