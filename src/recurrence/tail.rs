@@ -24,7 +24,7 @@ const MOST: u64 = 4_096;
 /// The bits of a bound.
 const PRECISION: u32 = 40;
 /// How often the roots of a polynomial of higher degree are squared to bound them.
-const SQUARINGS: u32 = 5;
+const SQUARINGS: u32 = 7;
 
 /// `c * n^power * x^n` for one root, or a bound of it for several.
 struct Part {
@@ -140,7 +140,7 @@ fn bound_text(size: &(BigRational, BigRational)) -> String {
 fn outgrown(parts: &[Part], main: usize, at: u64) -> bool {
     let own = &parts[main];
     let (count, next) = (BigRational::from_integer(at.into()), BigRational::from_integer((at + 1).into()));
-    let Some(exponent) = at.to_i32() else { return false };
+    let Some(exponent) = at.to_i32().filter(|_| own.size.0.is_positive()) else { return false };
     let mut sum = BigRational::zero();
     for (_, part) in parts.iter().enumerate().filter(|(place, _)| *place != main) {
         let ratio = &part.size.1 / &own.size.0;
