@@ -393,7 +393,26 @@ pub fn analyse_until(
     assumptions: &Assumptions,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Period, Vec<Failure>> {
-    let run = Surroundings { definitions, assumptions, interrupted };
+    analysed(components, &Surroundings { definitions, assumptions, interrupted }, true)
+}
+
+/// The phases of a system whether it has a period or not, for a question that an end of the run may answer; what stands
+/// in the way of a period is among the warnings.
+///
+/// # Errors
+/// What leaves the run unknown.
+pub fn followed(
+    components: &[Term],
+    definitions: &Definitions,
+    assumptions: &Assumptions,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Period, Vec<Failure>> {
+    analysed(components, &Surroundings { definitions, assumptions, interrupted }, false)
+}
+
+/// The period; `strict`: what plainly leaves none is looked for first.
+fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result<Period, Vec<Failure>> {
+    let definitions = run.definitions;
     let components = ports::flatten(components, definitions);
     let closed = ports::System::of(&components, definitions);
     let mut failures = closed.unmatched();
@@ -404,19 +423,28 @@ pub fn analyse_until(
         let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
         warnings.push(Failure::NoCommunication { groups });
     }
-    if !failures.is_empty() {
+    if strict && !failures.is_empty() {
         failures.splice(0..0, warnings);
         return Err(failures);
     }
-    let repetitions = closed.balance(definitions).map_err(|failure| vec![failure])?;
-    if groups.len() > 1
-        && let Some(drift) = apart(&groups, &components, &run)?
+    warnings.append(&mut failures);
+    let repetitions = match closed.balance(definitions) {
+        Ok(repetitions) => repetitions,
+        Err(failure) if strict => return Err(vec![failure]),
+        Err(failure) => {
+            warnings.push(failure);
+            None
+        }
+    };
+    if strict
+        && groups.len() > 1
+        && let Some(drift) = apart(&groups, &components, run)?
     {
         failures.push(drift);
         failures.append(&mut warnings);
         return Err(failures);
     }
-    let graph = explore(&components, &closed, &run).map_err(|failure| vec![failure])?;
+    let graph = explore(&components, &closed, run).map_err(|failure| vec![failure])?;
     let Graph { initial, phases, stuck } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     for edge in initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)) {
@@ -436,7 +464,7 @@ pub fn analyse_until(
     }
     let period = Period { components, names: closed.names, initial, phases, repetitions, warnings: once };
     // Parts without communication may each have a period; where every run ends, there is none.
-    if groups.len() > 1 && !period.repeats() {
+    if strict && groups.len() > 1 && !period.repeats() {
         return Err(period.warnings);
     }
     Ok(period)

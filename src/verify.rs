@@ -104,7 +104,11 @@ pub fn verify(
 ) -> Outcome {
     let period = match period::analyse_until(components, definitions, assumptions, interrupted) {
         Ok(period) => period,
-        Err(failures) => return without_period(failures),
+        // A run that comes to a halt may have shown what is asked before.
+        Err(failures) => match period::followed(components, definitions, assumptions, interrupted) {
+            Ok(period) => period,
+            Err(_) => return without_period(failures),
+        },
     };
     let mut outcome = match property::Wanted::of(property.1, property.0) {
         Err(reason) => Outcome::new(Verdict::Open { remaining: vec![reason] }),

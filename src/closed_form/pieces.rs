@@ -1,8 +1,12 @@
 //! The induction for a form by pieces: within each piece, and from one to the next.
 
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+
 use super::check::{Induction, failed};
 use super::{Piece, Unchecked};
 use crate::assumption::Assumptions;
+use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -75,7 +79,7 @@ fn same_throughout(
     collect_bases(right, index, &mut bases);
     for base in bases {
         let power = base.power(&Value::variable(index))?;
-        if base.as_rational().is_some_and(|base| base > num_rational::BigRational::from_integer(1.into())) {
+        if base.as_rational().is_some_and(|base| base > BigRational::from_integer(1.into())) {
             if let Ok(least) = base.power(&piece.from) {
                 known.assume(Relation::Gte, &power, &least);
             }
@@ -84,6 +88,7 @@ fn same_throughout(
             }
         }
     }
+    assume_powers(piece, index, &mut known);
     if left.atoms().contains(&sign) || right.atoms().contains(&sign) || nested(left, &sign) {
         for side in [1, -1] {
             let [left, right] = [left, right].map(|value| with_sign(value, index, side));
@@ -95,6 +100,26 @@ fn same_throughout(
         return Ok(true);
     }
     same_settled(left, right, &known)
+}
+
+/// Of the powers of numbers that a form consists of: those of a number above 1 grow with the index, the others fall.
+fn assume_powers(piece: &Piece, index: &Name, known: &mut Assumptions) {
+    let one = BigRational::from_integer(1.into());
+    for base in exponentials(&piece.form, index).unwrap_or_default().into_keys() {
+        let Some(size) = base.as_rational().map(|base| base.abs()).filter(|size| !size.is_zero() && *size != one)
+        else {
+            continue;
+        };
+        let base = Value::rational(size.clone());
+        let Ok(power) = base.power(&Value::variable(index)) else { continue };
+        let (first, last) = if size > one { (Relation::Gte, Relation::Lte) } else { (Relation::Lte, Relation::Gte) };
+        if let Ok(bound) = base.power(&piece.from) {
+            known.assume(first, &power, &bound);
+        }
+        if let Some(Ok(bound)) = piece.until.as_ref().map(|until| base.power(until)) {
+            known.assume(last, &power, &bound);
+        }
+    }
 }
 
 /// Whether two values are equal, after each maximum and condition has become what it is known to be.

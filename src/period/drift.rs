@@ -15,22 +15,27 @@ pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
     ratio.variables().is_empty().then_some(false)
 }
 
-/// Whether two durations have a rational ratio, by themselves or by an equation that is assumed.
+/// Pairs that are looked at before two durations are said to have no known ratio.
+const MOST_PAIRS: usize = 100;
+
+/// Whether two durations have a rational ratio, by themselves or by equations that are assumed.
 fn commensurable(one: &Value, other: &Value, known: &Assumptions) -> bool {
-    if rational_ratio(one, other) == Some(true) {
-        return true;
-    }
-    let (mut one, mut other) = (one.clone(), other.clone());
-    for (_, zero) in known.iter().filter(|(relation, _)| *relation == Relation::Eq) {
-        for name in one.variables() {
-            let Some((factor, rest)) = zero.linear_in(&name) else { continue };
-            let Ok(image) = rest.neg().and_then(|rest| rest.div(&factor)) else { continue };
-            if let (Ok(first), Ok(second)) = (one.with(&name, &image), other.with(&name, &image)) {
-                if rational_ratio(&first, &second) == Some(true) {
-                    return true;
+    let equations: Vec<Value> =
+        known.iter().filter(|(relation, _)| *relation == Relation::Eq).map(|(_, zero)| zero).collect();
+    let mut pairs = vec![(one.clone(), other.clone())];
+    let mut place = 0;
+    while let Some((one, other)) = pairs.get(place).cloned() {
+        if rational_ratio(&one, &other) == Some(true) {
+            return true;
+        }
+        place += 1;
+        for zero in &equations {
+            for name in one.variables().union(&other.variables()) {
+                let image = zero.linear_in(name).and_then(|(factor, rest)| rest.neg().ok()?.div(&factor).ok());
+                let both = image.and_then(|image| Some((one.with(name, &image).ok()?, other.with(name, &image).ok()?)));
+                if let Some(both) = both.filter(|both| pairs.len() < MOST_PAIRS && !pairs.contains(both)) {
+                    pairs.push(both);
                 }
-                (one, other) = (first, second);
-                break;
             }
         }
     }

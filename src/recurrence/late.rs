@@ -10,7 +10,7 @@ use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::product::quotient;
 use super::reach::Wanted;
-use super::tail::{Tail, tail};
+use super::tail::{Tail, outside, tail};
 use crate::closed_form::{Form, Solved, product};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
@@ -25,7 +25,8 @@ const DEEPEST: usize = 20;
 /// What is known of a comparison of terms at late indices.
 pub(super) fn late(solved: &Solved, (relation, left, right): Wanted<'_>) -> Tail {
     let Ok(difference) = left.sub(right) else { return unbounded() };
-    if let Some(found) = of_product(solved, relation, &difference) {
+    if let Some(found) = of_product(solved, relation, &difference).or_else(|| on_a_side(solved, relation, &difference))
+    {
         return found;
     }
     let from = solved.recurrence().from.unsigned_abs();
@@ -45,6 +46,9 @@ struct Late<'a> {
 
 impl Late<'_> {
     fn compare(&mut self, difference: &Value, relation: Relation) -> Option<Tail> {
+        if let Some(found) = self.outside(difference, relation) {
+            return Some(found);
+        }
         let settled = self.settled(difference, 0)?;
         let root = settled.atoms().into_iter().find(|atom| matches!(atom, Atom::Root(_)) && self.varies(atom));
         let Some(Atom::Root(inner)) = &root else { return self.tail(&settled, relation) };
@@ -52,12 +56,23 @@ impl Late<'_> {
         let name = Name::new("[root]");
         let (factor, rest) = settled.with_atom(root.as_ref()?, &Value::variable(&name)).ok()?.linear_in(&name)?;
         let bound = -rest.as_rational()? / factor.as_rational()?;
-        let relation = if factor.as_rational()?.is_positive() { relation } else { mirrored(relation) };
+        let relation = if factor.as_rational()?.is_positive() { relation } else { relation.mirrored() };
         if bound.is_negative() {
             let never = matches!(relation, Relation::Eq | Relation::Lss | Relation::Lte);
             return never.then(|| Tail::Never(self.from, "a square root is never negative".to_string()));
         }
         self.tail(&inner.sub(&Value::rational(&bound * &bound)).ok()?, relation)
+    }
+
+    /// `a*abs(e) + b` that is never at most 0, or 0, since e outgrows `b/a` on either side of 0.
+    fn outside(&self, difference: &Value, relation: Relation) -> Option<Tail> {
+        let (inner, bound) = distance(difference, relation)?;
+        let (sum, early) = difference_of(self.solved, &inner)?;
+        let from = self.solved.recurrence().from.unsigned_abs() + early;
+        match outside(&sum, &bound, from.max(self.from)) {
+            found @ Tail::Never(..) => Some(found),
+            Tail::Unknown(_) => None,
+        }
     }
 
     /// Whether an atom is not the same at all indices.
@@ -130,24 +145,43 @@ impl Late<'_> {
     }
 
     fn tail(&self, value: &Value, relation: Relation) -> Option<Tail> {
-        let (sum, early) = difference(self.solved, value)?;
+        let (sum, early) = difference_of(self.solved, value)?;
         let from = self.solved.recurrence().from.unsigned_abs() + early;
         Some(tail(&sum, relation, from.max(self.from)))
     }
 }
 
-fn mirrored(relation: Relation) -> Relation {
-    match relation {
-        Relation::Gtr => Relation::Lss,
-        Relation::Gte => Relation::Lte,
-        Relation::Lss => Relation::Gtr,
-        Relation::Lte => Relation::Gte,
-        same => same,
-    }
+/// The e and b/a of `a*abs(e) + b`, where the relation to 0 asks e not to be farther from 0 than that.
+fn distance(difference: &Value, relation: Relation) -> Option<(Value, BigRational)> {
+    let atoms: Vec<Atom> = difference.atoms().into_iter().filter(|atom| matches!(atom, Atom::Maximum(_))).collect();
+    let [atom @ Atom::Maximum(elements)] = atoms.as_slice() else { return None };
+    let [inner] = &**elements else { return None };
+    let name = Name::new("[maximum]");
+    let (factor, rest) = difference.with_atom(atom, &Value::variable(&name)).ok()?.linear_in(&name)?;
+    // a*abs(e) = 2*a*max(0, e) - a*e
+    let half = factor.as_rational()? / BigRational::from_integer(2.into());
+    let constant = rest.add(&inner.mul(&Value::rational(half.clone())).ok()?).ok()?.as_rational()?;
+    let near = match relation {
+        Relation::Eq => true,
+        Relation::Lss | Relation::Lte => half.is_positive(),
+        Relation::Gtr | Relation::Gte => half.is_negative(),
+        Relation::Neq => false,
+    };
+    let bound = -constant / half;
+    (near && !bound.is_negative()).then(|| (inner.clone(), bound))
+}
+
+/// A distance from a product that is never small enough, since it stays on one side.
+fn on_a_side(solved: &Solved, relation: Relation, difference: &Value) -> Option<Tail> {
+    let (inner, bound) = distance(difference, relation)?;
+    let bound = Value::rational(bound);
+    let above = of_product(solved, Relation::Lte, &inner.sub(&bound).ok()?);
+    let below = of_product(solved, Relation::Gte, &inner.add(&bound).ok()?);
+    above.or(below)
 }
 
 /// A value in the terms of offset 0 and the index as an exponential polynomial, and after how many terms it is that.
-pub(super) fn difference(solved: &Solved, value: &Value) -> Option<(ExponentialPolynomial, u64)> {
+fn difference_of(solved: &Solved, value: &Value) -> Option<(ExponentialPolynomial, u64)> {
     let recurrence = solved.recurrence();
     let index = &recurrence.index;
     let mut rest = value.clone();
@@ -201,19 +235,8 @@ fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option
         |from: u64| -> Option<BigRational> { solved.at(&sequence.name, i64::try_from(from).ok()?).ok()?.as_rational() };
     let value = |from: u64| difference.with(&own, &Value::rational(at(from)?)).ok()?.as_rational();
     let part = value(from)? - &constant;
-    let holds = |number: &BigRational| {
-        let zero = BigRational::zero();
-        match relation {
-            Relation::Eq => number.is_zero(),
-            Relation::Neq => !number.is_zero(),
-            Relation::Gtr => *number > zero,
-            Relation::Gte => *number >= zero,
-            Relation::Lss => *number < zero,
-            Relation::Lte => *number <= zero,
-        }
-    };
     if part.is_zero() || factor.is_zero() {
-        return (!holds(&constant)).then(|| Tail::Never(from, "from there on it is 0".to_string()));
+        return (!compares(relation, &constant)).then(|| Tail::Never(from, "from there on it is 0".to_string()));
     }
     let number = BigRational::from_integer((from + 1).into());
     let (top, bottom) = (above.at(&number), below.at(&number));
@@ -224,7 +247,7 @@ fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option
     let swells = (&top / &bottom) > BigRational::one();
     let rising = swells == part.is_positive();
     let turn = |number: BigRational| if rising { number } else { -number };
-    let (relation, part, constant) = (if rising { relation } else { mirrored(relation) }, turn(part), turn(constant));
+    let (relation, part, constant) = (if rising { relation } else { relation.mirrored() }, turn(part), turn(constant));
     let reason = |what: &str| {
         let ratio = if swells { "at least" } else { "at most" };
         format!("from there on {what}: its factors stay positive and {ratio} 1")
@@ -247,6 +270,18 @@ fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option
             None
         }
         _ => None,
+    }
+}
+
+/// Whether a number stands in a relation to 0.
+fn compares(relation: Relation, number: &BigRational) -> bool {
+    match relation {
+        Relation::Eq => number.is_zero(),
+        Relation::Neq => !number.is_zero(),
+        Relation::Gtr => number.is_positive(),
+        Relation::Gte => !number.is_negative(),
+        Relation::Lss => number.is_negative(),
+        Relation::Lte => !number.is_positive(),
     }
 }
 

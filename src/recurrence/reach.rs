@@ -174,19 +174,10 @@ fn tried(
         }
         bits +=
             state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits() + one.denom().bits()).sum::<u64>();
-        let mut next = Vec::new();
-        for (place, (_, own, offset)) in variables.iter().enumerate() {
-            let sequence = &recurrence.sequences[*own];
-            if offset + 1 < sequence.start.len() {
-                next.push(state[place + 1].clone());
-                continue;
-            }
-            match sequence.next.substitute(&images) {
-                Ok(value) => next.push(value),
-                Err(error) => return Reach::Unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
-            }
-        }
-        state = next;
+        state = match following(recurrence, &state, &images) {
+            Ok(next) => next,
+            Err(error) => return Reach::Unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
+        };
         at += 1;
         let most = if until.is_some() { MOST_BITS } else { FEW_BITS };
         let longest =
@@ -200,4 +191,20 @@ fn tried(
         Tail::Never(until, _) => format!("it can be met up to {} = {until} only", recurrence.index),
     };
     Reach::Unknown(format!("not before {} = {at}; {why}", recurrence.index))
+}
+
+/// The terms that the recurrence reads next, from those that it reads now.
+fn following(
+    recurrence: &Recurrence,
+    state: &[Value],
+    images: &BTreeMap<Name, Value>,
+) -> Result<Vec<Value>, crate::value::ValueError> {
+    let next = |(place, (_, own, offset)): (usize, (Name, usize, usize))| {
+        let sequence = &recurrence.sequences[own];
+        if offset + 1 < sequence.start.len() {
+            return Ok(state[place + 1].clone());
+        }
+        sequence.next.substitute(images)
+    };
+    recurrence.terms().into_iter().enumerate().map(next).collect()
 }

@@ -24,7 +24,7 @@ const MOST: u64 = 4_096;
 /// The bits of a bound.
 const PRECISION: u32 = 40;
 /// How often the roots of a polynomial of higher degree are squared to bound them.
-const SQUARINGS: u32 = 5;
+const SQUARINGS: u32 = 7;
 
 /// `c * n^power * x^n` for one root, or a bound of it for several.
 struct Part {
@@ -64,6 +64,32 @@ pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -
         }
     }
     Tail::Unknown(why.to_string())
+}
+
+/// From which index on, not before `from`, a sum is farther from 0 than a bound: where one real root, of either sign,
+/// outgrows all others and the bound.
+pub(super) fn outside(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {
+    let Some(mut parts) = parts(sum) else {
+        return Tail::Unknown("its coefficients are no numbers".to_string());
+    };
+    let own = parts.len();
+    parts.push(rational(&BigRational::one(), bound, 0));
+    for place in 0..own {
+        let main = &parts[place];
+        if main.sign.is_none() || main.root.is_none() {
+            continue;
+        }
+        let mut at = from.max(1);
+        while at <= MOST {
+            if outgrown(&parts, place, at) {
+                let root = bound_text(&main.size);
+                let why = format!("from there on the part with the root of size {root} outgrows all others");
+                return Tail::Never(at, why);
+            }
+            at *= 2;
+        }
+    }
+    Tail::Unknown("no real root of its characteristic polynomial outgrows all others".to_string())
 }
 
 /// The tail by the part that no other exceeds in size.
@@ -114,7 +140,7 @@ fn bound_text(size: &(BigRational, BigRational)) -> String {
 fn outgrown(parts: &[Part], main: usize, at: u64) -> bool {
     let own = &parts[main];
     let (count, next) = (BigRational::from_integer(at.into()), BigRational::from_integer((at + 1).into()));
-    let Some(exponent) = at.to_i32() else { return false };
+    let Some(exponent) = at.to_i32().filter(|_| own.size.0.is_positive()) else { return false };
     let mut sum = BigRational::zero();
     for (_, part) in parts.iter().enumerate().filter(|(place, _)| *place != main) {
         let ratio = &part.size.1 / &own.size.0;

@@ -114,7 +114,8 @@ impl Matcher<'_> {
                         self.seek(&mut laid, free.take(), &want)?;
                         want.shown = with_values(&want.shown, &laid.values)?;
                     } else {
-                        self.skip_to(&mut laid, free.take(), &want.shown, trajectory)?;
+                        self.as_long(&mut laid, free.take(), (name, &want.shown), &mut pending, trajectory)?;
+                        continue;
                     }
                     let taken = self.longest(&mut laid, &want.shown)?;
                     self.take(&mut laid, Some(name), taken, &want.shown)?;
@@ -153,6 +154,55 @@ impl Matcher<'_> {
         }
         laid.run.extend(units);
         Ok(())
+    }
+
+    /// A segment of unknown length beside what is shown: the first stretch that shows it and of which the conditions
+    /// hold that can be told then. Only behind a free segment may it be a later one.
+    fn as_long(
+        &self,
+        laid: &mut Laid,
+        free: Option<&Name>,
+        (name, shown): (&Name, &[Term]),
+        pending: &mut Vec<Test>,
+        trajectory: &Trajectory,
+    ) -> Result<(), Missed> {
+        let mut rest = laid.rest.clone();
+        let mut passed: Vec<Unit> = Vec::new();
+        let mut first: Option<String> = None;
+        for _ in 0..MOST_TRIED {
+            let mut probe =
+                Laid { rest, values: BTreeMap::new(), run: Vec::new(), property: Vec::new(), guards: Vec::new() };
+            let found =
+                self.skip_to(&mut probe, free, shown, trajectory).and_then(|()| self.longest(&mut probe, shown));
+            let taken = match (found, first.take()) {
+                (Ok(taken), earlier) => {
+                    first = earlier;
+                    taken
+                }
+                (Err(Missed::Never(_)), Some(reason)) => return Err(Missed::Never(reason)),
+                (Err(missed), _) => return Err(missed),
+            };
+            passed.append(&mut probe.run);
+            let (mut attempt, mut tests) = (laid.clone(), pending.clone());
+            attempt.rest = probe.rest.clone();
+            if let Some(free) = free {
+                self.take(&mut attempt, Some(free), passed.clone(), &[])?;
+            }
+            self.take(&mut attempt, Some(name), taken.clone(), shown)?;
+            match self.settle(&mut attempt, &mut tests, trajectory) {
+                Ok(()) => {
+                    (*laid, *pending) = (attempt, tests);
+                    return Ok(());
+                }
+                Err(Missed::Never(reason)) if free.is_some() => {
+                    first.get_or_insert(reason);
+                    passed.extend(taken);
+                    rest = probe.rest;
+                }
+                Err(missed) => return Err(missed),
+            }
+        }
+        Err(Missed::Unsure("no stretch of those looked at lasts as long as is asked".to_string()))
     }
 
     /// Goes on to the first moment that shows this; a free segment takes what is passed over.
