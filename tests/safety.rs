@@ -33,7 +33,7 @@ fn load(text: &str) -> (Environment, Name, Claim) {
             Err(errors) => panic!("{errors:?}"),
         }
     }
-    let Some(ClaimKind::Always { system, pattern }) = last else { panic!("no claim") };
+    let Some(ClaimKind::Always { system, pattern, .. }) = last else { panic!("no claim") };
     let test = |(relation, left, right): (Relation, Value, Value)| Test { relation, left, right };
     let tests = pattern.conditions.into_iter().map(test).collect();
     (environment, system, Claim { shown: pattern.terms, variables: pattern.variables, tests })

@@ -6,7 +6,7 @@ use super::scope::Lowerer;
 use super::value::count_of;
 use super::{ClaimKind, Entity, Event, Likelihood, Method, Pattern};
 use crate::ast::{self, Comparison, TermKind, ValueKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -20,7 +20,7 @@ impl Lowerer<'_> {
     ) -> Option<ClaimKind> {
         let system = self.named(system, "system");
         let pattern = self.pattern(shown, conditions)?;
-        Some(ClaimKind::Always { system: system?, pattern })
+        Some(ClaimKind::Always { system: system?, pattern, property: None })
     }
 
     /// Observers whose parameters are names for what is shown, or values that must be shown, and what is said of them.
@@ -44,24 +44,21 @@ impl Lowerer<'_> {
                     return None;
                 }
             };
-            if arity != arguments.len() || !results.is_empty() {
-                let given = arguments.len();
-                return self.fail(
-                    Diagnostic::error(
-                        "P0315",
-                        format!("`{}` shows {}, and {given} stand here", name.name, count_of(arity, "value")),
-                    )
-                    .label(term.span, "this observer"),
-                );
-            }
+            self.shows(name, arity, arguments.len(), results.is_empty(), term.span)?;
+            let lengths = self.environment.lengths(&name.name);
             let mut values = Vec::new();
-            for argument in arguments {
+            for (place, argument) in arguments.iter().enumerate() {
                 if let ValueKind::Name(ident) = &argument.kind
                     && !ident.name.is_meta()
                     && self.environment.quantity(&ident.name).is_none()
                 {
                     variables.insert(ident.name.clone());
                     self.locals.insert(ident.name.clone(), ident.span);
+                    if let Some(Some(length)) = lengths.get(place) {
+                        self.shapes.insert(ident.name.clone(), *length);
+                        values.push(Value::variable(&ident.name));
+                        continue;
+                    }
                 }
                 values.push(self.number(argument)?);
             }
@@ -74,6 +71,20 @@ impl Lowerer<'_> {
             lowered.push((*relation, left?, right));
         }
         Some(Pattern { terms, variables, conditions: lowered })
+    }
+
+    /// Reports a number of values that does not fit.
+    pub(super) fn shows(&mut self, name: &ast::Ident, arity: usize, given: usize, bare: bool, span: Span) -> Option<()> {
+        if arity == given && bare {
+            return Some(());
+        }
+        self.fail(
+            Diagnostic::error(
+                "P0315",
+                format!("`{}` shows {}, and {given} stand here", name.name, count_of(arity, "value")),
+            )
+            .label(span, "this observer"),
+        )
     }
 
     pub(super) fn likelihood(&mut self, likelihood: &ast::Likelihood) -> Option<Likelihood> {
@@ -110,7 +121,7 @@ impl Lowerer<'_> {
         Some((time, within.threshold.0, threshold?))
     }
 
-    fn past<T>(&mut self, time: &Value, span: crate::diagnostic::Span) -> Option<T> {
+    fn past<T>(&mut self, time: &Value, span: Span) -> Option<T> {
         self.fail(
             Diagnostic::error("P0405", format!("the time {time} lies before the start"))
                 .label(span, "this time")

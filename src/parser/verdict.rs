@@ -1,7 +1,7 @@
 //! What is asked of a system beside its property: what always holds, and how likely something is.
 
 use super::{Parse, Parser};
-use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Term, Within};
+use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Restriction, Term, Within};
 use crate::lexer::{Keyword, Kind, Token};
 use crate::value::Relation;
 
@@ -48,18 +48,24 @@ impl Parser<'_> {
         Ok((likelihood, relation, bound))
     }
 
-    /// `where P(x <= d) >= q`, if it stands here.
-    pub(super) fn within(&mut self) -> Parse<Option<Within>> {
+    /// `where P(x <= d) >= q`, or `where q > 1`, if it stands here.
+    pub(super) fn restriction(&mut self) -> Parse<Option<Restriction>> {
         if self.spelling() != "where" {
             return Ok(None);
         }
         let start = self.token().span.start;
         self.advance();
-        if self.spelling() != "P" {
-            return self.unexpected(
-                "`P(x <= 10) >= 9/10`; what always holds is asked as `prove Sys always |p-o| > 1 when At_p, Obs_o`",
-            );
+        if self.spelling() == "P" {
+            return Ok(Some(Restriction::Within(self.within(start)?)));
         }
+        if self.at(Kind::Upper) {
+            return self.unexpected("`P(x <= 10) >= 9/10`, or comparisons of what is shown, such as `q > 1`");
+        }
+        Ok(Some(Restriction::Always(self.comparisons()?)))
+    }
+
+    /// `P(x <= d) >= q`
+    fn within(&mut self, start: usize) -> Parse<Within> {
         self.advance();
         self.require(Kind::OpenRound, "`(` and the time that is drawn, as in `where P(x <= 10) >= 9/10`")?;
         if !self.at(Kind::Lower) {
@@ -72,7 +78,7 @@ impl Parser<'_> {
         let time = self.value()?;
         self.require(Kind::CloseRound, "`)`")?;
         let threshold = self.threshold()?;
-        Ok(Some(Within { span: self.since(start), name, time, threshold }))
+        Ok(Within { span: self.since(start), name, time, threshold })
     }
 
     fn threshold(&mut self) -> Parse<(Relation, crate::ast::Value)> {

@@ -2,6 +2,7 @@
 
 use super::claim::Found;
 use super::reading::{Run, Waiting};
+use super::rounds::all_checked;
 use crate::connectivity::connectivity;
 use crate::flow::flows;
 use crate::invariant::{Claim, Safe};
@@ -12,12 +13,22 @@ use crate::replay::replays;
 use crate::report::Verdict;
 use crate::safety::{self, orbit::Shown};
 
+/// What is left to trust of the phases once the kernel has checked the ways between them.
+const WAYS: &str = "that in each phase one of its ways is taken; that each does what is printed, the kernel has checked";
+
 impl Run<'_, '_> {
-    pub(super) fn always(&mut self, system: &Name, pattern: &Pattern, waiting: &Waiting) -> Found {
+    pub(super) fn always(
+        &mut self,
+        system: &Name,
+        pattern: &Pattern,
+        property: Option<&Name>,
+        waiting: &Waiting,
+    ) -> Found {
         let environment = &waiting.environment;
         let Some(system) = environment.system(system) else { return Found::default() };
         let claim = claim_of(pattern);
         let mut found = Found::default();
+        found.trace.extend(property.map(|property| meant(property, &claim)));
         let observers: Vec<Name> = pattern.observers().into_iter().collect();
         let links = connectivity(&system.components, &observers, &environment.definitions);
         if !observers.is_empty() {
@@ -44,16 +55,40 @@ impl Run<'_, '_> {
                 found.trace.extend(grounds(safe, &outcome.invariant));
                 found.trace.extend(outcome.extreme.clone());
                 found.trace.extend(never_together(&claim, &outcome));
-                found.trusted.extend(safe.trusted().iter().cloned());
+                let period = outcome.period.as_ref().filter(|_| !safe.trusted().is_empty());
+                match period.filter(|period| all_checked(period, system, environment, &interrupted)) {
+                    Some(_) => found.trusted.push(WAYS.to_string()),
+                    None => found.trusted.extend(safe.trusted().iter().cloned()),
+                }
             }
             safety::Verdict::Refuted(run) => broken(system, run, &claim, waiting, &mut found),
             safety::Verdict::Open => found.remains = outcome.remaining.clone(),
         }
-        for tests in &outcome.conditions {
-            let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
-            found.feedback.push(format!("it is proved if {}, the weakest condition found", tests.join(" and ")));
-        }
+        found.feedback.extend(conditions(&outcome.conditions));
         found
+    }
+}
+
+/// What a property says, in the words of a claim.
+fn meant(property: &Name, claim: &Claim) -> String {
+    let (tests, shown) = (listed(&claim.tests, ", "), listed(&claim.shown, ", "));
+    format!("{property} says: always {tests} when {shown}")
+}
+
+fn listed<T: ToString>(all: &[T], between: &str) -> String {
+    all.iter().map(ToString::to_string).collect::<Vec<_>>().join(between)
+}
+
+/// Under which conditions on parameters it is proved; several are alternatives of which none follows from another.
+fn conditions(all: &[Vec<Test>]) -> Option<String> {
+    let said: Vec<String> = all.iter().map(|tests| listed(tests, " and ")).collect();
+    match said.as_slice() {
+        [] => None,
+        [one] => Some(format!("it is proved if {one}, the weakest condition found")),
+        _ => Some(format!(
+            "it is proved if {}: the weakest conditions found, of which none follows from another",
+            said.join(", or if ")
+        )),
     }
 }
 

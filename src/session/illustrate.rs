@@ -76,7 +76,9 @@ fn asked(report: &Report, relation: Relation, threshold: &Value) -> Option<Strin
         let margin = BigRational::from_float(end).map(|end| if upward { end - &bound } else { &bound - end });
         margin.and_then(|margin| margin.to_f64()).unwrap_or(f64::NAN)
     });
-    Some(format!("asked for {} {threshold}: margin between {near:.3e} and {far:.3e} (rounded)", relation.symbol()))
+    let (near, far) = (format!("{near:.3e}"), format!("{far:.3e}"));
+    let margin = if near == far { near } else { format!("between {near} and {far}") };
+    Some(format!("asked for {} {threshold}: margin {margin} (rounded)", relation.symbol()))
 }
 
 /// The stretch of what is drawn in which the conditions of an event hold; none where it is no one stretch.

@@ -11,7 +11,7 @@ use crate::invariant::Claim;
 use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
 use crate::probability::chain::{Chain, chain};
-use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
+use crate::probability::{Enclosed, Question, direct, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -129,7 +129,10 @@ fn answer(
 ) -> Result<Answer, Vec<String>> {
     let (chain, question) = match asked(likelihood, environment) {
         Ok(asked) => asked,
-        Err(reasons) => return scheduled(likelihood, environment).ok_or(reasons),
+        Err(reasons) => {
+            let other = scheduled(likelihood, environment).map(Ok).or_else(|| run(likelihood, environment));
+            return other.unwrap_or_else(|| Err(Vec::new())).map_err(|more| [reasons, more].concat());
+        }
     };
     let methods: &[Method] = match &likelihood.method {
         Some(method) => std::slice::from_ref(method),
@@ -163,6 +166,30 @@ fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Option<Answe
     let Interval { low, high } = interval;
     let chance = Chance { low, high, method: name(Method::Exact), confidence: None, runs: None };
     Some(Answer { chance, interval, enclosed: Some(found), lines })
+}
+
+/// The answer by runs of the executable meaning; none where another method is asked for.
+fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answer, Vec<String>>> {
+    if !matches!(likelihood.method, None | Some(Method::Estimated)) {
+        return None;
+    }
+    let answer = || -> Result<Answer, Vec<String>> {
+        let (system, event, question) = event(likelihood, environment)?;
+        let term = system.term(&environment.definitions);
+        let found = direct::direct(&term, &environment.definitions, &event, &question, SEED)
+            .map_err(|reason| vec![format!("not estimated: {reason}")])?;
+        let interval = Interval::between(found.low, found.high);
+        let lines = vec![
+            format!("probability {} (estimated)", between(&interval)),
+            format!("{} runs of the executable meaning, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE),
+            "a duration that is drawn below 0 counts as 0".to_string(),
+        ];
+        let Interval { low, high } = interval;
+        let (confidence, runs) = (Some(estimated::CONFIDENCE), Some(found.runs));
+        let chance = Chance { low, high, method: name(Method::Estimated), confidence, runs };
+        Ok(Answer { chance, interval, enclosed: None, lines })
+    };
+    Some(answer())
 }
 
 /// The system as a chain, and what is asked of it.
