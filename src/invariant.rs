@@ -178,7 +178,8 @@ impl Checker<'_> {
             for test in &goal.tests {
                 if !follows(self.assumptions, &premises, test) {
                     let premises: Vec<String> = premises.iter().map(Test::to_string).collect();
-                    return Err(Rejected(format!("{test} does not follow from {}", premises.join(" and "))));
+                    let from = if premises.is_empty() { "nothing".to_string() } else { premises.join(" and ") };
+                    return Err(Rejected(format!("{test} does not follow from {from}")));
                 }
                 self.derived += 1;
             }
@@ -189,9 +190,8 @@ impl Checker<'_> {
 
 /// Whether a test follows from others under the assumptions; false also where that is not found out.
 pub fn follows(assumptions: &Assumptions, premises: &[Test], test: &Test) -> bool {
-    let plainly = |test: &Test| {
-        premises.contains(test) || impossible(assumptions, &[premises, &[test.negated()]].concat())
-    };
+    let plainly =
+        |test: &Test| premises.contains(test) || impossible(assumptions, &[premises, &[test.negated()]].concat());
     let round = |test: &Test| match planes(test) {
         Some(Planes::Any(tests)) => tests.iter().any(plainly),
         Some(Planes::All(tests)) => tests.iter().all(plainly),

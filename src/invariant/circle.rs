@@ -85,7 +85,13 @@ fn sides(one: &Value, other: &Value) -> Option<Vec<Value>> {
 fn squares(sum: &Value) -> Option<(Value, Value)> {
     let one = leading(sum)?;
     let rest = sum.sub(&one.mul(&one).ok()?).ok()?;
-    let other = if rest.is_zero() { Value::zero() } else { leading(&rest)? };
+    let other = match rest.as_rational() {
+        Some(number) if !num_traits::Signed::is_negative(&number) => {
+            rest.sqrt().ok().filter(|root| root.as_rational().is_some())?
+        }
+        Some(_) => return None,
+        None => leading(&rest)?,
+    };
     (rest == other.mul(&other).ok()?).then_some((one, other))
 }
 

@@ -93,7 +93,10 @@ impl Lowerer<'_> {
                     word,
                     ident,
                     known.map(|(name, _)| name.as_str()),
-                    &format!("declare it with `{word} {} = …`", ident.name),
+                    &match word {
+                        "observer" => format!("declare it with `observer {}(q)`", ident.name),
+                        _ => format!("declare it with `{word} {} = …`", ident.name),
+                    },
                 );
                 None
             }

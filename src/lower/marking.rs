@@ -62,7 +62,9 @@ impl Environment {
             let here: Vec<Option<usize>> = values.iter().map(length).collect();
             match &mut found {
                 None => found = Some(here),
-                Some(all) => all.iter_mut().zip(here).filter(|(one, other)| *one != other).for_each(|(one, _)| *one = None),
+                Some(all) => {
+                    all.iter_mut().zip(here).filter(|(one, other)| *one != other).for_each(|(one, _)| *one = None)
+                }
             }
         }
         found.unwrap_or_default()

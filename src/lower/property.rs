@@ -59,10 +59,9 @@ impl Lowerer<'_> {
             terms.push(self.shown_part(part, &mut variables, &mut solved)?);
         }
         let mut lowered = Vec::new();
-        for Comparison { relation, left, right, span } in conditions {
-            let left = self.number(left);
-            let sides = (left?, self.number(right)?);
-            lowered.push((*relation, self.put(sides.0, &solved, *span)?, self.put(sides.1, &solved, *span)?));
+        for ((relation, left, right), written) in self.compared(conditions)?.into_iter().zip(conditions) {
+            let span = written.span;
+            lowered.push((relation, self.put(left, &solved, span)?, self.put(right, &solved, span)?));
         }
         let call = Term::new(Node::Call(own.name.clone(), Vec::new()));
         let body = Term::seq([Term::par(terms.iter().cloned()), call]);
@@ -74,7 +73,9 @@ impl Lowerer<'_> {
         self.fail(
             Diagnostic::error("P0420", "`where` with comparisons stands behind what is shown again and again")
                 .label(span, "this has another form")
-                .help("write `property G = (At_p | Rock_{p+q}) ; G where q > 1`, or ask for `prove Sys always C when …`"),
+                .help(
+                    "write `property G = (At_p | Rock_{p+q}) ; G where q > 1`, or ask for `prove Sys always C when …`",
+                ),
         )
     }
 
@@ -86,9 +87,12 @@ impl Lowerer<'_> {
             Some(Entity::Process(signature)) => {
                 if !self.environment.can_show(&name.name) {
                     return self.fail(
-                        Diagnostic::error("P0421", format!("it cannot be said when an instance of `{}` runs", name.name))
-                            .label(name.span, "this process")
-                            .help("show what it stands for by an observer: `observer Rock(q)`"),
+                        Diagnostic::error(
+                            "P0421",
+                            format!("it cannot be said when an instance of `{}` runs", name.name),
+                        )
+                        .label(name.span, "this process")
+                        .help("show what it stands for by an observer: `observer Rock(q)`"),
                     );
                 }
                 signature.parameters.len()

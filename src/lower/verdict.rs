@@ -9,7 +9,7 @@ use crate::ast::{self, Comparison, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Sort, Value};
 
 impl Lowerer<'_> {
     pub(super) fn always(
@@ -64,17 +64,39 @@ impl Lowerer<'_> {
             }
             terms.push(Term::new(Node::Observe(name.name.clone(), values)));
         }
-        let mut lowered = Vec::new();
-        for Comparison { relation, left, right, .. } in conditions {
-            let left = self.number(left);
-            let right = self.number(right)?;
-            lowered.push((*relation, left?, right));
-        }
+        let lowered = self.compared(conditions)?;
         Some(Pattern { terms, variables, conditions: lowered })
     }
 
+    /// Comparisons of numbers.
+    pub(super) fn compared(&mut self, conditions: &[Comparison]) -> Option<Vec<(Relation, Value, Value)>> {
+        let mut lowered = Vec::new();
+        for Comparison { relation, left, right, .. } in conditions {
+            let sides = (self.number(left), self.number(right)?);
+            let (first, second) = (sides.0?, sides.1);
+            for (value, written) in [(&first, left), (&second, right)] {
+                if value.sort() != Sort::Real {
+                    return self.fail(
+                        Diagnostic::error("P0401", format!("a number is needed here, but this is {}", value.sort()))
+                            .label(written.span, "this is compared")
+                            .help("compare its length or a component: `norm(p) > 1`, `part(p, 1) > 1`"),
+                    );
+                }
+            }
+            lowered.push((*relation, first, second));
+        }
+        Some(lowered)
+    }
+
     /// Reports a number of values that does not fit.
-    pub(super) fn shows(&mut self, name: &ast::Ident, arity: usize, given: usize, bare: bool, span: Span) -> Option<()> {
+    pub(super) fn shows(
+        &mut self,
+        name: &ast::Ident,
+        arity: usize,
+        given: usize,
+        bare: bool,
+        span: Span,
+    ) -> Option<()> {
         if arity == given && bare {
             return Some(());
         }

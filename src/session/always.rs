@@ -3,6 +3,8 @@
 use super::claim::Found;
 use super::reading::{Run, Waiting};
 use super::rounds::all_checked;
+use super::satisfies::said;
+use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
 use crate::flow::flows;
 use crate::invariant::{Claim, Safe};
@@ -13,8 +15,12 @@ use crate::replay::replays;
 use crate::report::Verdict;
 use crate::safety::{self, orbit::Shown};
 
+/// The longest left side that is printed, in bytes.
+const WIDE: usize = 80;
+
 /// What is left to trust of the phases once the kernel has checked the ways between them.
-const WAYS: &str = "that in each phase one of its ways is taken; that each does what is printed, the kernel has checked";
+const WAYS: &str =
+    "that in each phase one of its ways is taken; that each does what is printed, the kernel has checked";
 
 impl Run<'_, '_> {
     pub(super) fn always(
@@ -62,7 +68,7 @@ impl Run<'_, '_> {
                 }
             }
             safety::Verdict::Refuted(run) => broken(system, run, &claim, waiting, &mut found),
-            safety::Verdict::Open => found.remains = outcome.remaining.clone(),
+            safety::Verdict::Open => found.remains = outcome.remaining.iter().map(|line| said(line)).collect(),
         }
         found.feedback.extend(conditions(&outcome.conditions));
         found
@@ -118,8 +124,13 @@ fn never_together(claim: &Claim, outcome: &safety::Outcome) -> Option<String> {
 fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     let mut lines = Vec::new();
     for (number, tests) in invariant.iter().enumerate() {
+        let never = tests.iter().any(|test| test.decide(&Assumptions::default()) == Some(false));
         let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
-        let text = if tests.is_empty() { "anything".to_string() } else { tests.join(" and ") };
+        let text = match tests.as_slice() {
+            _ if never => "it is never reached".to_string(),
+            [] => "anything".to_string(),
+            tests => tests.join(" and "),
+        };
         lines.push(format!("invariant of phase {}: {text}", number + 1));
     }
     if safe.inequalities() > 0 {
@@ -148,9 +159,10 @@ fn broken(system: &System, run: &Shown, claim: &Claim, waiting: &Waiting, found:
         for duty in claim.duties(shown).unwrap_or_default() {
             for (test, asked) in duty.tests.iter().zip(&claim.tests) {
                 if test.decide(&waiting.environment.assumptions) == Some(false) {
+                    let left = asked.left.to_string();
                     found.trace.push(format!(
                         "there {} = {}, and it must be {} {}",
-                        asked.left,
+                        if left.len() > WIDE { "the left side" } else { &left },
                         test.left,
                         test.relation.symbol(),
                         test.right

@@ -6,6 +6,7 @@ use num_traits::ToPrimitive;
 use super::likely::distributions;
 use super::reading::{Question, Run, Waiting};
 use super::roughly::growth;
+use crate::connectivity::connectivity;
 use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
 use crate::name::Name;
 use crate::picture::{Line, Picture, of_run};
@@ -32,6 +33,7 @@ impl Run<'_, '_> {
         match &waiting.question {
             Question::Claim(claim) => match &claim.kind {
                 ClaimKind::Satisfies { system, .. } | ClaimKind::Always { system, .. } => {
+                    report.links = links(&claim.kind, environment);
                     report.pictures.extend(self.run_of(system, environment));
                 }
                 ClaimKind::Likely { likelihood, relation, threshold } => {
@@ -65,6 +67,13 @@ impl Run<'_, '_> {
         follower.follow(DRAWN, &|| self.surroundings.interrupted());
         Some(of_run(&format!("The run of {}", system.name), follower.run(), None))
     }
+}
+
+/// The links between the components of a system, where they were asked about.
+fn links(kind: &ClaimKind, environment: &Environment) -> Option<String> {
+    let ClaimKind::Always { system, pattern, .. } = kind else { return None };
+    let observers: Vec<Name> = pattern.observers().into_iter().collect();
+    connectivity(&environment.system(system)?.components, &observers, &environment.definitions).svg()
 }
 
 /// The threshold of a probability, and how far from it the interval lies.
