@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Entity, Environment};
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
-use crate::scope::subterms;
+use crate::scope::{calls, subterms};
 use crate::term::{Node, Term};
 use crate::value::{Sort, Value};
 
@@ -41,16 +41,24 @@ impl Environment {
         self.definitions.get(name).is_some_and(|one| shown(one, &self.definitions).is_some())
     }
 
-    /// By place, how many components the vectors have that an observer, or an instance of a process, shows: none where it
-    /// shows numbers, or now one thing and now another.
-    pub(super) fn lengths(&self, name: &Name) -> Vec<Option<usize>> {
+    /// By place, how many components the vectors have that an observer, or an instance of a process, shows in a system, or
+    /// in any: none where it shows numbers, or now one thing and now another.
+    pub(super) fn lengths(&self, name: &Name, system: Option<&Name>) -> Vec<Option<usize>> {
         let mut found: Option<Vec<Option<usize>>> = None;
-        let bodies = self.definitions.iter().map(|one| &one.body);
-        let systems = self.entities.values().filter_map(|entity| match entity {
-            Entity::System(system) => Some(&system.components),
+        let systems = self.entities.iter().filter_map(|(name, entity)| match entity {
+            Entity::System(found) if system.is_none_or(|system| system == name) => Some(&found.components),
             _ => None,
         });
-        for term in bodies.chain(systems.flatten()).flat_map(subterms) {
+        let components: Vec<&Term> = systems.flatten().collect();
+        let mut called: BTreeSet<Name> = components.iter().flat_map(|term| calls(term)).collect();
+        let mut work: Vec<Name> = called.iter().cloned().collect();
+        while let Some(name) = work.pop() {
+            let more = self.definitions.get(&name).map(|definition| calls(&definition.body)).unwrap_or_default();
+            work.extend(more.into_iter().filter(|name| called.insert(name.clone())));
+        }
+        let reached = |one: &&Definition| system.is_none() || called.contains(&one.name);
+        let bodies = self.definitions.iter().filter(reached).map(|one| &one.body);
+        for term in bodies.chain(components.iter().copied()).flat_map(subterms) {
             let (Node::Observe(other, values) | Node::Call(other, values)) = term.node() else { continue };
             if other != name {
                 continue;

@@ -103,7 +103,7 @@ impl Lowerer<'_> {
             }
         };
         self.shows(name, arity, arguments.len(), results.is_empty(), part.span)?;
-        let lengths = self.environment.lengths(&name.name);
+        let lengths = self.environment.lengths(&name.name, None);
         let mut values = Vec::new();
         for (place, argument) in arguments.iter().enumerate() {
             let length = lengths.get(place).copied().flatten();

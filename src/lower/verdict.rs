@@ -19,12 +19,18 @@ impl Lowerer<'_> {
         shown: &[ast::Term],
     ) -> Option<ClaimKind> {
         let system = self.named(system, "system");
-        let pattern = self.pattern(shown, conditions)?;
+        let pattern = self.pattern(system.as_ref(), shown, conditions)?;
         Some(ClaimKind::Always { system: system?, pattern, property: None })
     }
 
-    /// Observers whose parameters are names for what is shown, or values that must be shown, and what is said of them.
-    pub(super) fn pattern(&mut self, shown: &[ast::Term], conditions: &[Comparison]) -> Option<Pattern> {
+    /// Observers whose parameters are names for what is shown in a system, or values that must be shown, and what is said
+    /// of them.
+    pub(super) fn pattern(
+        &mut self,
+        system: Option<&Name>,
+        shown: &[ast::Term],
+        conditions: &[Comparison],
+    ) -> Option<Pattern> {
         let mut variables = BTreeSet::new();
         let mut terms = Vec::new();
         for term in shown {
@@ -45,7 +51,7 @@ impl Lowerer<'_> {
                 }
             };
             self.shows(name, arity, arguments.len(), results.is_empty(), term.span)?;
-            let lengths = self.environment.lengths(&name.name);
+            let lengths = self.environment.lengths(&name.name, system);
             let mut values = Vec::new();
             for (place, argument) in arguments.iter().enumerate() {
                 if let ValueKind::Name(ident) = &argument.kind
@@ -115,7 +121,7 @@ impl Lowerer<'_> {
             ast::Event::Satisfies(property) => Event::Satisfies(self.named(property, "property")?),
             ast::Event::Shown { first, shown, conditions, time } => {
                 let deadline = self.number(time);
-                let pattern = self.pattern(shown, conditions)?;
+                let pattern = self.pattern(system.as_ref(), shown, conditions)?;
                 let deadline = deadline?;
                 let past = self.environment.assumptions.decide(Relation::Lss, &deadline, &Value::zero());
                 if past == Some(true) {

@@ -13,9 +13,9 @@ use super::simulation::{Program, Runner, Scratch};
 /// Independent estimates.
 pub const TIMES: u64 = 40;
 /// Runs that are followed at a time, at least and at most.
-const RUNS: (u64, u64) = (50, 250);
+const RUNS: (u64, u64) = (100, 250);
 /// For so many plain runs that are asked for, one is followed.
-const PLAIN: u64 = 400;
+const PLAIN: u64 = 5;
 /// Of how many one is dropped at a time, at least.
 const DROPPED: usize = 10;
 /// What a number of Student's distribution with 39 degrees of freedom exceeds in size once in a hundred times.
