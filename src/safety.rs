@@ -12,7 +12,7 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::invariant::cases::cases;
 use crate::invariant::circle::{Planes, planes};
-use crate::invariant::{Claim, Safe, check, check_states, follows, goals, premises};
+use crate::invariant::{Claim, Rejected, Safe, check, check_states, follows, goals, premises};
 use crate::name::Name;
 use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
@@ -151,17 +151,10 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
             match missing {
                 Ok(None) => {}
                 Ok(Some((missing, invariant))) if missing.is_empty() => {
-                    match check(period, assumptions, claim, &invariant) {
-                        Ok(safe) => {
-                            outcome.verdict = Verdict::Proved(safe);
-                            outcome.invariant = invariant;
-                            outcome.conditions.clear();
-                            return;
-                        }
-                        Err(rejected) => {
-                            reasons.insert(rejected.0);
-                        }
-                    }
+                    match prove(period, claim, assumptions, invariant, outcome) {
+                        Ok(()) => return,
+                        Err(rejected) => reasons.insert(rejected.0),
+                    };
                 }
                 Ok(Some((missing, _))) if missing.iter().any(Vec::is_empty) => {}
                 Ok(Some((missing, invariant))) => {
@@ -180,17 +173,27 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
         }
     }
     if let Some(invariant) = round(period, claim, assumptions, &equal) {
-        match check(period, assumptions, claim, &invariant) {
-            Ok(safe) => {
-                outcome.verdict = Verdict::Proved(safe);
-                outcome.invariant = invariant;
-                return;
-            }
-            Err(rejected) => drop(reasons.insert(rejected.0)),
-        }
+        match prove(period, claim, assumptions, invariant, outcome) {
+            Ok(()) => return,
+            Err(rejected) => reasons.insert(rejected.0),
+        };
     }
     outcome.conditions = weakest(assumptions, std::mem::take(&mut outcome.conditions));
     outcome.remaining.extend(reasons);
+}
+
+/// Has an invariant checked, and notes that it proves the claim.
+fn prove(
+    period: &Period,
+    claim: &Claim,
+    assumptions: &Assumptions,
+    invariant: Vec<Vec<Test>>,
+    outcome: &mut Outcome,
+) -> Result<(), Rejected> {
+    outcome.verdict = Verdict::Proved(check(period, assumptions, claim, &invariant)?);
+    outcome.invariant = invariant;
+    outcome.conditions.clear();
+    Ok(())
 }
 
 /// Half planes in place of circles: of those that may hold in each phase, all that do.

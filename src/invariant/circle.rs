@@ -41,7 +41,9 @@ pub fn planes(test: &Test) -> Option<Planes> {
     let mut roots = BTreeSet::new();
     for atom in difference.atoms() {
         match atom {
-            Atom::Root(inner) => drop(roots.insert(inner)),
+            Atom::Root(inner) => {
+                roots.insert(inner);
+            }
             Atom::Variable(_) => {}
             _ => return None,
         }
