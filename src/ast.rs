@@ -45,8 +45,8 @@ pub enum ItemKind {
     Observer(Vec<Header>),
     /// `system Sys = P | Q`
     System(Ident, Term),
-    /// `property Goal = P`
-    Property(Ident, Term, Option<Within>),
+    /// `property Goal = P`, `property G = P where q > 1`
+    Property(Ident, Term, Option<Restriction>),
     /// `prove …`
     Prove(Claim),
     /// `simplify P`, or a term alone at the prompt
@@ -163,6 +163,15 @@ pub struct Comparison {
     pub left: Value,
     /// The right value.
     pub right: Value,
+}
+
+/// What stands behind a property.
+#[derive(Clone, Debug)]
+pub enum Restriction {
+    /// `where P(x <= d) >= q`
+    Within(Within),
+    /// `where q > 1`: what holds of all that is shown
+    Always(Vec<Comparison>),
 }
 
 /// `where P(x <= d) >= q` behind a property.

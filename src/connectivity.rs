@@ -1,6 +1,8 @@
 //! Whether what a program does can depend on what it must keep clear of: a directed path from the thing sensed,
 //! through the program, to what moves (§V.B; as worded there, a system without a sensor passes).
 
+mod drawing;
+
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write;
 

@@ -4,6 +4,7 @@
 //! executable meaning, and is the only maker of [`Safe`].
 
 pub mod cases;
+pub mod circle;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -16,6 +17,7 @@ use crate::period::{Edge, End, Next, Period, Test};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value, ValueError, View};
 use cases::impossible;
+use circle::{Planes, planes};
 
 /// Whenever all of these are shown for some time, the tests hold of the values shown.
 #[derive(Clone, Debug)]
@@ -176,7 +178,8 @@ impl Checker<'_> {
             for test in &goal.tests {
                 if !follows(self.assumptions, &premises, test) {
                     let premises: Vec<String> = premises.iter().map(Test::to_string).collect();
-                    return Err(Rejected(format!("{test} does not follow from {}", premises.join(" and "))));
+                    let from = if premises.is_empty() { "nothing".to_string() } else { premises.join(" and ") };
+                    return Err(Rejected(format!("{test} does not follow from {from}")));
                 }
                 self.derived += 1;
             }
@@ -187,7 +190,14 @@ impl Checker<'_> {
 
 /// Whether a test follows from others under the assumptions; false also where that is not found out.
 pub fn follows(assumptions: &Assumptions, premises: &[Test], test: &Test) -> bool {
-    premises.contains(test) || impossible(assumptions, &[premises, &[test.negated()]].concat())
+    let plainly =
+        |test: &Test| premises.contains(test) || impossible(assumptions, &[premises, &[test.negated()]].concat());
+    let round = |test: &Test| match planes(test) {
+        Some(Planes::Any(tests)) => tests.iter().any(plainly),
+        Some(Planes::All(tests)) => tests.iter().all(plainly),
+        None => false,
+    };
+    plainly(test) || round(test)
 }
 
 /// What holds on the way along an edge.

@@ -15,6 +15,7 @@ mod graph;
 mod marking;
 mod network;
 mod process;
+mod property;
 mod scope;
 mod shape;
 mod solve;
@@ -265,6 +266,8 @@ pub enum ClaimKind {
         system: Name,
         /// What must hold of what is shown.
         pattern: Pattern,
+        /// The property that says so.
+        property: Option<Name>,
     },
     /// `probability of … >= q`
     Likely {
@@ -278,7 +281,7 @@ pub enum ClaimKind {
 }
 
 /// Observers with names for the values that they show, and conditions on those values.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     /// The observers.
     pub terms: Vec<Term>,

@@ -184,6 +184,9 @@ impl Page<'_> {
         }
         html_lines(out, "", &measured(report));
         html_lines(out, "What could be changed", &report.feedback);
+        if let Some(links) = &report.links {
+            let _ = writeln!(out, "<figure>{links}<figcaption>Who reads what from whom</figcaption></figure>");
+        }
         for picture in &report.pictures {
             let _ = writeln!(
                 out,

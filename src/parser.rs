@@ -108,8 +108,6 @@ struct Parser<'t> {
     prompt: bool,
     incomplete: bool,
     diagnostics: Vec<Diagnostic>,
-    /// What the item that is being read assumes before it.
-    assumed: Vec<Item>,
 }
 
 impl<'t> Parser<'t> {
@@ -125,7 +123,6 @@ impl<'t> Parser<'t> {
             prompt,
             incomplete: false,
             diagnostics: lexed.diagnostics,
-            assumed: Vec::new(),
         }
     }
 
@@ -147,10 +144,7 @@ impl<'t> Parser<'t> {
         while !self.at(Kind::End) {
             let start = self.position;
             match self.item() {
-                Ok(item) => {
-                    items.append(&mut self.assumed);
-                    items.push(item);
-                }
+                Ok(item) => items.push(item),
                 Err(Failed) => self.recover(start),
             }
         }

@@ -65,7 +65,7 @@ impl Picture {
         let room = |low: f64, high: f64, part: f64| if high > low { (high - low) * part } else { 0.5 };
         let (aside, above) = (room(left, right, 0.02), room(low, high, 0.08));
         // The names of the curves stand above them all.
-        let names = if self.lines.len() > 1 { 0.09 * self.lines.len() as f64 } else { 0.0 };
+        let names = if self.lines.len() > 1 { 0.12 * self.lines.len() as f64 } else { 0.0 };
         Some([left - aside, right + aside, low - above, high + above + room(low, high, names)])
     }
 

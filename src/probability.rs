@@ -3,6 +3,7 @@
 
 pub mod axes;
 pub mod chain;
+pub mod direct;
 mod draft;
 pub mod enclosed;
 pub mod estimated;
@@ -18,8 +19,10 @@ pub mod plan;
 pub mod random;
 pub mod region;
 pub mod schedule;
+mod sharp;
 mod simulation;
 mod splitting;
+mod unrolled;
 mod window;
 
 use num_rational::BigRational;

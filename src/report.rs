@@ -128,6 +128,8 @@ pub struct Report {
     pub assessment: Option<Arc<Assessment>>,
     /// Pictures, where the surroundings want them.
     pub pictures: Vec<Picture>,
+    /// Who reads what from whom, as SVG, where the surroundings want pictures.
+    pub links: Option<String>,
     /// What was assumed of parameters.
     pub assumed: Vec<String>,
 }

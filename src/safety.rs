@@ -3,6 +3,7 @@
 //! Whatever is found here is checked by [`crate::invariant`] or replayed in the executable meaning before it is said.
 
 mod condition;
+mod equality;
 pub mod orbit;
 
 use std::collections::BTreeSet;
@@ -10,12 +11,14 @@ use std::collections::BTreeSet;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::invariant::cases::cases;
-use crate::invariant::{Claim, Safe, check, check_states, follows, goals, premises};
+use crate::invariant::circle::{Planes, planes};
+use crate::invariant::{Claim, Rejected, Safe, check, check_states, follows, goals, premises};
 use crate::name::Name;
 use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
 use crate::value::ValueError;
-use condition::{Clause, exclusion, sufficient};
+use condition::{Clause, exclusion, sufficient, weakest};
+use equality::equalities;
 use orbit::{Limits, Orbit, Shown, extreme, follow};
 
 /// States of a run that is followed to decide a claim.
@@ -132,9 +135,13 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
     let stronger = stronger.map(|part| Claim { tests: part.tests, ..claim.clone() });
     let mut reasons = BTreeSet::new();
     let mut tried: Vec<Vec<Vec<Test>>> = Vec::new();
+    let equal: Vec<BTreeSet<Test>> = (0..period.phases.len()).map(|phase| equalities(period, phase)).collect();
+    let nothing = vec![BTreeSet::new(); equal.len()];
+    // Equalities are told apart, as most proofs do without.
+    let ways = [(false, &nothing), (true, &nothing), (false, &equal), (true, &equal)];
     for candidate in stronger.chain([claim.clone()]) {
-        for kept in [false, true] {
-            let missing = candidates(period, &candidate, assumptions, kept).and_then(|invariant| {
+        for (kept, known) in ways {
+            let missing = candidates(period, &candidate, assumptions, kept, known).and_then(|invariant| {
                 if tried.contains(&invariant) {
                     return Ok(None);
                 }
@@ -144,17 +151,10 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
             match missing {
                 Ok(None) => {}
                 Ok(Some((missing, invariant))) if missing.is_empty() => {
-                    match check(period, assumptions, claim, &invariant) {
-                        Ok(safe) => {
-                            outcome.verdict = Verdict::Proved(safe);
-                            outcome.invariant = invariant;
-                            outcome.conditions.clear();
-                            return;
-                        }
-                        Err(rejected) => {
-                            reasons.insert(rejected.0);
-                        }
-                    }
+                    match prove(period, claim, assumptions, invariant, outcome) {
+                        Ok(()) => return,
+                        Err(rejected) => reasons.insert(rejected.0),
+                    };
                 }
                 Ok(Some((missing, _))) if missing.iter().any(Vec::is_empty) => {}
                 Ok(Some((missing, invariant))) => {
@@ -172,7 +172,51 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
             }
         }
     }
+    if let Some(invariant) = round(period, claim, assumptions, &equal) {
+        match prove(period, claim, assumptions, invariant, outcome) {
+            Ok(()) => return,
+            Err(rejected) => reasons.insert(rejected.0),
+        };
+    }
+    outcome.conditions = weakest(assumptions, std::mem::take(&mut outcome.conditions));
     outcome.remaining.extend(reasons);
+}
+
+/// Has an invariant checked, and notes that it proves the claim.
+fn prove(
+    period: &Period,
+    claim: &Claim,
+    assumptions: &Assumptions,
+    invariant: Vec<Vec<Test>>,
+    outcome: &mut Outcome,
+) -> Result<(), Rejected> {
+    outcome.verdict = Verdict::Proved(check(period, assumptions, claim, &invariant)?);
+    outcome.invariant = invariant;
+    outcome.conditions.clear();
+    Ok(())
+}
+
+/// Half planes in place of circles: of those that may hold in each phase, all that do.
+fn round(
+    period: &Period,
+    claim: &Claim,
+    assumptions: &Assumptions,
+    equal: &[BTreeSet<Test>],
+) -> Option<Vec<Vec<Test>>> {
+    let mut known = equal.to_vec();
+    let mut any = false;
+    for (phase, known) in period.phases.iter().zip(&mut known) {
+        for segment in phase.edges.iter().filter_map(|edge| edge.segments.first()) {
+            let duties = claim.duties(&segment.observed).ok()?;
+            for test in duties.iter().filter(|duty| duty.premises.is_empty()).flat_map(|duty| &duty.tests) {
+                let half = planes(test);
+                any |= half.is_some();
+                known.extend(half.iter().flat_map(Planes::tests).cloned());
+            }
+        }
+    }
+    let nothing = Claim { tests: Vec::new(), ..claim.clone() };
+    if any { candidates(period, &nothing, assumptions, false, &known).ok() } else { None }
 }
 
 /// What may hold in each phase: what is claimed there, and what was asked on some way into it. Unless all are kept,
@@ -182,6 +226,7 @@ fn candidates(
     candidate: &Claim,
     assumptions: &Assumptions,
     kept: bool,
+    equal: &[BTreeSet<Test>],
 ) -> Result<Vec<Vec<Test>>, ValueError> {
     let mut claimed = Vec::new();
     let mut asked = Vec::new();
@@ -202,6 +247,7 @@ fn candidates(
             entries(period, number)
                 .flat_map(|edge| edge.after.iter().flatten())
                 .filter(|test| about(test))
+                .chain(&equal[number])
                 .cloned()
                 .collect::<BTreeSet<Test>>(),
         );
@@ -244,7 +290,7 @@ fn drop_one_round(
 }
 
 /// The ways into a phase.
-fn entries(period: &Period, number: usize) -> impl Iterator<Item = &Edge> {
+pub(in crate::safety) fn entries(period: &Period, number: usize) -> impl Iterator<Item = &Edge> {
     let all = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
     all.filter(move |edge| edge.next == Next::Phase(number))
 }

@@ -273,7 +273,7 @@ prove probability of Steps showing At_p where |p-10| <= 0.1 at 10 >= 0.886\n";
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let html = std::fs::read_to_string(&page).expect("a page of the name that was asked for");
     let place = |what: &str| html.find(what).unwrap_or_else(|| panic!("no {what}"));
-    assert!(place("proved") < place("asked for &gt;= 443/500: margin between"));
+    assert!(place("proved") < place("asked for &gt;= 443/500: margin "));
     assert!(place("asked for") < place("<svg") && place("<svg") < place("Taken on trust"));
     assert!(!html.contains("src=") && !html.contains("<script") && !html.contains("<link") && !html.contains("url("));
     // What is asked for is filled in under the curve.

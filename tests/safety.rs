@@ -4,7 +4,7 @@ use pars::connectivity::connectivity;
 use pars::invariant::{Claim, Duty, check, check_states};
 use pars::lower::{ClaimKind, Environment, Lowered};
 use pars::name::Name;
-use pars::parser::parse;
+use pars::parser::{parse, parse_value};
 use pars::period::Test;
 use pars::safety::{Outcome, Verdict, always, orbit};
 use pars::value::{Relation, Value};
@@ -33,7 +33,7 @@ fn load(text: &str) -> (Environment, Name, Claim) {
             Err(errors) => panic!("{errors:?}"),
         }
     }
-    let Some(ClaimKind::Always { system, pattern }) = last else { panic!("no claim") };
+    let Some(ClaimKind::Always { system, pattern, .. }) = last else { panic!("no claim") };
     let test = |(relation, left, right): (Relation, Value, Value)| Test { relation, left, right };
     let tests = pattern.conditions.into_iter().map(test).collect();
     (environment, system, Claim { shown: pattern.terms, variables: pattern.variables, tests })
@@ -180,6 +180,41 @@ prove Sys always |p-o| > 1 when At_p, Rock_o"
     assert!(!connected("Env_0 | Blind_10 | Look").connected());
     assert!(connected("Env_0 | Blind_10 | Look").dot().contains("\"Env\" -> \"Blind\" [label=\"p\"]"));
     assert!(matches!(judged(&text("Env_0 | Blind_10")).verdict, Verdict::Refuted(_)));
+    // In the picture there is a box for each component, and an arrow with its ports for each two that share some.
+    let drawn = whole.svg().expect("a picture");
+    assert_eq!((drawn.matches("<rect").count(), drawn.matches("marker-end").count()), (3, 4));
+    assert!([">Env<", ">Sensor<", ">MoveTo<", ">b, p<", ">n<"].iter().all(|text| drawn.contains(text)), "{drawn}");
+    assert_eq!(connected("Env_0").svg(), None);
+}
+
+#[test]
+fn a_length_is_bounded_by_half_planes_that_bound_it() {
+    use pars::assumption::Assumptions;
+    use pars::invariant::follows;
+    let mut environment = Environment::default();
+    let names = "param x, y";
+    assert!(environment.declare(&parse(names).items, names).iter().all(Result::is_ok));
+    let value = |text: &str| environment.value(&parse_value(text).expect("a value")).expect("a number");
+    let test = |relation: Relation, left: &str, right: &str| Test { relation, left: value(left), right: value(right) };
+    let nothing = Assumptions::default();
+    let length = "sqrt((x-1)^2+(y+2)^2)";
+    let farther = |bound: &str| test(Relation::Gtr, length, bound);
+    // Along (3/5, 4/5), and less along a direction between two of those that are tried.
+    let side = test(Relation::Gtr, "3*x/5+4*y/5+1", "7");
+    assert!(follows(&nothing, std::slice::from_ref(&side), &farther("7")));
+    assert!(!follows(&nothing, std::slice::from_ref(&side), &farther("71/10")));
+    // A square of half the side 2 lies within the circle of 2*sqrt(2) = 2.83, and its corners are outside that of 2.8.
+    let square = [
+        test(Relation::Lte, "x-1", "2"),
+        test(Relation::Gte, "x-1", "-2"),
+        test(Relation::Lte, "y+2", "2"),
+        test(Relation::Gte, "y+2", "-2"),
+    ];
+    assert!(follows(&nothing, &square, &test(Relation::Lte, length, "29/10")));
+    assert!(!follows(&nothing, &square, &test(Relation::Lte, length, "28/10")));
+    assert!(!follows(&nothing, &square[..3], &test(Relation::Lte, length, "29/10")));
+    // A length is at least 0, which no half plane says.
+    assert!(!follows(&nothing, &[], &farther("0")));
 }
 
 #[test]

@@ -29,11 +29,12 @@ impl Lowerer<'_> {
             ast::ClaimKind::Satisfies(system, property) => {
                 let system = self.named(system, "system");
                 let property = self.named(property, "property")?;
-                let (system, within) =
-                    (system?, self.environment.property(&property).and_then(|one| one.within.clone()));
-                match within {
-                    None => ClaimKind::Satisfies { system, property },
-                    Some((_, relation, threshold)) => {
+                let (system, asked) = (system?, self.environment.property(&property));
+                let always = asked.and_then(|one| one.always.clone());
+                match (asked.and_then(|one| one.within.clone()), always) {
+                    (None, None) => ClaimKind::Satisfies { system, property },
+                    (None, Some(pattern)) => ClaimKind::Always { system, pattern, property: Some(property) },
+                    (Some((_, relation, threshold)), _) => {
                         let likelihood = Likelihood { system, event: Event::Satisfies(property), method: None };
                         ClaimKind::Likely { likelihood, relation, threshold }
                     }
@@ -92,7 +93,10 @@ impl Lowerer<'_> {
                     word,
                     ident,
                     known.map(|(name, _)| name.as_str()),
-                    &format!("declare it with `{word} {} = …`", ident.name),
+                    &match word {
+                        "observer" => format!("declare it with `observer {}(q)`", ident.name),
+                        _ => format!("declare it with `{word} {} = …`", ident.name),
+                    },
                 );
                 None
             }

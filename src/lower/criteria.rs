@@ -179,7 +179,7 @@ impl Lowerer<'_> {
     }
 
     fn goal(&mut self, term: &ast::Term) -> Option<Goal> {
-        let Pattern { terms, variables, .. } = self.pattern(std::slice::from_ref(term), &[])?;
+        let Pattern { terms, variables, .. } = self.pattern(None, std::slice::from_ref(term), &[])?;
         if let Some(name) = variables.iter().next() {
             let known = self.environment.quantities().map(|(name, _)| name.as_str()).collect::<Vec<_>>();
             let ident = ast::Ident { name: name.clone(), span: term.span };

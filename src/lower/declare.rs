@@ -159,7 +159,7 @@ impl Environment {
                 (name, Entity::System(System { name: name.name.clone(), components: Vec::new() }))
             }
             ItemKind::Property(name, ..) => {
-                (name, Entity::Property(Property { name: name.name.clone(), body: None, within: None }))
+                (name, Entity::Property(Property { name: name.name.clone(), body: None, within: None, always: None }))
             }
             ItemKind::Function(header, _) => {
                 if FUNCTIONS.iter().any(|(known, _)| *known == header.name.name.as_str()) {
@@ -332,21 +332,8 @@ impl Environment {
                 name,
                 self.components(body).map(|components| Entity::System(System { name: name.name.clone(), components })),
             ),
-            ItemKind::Property(name, body, within) => {
-                let mut lowerer = Lowerer::new(self, Metas::Values);
-                lowerer.own = Some(name.name.clone());
-                let lowered = lowerer.whole(&[body]).and_then(|mut terms| terms.pop());
-                lowerer.check_tails(body, &|called| *called == name.name);
-                let latest = within.as_ref().map(|within| lowerer.within(within));
-                let lowered = if latest == Some(None) { None } else { lowered };
-                let whole = lowerer.finish(lowered);
-                let name_of = name.name.clone();
-                (
-                    name,
-                    whole.map(|body| {
-                        Entity::Property(Property { name: name_of, body: Some(body), within: latest.flatten() })
-                    }),
-                )
+            ItemKind::Property(name, body, restriction) => {
+                (name, self.network(name, body, restriction.as_ref()).map(Entity::Property))
             }
             _ => return,
         };

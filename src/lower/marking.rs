@@ -6,8 +6,9 @@ use std::sync::Arc;
 use super::{Entity, Environment};
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
+use crate::scope::{calls, subterms};
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Sort, Value};
 
 impl Environment {
     /// Makes the processes that a property names show that they run. Where one of them has a form of which it cannot be
@@ -17,13 +18,64 @@ impl Environment {
         let Some(body) = found.body.clone() else { return };
         let mut named = BTreeSet::new();
         let body = with_observers(&body, property, &self.definitions, &mut named);
-        let shown: Option<Vec<Definition>> =
-            named.iter().map(|name| self.definitions.get(name).and_then(|one| shown(one, &self.definitions))).collect();
-        let Some(shown) = shown.filter(|shown| !shown.is_empty()) else { return };
-        shown.into_iter().for_each(|definition| self.definitions.insert(definition));
+        if !self.show_instances(&named) {
+            return;
+        }
         if let Some(Entity::Property(found)) = Arc::make_mut(&mut self.entities).get_mut(property) {
             found.body = Some(body);
         }
+    }
+
+    /// Makes instances of the processes of these names show that they run; false, and all is left as it is, where there is
+    /// none, or one of them has a form of which it cannot be said when it runs.
+    pub fn show_instances(&mut self, names: &BTreeSet<Name>) -> bool {
+        let named: Vec<&Definition> = names.iter().filter_map(|name| self.definitions.get(name)).collect();
+        let shown: Option<Vec<Definition>> = named.into_iter().map(|one| shown(one, &self.definitions)).collect();
+        let Some(shown) = shown.filter(|shown| !shown.is_empty()) else { return false };
+        shown.into_iter().for_each(|definition| self.definitions.insert(definition));
+        true
+    }
+
+    /// Whether it can be said when an instance of a process runs.
+    pub(super) fn can_show(&self, name: &Name) -> bool {
+        self.definitions.get(name).is_some_and(|one| shown(one, &self.definitions).is_some())
+    }
+
+    /// By place, how many components the vectors have that an observer, or an instance of a process, shows in a system, or
+    /// in any: none where it shows numbers, or now one thing and now another.
+    pub(super) fn lengths(&self, name: &Name, system: Option<&Name>) -> Vec<Option<usize>> {
+        let mut found: Option<Vec<Option<usize>>> = None;
+        let systems = self.entities.iter().filter_map(|(name, entity)| match entity {
+            Entity::System(found) if system.is_none_or(|system| system == name) => Some(&found.components),
+            _ => None,
+        });
+        let components: Vec<&Term> = systems.flatten().collect();
+        let mut called: BTreeSet<Name> = components.iter().flat_map(|term| calls(term)).collect();
+        let mut work: Vec<Name> = called.iter().cloned().collect();
+        while let Some(name) = work.pop() {
+            let more = self.definitions.get(&name).map(|definition| calls(&definition.body)).unwrap_or_default();
+            work.extend(more.into_iter().filter(|name| called.insert(name.clone())));
+        }
+        let reached = |one: &&Definition| system.is_none() || called.contains(&one.name);
+        let bodies = self.definitions.iter().filter(reached).map(|one| &one.body);
+        for term in bodies.chain(components.iter().copied()).flat_map(subterms) {
+            let (Node::Observe(other, values) | Node::Call(other, values)) = term.node() else { continue };
+            if other != name {
+                continue;
+            }
+            let length = |value: &Value| match value.sort() {
+                Sort::Vector(length) => Some(length),
+                _ => None,
+            };
+            let here: Vec<Option<usize>> = values.iter().map(length).collect();
+            match &mut found {
+                None => found = Some(here),
+                Some(all) => {
+                    all.iter_mut().zip(here).filter(|(one, other)| *one != other).for_each(|(one, _)| *one = None)
+                }
+            }
+        }
+        found.unwrap_or_default()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::Pattern;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::term::{Node, Term};
@@ -42,4 +43,6 @@ pub struct Property {
     pub body: Option<Term>,
     /// `where P(x <= d) >= q`: the latest time, and how likely it must be.
     pub within: Option<(Value, Relation, Value)>,
+    /// `(A_p | B_{p+q}) ; G where q > 1`: what holds whenever these are shown.
+    pub always: Option<Pattern>,
 }

@@ -6,10 +6,10 @@ use super::scope::Lowerer;
 use super::value::count_of;
 use super::{ClaimKind, Entity, Event, Likelihood, Method, Pattern};
 use crate::ast::{self, Comparison, TermKind, ValueKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Sort, Value};
 
 impl Lowerer<'_> {
     pub(super) fn always(
@@ -19,12 +19,18 @@ impl Lowerer<'_> {
         shown: &[ast::Term],
     ) -> Option<ClaimKind> {
         let system = self.named(system, "system");
-        let pattern = self.pattern(shown, conditions)?;
-        Some(ClaimKind::Always { system: system?, pattern })
+        let pattern = self.pattern(system.as_ref(), shown, conditions)?;
+        Some(ClaimKind::Always { system: system?, pattern, property: None })
     }
 
-    /// Observers whose parameters are names for what is shown, or values that must be shown, and what is said of them.
-    pub(super) fn pattern(&mut self, shown: &[ast::Term], conditions: &[Comparison]) -> Option<Pattern> {
+    /// Observers whose parameters are names for what is shown in a system, or values that must be shown, and what is said
+    /// of them.
+    pub(super) fn pattern(
+        &mut self,
+        system: Option<&Name>,
+        shown: &[ast::Term],
+        conditions: &[Comparison],
+    ) -> Option<Pattern> {
         let mut variables = BTreeSet::new();
         let mut terms = Vec::new();
         for term in shown {
@@ -44,36 +50,69 @@ impl Lowerer<'_> {
                     return None;
                 }
             };
-            if arity != arguments.len() || !results.is_empty() {
-                let given = arguments.len();
-                return self.fail(
-                    Diagnostic::error(
-                        "P0315",
-                        format!("`{}` shows {}, and {given} stand here", name.name, count_of(arity, "value")),
-                    )
-                    .label(term.span, "this observer"),
-                );
-            }
+            self.shows(name, arity, arguments.len(), results.is_empty(), term.span)?;
+            let lengths = self.environment.lengths(&name.name, system);
             let mut values = Vec::new();
-            for argument in arguments {
+            for (place, argument) in arguments.iter().enumerate() {
                 if let ValueKind::Name(ident) = &argument.kind
                     && !ident.name.is_meta()
                     && self.environment.quantity(&ident.name).is_none()
                 {
                     variables.insert(ident.name.clone());
                     self.locals.insert(ident.name.clone(), ident.span);
+                    if let Some(Some(length)) = lengths.get(place) {
+                        self.shapes.insert(ident.name.clone(), *length);
+                        values.push(Value::variable(&ident.name));
+                        continue;
+                    }
                 }
                 values.push(self.number(argument)?);
             }
             terms.push(Term::new(Node::Observe(name.name.clone(), values)));
         }
+        let lowered = self.compared(conditions)?;
+        Some(Pattern { terms, variables, conditions: lowered })
+    }
+
+    /// Comparisons of numbers.
+    pub(super) fn compared(&mut self, conditions: &[Comparison]) -> Option<Vec<(Relation, Value, Value)>> {
         let mut lowered = Vec::new();
         for Comparison { relation, left, right, .. } in conditions {
-            let left = self.number(left);
-            let right = self.number(right)?;
-            lowered.push((*relation, left?, right));
+            let sides = (self.number(left), self.number(right)?);
+            let (first, second) = (sides.0?, sides.1);
+            for (value, written) in [(&first, left), (&second, right)] {
+                if value.sort() != Sort::Real {
+                    return self.fail(
+                        Diagnostic::error("P0401", format!("a number is needed here, but this is {}", value.sort()))
+                            .label(written.span, "this is compared")
+                            .help("compare its length or a component: `norm(p) > 1`, `part(p, 1) > 1`"),
+                    );
+                }
+            }
+            lowered.push((*relation, first, second));
         }
-        Some(Pattern { terms, variables, conditions: lowered })
+        Some(lowered)
+    }
+
+    /// Reports a number of values that does not fit.
+    pub(super) fn shows(
+        &mut self,
+        name: &ast::Ident,
+        arity: usize,
+        given: usize,
+        bare: bool,
+        span: Span,
+    ) -> Option<()> {
+        if arity == given && bare {
+            return Some(());
+        }
+        self.fail(
+            Diagnostic::error(
+                "P0315",
+                format!("`{}` shows {}, and {given} stand here", name.name, count_of(arity, "value")),
+            )
+            .label(span, "this observer"),
+        )
     }
 
     pub(super) fn likelihood(&mut self, likelihood: &ast::Likelihood) -> Option<Likelihood> {
@@ -82,7 +121,7 @@ impl Lowerer<'_> {
             ast::Event::Satisfies(property) => Event::Satisfies(self.named(property, "property")?),
             ast::Event::Shown { first, shown, conditions, time } => {
                 let deadline = self.number(time);
-                let pattern = self.pattern(shown, conditions)?;
+                let pattern = self.pattern(system.as_ref(), shown, conditions)?;
                 let deadline = deadline?;
                 let past = self.environment.assumptions.decide(Relation::Lss, &deadline, &Value::zero());
                 if past == Some(true) {
@@ -110,7 +149,7 @@ impl Lowerer<'_> {
         Some((time, within.threshold.0, threshold?))
     }
 
-    fn past<T>(&mut self, time: &Value, span: crate::diagnostic::Span) -> Option<T> {
+    fn past<T>(&mut self, time: &Value, span: Span) -> Option<T> {
         self.fail(
             Diagnostic::error("P0405", format!("the time {time} lies before the start"))
                 .label(span, "this time")

@@ -42,7 +42,7 @@ impl Parser<'_> {
             }
             Keyword::Property => {
                 let (name, body) = self.named_term("the name of a property")?;
-                ItemKind::Property(name, body, self.within()?)
+                ItemKind::Property(name, body, self.restriction()?)
             }
             Keyword::Prove => ItemKind::Prove(self.claim()?),
             Keyword::Simplify => ItemKind::Simplify(self.term()?),

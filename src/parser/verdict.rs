@@ -1,7 +1,7 @@
 //! What is asked of a system beside its property: what always holds, and how likely something is.
 
 use super::{Parse, Parser, Role};
-use crate::ast::{ClaimKind, Comparison, Event, Ident, Item, ItemKind, Likelihood, Term, Within};
+use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Restriction, Term, Within};
 use crate::lexer::{Keyword, Kind, Token};
 use crate::value::Relation;
 
@@ -48,18 +48,24 @@ impl Parser<'_> {
         Ok((likelihood, relation, bound))
     }
 
-    /// `where P(x <= d) >= q`, if it stands here. `where q > 1` says what `param q > 1` says.
-    pub(super) fn within(&mut self) -> Parse<Option<Within>> {
+    /// `where P(x <= d) >= q`, or `where q > 1`, if it stands here.
+    pub(super) fn restriction(&mut self) -> Parse<Option<Restriction>> {
         if self.spelling() != "where" {
             return Ok(None);
         }
         let start = self.token().span.start;
         self.advance();
-        if self.spelling() != "P" || self.ahead(1).kind != Kind::OpenRound {
-            let assumed = ItemKind::Param(self.parameters()?);
-            self.assumed.push(Item { span: self.since(start), kind: assumed });
-            return Ok(None);
+        if self.spelling() == "P" {
+            return Ok(Some(Restriction::Within(self.within(start)?)));
         }
+        if self.at(Kind::Upper) {
+            return self.unexpected("`P(x <= 10) >= 9/10`, or comparisons of what is shown, such as `q > 1`");
+        }
+        Ok(Some(Restriction::Always(self.comparisons()?)))
+    }
+
+    /// `P(x <= d) >= q`
+    fn within(&mut self, start: usize) -> Parse<Within> {
         self.advance();
         self.take(Role::Joining);
         if !self.at(Kind::Lower) {
@@ -72,7 +78,7 @@ impl Parser<'_> {
         let time = self.value()?;
         self.require(Kind::CloseRound, "`)`")?;
         let threshold = self.threshold()?;
-        Ok(Some(Within { span: self.since(start), name, time, threshold }))
+        Ok(Within { span: self.since(start), name, time, threshold })
     }
 
     fn threshold(&mut self) -> Parse<(Relation, crate::ast::Value)> {

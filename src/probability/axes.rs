@@ -51,9 +51,11 @@ pub fn axes(chain: &Chain, question: &Question) -> Result<Axes, String> {
     let mut found: Vec<Vec<Direction>> = vec![Vec::new(); chain.phases.len()];
     let mut work: Vec<(usize, Direction)> = Vec::new();
     for (phase, moves) in chain.phases.iter().enumerate().filter(|(phase, _)| live(*phase)) {
-        for one in moves {
-            let shown = one.stretches.iter().flat_map(|stretch| stretch.shown.iter().flatten());
-            work.extend(one.tests.iter().chain(shown).map(|side| (phase, side.form.state.clone())));
+        work.extend(moves.iter().flat_map(|one| &one.tests).map(|side| (phase, side.form.state.clone())));
+        // What is shown in a phase is looked at on the way into it.
+        let shown = shown(chain, phase)?;
+        for (from, one) in moves_into(chain, phase).filter(|(from, _)| live(*from)) {
+            work.extend(shown.iter().flatten().map(|side| (from, before(&side.form.state, one).state)));
         }
     }
     let mut links: Vec<((usize, usize), (usize, usize))> = Vec::new();

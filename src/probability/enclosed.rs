@@ -22,6 +22,7 @@ use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
 use super::operator::{Key, Operator};
 use super::plan::{Entry, PLACES, Plan, Way, plan};
 use super::region::Patch;
+use super::sharp::blunted;
 use super::window::windows;
 use super::{Enclosed, Question};
 use crate::interval::Interval;
@@ -55,11 +56,13 @@ pub(super) struct FastEntry {
 /// # Errors
 /// Where the states or the kernel grow too large, or a way has no noise.
 pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
-    let plan = entered_apart(plan(chain, question)?);
+    let plan = plan(chain, question)?;
+    let own = plan.phases.len();
+    let plan = entered_apart(blunted(plan));
     if plan.entries.is_empty() || plan.rounds == 0 {
         return Ok(Enclosed(plan.decided));
     }
-    Ok(Enclosed(Machine::new(&plan, chain.phases.len(), wanted)?.run(&plan)?))
+    Ok(Enclosed(Machine::new(&plan, own, wanted)?.run(&plan)?))
 }
 
 /// Entries to be followed on a grid of their own.

@@ -11,6 +11,7 @@ use super::axes::{AXES, Axes, axes, combinations, random, shown};
 use super::chain::{Chain, Move};
 use super::draft::Draft;
 use super::region::{Patch, Range, merged, whole};
+use super::unrolled::unrolled;
 use crate::distribution::standard;
 use crate::interval::{Interval, normal_between};
 
@@ -121,6 +122,15 @@ const MOST_ROUNDS: u64 = 1_000_000;
 /// # Errors
 /// What keeps it from being one in one or two independent dimensions.
 pub fn plan(chain: &Chain, question: &Question) -> Result<Plan, String> {
+    planned(chain, question).or_else(|reason| {
+        let live: Vec<usize> = (0..chain.phases.len()).collect();
+        let duration = duration(chain, &live).ok().flatten();
+        let unrolled = duration.and_then(|duration| unrolled(chain, question, &duration)).ok_or(reason.clone())?;
+        planned(&unrolled, question).map_err(|_| reason)
+    })
+}
+
+fn planned(chain: &Chain, question: &Question) -> Result<Plan, String> {
     let axes = axes(chain, question)?;
     let live: Vec<usize> = (0..chain.phases.len()).filter(|phase| axes.settled[*phase].is_none()).collect();
     let duration = duration(chain, &live)?;

@@ -144,7 +144,7 @@ fn excluded(assumptions: &Assumptions, clause: &[Test]) -> bool {
     all.plainly_contradictory() || all.contradictory()
 }
 
-/// Single tests, or else pairs, that make all clauses hold, none of which follows from another: the weakest first.
+/// Single tests, and pairs of others, that make all clauses hold, none of which follows from another: the weakest first.
 pub fn sufficient(assumptions: &Assumptions, clauses: &[Clause]) -> Vec<Vec<Test>> {
     let mut literals: Vec<Test> = clauses.iter().flatten().map(solved).collect();
     literals.sort_by_key(|test| test.left.size() + test.right.size());
@@ -166,14 +166,21 @@ pub fn sufficient(assumptions: &Assumptions, clauses: &[Clause]) -> Vec<Vec<Test
         !with.contradictory() && clauses.iter().all(|clause| excluded(&with, clause))
     };
     let singles: Vec<Vec<Test>> = seen.iter().map(|test| vec![test.clone()]).filter(|tests| holds(tests)).collect();
-    let found = if singles.is_empty() {
-        let pairs = seen
-            .iter()
-            .enumerate()
-            .flat_map(|(place, one)| seen.iter().skip(place + 1).map(move |other| vec![one.clone(), other.clone()]));
-        pairs.take(MOST_PAIRS).filter(|tests| holds(tests)).collect()
-    } else {
-        singles
+    seen.retain(|test| !singles.iter().any(|single| single.contains(test)));
+    let pairs = seen
+        .iter()
+        .enumerate()
+        .flat_map(|(place, one)| seen.iter().skip(place + 1).map(move |other| vec![one.clone(), other.clone()]));
+    let pairs: Vec<Vec<Test>> = pairs.take(MOST_PAIRS).filter(|tests| holds(tests)).collect();
+    weakest(assumptions, singles.into_iter().chain(pairs))
+}
+
+/// Those conditions of which none follows from another.
+pub fn weakest(assumptions: &Assumptions, found: impl IntoIterator<Item = Vec<Test>>) -> Vec<Vec<Test>> {
+    let with = |tests: &[Test]| {
+        let mut with = assumptions.clone();
+        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
+        with
     };
     let implies = |one: &[Test], other: &[Test]| {
         let with = with(one);

@@ -2,6 +2,9 @@
 
 use super::claim::Found;
 use super::reading::{Run, Waiting};
+use super::rounds::all_checked;
+use super::satisfies::said;
+use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
 use crate::flow::flows;
 use crate::invariant::{Claim, Safe};
@@ -12,12 +15,26 @@ use crate::replay::replays;
 use crate::report::Verdict;
 use crate::safety::{self, orbit::Shown};
 
+/// The longest left side that is printed, in bytes.
+const WIDE: usize = 80;
+
+/// What is left to trust of the phases once the kernel has checked the ways between them.
+const WAYS: &str =
+    "that in each phase one of its ways is taken; that each does what is printed, the kernel has checked";
+
 impl Run<'_, '_> {
-    pub(super) fn always(&mut self, system: &Name, pattern: &Pattern, waiting: &Waiting) -> Found {
+    pub(super) fn always(
+        &mut self,
+        system: &Name,
+        pattern: &Pattern,
+        property: Option<&Name>,
+        waiting: &Waiting,
+    ) -> Found {
         let environment = &waiting.environment;
         let Some(system) = environment.system(system) else { return Found::default() };
         let claim = claim_of(pattern);
         let mut found = Found::default();
+        found.trace.extend(property.map(|property| meant(property, &claim)));
         let observers: Vec<Name> = pattern.observers().into_iter().collect();
         let links = connectivity(&system.components, &observers, &environment.definitions);
         if !observers.is_empty() {
@@ -44,16 +61,40 @@ impl Run<'_, '_> {
                 found.trace.extend(grounds(safe, &outcome.invariant));
                 found.trace.extend(outcome.extreme.clone());
                 found.trace.extend(never_together(&claim, &outcome));
-                found.trusted.extend(safe.trusted().iter().cloned());
+                let period = outcome.period.as_ref().filter(|_| !safe.trusted().is_empty());
+                match period.filter(|period| all_checked(period, system, environment, &interrupted)) {
+                    Some(_) => found.trusted.push(WAYS.to_string()),
+                    None => found.trusted.extend(safe.trusted().iter().cloned()),
+                }
             }
             safety::Verdict::Refuted(run) => broken(system, run, &claim, waiting, &mut found),
-            safety::Verdict::Open => found.remains = outcome.remaining.clone(),
+            safety::Verdict::Open => found.remains = outcome.remaining.iter().map(|line| said(line)).collect(),
         }
-        for tests in &outcome.conditions {
-            let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
-            found.feedback.push(format!("it is proved if {}, the weakest condition found", tests.join(" and ")));
-        }
+        found.feedback.extend(conditions(&outcome.conditions));
         found
+    }
+}
+
+/// What a property says, in the words of a claim.
+fn meant(property: &Name, claim: &Claim) -> String {
+    let (tests, shown) = (listed(&claim.tests, ", "), listed(&claim.shown, ", "));
+    format!("{property} says: always {tests} when {shown}")
+}
+
+fn listed<T: ToString>(all: &[T], between: &str) -> String {
+    all.iter().map(ToString::to_string).collect::<Vec<_>>().join(between)
+}
+
+/// Under which conditions on parameters it is proved; several are alternatives of which none follows from another.
+fn conditions(all: &[Vec<Test>]) -> Option<String> {
+    let said: Vec<String> = all.iter().map(|tests| listed(tests, " and ")).collect();
+    match said.as_slice() {
+        [] => None,
+        [one] => Some(format!("it is proved if {one}, the weakest condition found")),
+        _ => Some(format!(
+            "it is proved if {}: the weakest conditions found, of which none follows from another",
+            said.join(", or if ")
+        )),
     }
 }
 
@@ -83,8 +124,13 @@ fn never_together(claim: &Claim, outcome: &safety::Outcome) -> Option<String> {
 fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     let mut lines = Vec::new();
     for (number, tests) in invariant.iter().enumerate() {
+        let never = tests.iter().any(|test| test.decide(&Assumptions::default()) == Some(false));
         let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
-        let text = if tests.is_empty() { "anything".to_string() } else { tests.join(" and ") };
+        let text = match tests.as_slice() {
+            _ if never => "it is never reached".to_string(),
+            [] => "anything".to_string(),
+            tests => tests.join(" and "),
+        };
         lines.push(format!("invariant of phase {}: {text}", number + 1));
     }
     if safe.inequalities() > 0 {
@@ -113,9 +159,10 @@ fn broken(system: &System, run: &Shown, claim: &Claim, waiting: &Waiting, found:
         for duty in claim.duties(shown).unwrap_or_default() {
             for (test, asked) in duty.tests.iter().zip(&claim.tests) {
                 if test.decide(&waiting.environment.assumptions) == Some(false) {
+                    let left = asked.left.to_string();
                     found.trace.push(format!(
                         "there {} = {}, and it must be {} {}",
-                        asked.left,
+                        if left.len() > WIDE { "the left side" } else { &left },
                         test.left,
                         test.relation.symbol(),
                         test.right

@@ -80,7 +80,9 @@ impl Run<'_, '_> {
                 (kind, self.compare(statement, by, waiting))
             }
             ClaimKind::Satisfies { system, property } => ("satisfies", self.satisfies(system, property, waiting)),
-            ClaimKind::Always { system, pattern } => ("always", self.always(system, pattern, waiting)),
+            ClaimKind::Always { system, pattern, property } => {
+                ("always", self.always(system, pattern, property.as_ref(), waiting))
+            }
             ClaimKind::Likely { likelihood, relation, threshold } => {
                 ("probability", self.likely(likelihood, *relation, threshold, waiting))
             }

@@ -6,6 +6,7 @@ use num_traits::ToPrimitive;
 use super::likely::distributions;
 use super::reading::{Question, Run, Waiting};
 use super::roughly::growth;
+use crate::connectivity::connectivity;
 use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
 use crate::name::Name;
 use crate::picture::{Line, Picture, of_run};
@@ -32,6 +33,7 @@ impl Run<'_, '_> {
         match &waiting.question {
             Question::Claim(claim) => match &claim.kind {
                 ClaimKind::Satisfies { system, .. } | ClaimKind::Always { system, .. } => {
+                    report.links = links(&claim.kind, environment);
                     report.pictures.extend(self.run_of(system, environment));
                 }
                 ClaimKind::Likely { likelihood, relation, threshold } => {
@@ -67,6 +69,13 @@ impl Run<'_, '_> {
     }
 }
 
+/// The links between the components of a system, where they were asked about.
+fn links(kind: &ClaimKind, environment: &Environment) -> Option<String> {
+    let ClaimKind::Always { system, pattern, .. } = kind else { return None };
+    let observers: Vec<Name> = pattern.observers().into_iter().collect();
+    connectivity(&environment.system(system)?.components, &observers, &environment.definitions).svg()
+}
+
 /// The threshold of a probability, and how far from it the interval lies.
 fn asked(report: &Report, relation: Relation, threshold: &Value) -> Option<String> {
     let (chance, bound) = (report.chance.as_ref()?, threshold.as_rational()?);
@@ -76,7 +85,9 @@ fn asked(report: &Report, relation: Relation, threshold: &Value) -> Option<Strin
         let margin = BigRational::from_float(end).map(|end| if upward { end - &bound } else { &bound - end });
         margin.and_then(|margin| margin.to_f64()).unwrap_or(f64::NAN)
     });
-    Some(format!("asked for {} {threshold}: margin between {near:.3e} and {far:.3e} (rounded)", relation.symbol()))
+    let (near, far) = (format!("{near:.3e}"), format!("{far:.3e}"));
+    let margin = if near == far { near } else { format!("between {near} and {far}") };
+    Some(format!("asked for {} {threshold}: margin {margin} (rounded)", relation.symbol()))
 }
 
 /// The stretch of what is drawn in which the conditions of an event hold; none where it is no one stretch.

@@ -11,7 +11,7 @@ use crate::invariant::Claim;
 use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
 use crate::probability::chain::{Chain, chain};
-use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
+use crate::probability::{Enclosed, Question, direct, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -21,6 +21,7 @@ const RUNS: u64 = 100_000;
 const SEED: u64 = 1;
 
 /// What is taken on trust where a chance is compared.
+const PARTS: &str = "that the process goes through its parts, their draws and their delays in a line";
 const PHASES: &str = "that the phases with their flow functions, as printed, are all that the system does";
 const MACHINE: &str = "the arithmetic of the machine, rounded outward";
 
@@ -31,6 +32,8 @@ struct Answer {
     /// Where it surely lies; none for a simulation.
     enclosed: Option<Enclosed>,
     lines: Vec<String>,
+    /// What is taken on trust beside the arithmetic.
+    trusted: &'static str,
 }
 
 impl Run<'_, '_> {
@@ -53,7 +56,7 @@ impl Run<'_, '_> {
         match answer.enclosed.and_then(|enclosed| enclosed.compare(relation, &bound)) {
             Some(holds) => {
                 found.verdict = Some(if holds { Verdict::Proved } else { Verdict::Refuted });
-                found.trusted = vec![PHASES.to_string(), MACHINE.to_string()];
+                found.trusted = vec![answer.trusted.to_string(), MACHINE.to_string()];
             }
             None => found.remains = vec![open(&answer, relation, threshold, &bound)],
         }
@@ -107,7 +110,7 @@ pub(super) fn chances(likelihood: &Likelihood, environment: &Environment) -> Res
         high,
         sure: method != "estimated",
         method,
-        trusted: vec![PHASES.to_string(), MACHINE.to_string()],
+        trusted: vec![answer.trusted.to_string(), MACHINE.to_string()],
     })
 }
 
@@ -129,7 +132,10 @@ fn answer(
 ) -> Result<Answer, Vec<String>> {
     let (chain, question) = match asked(likelihood, environment) {
         Ok(asked) => asked,
-        Err(reasons) => return scheduled(likelihood, environment).ok_or(reasons),
+        Err(reasons) => {
+            let other = scheduled(likelihood, environment).map(Ok).or_else(|| run(likelihood, environment));
+            return other.unwrap_or_else(|| Err(Vec::new())).map_err(|more| [reasons, more].concat());
+        }
     };
     let methods: &[Method] = match &likelihood.method {
         Some(method) => std::slice::from_ref(method),
@@ -157,12 +163,36 @@ fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Option<Answe
     let found = schedule::schedule(&system.components, &environment.definitions, &event, &question).ok()?;
     let interval = found.interval();
     let lines = vec![
-        format!("probability {} (exact)", between(&interval)),
+        format!("probability {} (exact)", between(&interval, SURE)),
         "a duration that is drawn below 0 counts as 0".to_string(),
     ];
     let Interval { low, high } = interval;
     let chance = Chance { low, high, method: name(Method::Exact), confidence: None, runs: None };
-    Some(Answer { chance, interval, enclosed: Some(found), lines })
+    Some(Answer { chance, interval, enclosed: Some(found), lines, trusted: PARTS })
+}
+
+/// The answer by runs of the executable meaning; none where another method is asked for.
+fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answer, Vec<String>>> {
+    if !matches!(likelihood.method, None | Some(Method::Estimated)) {
+        return None;
+    }
+    let answer = || -> Result<Answer, Vec<String>> {
+        let (system, event, question) = event(likelihood, environment)?;
+        let term = system.term(&environment.definitions);
+        let found = direct::direct(&term, &environment.definitions, &event, &question, SEED)
+            .map_err(|reason| vec![format!("not estimated: {reason}")])?;
+        let interval = Interval::between(found.low, found.high);
+        let lines = vec![
+            format!("probability {} (estimated)", between(&interval, LIKELY)),
+            format!("{} runs of the executable meaning, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE),
+            "a duration that is drawn below 0 counts as 0".to_string(),
+        ];
+        let Interval { low, high } = interval;
+        let (confidence, runs) = (Some(estimated::CONFIDENCE), Some(found.runs));
+        let chance = Chance { low, high, method: name(Method::Estimated), confidence, runs };
+        Ok(Answer { chance, interval, enclosed: None, lines, trusted: PHASES })
+    };
+    Some(answer())
 }
 
 /// The system as a chain, and what is asked of it.
@@ -267,7 +297,8 @@ fn by_method(
         }
     };
     let method = name(method);
-    lines.insert(0, format!("probability {} ({method})", between(&interval)));
+    let digits = if enclosed.is_some() { SURE } else { LIKELY };
+    lines.insert(0, format!("probability {} ({method})", between(&interval, digits)));
     let chance = Chance {
         low: interval.low,
         high: interval.high,
@@ -275,11 +306,15 @@ fn by_method(
         confidence: runs.map(|_| estimated::CONFIDENCE),
         runs,
     };
-    Ok(Answer { chance, interval, enclosed, lines })
+    Ok(Answer { chance, interval, enclosed, lines, trusted: PHASES })
 }
 
-/// The digits on which both ends agree, and the ends.
-fn between(interval: &Interval) -> String {
+/// How wide an interval is at most, in units of the last digit that is printed.
+const SURE: f64 = 0.5;
+const LIKELY: f64 = 5.0;
+
+/// The middle, to as many digits as are worth it, and the ends.
+fn between(interval: &Interval, units: f64) -> String {
     if interval.low == interval.high {
         return decimal(interval.low);
     }
@@ -287,7 +322,7 @@ fn between(interval: &Interval) -> String {
     // The place of the first digit; of what may be 0, no digit is known.
     let first = if interval.low > 0.0 { middle.log10().floor() as i32 } else { 0 };
     let mut places = 12 - first;
-    while places > 1 && interval.width() > 0.5 * 10f64.powi(-places) {
+    while places > 1 && interval.width() > units * 10f64.powi(-places) {
         places -= 1;
     }
     let ends = format!("between {} and {}", decimal(interval.low), decimal(interval.high));

@@ -147,6 +147,9 @@ impl<'r, 'e> Run<'r, 'e> {
         if let Question::Claim(Claim { kind: ClaimKind::Satisfies { property, .. }, .. }) = &question {
             environment.show_named(property);
         }
+        if let Question::Claim(Claim { kind: ClaimKind::Always { pattern, .. }, .. }) = &question {
+            environment.show_instances(&pattern.observers());
+        }
         // The places of a calculation's steps are looked up in the whole text.
         let calculated = match &question {
             Question::Claim(claim) => by_lines(claim),

@@ -28,6 +28,36 @@ pub(super) fn checked(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Vec<String> {
+    let (proved, all, why) = count(period, system, environment, interrupted);
+    let ways = "ways from start and phases, with their flow functions";
+    match why {
+        _ if all == 0 => Vec::new(),
+        None => vec![format!("by the kernel: all {proved} {ways}")],
+        Some(why) => {
+            vec![format!("by the kernel: {proved} of {all} {ways}"), format!("not checked by the kernel: {why}")]
+        }
+    }
+}
+
+/// Whether the kernel has checked every way there is, none of which is an end.
+pub(super) fn all_checked(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> bool {
+    let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    edges.all(|edge| matches!(edge.next, Next::Phase(_)) && edge.draws.is_empty())
+        && count(period, system, environment, interrupted).2.is_none()
+}
+
+/// How many ways to phases the kernel has checked, of how many, and why the first is not, if one is not.
+fn count(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> (usize, usize, Option<String>) {
     let theory = theory(environment);
     let mut ports = Vec::new();
     let whole = system.term(&theory.definitions);
@@ -53,15 +83,8 @@ pub(super) fn checked(
             Err(Lost(why)) => failed.push(format!("{}: {}", named(*from, edge), short(&why))),
         }
     }
-    let ways = "ways from start and phases, with their flow functions";
-    if all.is_empty() {
-        return Vec::new();
-    }
-    if proved == all.len() {
-        return vec![format!("by the kernel: all {proved} {ways}")];
-    }
-    let why = failed.into_iter().next().unwrap_or_else(|| format!("no more than {MOST_WAYS} are looked at"));
-    vec![format!("by the kernel: {proved} of {} {ways}", all.len()), format!("not checked by the kernel: {why}")]
+    let unseen = (proved < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
+    (proved, all.len(), failed.into_iter().next().or(unseen))
 }
 
 fn named(from: Option<usize>, edge: &Edge) -> String {

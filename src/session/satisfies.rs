@@ -310,7 +310,7 @@ fn short(text: &str) -> String {
 }
 
 /// A reason, abbreviated.
-fn said(text: &str) -> String {
+pub(super) fn said(text: &str) -> String {
     cut(text, WIDEST)
 }
 

@@ -1,0 +1,217 @@
+//! Properties as they are declared; those that say what holds of all that is shown, `(A_p | B_{p+q}) ; G where q > 1`.
+
+use std::collections::BTreeSet;
+
+use super::scope::{Lowerer, Metas};
+use super::{Entity, Environment, Pattern, Property};
+use crate::ast::{Comparison, Ident, Restriction, Term as Written, TermKind, Value as Number, ValueKind};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// What the names of a network stand for, over what is shown.
+type Solved = Vec<(Name, Value)>;
+
+impl Environment {
+    /// A property; all processes are defined by now.
+    pub(super) fn network(
+        &self,
+        name: &Ident,
+        body: &Written,
+        restriction: Option<&Restriction>,
+    ) -> Result<Property, Vec<Diagnostic>> {
+        let mut lowerer = Lowerer::new(self, Metas::Values);
+        lowerer.own = Some(name.name.clone());
+        let within = match restriction {
+            Some(Restriction::Always(conditions)) => {
+                let property = lowerer.always_shown(name, body, conditions);
+                return lowerer.finish(property);
+            }
+            Some(Restriction::Within(within)) => Some(within),
+            None => None,
+        };
+        let lowered = lowerer.whole(&[body]).and_then(|mut terms| terms.pop());
+        lowerer.check_tails(body, &|called| *called == name.name);
+        let latest = within.map(|within| lowerer.within(within));
+        let lowered = if latest == Some(None) { None } else { lowered };
+        let body = lowerer.finish(lowered)?;
+        Ok(Property { name: name.name.clone(), body: Some(body), within: latest.flatten(), always: None })
+    }
+}
+
+impl Lowerer<'_> {
+    /// `(A_p | B_{p+q}) ; G where q > 1`: whenever A and B are both shown, q > 1 of what they show.
+    fn always_shown(&mut self, own: &Ident, body: &Written, conditions: &[Comparison]) -> Option<Property> {
+        let shown = match &body.kind {
+            TermKind::Seq(parts) => match parts.as_slice() {
+                [shown, again] if is_call(again, &own.name) => shown,
+                _ => return self.no_network(body.span),
+            },
+            _ => return self.no_network(body.span),
+        };
+        let parts = match &shown.kind {
+            TermKind::Par(parts) | TermKind::Disable(parts) => parts.as_slice(),
+            _ => std::slice::from_ref(shown),
+        };
+        let (mut terms, mut variables, mut solved) = (Vec::new(), BTreeSet::new(), Solved::new());
+        for part in parts {
+            terms.push(self.shown_part(part, &mut variables, &mut solved)?);
+        }
+        let mut lowered = Vec::new();
+        for ((relation, left, right), written) in self.compared(conditions)?.into_iter().zip(conditions) {
+            let span = written.span;
+            lowered.push((relation, self.put(left, &solved, span)?, self.put(right, &solved, span)?));
+        }
+        let call = Term::new(Node::Call(own.name.clone(), Vec::new()));
+        let body = Term::seq([Term::par(terms.iter().cloned()), call]);
+        let always = Some(Pattern { terms, variables, conditions: lowered });
+        Some(Property { name: own.name.clone(), body: Some(body), within: None, always })
+    }
+
+    fn no_network<T>(&mut self, span: Span) -> Option<T> {
+        self.fail(
+            Diagnostic::error("P0420", "`where` with comparisons stands behind what is shown again and again")
+                .label(span, "this has another form")
+                .help(
+                    "write `property G = (At_p | Rock_{p+q}) ; G where q > 1`, or ask for `prove Sys always C when …`",
+                ),
+        )
+    }
+
+    /// One observer, or process whose instances show that they run, with a name for each value it shows.
+    fn shown_part(&mut self, part: &Written, variables: &mut BTreeSet<Name>, solved: &mut Solved) -> Option<Term> {
+        let TermKind::Apply { name, arguments, results } = &part.kind else { return self.no_network(part.span) };
+        let arity = match self.environment.entity(&name.name) {
+            Some(Entity::Observer(arity)) => *arity,
+            Some(Entity::Process(signature)) => {
+                if !self.environment.can_show(&name.name) {
+                    return self.fail(
+                        Diagnostic::error(
+                            "P0421",
+                            format!("it cannot be said when an instance of `{}` runs", name.name),
+                        )
+                        .label(name.span, "this process")
+                        .help("show what it stands for by an observer: `observer Rock(q)`"),
+                    );
+                }
+                signature.parameters.len()
+            }
+            _ => {
+                self.named(name, "observer")?;
+                return None;
+            }
+        };
+        self.shows(name, arity, arguments.len(), results.is_empty(), part.span)?;
+        let lengths = self.environment.lengths(&name.name, None);
+        let mut values = Vec::new();
+        for (place, argument) in arguments.iter().enumerate() {
+            let length = lengths.get(place).copied().flatten();
+            values.push(self.shown_value(&name.name, argument, length, variables, solved)?);
+        }
+        Some(Term::new(Node::Observe(name.name.clone(), values)))
+    }
+
+    /// What stands for a value that is shown: a name by itself, a value that must be shown, or a form with one new name,
+    /// for which it is solved.
+    fn shown_value(
+        &mut self,
+        shower: &Name,
+        argument: &Number,
+        length: Option<usize>,
+        variables: &mut BTreeSet<Name>,
+        solved: &mut Solved,
+    ) -> Option<Value> {
+        let mut new = BTreeSet::new();
+        let known = |name: &Name| self.environment.quantity(name).is_some() || self.locals.contains_key(name);
+        names_in(argument, &mut |name| {
+            if !name.name.is_meta() && !known(&name.name) {
+                new.insert((name.name.clone(), name.span));
+            }
+        });
+        let fresh: BTreeSet<&Name> = new.iter().map(|(name, _)| name).collect();
+        let Some(unknown) = fresh.first().map(|name| (*name).clone()) else {
+            let value = self.number(argument)?;
+            return self.put(value, solved, argument.span);
+        };
+        if fresh.len() > 1 {
+            return self.fail(
+                Diagnostic::error("P0422", "two names are new here, and one value tells only one of them")
+                    .label(argument.span, "this value"),
+            );
+        }
+        self.locals.extend(new.iter().cloned());
+        if let Some(length) = length {
+            self.shapes.insert(unknown.clone(), length);
+        }
+        if matches!(argument.kind, ValueKind::Name(_)) {
+            variables.insert(unknown.clone());
+            return Some(Value::variable(&unknown));
+        }
+        let written = self.number(argument)?;
+        let value = self.put(written, solved, argument.span)?;
+        let stands = self.unused(shower);
+        variables.insert(stands.clone());
+        let shown = Value::variable(&stands);
+        let solution = value.linear_in(&unknown).and_then(|(factor, rest)| {
+            let number = factor.as_rational().is_some();
+            number.then(|| shown.sub(&rest).and_then(|left| left.div(&factor)).ok()).flatten()
+        });
+        let Some(solution) = solution else {
+            return self.fail(
+                Diagnostic::error("P0422", format!("this cannot be solved for `{unknown}`"))
+                    .label(argument.span, "this value")
+                    .help("write a name by itself, or a name with a number before it and something added"),
+            );
+        };
+        solved.push((unknown, solution));
+        Some(shown)
+    }
+
+    /// A name for what something shows.
+    fn unused(&mut self, shower: &Name) -> Name {
+        let base = shower.as_str().to_lowercase();
+        let mut name = Name::new(&base);
+        let mut count = 1;
+        while self.locals.contains_key(&name) || self.environment.quantity(&name).is_some() {
+            count += 1;
+            name = Name::new(&format!("{base}{count}"));
+        }
+        self.locals.insert(name.clone(), Span::default());
+        name
+    }
+
+    /// A value with what has been solved for put in.
+    fn put(&mut self, value: Value, solved: &Solved, span: Span) -> Option<Value> {
+        let mut value = value;
+        for (name, image) in solved {
+            match value.with(name, image) {
+                Ok(put) => value = put,
+                Err(error) => return self.fail(Diagnostic::error("P0402", error.0).label(span, "in this value")),
+            }
+        }
+        Some(value)
+    }
+}
+
+fn is_call(term: &Written, own: &Name) -> bool {
+    matches!(&term.kind, TermKind::Apply { name, arguments, results }
+        if name.name == *own && arguments.is_empty() && results.is_empty())
+}
+
+/// Every name of a value that stands in another.
+fn names_in(value: &Number, found: &mut impl FnMut(&Ident)) {
+    let mut rest = vec![value];
+    while let Some(value) = rest.pop() {
+        match &value.kind {
+            ValueKind::Number(_) => {}
+            ValueKind::Name(name) => found(name),
+            ValueKind::Sum(parts) | ValueKind::Product(parts) => rest.extend(parts.iter().map(|(_, part)| part)),
+            ValueKind::Power(base, exponent) => rest.extend([&**base, &**exponent]),
+            ValueKind::Negative(inner) | ValueKind::Absolute(inner) => rest.push(inner),
+            ValueKind::If(_, parts) => rest.extend(parts.iter()),
+            ValueKind::Vector(parts) => rest.extend(parts),
+            ValueKind::Call(_, arguments) => rest.extend(arguments.iter().map(|argument| &argument.value)),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Chances by running the executable meaning: for systems that are no chain of linear rounds, such as those in which
+//! drawn durations run beside each other.
+
+use num_rational::BigRational;
+use num_traits::{ToPrimitive, Zero};
+
+use super::Question;
+use super::estimated::{Estimate, interval};
+use super::random::{Sampler, Source};
+use crate::assumption::Assumptions;
+use crate::definition::{Definition, Definitions};
+use crate::distribution::Distribution;
+use crate::invariant::Claim;
+use crate::model::{Action, Meaningless, Model, Move, Patience, State};
+use crate::period::Test;
+use crate::term::{Node, Term};
+use crate::value::{Value, ValueError};
+
+/// Runs, at most and at least.
+const RUNS: (u64, u64) = (4_000, 400);
+/// Steps of all runs together, as far as the first lets that be seen.
+const STEPS: u64 = 400_000;
+/// Steps of one run.
+const MOST_STEPS: u64 = 100_000;
+
+/// The share of runs in which it happens. Durations that are drawn below 0 count as 0.
+///
+/// # Errors
+/// Where a run has no meaning, never ends, or depends on which of several communications comes first.
+pub fn direct(
+    system: &Term,
+    definitions: &Definitions,
+    event: &Claim,
+    question: &Question,
+    seed: u64,
+) -> Result<Estimate, String> {
+    let system = lasting(system)?;
+    let mut lasted = Definitions::default();
+    for one in definitions.iter() {
+        lasted.insert(Definition { body: lasting(&one.body)?, ..one.clone() });
+    }
+    let subject = Subject { system: &system, event, question };
+    let (_, steps) = subject.run(&Model::new(&lasted), &Source::new(seed, 0))?;
+    let runs = (STEPS / steps.max(1)).clamp(RUNS.1, RUNS.0);
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
+    let some = |first: u64| -> Result<u64, String> {
+        let (model, mut count, mut run) = (Model::new(&lasted), 0, first);
+        while run < runs {
+            count += u64::from(subject.run(&model, &Source::new(seed, run))?.0);
+            run += threads;
+        }
+        Ok(count)
+    };
+    let counts: Vec<Result<u64, String>> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
+        let join = |worker: std::thread::ScopedJoinHandle<'_, Result<u64, String>>| {
+            worker.join().unwrap_or_else(|_| Err("a simulation stopped".to_string()))
+        };
+        workers.into_iter().map(join).collect()
+    });
+    let mut happened = 0;
+    for count in counts {
+        happened += count?;
+    }
+    Ok(interval(happened, runs))
+}
+
+/// A process whose delays last no time where their durations are negative.
+fn lasting(term: &Term) -> Result<Term, String> {
+    let children = term.children().into_iter().map(lasting).collect::<Result<Vec<_>, _>>()?;
+    let term = if children.is_empty() { term.clone() } else { term.with_children(children) };
+    match term.node() {
+        Node::Delay(time) if time.as_rational().is_none() => {
+            let lasts = Value::maximum(&[Value::zero(), time.clone()]).map_err(|error| error.0)?;
+            Ok(Term::delay(lasts))
+        }
+        _ => Ok(term),
+    }
+}
+
+struct Subject<'a> {
+    system: &'a Term,
+    event: &'a Claim,
+    question: &'a Question,
+}
+
+impl Subject<'_> {
+    /// Whether it happens in one run, and how many steps that took.
+    fn run(&self, model: &Model, source: &Source) -> Result<(bool, u64), String> {
+        let meaning = |error: Meaningless| error.why;
+        let mut state = model.state(self.system).map_err(meaning)?;
+        let mut now = BigRational::zero();
+        for step in 0..MOST_STEPS {
+            let moves = state.moves().map_err(meaning)?;
+            if let Some(one) = moves.iter().find(|one| matches!(one.action, Action::Draw(..))) {
+                state = model.state(&drawn(one, &moves, source, step)?).map_err(meaning)?;
+                continue;
+            }
+            let due: Vec<&Move> = moves.iter().filter(|one| matches!(one.action, Action::Tau(..))).collect();
+            if let Some(first) = due.first() {
+                state = self.communicated(model, first, &due[1..])?;
+                continue;
+            }
+            let patience = state.patience(&moves);
+            let end = match &patience {
+                Patience::Until(time) => Some(&now + time),
+                Patience::Unbounded => None,
+                Patience::None => return Ok((false, step)),
+            };
+            let last = end.as_ref().is_none_or(|end| *end > self.question.time);
+            if (self.question.first || last) && self.shown(&state)? {
+                return Ok((true, step));
+            }
+            let (Patience::Until(time), Some(end), false) = (patience, end, last) else { return Ok((false, step)) };
+            state = model.pass(&state, &time).map_err(meaning)?;
+            now = end;
+        }
+        Err(format!("a run takes more than {MOST_STEPS} steps"))
+    }
+
+    /// One communication; those that are due beside it must lead to the same state in either order.
+    fn communicated(&self, model: &Model, first: &Move, others: &[&Move]) -> Result<State, String> {
+        let meaning = |error: Meaningless| error.why;
+        let after = model.state(&first.next).map_err(meaning)?;
+        let then = |state: &State, action: &Action| -> Result<Option<State>, String> {
+            let moves = state.moves().map_err(meaning)?;
+            match moves.iter().find(|one| one.action == *action) {
+                Some(one) => model.state(&one.next).map(Some).map_err(meaning),
+                None => Ok(None),
+            }
+        };
+        for other in others {
+            let instead = model.state(&other.next).map_err(meaning)?;
+            if instead == after {
+                continue;
+            }
+            let both = (then(&after, &other.action)?, then(&instead, &first.action)?);
+            if both.0.is_none() || both.0 != both.1 {
+                return Err("what happens depends on which of several communications comes first".to_string());
+            }
+        }
+        Ok(after)
+    }
+
+    /// Whether what is asked for is shown in a state in which time passes.
+    fn shown(&self, state: &State) -> Result<bool, String> {
+        let why = |error: ValueError| error.0;
+        let nothing = Assumptions::default();
+        let shown = crate::invariant::shown(state);
+        for duty in self.event.duties(&shown).map_err(why)? {
+            let decide = |test: &Test| test.decide(&nothing).ok_or_else(|| format!("it must be known whether {test}"));
+            let mut all = true;
+            for test in duty.premises.iter().chain(&duty.tests) {
+                all = all && decide(test)?;
+            }
+            if all {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// The process after a draw: one of finitely many outcomes, or a number drawn from a density.
+fn drawn(one: &Move, all: &[Move], source: &Source, step: u64) -> Result<Term, String> {
+    let Action::Draw(distributions, outcome) = &one.action else { return Err("this is no draw".to_string()) };
+    if outcome.is_none() {
+        let [distribution] = distributions.as_slice() else { return Err("several draws at once".to_string()) };
+        let sampler = Sampler::of(&Distribution::of(distribution)?)?;
+        let exact = sampler.exactly(source, step, 0);
+        let number = exact.or_else(|| BigRational::from_float(sampler.draw(source, step, 0)));
+        return Ok(one.with(&Value::rational(number.ok_or("a number is drawn that is too large")?)));
+    }
+    let (mut left, _) = source.uniform(step, 0);
+    let mut chosen = one;
+    for other in all {
+        let Action::Draw(_, Some((_, chance))) = &other.action else { continue };
+        chosen = other;
+        left -= chance.to_f64().unwrap_or(0.0);
+        if left <= 0.0 {
+            break;
+        }
+    }
+    Ok(chosen.next.clone())
+}
