@@ -60,7 +60,7 @@ pub fn estimated(chain: &Chain, question: &Question, runs: u64, seed: u64) -> Re
         happened += count?;
     }
     // Runs that are too long to be split leave the plain answer, which is right too.
-    let split = if happened * RARE < runs { split(&program, seed, runs).ok().flatten() } else { None };
+    let split = if happened * RARE < runs { split(&program, seed).ok().flatten() } else { None };
     Ok(match split {
         Some(found) => {
             Estimate { low: found.low, high: found.high, share: found.share, runs: runs + found.runs, split: true }

@@ -12,12 +12,10 @@ use super::simulation::{Program, Runner, Scratch};
 
 /// Independent estimates.
 pub const TIMES: u64 = 40;
-/// Runs that are followed at a time, at least and at most.
-const RUNS: (u64, u64) = (100, 250);
-/// For so many plain runs that are asked for, one is followed.
-const PLAIN: u64 = 5;
-/// Of how many one is dropped at a time, at least.
-const DROPPED: usize = 10;
+/// Runs that are followed at a time.
+pub const RUNS: usize = 250;
+/// How many of them are dropped at a time, at least.
+const DROPPED: usize = 25;
 /// What a number of Student's distribution with 39 degrees of freedom exceeds in size once in a hundred times.
 const QUANTILE: f64 = 2.707_913_183_516_8;
 /// Levels.
@@ -45,14 +43,12 @@ impl Path {
     }
 }
 
-/// A chance that is too small for plain simulation, with an effort that goes with the number of plain runs; none where
-/// nothing was found.
-pub(super) fn split(program: &Program, seed: u64, plain: u64) -> Result<Option<Split>, String> {
-    let width = (plain / PLAIN).clamp(RUNS.0, RUNS.1) as usize;
+/// A chance that is too small for plain simulation; none where nothing was found.
+pub(super) fn split(program: &Program, seed: u64) -> Result<Option<Split>, String> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
     let work = |first: u64| -> Result<Vec<(u64, f64, u64)>, String> {
         let mine = (first..TIMES).step_by(threads as usize);
-        mine.map(|number| estimate(program, seed, number, width).map(|(share, runs)| (number, share, runs))).collect()
+        mine.map(|number| estimate(program, seed, number).map(|(share, runs)| (number, share, runs))).collect()
     };
     let found = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || work(first))).collect();
@@ -76,7 +72,7 @@ pub(super) fn split(program: &Program, seed: u64, plain: u64) -> Result<Option<S
 }
 
 /// One estimate, and the number of runs that it took.
-fn estimate(program: &Program, seed: u64, number: u64, width: usize) -> Result<(f64, u64), String> {
+fn estimate(program: &Program, seed: u64, number: u64) -> Result<(f64, u64), String> {
     let mut space = Scratch::default();
     let mut runs = 0u64;
     let mut source = || {
@@ -84,8 +80,8 @@ fn estimate(program: &Program, seed: u64, number: u64, width: usize) -> Result<(
         // Apart from the numbers of plain simulation.
         Source::new(seed, 1 << 63 | number << 40 | runs)
     };
-    let mut paths = Vec::with_capacity(width);
-    for _ in 0..width {
+    let mut paths = Vec::with_capacity(RUNS);
+    for _ in 0..RUNS {
         let mut path = Path { records: Vec::new() };
         follow(program, Runner::default(), &mut path, &source(), &mut space)?;
         paths.push(path);
@@ -94,15 +90,15 @@ fn estimate(program: &Program, seed: u64, number: u64, width: usize) -> Result<(
     for _ in 0..MOST_LEVELS {
         let mut order: Vec<f64> = paths.iter().map(Path::best).collect();
         order.sort_by(f64::total_cmp);
-        let level = order[width / DROPPED - 1];
+        let level = order[DROPPED - 1];
         if level == f64::INFINITY {
             break;
         }
-        let (dropped, kept): (Vec<usize>, Vec<usize>) = (0..width).partition(|place| paths[*place].best() <= level);
+        let (dropped, kept): (Vec<usize>, Vec<usize>) = (0..RUNS).partition(|place| paths[*place].best() <= level);
         if kept.is_empty() {
             return Ok((0.0, runs));
         }
-        share *= kept.len() as f64 / width as f64;
+        share *= kept.len() as f64 / RUNS as f64;
         for place in dropped {
             let source = source();
             // Rounds count from 0, so the last of them is free to choose by.
@@ -121,7 +117,7 @@ fn estimate(program: &Program, seed: u64, number: u64, width: usize) -> Result<(
         }
     }
     let reached = paths.iter().filter(|path| path.best() == f64::INFINITY).count();
-    Ok((share * reached as f64 / width as f64, runs))
+    Ok((share * reached as f64 / RUNS as f64, runs))
 }
 
 /// Follows a run to its end, and records where it comes nearer.
