@@ -15,6 +15,9 @@ struct Stretch {
     duration: Value,
 }
 
+/// Pieces that a side is cut into.
+const MOST_PIECES: usize = 2_000;
+
 /// Searches for `left <= right`; on success the step that proves it.
 pub fn refine(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &Context<'_>) -> Option<StepId> {
     if left == right {
@@ -23,8 +26,10 @@ pub fn refine(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, contex
     if let Some(step) = forget(left, right, &mut simplifier.script, context) {
         return Some(step);
     }
-    if *right == Term::idle() && Facts::of(left, context).observer {
-        return forget_all(left, simplifier);
+    if *right == Term::idle() {
+        let (silent, forgotten) = only(left, &[], simplifier, context)?;
+        let nothing = equal(&silent, right, simplifier)?;
+        return Some(simplifier.script.chain(vec![forgotten, nothing]));
     }
     match (left.node(), right.node()) {
         (Node::Loop(one), Node::Loop(two)) => {
@@ -80,6 +85,27 @@ fn forget_all(left: &Term, simplifier: &mut Simplifier<'_>) -> Option<StepId> {
     Some(simplifier.script.chain(vec![same, step]))
 }
 
+/// A process that shows these alone, beneath sequences, loops and rounds, with the step from what it was.
+fn only(term: &Term, kept: &[Term], simplifier: &mut Simplifier<'_>, context: &Context<'_>) -> Option<(Term, StepId)> {
+    if let Node::Seq(_) | Node::Loop(_) | Node::Power(..) = term.node() {
+        let parts = term.children().into_iter().map(|part| only(part, kept, simplifier, context));
+        let (parts, steps): (Vec<Term>, Vec<StepId>) = parts.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let shape = term.with_children((1..=parts.len()).map(|number| Term::meta(&hole(number))).collect());
+        return Some((term.with_children(parts), simplifier.script.push(Step::Congruence(shape, steps))));
+    }
+    let parts = disabled(term).into_iter();
+    let (shown, others): (Vec<Term>, Vec<Term>) = parts.partition(|part| Facts::of(part, context).observer);
+    if !kept.iter().all(|part| shown.contains(part)) {
+        return None;
+    }
+    if others.is_empty() && kept.is_empty() {
+        return Some((Term::idle(), forget_all(term, simplifier)?));
+    }
+    let target = Term::disable(others.into_iter().chain(kept.iter().cloned()));
+    let step = forget(term, &target, &mut simplifier.script, context)?;
+    Some((target, step))
+}
+
 fn disabled(term: &Term) -> Vec<Term> {
     match term.node() {
         Node::Disable(parts) => parts.clone(),
@@ -100,7 +126,7 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
     pieces.reverse();
     let mut split: Vec<Term> = Vec::new();
     let mut targets: Vec<Term> = Vec::new();
-    let mut ends: Vec<(Term, Term)> = Vec::new();
+    let mut steps: Vec<StepId> = Vec::new();
     let wanted = sequence(right);
     if wanted.len() == 1 && pieces.len() == 1 && Facts::of(right, context).duration.is_none() {
         return None;
@@ -110,8 +136,14 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
         let target = &wanted[position];
         position += 1;
         let Some(mut open) = Facts::of(target, context).duration.clone() else {
-            let rest = pieces.pop()?;
-            ends.push((rest.clone(), target.clone()));
+            let rest = match position == wanted.len() {
+                true => Term::seq(std::mem::take(&mut pieces).into_iter().rev()),
+                false => pieces.pop()?,
+            };
+            if wanted.len() == 1 && rest == *left {
+                return None;
+            }
+            steps.push(refine(&rest, target, simplifier, context)?);
             split.push(rest);
             targets.push(target.clone());
             continue;
@@ -119,8 +151,13 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
         while context.assumptions.decide(Relation::Eq, &open, &Value::integer(0)) != Some(true) {
             let stretch = take(&mut pieces, &open, simplifier, context)?;
             open = context.assumptions.simplify(&open.sub(&stretch.duration).ok()?);
-            targets.push(shown_as(&stretch.term, target)?);
+            let (shown, step) = only(&stretch.term, &shown_in(target, context), simplifier, context)?;
+            steps.push(step);
+            targets.push(shown);
             split.push(stretch.term);
+            if split.len() > MOST_PIECES {
+                return None;
+            }
         }
     }
     pieces.reverse();
@@ -129,16 +166,6 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
     }
     let cut = Term::seq(split.iter().cloned());
     let before = equal(left, &cut, simplifier)?;
-    let mut steps = Vec::new();
-    for (piece, target) in split.iter().zip(&targets) {
-        let ended = ends.iter().any(|(end, _)| end == piece);
-        let step = if ended {
-            refine(piece, target, simplifier, context)?
-        } else {
-            forget(piece, target, &mut simplifier.script, context)?
-        };
-        steps.push(step);
-    }
     let holes: Vec<Term> = (1..=steps.len()).map(|number| Term::meta(&hole(number))).collect();
     let middle = simplifier.script.push(Step::Congruence(Term::seq(holes), steps));
     let after = equal(&Term::seq(targets), right, simplifier)?;
@@ -162,12 +189,21 @@ fn take(
     simplifier: &mut Simplifier<'_>,
     context: &Context<'_>,
 ) -> Option<Stretch> {
-    let piece = pieces.pop()?;
+    let mut piece = pieces.pop()?;
+    if let Node::Loop(body) = piece.node() {
+        pieces.push(piece.clone());
+        rounds_of(body, open, pieces, context)?;
+        piece = pieces.pop()?;
+    }
     let duration = Facts::of(&piece, context).duration.clone()?;
     if context.assumptions.decide(Relation::Lte, &duration, open) == Some(true) {
         return Some(Stretch { term: piece, duration });
     }
     match piece.node() {
+        Node::Seq(parts) => {
+            pieces.extend(parts.iter().rev().cloned());
+            take(pieces, open, simplifier, context)
+        }
         Node::Power(body, count, index) => {
             let first = match index {
                 Some(index) => at(body, index, &Value::integer(0))?,
@@ -186,7 +222,9 @@ fn take(
                 Some(index) => at(body, index, &Value::variable(index).add(&whole).ok()?)?,
                 None => body.clone(),
             };
-            pieces.push(rounds(shifted, rest));
+            if !rest.is_zero() {
+                pieces.push(rounds(shifted, rest));
+            }
             pieces.push(rounds(body.clone(), whole));
             take_checked(pieces, open, simplifier, context)
         }
@@ -240,16 +278,25 @@ fn with_delay(piece: &Term, time: &Value) -> Option<Term> {
     changed.then_some(term)
 }
 
-/// The stretch showing just what the target shows.
-fn shown_as(stretch: &Term, target: &Term) -> Option<Term> {
-    if let Node::Power(body, count, index) = stretch.node() {
-        return Some(Term::new(Node::Power(shown_as(body, target)?, count.clone(), index.clone())));
+/// Puts the rounds of a loop before it that are needed for the time that is open: as many whole ones as fit, or the parts
+/// of one.
+fn rounds_of(body: &Term, open: &Value, pieces: &mut Vec<Term>, context: &Context<'_>) -> Option<()> {
+    let step = Facts::of(body, context).duration.clone()?;
+    if context.assumptions.decide(Relation::Gtr, &step, &Value::zero()) != Some(true) {
+        return None;
     }
-    let target = match target.node() {
-        Node::Power(body, ..) => body,
-        _ => target,
-    };
-    let shown = disabled(target).into_iter().filter(|part| !matches!(part.node(), Node::Delay(_)));
-    let time = disabled(stretch).into_iter().filter(|part| matches!(part.node(), Node::Delay(_)));
-    Some(Term::disable(time.chain(shown).collect::<Vec<_>>()))
+    let whole = open.div(&step).and_then(|rounds| rounds.floor()).ok().filter(|rounds| rounds.as_rational().is_some());
+    match whole {
+        Some(whole) if context.assumptions.decide(Relation::Gtr, &whole, &Value::one()) == Some(true) => {
+            pieces.push(Term::new(Node::Power(body.clone(), whole, None)));
+        }
+        _ => pieces.extend(sequence(body).into_iter().rev()),
+    }
+    Some(())
+}
+
+/// What a stretch of the target shows.
+fn shown_in(target: &Term, context: &Context<'_>) -> Vec<Term> {
+    let stretch = if let Node::Power(body, ..) = target.node() { body } else { target };
+    disabled(stretch).into_iter().filter(|part| Facts::of(part, context).observer).collect()
 }

@@ -45,7 +45,7 @@ fn paper_equations_parse() {
     let source = Source::new("paper.pars", text);
     let shown = render_all(&parsed.diagnostics, &source, false);
     assert!(parsed.diagnostics.is_empty(), "{shown}");
-    assert_eq!(parsed.items.len(), 26);
+    assert_eq!(parsed.items.len(), 25);
 }
 
 #[test]
