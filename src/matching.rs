@@ -147,7 +147,7 @@ fn at_root(pattern: &Term, term: &Term, start: &State, fits: &Fits<'_>, found: &
             for name in wanted.iter().filter_map(plain_meta) {
                 let facts = fits.facts(&name);
                 if !facts.is_empty() {
-                    pool.note_unfit(name, &|part| fits.meets(&facts, part));
+                    pool.note_unfit(name, move |part| fits.meets(&facts, part));
                 }
             }
             choose(&wanted.iter().collect::<Vec<_>>(), &mut pool, start.clone(), &mut |state, pool| {

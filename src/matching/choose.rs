@@ -1,5 +1,7 @@
 //! Parts of `|` or `#`, in any order.
 
+use std::cell::LazyCell;
+
 use super::shape::may_fit;
 use super::{State, plain_meta, whole};
 use crate::name::Name;
@@ -16,9 +18,12 @@ pub(super) struct Pool<'p> {
     join: Join,
     /// Whether all parts must be taken.
     all: bool,
-    /// Parts that these metavariables cannot stand for alone, one answer for each part.
-    unfit: Vec<(Name, Vec<bool>)>,
+    /// Parts that these metavariables cannot stand for alone.
+    unfit: Vec<(Name, Unfit<'p>)>,
 }
+
+/// One answer for each part, found when it is first asked for: most patterns fail before.
+type Unfit<'p> = LazyCell<Vec<bool>, Box<dyn FnOnce() -> Vec<bool> + 'p>>;
 
 impl<'p> Pool<'p> {
     /// The parts of a `|`, or of a `#`; nothing of any other operator.
@@ -32,8 +37,10 @@ impl<'p> Pool<'p> {
     }
 
     /// Notes the parts that a metavariable of the pattern cannot stand for alone.
-    pub(super) fn note_unfit(&mut self, name: Name, fits: &dyn Fn(&Term) -> bool) {
-        self.unfit.push((name, self.parts.iter().map(|part| !fits(part)).collect()));
+    pub(super) fn note_unfit(&mut self, name: Name, fits: impl Fn(&Term) -> bool + 'p) {
+        let parts = self.parts;
+        let judge = move || parts.iter().map(|part| !fits(part)).collect();
+        self.unfit.push((name, LazyCell::new(Box::new(judge))));
     }
 
     /// What is not taken, and this.
