@@ -371,6 +371,28 @@ pub struct Term {
     pub kind: TermKind,
 }
 
+impl Term {
+    /// This process and all that stand in it.
+    pub fn all(&self) -> Vec<&Term> {
+        let (mut all, mut rest) = (Vec::new(), vec![self]);
+        while let Some(term) = rest.pop() {
+            all.push(term);
+            match &term.kind {
+                TermKind::Seq(parts) | TermKind::Par(parts) | TermKind::Disable(parts) => rest.extend(parts),
+                TermKind::Else(first, second) => rest.extend([&**first, &**second]),
+                TermKind::Power(body, ..)
+                | TermKind::Try(body)
+                | TermKind::Loop(body)
+                | TermKind::New(_, body)
+                | TermKind::Project(body, _)
+                | TermKind::Replace(body, ..) => rest.push(body),
+                TermKind::Apply { .. } | TermKind::Meta(..) => {}
+            }
+        }
+        all
+    }
+}
+
 /// The forms of a process.
 #[derive(Clone, Debug)]
 pub enum TermKind {

@@ -19,6 +19,9 @@ use pars::substitution::Substitution;
 use pars::term::{Node, Term};
 use pars::value::{Relation, Value};
 
+mod dice;
+use dice::Dice;
+
 const PROCESSES: &str = "param t > 0, k, m >= 0\nobserver See(x)\n\
     proc Move_g = In_p<r> ; Neq_{r,g} ; Out_{v,g-r} ; Move_g\n\
     proc World_r = (Delay_t # Odo_r # At_r) ; In_v<u> ; World_{r+u}\n\
@@ -266,27 +269,11 @@ fn rounds_are_counted_as_far_as_each_is_known() {
     assert!(matches!(rounds("3", "i", Some(never)), Err(Reason::Condition(_))), "not in round 0");
 }
 
-/// Numbers that only look random, the same in every run.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self, sides: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % sides as u64) as usize
-    }
-
-    fn one_of(&mut self, all: &[&str]) -> String {
-        all[self.roll(all.len())].to_string()
-    }
-}
-
 /// One thing that a component may do; `y` has been bound before.
 fn atom(dice: &mut Dice, ports: &[&str], depth: usize) -> String {
     let port = dice.one_of(ports);
     let time = dice.one_of(&["1", "2", "x"]);
-    let plain = match dice.roll(12) {
+    let plain = match dice.place(12) {
         0 | 1 => format!("In_{port}<y>"),
         2 | 3 => format!("Out_{{{port},{}}}", dice.one_of(&["1", "2", "y", "x"])),
         4 => format!("Delay_{time}"),
@@ -298,15 +285,17 @@ fn atom(dice: &mut Dice, ports: &[&str], depth: usize) -> String {
         ),
         7 => format!("M_{}", dice.one_of(&["1", "y"])),
         8 => "L_1".to_string(),
-        9 => format!("({})^{{i<{}}}", dice.one_of(&["Delay_1 # At_i", "In_a<y> ; Delay_y", "Out_{a,i}"]), dice.roll(3)),
+        9 => {
+            format!("({})^{{i<{}}}", dice.one_of(&["Delay_1 # At_i", "In_a<y> ; Delay_y", "Out_{a,i}"]), dice.place(3))
+        }
         10 => format!("Set_{}<y>", dice.one_of(&["1", "2", "x"])),
         _ => format!("{}_{{y,{}}}", dice.one_of(&["Eq", "Neq", "Lte"]), dice.one_of(&["1", "2"])),
     };
-    if depth == 0 || dice.roll(3) > 0 {
+    if depth == 0 || dice.place(3) > 0 {
         return plain;
     }
     let part = |dice: &mut Dice| format!("({} ; {})", atom(dice, ports, depth - 1), atom(dice, ports, depth - 1));
-    match dice.roll(6) {
+    match dice.place(6) {
         0 => format!("({} # {})", part(dice), part(dice)),
         1 => format!("({} # See_1)", part(dice)),
         2 => format!("try({})", part(dice)),
@@ -321,12 +310,12 @@ fn random_network(dice: &mut Dice) -> (String, usize) {
     let mut text = "observer See(x)\nparam t > 1\n\
         proc M_x = In_a<z> ; Neq_{z,x} ; Out_{b,z} ; M_x\nproc L_x = Delay_1 ; Neq_{x,2} ; L_2\n"
         .to_string();
-    let count = 2 + dice.roll(2);
-    let symbolic = dice.roll(4) == 0;
+    let count = 2 + dice.place(2);
+    let symbolic = dice.place(4) == 0;
     // One port for all brings races.
-    let ports: &[&str] = if dice.roll(2) == 0 { &["a"] } else { &["a", "b", "c"] };
+    let ports: &[&str] = if dice.place(2) == 0 { &["a"] } else { &["a", "b", "c"] };
     for number in 0..count {
-        let length = 1 + dice.roll(4);
+        let length = 1 + dice.place(4);
         let atoms: Vec<String> = (0..length).map(|_| atom(dice, ports, 1)).collect();
         let again = dice.one_of(&["1", "2", "y"]);
         let body = format!("Set_{}<y> ; {}", dice.one_of(&["1", "2"]), atoms.join(" ; "));
@@ -395,7 +384,7 @@ fn what_is_concluded_of_random_networks_holds_in_the_model() {
                     least = Some(left);
                 }
             }
-            let time = if dice.roll(6) == 0 { Some(Value::zero()) } else { least };
+            let time = if dice.place(6) == 0 { Some(Value::zero()) } else { least };
             silent += usize::from(time.is_none());
             let Ok(right) = instant.onward(time.as_ref(), &context) else { break };
             let limits = Limits { instances: 2, choices: 200, cost: 12, pairs: 1_500 };

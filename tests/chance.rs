@@ -6,15 +6,8 @@ use pars::transition_system::{Bounds, Builder, Label, Mark, TransitionSystem, au
 
 mod naive;
 
-/// A small generator; the same on every machine.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self, sides: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % sides
-    }
-}
+mod dice;
+use dice::Dice;
 
 fn share(part: u64, whole: u64) -> BigRational {
     BigRational::new(part.into(), whole.into())

@@ -16,18 +16,13 @@ use pars::term::{Node, Term};
 use pars::transition_system::{Bounds, Inputs, generate_pair};
 use pars::value::Relation;
 
+mod dice;
+use dice::Dice;
+
 /// As many instances as each property is tried on.
 const INSTANCES: usize = 10_000;
 
-/// A small generator; the same on every machine.
-struct Dice(u64);
-
 impl Dice {
-    fn roll(&mut self, sides: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % sides
-    }
-
     fn leaf(&mut self) -> Term {
         let bit = |dice: &mut Dice| number(dice.roll(2) as i64);
         let port = |dice: &mut Dice| if dice.roll(2) == 0 { "c" } else { "d" };

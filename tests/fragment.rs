@@ -12,15 +12,8 @@ use pars::rewrite::Limits;
 use pars::term::{Node, Term};
 use pars::value::{Relation, Value};
 
-/// A small generator with a printed seed; the same on every machine.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self, sides: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % sides
-    }
-}
+mod dice;
+use dice::Dice;
 
 fn time(dice: &mut Dice) -> Value {
     let halves = Value::integer(dice.roll(5) as i64);

@@ -11,21 +11,8 @@ use pars::refute::{Limits, Refutation, refute};
 use pars::term::Term;
 use pars::value::{Relation, Value};
 
-/// Numbers that only look random, the same in every run.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self, sides: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % sides as u64) as usize
-    }
-
-    fn one_of(&mut self, all: &[&str]) -> String {
-        all[self.roll(all.len())].to_string()
-    }
-}
+mod dice;
+use dice::Dice;
 
 const PROCESSES: &str = "observer See(x)\nparam t > 1, k >= 1, k <= 2, none : natural, none <= 0, some : natural, some >= 2, some < 3\n\
     proc Gone_x = In_a<z> ; Neq_{z,x} ; Out_{b,z} ; Gone_x\nproc Up_x = Delay_1 ; Lss_{x,2} ; Up_{x+1}\n\
@@ -55,7 +42,7 @@ fn binder(dice: &mut Dice) -> String {
 fn atom(dice: &mut Dice, depth: usize) -> String {
     let port = dice.one_of(&["a", "a", "b", "c"]);
     let value = dice.one_of(&["1", "2", "y", "x", "k"]);
-    let plain = match dice.roll(16) {
+    let plain = match dice.place(16) {
         0 | 1 => format!("In_{port}<y>"),
         2 | 3 => format!("Out_{{{port},{value}}}"),
         4 => format!("Delay_{}", dice.one_of(&["0", "1", "x", "k", "{y-y}", "{max(y-1,0)}", "t"])),
@@ -75,11 +62,11 @@ fn atom(dice: &mut Dice, depth: usize) -> String {
         14 => "In_d<v> ; (Eq_{v,(1,2)} ; Delay_1 | Neq_{v,(1,2)} ; (Delay_1 # See_v))".to_string(),
         _ => format!("(Delay_1)^{}", dice.one_of(&["none", "some", "0"])),
     };
-    if depth == 0 || dice.roll(3) > 0 {
+    if depth == 0 || dice.place(3) > 0 {
         return plain;
     }
     let part = |dice: &mut Dice| format!("({} ; {})", atom(dice, depth - 1), atom(dice, depth - 1));
-    match dice.roll(7) {
+    match dice.place(7) {
         0 => format!("({} # {})", part(dice), part(dice)),
         1 => format!("({} # See_1 # Delay_{})", part(dice), dice.one_of(&["0", "1", "2", "k"])),
         2 => format!("try({})", part(dice)),
@@ -94,14 +81,14 @@ fn atom(dice: &mut Dice, depth: usize) -> String {
 fn network(dice: &mut Dice) -> Option<(String, Environment, Term)> {
     let mut text = PROCESSES.to_string();
     let mut parts = Vec::new();
-    for number in 0..1 + dice.roll(3) {
-        let atoms: Vec<String> = (0..1 + dice.roll(4)).map(|_| atom(dice, 1)).collect();
+    for number in 0..1 + dice.place(3) {
+        let atoms: Vec<String> = (0..1 + dice.place(4)).map(|_| atom(dice, 1)).collect();
         let again = dice.one_of(&["1", "2", "y", "k"]);
         let start = dice.one_of(&["1", "2", "k", "x"]);
         text.push_str(&format!("proc C{number}_x = Set_{start}<y> ; {} ; C{number}_{{{again}}}\n", atoms.join(" ; ")));
         parts.push(format!("C{number}_{}", dice.one_of(&["1", "2", "k"])));
     }
-    for _ in 0..dice.roll(3) {
+    for _ in 0..dice.place(3) {
         parts.push(dice.one_of(&["Both_1", "Both_k", "Wait_1", "Wait_2", "Serve_1", "Ask_2", "Gone_2 ; Idle"]));
     }
     let mut environment = library::standard().ok()?;
@@ -139,7 +126,7 @@ fn follow(text: &str, environment: &Environment, start: Term, dice: &mut Dice, c
         };
         let least = least(&instant, &context);
         let half = least.as_ref().and_then(|time| time.div(&Value::integer(2)).ok());
-        let time = match dice.roll(8) {
+        let time = match dice.place(8) {
             0 => Some(Value::zero()),
             1 => half,
             _ => least,

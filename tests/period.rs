@@ -15,15 +15,8 @@ use pars::value::Value;
 mod common;
 use common::*;
 
-/// A small generator; the same on every machine.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self, sides: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 33) % sides as u64) as usize
-    }
-}
+mod dice;
+use dice::Dice;
 
 /// Components that loop round straight sequences.
 struct Network {
@@ -40,57 +33,57 @@ fn component(index: usize) -> String {
 
 /// `exact`: the counts solve the balance equations; `fan`: a looping writer serves any number of readers.
 fn random_network(dice: &mut Dice, exact: bool, fan: bool) -> Network {
-    let count = 2 + dice.roll(5);
-    let rates: Vec<usize> = (0..count).map(|_| 1 + dice.roll(3)).collect();
+    let count = 2 + dice.place(5);
+    let rates: Vec<usize> = (0..count).map(|_| 1 + dice.place(3)).collect();
     let mut bodies: Vec<Vec<Term>> = vec![Vec::new(); count];
     let mut pairs = BTreeMap::new();
     // A tree of ports, seldom broken, and a few more.
     let mut links: Vec<(usize, usize)> = Vec::new();
     for to in 1..count {
-        if dice.roll(12) > 0 {
-            links.push((dice.roll(to), to));
+        if dice.place(12) > 0 {
+            links.push((dice.place(to), to));
         }
     }
-    for _ in 0..dice.roll(3) {
-        let (one, other) = (dice.roll(count), dice.roll(count));
+    for _ in 0..dice.place(3) {
+        let (one, other) = (dice.place(count), dice.place(count));
         if one != other {
             links.push((one, other));
         }
     }
     for (number, (one, other)) in links.iter().enumerate() {
-        let (writer, reader) = if dice.roll(2) == 0 { (*one, *other) } else { (*other, *one) };
+        let (writer, reader) = if dice.place(2) == 0 { (*one, *other) } else { (*other, *one) };
         let port = format!("c{number}");
         let (written, read) = if exact {
             let whole = num_integer::lcm(rates[writer], rates[reader]);
             (whole / rates[writer], whole / rates[reader])
         } else {
-            let most = if dice.roll(3) == 0 { 2 } else { 1 };
-            (1 + dice.roll(most), 1 + dice.roll(most))
+            let most = if dice.place(3) == 0 { 2 } else { 1 };
+            (1 + dice.place(most), 1 + dice.place(most))
         };
         for _ in 0..written {
-            let place = dice.roll(bodies[writer].len() + 1);
+            let place = dice.place(bodies[writer].len() + 1);
             bodies[writer].insert(place, output(&port, number_of(number)));
         }
         for _ in 0..read {
-            let place = dice.roll(bodies[reader].len() + 1);
+            let place = dice.place(bodies[reader].len() + 1);
             bodies[reader].insert(place, input(&port, &format!("y{number}")));
         }
         pairs.insert(name(&port), (writer, reader));
     }
     if fan {
-        if !links.is_empty() && dice.roll(4) == 0 {
+        if !links.is_empty() && dice.place(4) == 0 {
             // A second reader of a port may compete with the first.
-            bodies[dice.roll(count)].push(input("c0", "z"));
+            bodies[dice.place(count)].push(input("c0", "z"));
         }
-        let writer = dice.roll(count);
+        let writer = dice.place(count);
         let looping = again(output("o", number_of(7)));
-        let shown = dis([wait(1 + dice.roll(2) as i64), looping]);
-        let place = dice.roll(bodies[writer].len() + 1);
+        let shown = dis([wait(1 + dice.place(2) as i64), looping]);
+        let place = dice.place(bodies[writer].len() + 1);
         bodies[writer].insert(place, shown);
         let mut served = false;
         for reader in (0..count).filter(|reader| *reader != writer) {
-            for _ in 0..dice.roll(3) {
-                let place = dice.roll(bodies[reader].len() + 1);
+            for _ in 0..dice.place(3) {
+                let place = dice.place(bodies[reader].len() + 1);
                 bodies[reader].insert(place, input("o", "x"));
                 served = true;
             }
@@ -100,9 +93,9 @@ fn random_network(dice: &mut Dice, exact: bool, fan: bool) -> Network {
         }
     }
     for body in &mut bodies {
-        for _ in 0..dice.roll(3) + usize::from(body.is_empty()) {
-            let place = dice.roll(body.len() + 1);
-            body.insert(place, Term::delay(frac(1 + dice.roll(4) as i64, 1 + dice.roll(2) as i64)));
+        for _ in 0..dice.place(3) + usize::from(body.is_empty()) {
+            let place = dice.place(body.len() + 1);
+            body.insert(place, Term::delay(frac(1 + dice.place(4) as i64, 1 + dice.place(2) as i64)));
         }
     }
     let mut definitions = Definitions::default();
@@ -267,7 +260,7 @@ fn straight_networks_do_what_the_analysis_says() {
     let mut dice = Dice(2_012);
     let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
     for round in 0..5_000 {
-        let (exact, fan) = (dice.roll(2) == 0, false);
+        let (exact, fan) = (dice.place(2) == 0, false);
         let network = random_network(&mut dice, exact, fan);
         let (plain, log) = plainly(&network);
         let about = || format!("network {round}:\n{}plainly {plain:?}", network.text);
@@ -344,7 +337,7 @@ fn a_looping_writer_serves_any_number_of_readers() {
     let mut dice = Dice(1_997);
     let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
     for round in 0..1_000 {
-        let exact = dice.roll(2) == 0;
+        let exact = dice.place(2) == 0;
         let network = random_network(&mut dice, exact, true);
         let (plain, log) = plainly(&network);
         let about = || format!("network {round}:\n{}plainly {plain:?}", network.text);

@@ -258,22 +258,10 @@ fn check_calls(drafts: &mut [Draft], seen: &Environment) {
 /// The names that a process binds itself, and those it calls.
 fn direct(written: &Written) -> (BTreeSet<Name>, BTreeSet<Name>) {
     let (mut binds, mut calls) = (BTreeSet::new(), BTreeSet::new());
-    let mut rest = vec![written];
-    while let Some(term) = rest.pop() {
-        match &term.kind {
-            TermKind::Apply { name, results, .. } => {
-                binds.extend(results.iter().map(|result| result.name.clone()));
-                calls.insert(name.name.clone());
-            }
-            TermKind::Seq(parts) | TermKind::Par(parts) | TermKind::Disable(parts) => rest.extend(parts),
-            TermKind::Else(first, second) => rest.extend([&**first, &**second]),
-            TermKind::Power(body, ..)
-            | TermKind::Try(body)
-            | TermKind::Loop(body)
-            | TermKind::New(_, body)
-            | TermKind::Project(body, _)
-            | TermKind::Replace(body, ..) => rest.push(body),
-            TermKind::Meta(..) => {}
+    for term in written.all() {
+        if let TermKind::Apply { name, results, .. } = &term.kind {
+            binds.extend(results.iter().map(|result| result.name.clone()));
+            calls.insert(name.name.clone());
         }
     }
     (binds, calls)

@@ -84,22 +84,10 @@ struct Place {
 impl Search<'_> {
     fn process(&mut self, process: Option<Name>, body: &Term) {
         let place = Place { process, parameters: None, depth: 0 };
-        let mut rest = vec![body];
-        while let Some(term) = rest.pop() {
-            match &term.kind {
-                TermKind::Apply { name, arguments, results } => {
-                    let result = results.first().map(|result| &result.name);
-                    self.apply(&place, name.name.as_str(), arguments, result);
-                }
-                TermKind::Seq(parts) | TermKind::Par(parts) | TermKind::Disable(parts) => rest.extend(parts),
-                TermKind::Else(first, second) => rest.extend([&**first, &**second]),
-                TermKind::Power(body, ..)
-                | TermKind::Try(body)
-                | TermKind::Loop(body)
-                | TermKind::New(_, body)
-                | TermKind::Project(body, _)
-                | TermKind::Replace(body, ..) => rest.push(body),
-                TermKind::Meta(..) => {}
+        for term in body.all() {
+            if let TermKind::Apply { name, arguments, results } = &term.kind {
+                let result = results.first().map(|result| &result.name);
+                self.apply(&place, name.name.as_str(), arguments, result);
             }
         }
     }

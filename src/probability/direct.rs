@@ -5,7 +5,7 @@ use num_rational::BigRational;
 use num_traits::{ToPrimitive, Zero};
 
 use super::Question;
-use super::estimated::{Estimate, interval};
+use super::estimated::{Estimate, counted, interval};
 use super::random::{Sampler, Source};
 use crate::assumption::Assumptions;
 use crate::definition::{Definition, Definitions};
@@ -42,26 +42,8 @@ pub fn direct(
     let subject = Subject { system: &system, event, question };
     let (_, steps) = subject.run(&Model::new(&lasted), &Source::new(seed, 0))?;
     let runs = (STEPS / steps.max(1)).clamp(RUNS.1, RUNS.0);
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
-    let some = |first: u64| -> Result<u64, String> {
-        let (model, mut count, mut run) = (Model::new(&lasted), 0, first);
-        while run < runs {
-            count += u64::from(subject.run(&model, &Source::new(seed, run))?.0);
-            run += threads;
-        }
-        Ok(count)
-    };
-    let counts: Vec<Result<u64, String>> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
-        let join = |worker: std::thread::ScopedJoinHandle<'_, Result<u64, String>>| {
-            worker.join().unwrap_or_else(|_| Err("a simulation stopped".to_string()))
-        };
-        workers.into_iter().map(join).collect()
-    });
-    let mut happened = 0;
-    for count in counts {
-        happened += count?;
-    }
+    let model = || Model::new(&lasted);
+    let happened = counted(runs, model, &|run, model| Ok(subject.run(model, &Source::new(seed, run))?.0))?;
     Ok(interval(happened, runs))
 }
 

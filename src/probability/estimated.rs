@@ -39,26 +39,7 @@ pub fn estimated(chain: &Chain, question: &Question, runs: u64, seed: u64) -> Re
         let happens = program.happens(&Source::new(seed, 0), &mut Scratch::default())?;
         return Ok(interval(if happens { runs } else { 0 }, runs));
     }
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
-    let one = |first: u64| -> Result<u64, String> {
-        let (mut count, mut run, mut space) = (0, first, Scratch::default());
-        while run < runs {
-            count += u64::from(program.happens(&Source::new(seed, run), &mut space)?);
-            run += threads;
-        }
-        Ok(count)
-    };
-    let counts: Vec<Result<u64, String>> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || one(first))).collect();
-        let join = |worker: std::thread::ScopedJoinHandle<'_, Result<u64, String>>| {
-            worker.join().unwrap_or_else(|_| Err("a simulation stopped".to_string()))
-        };
-        workers.into_iter().map(join).collect()
-    });
-    let mut happened = 0;
-    for count in counts {
-        happened += count?;
-    }
+    let happened = counted(runs, Scratch::default, &|run, space| program.happens(&Source::new(seed, run), space))?;
     // Runs that are too long to be split leave the plain answer, which is right too.
     let split = if happened * RARE < runs { split(&program, seed).ok().flatten() } else { None };
     Ok(match split {
@@ -66,6 +47,36 @@ pub fn estimated(chain: &Chain, question: &Question, runs: u64, seed: u64) -> Re
             Estimate { low: found.low, high: found.high, share: found.share, runs: runs + found.runs, split: true }
         }
         None => interval(happened, runs),
+    })
+}
+
+/// In how many of these runs it happens, on all cores; each core has a space of its own.
+///
+/// # Errors
+/// That of a run.
+pub(super) fn counted<S>(
+    runs: u64,
+    space: impl Fn() -> S + Sync,
+    happens: &(dyn Fn(u64, &mut S) -> Result<bool, String> + Sync),
+) -> Result<u64, String> {
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
+    let some = |first: u64| -> Result<u64, String> {
+        let (mut count, mut run, mut space) = (0, first, space());
+        while run < runs {
+            count += u64::from(happens(run, &mut space)?);
+            run += threads;
+        }
+        Ok(count)
+    };
+    std::thread::scope(|scope| {
+        let some = &some;
+        let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
+        let join = |worker: std::thread::ScopedJoinHandle<'_, Result<u64, String>>| {
+            worker.join().unwrap_or_else(|_| Err("a simulation stopped".to_string()))
+        };
+        // All are waited for before one that failed is told of.
+        let counts: Vec<Result<u64, String>> = workers.into_iter().map(join).collect();
+        counts.into_iter().sum()
     })
 }
 

@@ -118,29 +118,16 @@ impl Declaration {
                 _ => return None,
             };
             declares.insert(name.name.clone());
-            mention(body, &mut mentions);
+            mentions.extend(mentioned(body));
         }
         Some(Declaration { text: text.to_string(), declares, mentions })
     }
 }
 
 /// The names with a capital in a process.
-fn mention(term: &Term, names: &mut BTreeSet<Name>) {
-    let mut rest = vec![term];
-    while let Some(term) = rest.pop() {
-        match &term.kind {
-            TermKind::Apply { name, .. } => {
-                names.insert(name.name.clone());
-            }
-            TermKind::Seq(parts) | TermKind::Par(parts) | TermKind::Disable(parts) => rest.extend(parts),
-            TermKind::Else(first, second) => rest.extend([&**first, &**second]),
-            TermKind::Power(body, ..)
-            | TermKind::Try(body)
-            | TermKind::Loop(body)
-            | TermKind::New(_, body)
-            | TermKind::Project(body, _)
-            | TermKind::Replace(body, ..) => rest.push(body),
-            TermKind::Meta(..) => {}
-        }
-    }
+fn mentioned(term: &Term) -> impl Iterator<Item = Name> + '_ {
+    term.all().into_iter().filter_map(|part| match &part.kind {
+        TermKind::Apply { name, .. } => Some(name.name.clone()),
+        _ => None,
+    })
 }

@@ -98,7 +98,7 @@ fn conditions(all: &[Vec<Test>]) -> Option<String> {
     }
 }
 
-fn claim_of(pattern: &Pattern) -> Claim {
+pub(super) fn claim_of(pattern: &Pattern) -> Claim {
     let test = |(relation, left, right): &(crate::value::Relation, crate::value::Value, crate::value::Value)| Test {
         relation: *relation,
         left: left.clone(),

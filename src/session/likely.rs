@@ -2,6 +2,7 @@
 
 use num_rational::BigRational;
 
+use super::always::claim_of;
 use super::claim::Found;
 use super::reading::{Run, Waiting};
 use crate::criteria::Likely;
@@ -196,7 +197,7 @@ fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answ
 }
 
 /// The system as a chain, and what is asked of it.
-fn asked(likelihood: &Likelihood, environment: &Environment) -> Result<(Chain, Question), Vec<String>> {
+pub(super) fn asked(likelihood: &Likelihood, environment: &Environment) -> Result<(Chain, Question), Vec<String>> {
     let (system, event, question) = event(likelihood, environment)?;
     let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions)
         .map_err(|failures| failures.iter().map(ToString::to_string).collect::<Vec<_>>())?;
@@ -224,18 +225,8 @@ fn event<'e>(
         })?,
     };
     let time = time.as_rational().ok_or_else(|| vec![format!("the time {time} must be a number")])?;
-    let test = |(relation, left, right): &(Relation, Value, Value)| period::Test {
-        relation: *relation,
-        left: left.clone(),
-        right: right.clone(),
-    };
-    let event = Claim {
-        shown: pattern.terms.clone(),
-        variables: pattern.variables.clone(),
-        tests: pattern.conditions.iter().map(test).collect(),
-    };
     let question = Question { first, time, names: pattern.variables.iter().cloned().collect() };
-    Ok((system, event, question))
+    Ok((system, claim_of(&pattern), question))
 }
 
 fn name(method: Method) -> &'static str {

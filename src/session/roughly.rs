@@ -2,14 +2,11 @@
 
 use num_rational::BigRational;
 
-use super::likely::chances;
+use super::likely::{asked, chances};
 use crate::criteria::Likely;
-use crate::invariant::Claim;
 use crate::lower::{Environment, Event, Likelihood, Method};
-use crate::period::{self, Test};
-use crate::probability::chain::{Chain, chain};
 use crate::probability::{Question, enclosed, estimated};
-use crate::value::{Relation, Value};
+use crate::value::Relation;
 
 /// How wide a probability may be that is drawn, or compared with a threshold that is far away.
 const WIDE: f64 = 1e-3;
@@ -24,7 +21,7 @@ pub(super) fn roughly(
 ) -> Result<Likely, Vec<String>> {
     let wide = match &likelihood.event {
         Event::Shown { .. } if likelihood.method.is_none_or(|method| method == Method::Enclosed) => {
-            let asked = asked(likelihood, environment);
+            let asked = asked(likelihood, environment).ok();
             let enclosed = asked.and_then(|(chain, question)| enclosed::enclosed(&chain, &question, WIDE).ok());
             enclosed.filter(|enclosed| enclosed.compare(relation, threshold).is_some())
         }
@@ -54,7 +51,8 @@ pub(super) fn growth(
     times: &[BigRational],
     interrupted: &dyn Fn() -> bool,
 ) -> Option<(Vec<(f64, f64)>, &'static str)> {
-    let (chain, question) = asked(likelihood, environment)?;
+    let Event::Shown { .. } = likelihood.event else { return None };
+    let (chain, question) = asked(likelihood, environment).ok()?;
     let at = |time: &BigRational| Question { time: time.clone(), names: question.names.clone(), ..question };
     let by_simulation = likelihood.method == Some(Method::Estimated)
         || times.last().is_none_or(|last| enclosed::enclosed(&chain, &at(last), WIDE).is_err());
@@ -69,24 +67,4 @@ pub(super) fn growth(
         });
     }
     Some((all, if by_simulation { "estimated" } else { "enclosed" }))
-}
-
-/// The system as a chain, and what is asked of it; none where it is no first passage or time of numbers.
-fn asked(likelihood: &Likelihood, environment: &Environment) -> Option<(Chain, Question)> {
-    let system = environment.system(&likelihood.system)?;
-    let Event::Shown { first, pattern, time } = &likelihood.event else { return None };
-    let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
-    let test = |(relation, left, right): &(Relation, Value, Value)| Test {
-        relation: *relation,
-        left: left.clone(),
-        right: right.clone(),
-    };
-    let event = Claim {
-        shown: pattern.terms.clone(),
-        variables: pattern.variables.clone(),
-        tests: pattern.conditions.iter().map(test).collect(),
-    };
-    let chain = chain(&period, &event, &environment.assumptions).ok()?;
-    let names = pattern.variables.iter().cloned().collect();
-    Some((chain, Question { first: *first, time: time.as_rational()?, names }))
 }
