@@ -43,7 +43,8 @@ pub(super) struct Constraint {
 const MOST_ROWS: usize = 90;
 const MOST_COLUMNS: usize = 220;
 const MOST_PIVOTS: usize = 250;
-const MOST_WORK: usize = 1_000_000;
+/// Numbers that may be computed, in units of 64 bits.
+const MOST_WORK: u64 = 1_000_000;
 
 /// Whether the constraints cannot all hold; `false` also when that was not found out within the limits.
 pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
@@ -157,13 +158,19 @@ fn feasible(mut table: Vec<Vec<BigRational>>, width: usize) -> Option<Vec<BigRat
             *total += number;
         }
     }
-    for _ in 0..MOST_PIVOTS.min(1 + MOST_WORK / (height * (width + 1))) {
+    let mut work = 0;
+    for _ in 0..MOST_PIVOTS {
         if objective[width].is_zero() {
             let mut solution = vec![BigRational::zero(); width];
             for (row, unknown) in basis.iter().enumerate().filter(|(_, unknown)| **unknown < width) {
                 solution[*unknown] = table[row][width].clone();
             }
             return Some(solution);
+        }
+        let size = objective.iter().map(|number| number.numer().bits().max(number.denom().bits())).max()?;
+        work += (height * (width + 1)) as u64 * (1 + size / 64);
+        if work > MOST_WORK {
+            return None;
         }
         let entering = (0..width).find(|column| objective[*column].is_positive())?;
         let leaving = (0..height)
