@@ -236,6 +236,11 @@ impl<A: Clone + Ord> Polynomial<A> {
         &self.0
     }
 
+    /// The bits of the longest numerator or denominator among the coefficients.
+    pub fn bits(&self) -> u64 {
+        self.0.iter().map(|(_, coefficient)| bits(coefficient)).max().unwrap_or(0)
+    }
+
     /// True of 0.
     pub fn is_zero(&self) -> bool {
         self.0.is_empty()

@@ -311,6 +311,11 @@ impl Value {
         self.parts()
     }
 
+    /// The bits of the longest coefficient; 0 of vectors and distributions.
+    pub(crate) fn bits(&self) -> u64 {
+        self.parts().map_or(0, |(numerator, denominator)| numerator.bits().max(denominator.bits()))
+    }
+
     pub(crate) fn from_polynomials(numerator: Polynomial<Atom>, denominator: Polynomial<Atom>) -> Outcome {
         Value::quotient(numerator, denominator)
     }

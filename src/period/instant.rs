@@ -132,6 +132,10 @@ impl Clock<'_> {
         if moment.communications.len() >= most {
             return Halt::because(format!("more than {most} communications in one instant"));
         }
+        if moment.path.lengths > most {
+            let made = moment.communications.len();
+            return Halt::because(format!("{made} communications in one instant, with numbers that grow on and on"));
+        }
         let readers: Vec<usize> =
             moment.board.on(&writer.port, false).filter_map(|place| place.first().copied()).take(2).collect();
         let rivals = if readers.len() > 1 { readers } else { Vec::new() };
