@@ -1,5 +1,7 @@
 //! Deciding the conditions of laws, from facts about terms and the hypotheses of the claim, and from nothing else.
 
+use std::rc::Rc;
+
 use crate::fact::{Context, Facts, NameSet};
 use crate::law::{Condition, Fact};
 use crate::name::Name;
@@ -40,10 +42,22 @@ impl Context<'_> {
         }
     }
 
-    /// Decides [`Condition::Is`].
-    pub fn holds_of(&self, fact: Fact, term: &Term) -> bool {
-        let supposed = || !self.hypotheses.is_empty() && self.supposes(&Condition::Is(fact, term.clone()));
-        self.is(fact, &Facts::of(term, self)) || supposed()
+    /// The facts that hold of each part of a term, as [`Condition::Is`] decides them: the bit `1 << fact` stands for
+    /// a fact. The last answer is kept, since one law after the other asks about the same term.
+    pub fn facts_of_parts(&self, term: &Term) -> Rc<[u16]> {
+        let last = self.last.borrow().as_ref().filter(|(last, _)| last == term).map(|(_, known)| known.clone());
+        last.unwrap_or_else(|| {
+            let known: Rc<[u16]> = term.children().into_iter().map(|part| self.facts_held(part)).collect();
+            *self.last.borrow_mut() = Some((term.clone(), known.clone()));
+            known
+        })
+    }
+
+    fn facts_held(&self, term: &Term) -> u16 {
+        let facts = Facts::of(term, self);
+        let supposed = |fact: Fact| !self.hypotheses.is_empty() && self.supposes(&Condition::Is(fact, term.clone()));
+        let held = Fact::ALL.iter().filter(|(fact, _)| self.is(*fact, &facts) || supposed(*fact));
+        held.fold(0, |all, (fact, _)| all | 1 << *fact as u16)
     }
 
     /// Decides a fact from facts.

@@ -6,7 +6,7 @@
 mod combine;
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use crate::assumption::Assumptions;
@@ -14,7 +14,7 @@ use crate::definition::Definitions;
 use crate::law::{Condition, Fact};
 use crate::name::Name;
 use crate::scope::calls;
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermMap};
 use crate::value::{Relation, Value};
 
 /// A set of names that may grow by all the names of some process metavariables.
@@ -125,7 +125,9 @@ pub struct Context<'a> {
     pub hypotheses: &'a [Condition],
     defined: BTreeMap<Name, Facts>,
     /// What [`Facts::of`] has found here: nothing that it rests on changes while the context lives.
-    known: RefCell<HashMap<Term, Rc<Facts>>>,
+    known: RefCell<TermMap<Rc<Facts>>>,
+    /// What [`Context::facts_of_parts`] was last asked about, with its answer.
+    pub(crate) last: RefCell<Option<(Term, Rc<[u16]>)>>,
 }
 
 /// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
@@ -146,8 +148,14 @@ impl<'a> Context<'a> {
                 _ => {}
             }
         }
-        let mut context =
-            Context { assumptions, definitions, hypotheses, defined: BTreeMap::new(), known: RefCell::default() };
+        let mut context = Context {
+            assumptions,
+            definitions,
+            hypotheses,
+            defined: BTreeMap::new(),
+            known: RefCell::default(),
+            last: RefCell::default(),
+        };
         context.defined = context.fixed_point();
         context
     }
@@ -164,6 +172,7 @@ impl<'a> Context<'a> {
             hypotheses,
             defined: self.definitions.iter().map(|d| (d.name.clone(), Facts::default())).collect(),
             known: RefCell::default(),
+            last: RefCell::default(),
         };
         let mut context = plain;
         for _ in 0..ROUNDS {

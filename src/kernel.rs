@@ -9,7 +9,7 @@ mod meaning;
 mod reason;
 mod run;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use gate::{Needs, counts_are_settled, well_sorted};
 use meaning::Meaning;
@@ -26,7 +26,7 @@ use crate::scope::{
     bound_names, calls, condition_mentions, condition_parts, fill, reaches, read_names, subterms, written,
 };
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermSet};
 use crate::value::{Need, Relation, Value};
 
 /// What a theorem may rest on: the assumptions on parameters, the definitions, the laws.
@@ -143,7 +143,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         lemmas,
         trusted,
         advanced: false,
-        sorted: HashSet::new(),
+        sorted: TermSet::default(),
         counts: BTreeSet::new(),
         needs: HashMap::new(),
         meaning: Meaning::of(statement, steps, theory),
@@ -194,7 +194,7 @@ struct Checker<'a> {
     trusted: BTreeSet<String>,
     advanced: bool,
     /// Terms that have passed [`well_sorted`], with all their parts.
-    sorted: HashSet<Term>,
+    sorted: TermSet,
     /// Names that numbers of rounds in them read.
     counts: BTreeSet<Name>,
     /// Of each law used, what its instances must meet.

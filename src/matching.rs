@@ -18,7 +18,7 @@ use crate::term::{Node, Term};
 use crate::value::Value;
 
 use choose::{Pool, choose};
-use shape::all_there;
+use shape::{all_there, is_bare};
 use value::solve;
 
 /// One way in which a law applies to a term: `surrounding` with its hole filled by the instance is the term.
@@ -119,18 +119,14 @@ struct Fits<'a> {
 }
 
 impl Fits<'_> {
-    fn facts(&self, name: &Name) -> Vec<Fact> {
-        let own = |subject: &Term| plain_meta(subject).as_ref() == Some(name);
-        let facts = self.law.conditions.iter().filter_map(|condition| match condition {
-            Condition::Is(fact, subject) if own(subject) => Some(*fact),
-            _ => None,
-        });
-        facts.collect()
-    }
-
-    /// Whether a part meets them.
-    fn meets(&self, facts: &[Fact], part: &Term) -> bool {
-        facts.iter().all(|fact| self.context.holds_of(*fact, part))
+    /// The facts that must hold of it, as bits.
+    fn wants(&self, name: &Name) -> u16 {
+        let own =
+            |subject: &Term| matches!(subject.node(), Node::Meta(other, given) if other == name && given.is_empty());
+        self.law.conditions.iter().fold(0, |all, condition| match condition {
+            Condition::Is(fact, subject) if own(subject) => all | 1 << *fact as u16,
+            _ => all,
+        })
     }
 }
 
@@ -141,15 +137,12 @@ type Found<'f> = dyn FnMut(State, &dyn Fn() -> Term) -> bool + 'f;
 fn at_root(pattern: &Term, term: &Term, start: &State, fits: &Fits<'_>, found: &mut Found<'_>) -> bool {
     let one = || Term::meta(&hole(1));
     match (pattern.node(), term.node()) {
-        (Node::Seq(wanted), Node::Seq(parts)) => in_sequence(wanted, parts, start, fits, found),
+        (Node::Seq(wanted), Node::Seq(parts)) => in_sequence(wanted, (term, parts), start, fits, found),
         (Node::Par(wanted), Node::Par(parts)) | (Node::Disable(wanted), Node::Disable(parts)) => {
-            let Some(mut pool) = Pool::of(term, false).filter(|_| all_there(wanted, parts)) else { return false };
-            for name in wanted.iter().filter_map(plain_meta) {
-                let facts = fits.facts(&name);
-                if !facts.is_empty() {
-                    pool.note_unfit(name, move |part| fits.meets(&facts, part));
-                }
-            }
+            let Some(pool) = Pool::of(term, false).filter(|_| all_there(wanted, parts)) else { return false };
+            let wants = wanted.iter().filter_map(plain_meta).map(|name| (fits.wants(&name), name));
+            let wants = wants.filter(|(facts, _)| *facts != 0).map(|(facts, name)| (name, facts)).collect();
+            let mut pool = pool.wanting(wants, term, fits.context);
             choose(&wanted.iter().collect::<Vec<_>>(), &mut pool, start.clone(), &mut |state, pool| {
                 found(state, &|| pool.joined_with(one()))
             })
@@ -159,13 +152,21 @@ fn at_root(pattern: &Term, term: &Term, start: &State, fits: &Fits<'_>, found: &
 }
 
 /// The runs of a sequence, from its first part on.
-fn in_sequence(wanted: &[Term], parts: &[Term], start: &State, fits: &Fits<'_>, found: &mut Found<'_>) -> bool {
+fn in_sequence(
+    wanted: &[Term],
+    (term, parts): (&Term, &[Term]),
+    start: &State,
+    fits: &Fits<'_>,
+    found: &mut Found<'_>,
+) -> bool {
     // A metavariable at the start of a run further on stands for that one part.
     let first = wanted.first().and_then(plain_meta);
     let first = first.filter(|name| !wanted.get(1).is_some_and(|next| within(next, name)));
-    let facts = first.map(|name| fits.facts(&name)).unwrap_or_default();
+    let wants = first.map_or(0, |name| fits.wants(&name));
+    let facts = if wants == 0 { Rc::from([]) } else { fits.context.facts_of_parts(term) };
+    let meets = |place: usize| facts.get(place).is_none_or(|facts| wants & !facts == 0);
     (0..parts.len()).any(|place| {
-        if (place > 0 || parts.len() > LONG) && !fits.meets(&facts, &parts[place]) {
+        if (place > 0 || parts.len() > LONG) && !meets(place) {
             return false;
         }
         let at = if place == 0 && parts.len() <= LONG { Place::Start } else { Place::Later };
@@ -308,9 +309,12 @@ fn whole(pattern: &Term, term: &Term, state: State, found: &mut dyn FnMut(State)
     }
     match (pattern.node(), term.node()) {
         (Node::Seq(wanted), _) => {
+            let solid = state.empty || wanted.len() > 2 || wanted.iter().any(|pattern| !is_bare(pattern));
+            if !solid && !matches!(term.node(), Node::Seq(_)) {
+                return false;
+            }
             let parts = sequence_of(term);
             let total = parts.len();
-            let solid = state.empty || wanted.len() > 2 || wanted.iter().any(|pattern| plain_meta(pattern).is_none());
             let mut full = |state: State, used: usize| {
                 let empty = |name: Name| state.found.processes.get(&name) == Some(&Term::stop());
                 let proper = solid || !wanted.iter().filter_map(plain_meta).any(empty);

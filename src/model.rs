@@ -23,7 +23,7 @@ use num_traits::Zero;
 
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermMap};
 use crate::value::Value;
 
 pub use account::Event;
@@ -132,7 +132,7 @@ pub struct Model<'a> {
     bound: RefCell<HashMap<Name, Rc<BTreeSet<Name>>>>,
     account: account::Account,
     /// What parts that stand side by side have become, where no name is bound around them.
-    settled: RefCell<HashMap<Term, State>>,
+    settled: RefCell<TermMap<State>>,
     /// What is known of values that were drawn.
     cells: Rc<Cells>,
 }

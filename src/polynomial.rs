@@ -28,8 +28,37 @@ pub const MOST_DEGREE: u64 = 1_000_000;
 pub struct Monomial<A>(Vec<(A, u32)>);
 
 /// A sum of rational multiples of monomials: falling order, no coefficient 0.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[derive(Clone, Eq, Debug)]
 pub struct Polynomial<A: Ord>(Vec<(Monomial<A>, BigRational)>);
+
+/// By the digits of the coefficients, which are in lowest terms.
+impl<A: Ord> PartialEq for Polynomial<A> {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |((one, number), (two, given)): (&(Monomial<A>, BigRational), &(Monomial<A>, BigRational))| {
+            number.numer() == given.numer() && number.denom() == given.denom() && one == two
+        };
+        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(same)
+    }
+}
+
+impl<A: Ord> PartialOrd for Polynomial<A> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// Term by term.
+impl<A: Ord> Ord for Polynomial<A> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let number = |one: &BigRational, two: &BigRational| match one.is_integer() && two.is_integer() {
+            true => one.numer().cmp(two.numer()),
+            false => one.cmp(two),
+        };
+        let pairs = self.0.iter().zip(&other.0);
+        let order = pairs.map(|((left, one), (right, two))| left.cmp(right).then_with(|| number(one, two)));
+        order.into_iter().find(|order| order.is_ne()).unwrap_or_else(|| self.0.len().cmp(&other.0.len()))
+    }
+}
 
 /// By the digits of the coefficients: a rational number hashes itself by its continued fraction, whose depth grows with
 /// its length.

@@ -20,7 +20,7 @@ use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
 use crate::simplify::{Simplifier, clean, surround};
 use crate::substitution::Substitution;
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermSet};
 
 /// How far a search goes. There is no time limit: the same search ends the same way on every machine.
 #[derive(Clone, Copy, Debug)]
@@ -138,7 +138,7 @@ pub struct Saturation<'a> {
     egraph: EGraph<Operator, Smallest>,
     reasons: Vec<Why>,
     seen: HashSet<(Term, Term)>,
-    done: HashSet<Term>,
+    done: TermSet,
     limits: Limits,
     largest: usize,
     laws: Vec<Way>,
@@ -170,7 +170,7 @@ impl<'a> Saturation<'a> {
             egraph,
             reasons: Vec::new(),
             seen: HashSet::new(),
-            done: HashSet::new(),
+            done: TermSet::default(),
             limits,
             largest: 0,
             laws,

@@ -1,6 +1,5 @@
 //! Simplification: the laws written `=>`, from left to right, until none applies; every answer with its proof.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::fact::Context;
@@ -11,7 +10,7 @@ use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
 use crate::scope::changed;
 use crate::substitution::Substitution;
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermMap};
 
 /// A term with the step that proves the original equal to it.
 #[derive(Clone, Debug)]
@@ -28,12 +27,12 @@ pub struct Simplifier<'a> {
     context: &'a Context<'a>,
     /// The steps so far.
     pub script: Script,
-    memo: HashMap<Term, Simplified>,
+    memo: TermMap<Simplified>,
     oriented: Vec<Oriented>,
     /// The laws about units, and what [`Simplifier::cleaned`] has found with them; while it looks, they stand in the
     /// places of `oriented` and `memo`.
     units: Vec<Oriented>,
-    cleaned: HashMap<Term, Simplified>,
+    cleaned: TermMap<Simplified>,
     cleaning: bool,
     fuel: usize,
     interrupted: &'a dyn Fn() -> bool,
@@ -52,10 +51,10 @@ impl<'a> Simplifier<'a> {
             theory,
             context,
             script: Script::default(),
-            memo: HashMap::new(),
+            memo: TermMap::default(),
             oriented,
             units,
-            cleaned: HashMap::new(),
+            cleaned: TermMap::default(),
             cleaning: false,
             fuel: FUEL,
             interrupted,

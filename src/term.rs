@@ -8,8 +8,8 @@
 //! write and a parameter expression a read of what was written, so nothing else needs renaming.
 
 use std::cmp::Ordering;
-use std::collections::BTreeSet;
-use std::hash::{Hash, Hasher};
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::hash::{BuildHasherDefault, Hash, Hasher};
 use std::sync::Arc;
 
 use crate::name::Name;
@@ -298,6 +298,32 @@ impl PartialOrd for Term {
 impl Ord for Term {
     fn cmp(&self, other: &Term) -> Ordering {
         if Arc::ptr_eq(&self.0, &other.0) { Ordering::Equal } else { self.0.node.cmp(&other.0.node) }
+    }
+}
+
+/// A map with terms for keys, which bring their hashes along.
+pub type TermMap<V> = HashMap<Term, V, BuildHasherDefault<Kept>>;
+
+/// A set of terms, which bring their hashes along.
+pub type TermSet = HashSet<Term, BuildHasherDefault<Kept>>;
+
+/// The hash that a term was given when it was made.
+#[derive(Clone, Default, Debug)]
+pub struct Kept(u64);
+
+impl Hasher for Kept {
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = self.0.rotate_left(8) ^ u64::from(*byte);
+        }
+    }
+
+    fn write_u64(&mut self, hash: u64) {
+        self.0 = hash;
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
     }
 }
 

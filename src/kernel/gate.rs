@@ -1,6 +1,6 @@
 //! What an instance of a law, and every conclusion, must be to pass.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 
 use super::Reason;
 use crate::definition::Definitions;
@@ -8,7 +8,7 @@ use crate::law::Law;
 use crate::name::Name;
 use crate::scope::{index_escapes, metavariables, read_names, subterms, written};
 use crate::substitution::Substitution;
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermSet};
 use crate::value::{Relation, Sort, Value};
 
 /// What every instance of a law must meet.
@@ -68,7 +68,7 @@ pub(super) fn counts_are_settled(term: &Term, definitions: &Definitions) -> Resu
 
 /// Times and comparisons are over reals, draws are from distributions, counts are natural numbers.
 /// `known` holds terms that are, with all their parts; this one is added, and what its counts read to `counts`.
-pub(super) fn well_sorted(term: &Term, known: &mut HashSet<Term>, counts: &mut BTreeSet<Name>) -> Result<(), Reason> {
+pub(super) fn well_sorted(term: &Term, known: &mut TermSet, counts: &mut BTreeSet<Name>) -> Result<(), Reason> {
     let mut open = vec![term];
     let mut seen = Vec::new();
     while let Some(part) = open.pop() {

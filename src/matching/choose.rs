@@ -1,9 +1,11 @@
 //! Parts of `|` or `#`, in any order.
 
-use std::cell::LazyCell;
+use std::cell::OnceCell;
+use std::rc::Rc;
 
 use super::shape::may_fit;
 use super::{State, plain_meta, whole};
+use crate::fact::Context;
 use crate::name::Name;
 use crate::term::{Node, Term};
 
@@ -18,12 +20,13 @@ pub(super) struct Pool<'p> {
     join: Join,
     /// Whether all parts must be taken.
     all: bool,
-    /// Parts that these metavariables cannot stand for alone.
-    unfit: Vec<(Name, Unfit<'p>)>,
+    /// The facts that must hold of what these metavariables stand for alone.
+    wants: Vec<(Name, u16)>,
+    /// The facts that hold of each part, found when they are first asked for: most patterns fail before.
+    facts: OnceCell<Rc<[u16]>>,
+    /// The parts' term, and who knows facts.
+    judge: Option<(&'p Term, &'p Context<'p>)>,
 }
-
-/// One answer for each part, found when it is first asked for: most patterns fail before.
-type Unfit<'p> = LazyCell<Vec<bool>, Box<dyn FnOnce() -> Vec<bool> + 'p>>;
 
 impl<'p> Pool<'p> {
     /// The parts of a `|`, or of a `#`; nothing of any other operator.
@@ -33,14 +36,18 @@ impl<'p> Pool<'p> {
             Node::Disable(parts) => (parts, Term::disable),
             _ => return None,
         };
-        Some(Pool { parts, taken: vec![false; parts.len()], left: parts.len(), join, all, unfit: Vec::new() })
+        let (taken, left) = (vec![false; parts.len()], parts.len());
+        Some(Pool { parts, taken, left, join, all, wants: Vec::new(), facts: OnceCell::new(), judge: None })
     }
 
-    /// Notes the parts that a metavariable of the pattern cannot stand for alone.
-    pub(super) fn note_unfit(&mut self, name: Name, fits: impl Fn(&Term) -> bool + 'p) {
-        let parts = self.parts;
-        let judge = move || parts.iter().map(|part| !fits(part)).collect();
-        self.unfit.push((name, LazyCell::new(Box::new(judge))));
+    /// The same with facts that must hold of what some metavariables stand for alone.
+    pub(super) fn wanting(self, wants: Vec<(Name, u16)>, term: &'p Term, context: &'p Context<'p>) -> Pool<'p> {
+        Pool { wants, judge: Some((term, context)), ..self }
+    }
+
+    fn facts(&self) -> &[u16] {
+        let found = || self.judge.map_or_else(|| Rc::from([]), |(term, context)| context.facts_of_parts(term));
+        self.facts.get_or_init(found)
     }
 
     /// What is not taken, and this.
@@ -97,14 +104,18 @@ impl<'p> Pool<'p> {
         std::ptr::fn_addr_eq(self.join, Term::par as Join)
     }
 
-    fn is_unfit(&self, name: &Name, index: usize) -> bool {
-        self.unfit.iter().any(|(unfit, parts)| unfit == name && parts[index])
+    fn wanted(&self, name: &Name) -> Option<u16> {
+        self.wants.iter().find(|(other, _)| other == name).map(|(_, wanted)| *wanted)
     }
 
-    /// The parts that a metavariable may stand for alone.
+    fn is_unfit(&self, name: &Name, index: usize) -> bool {
+        self.wanted(name).is_some_and(|wanted| wanted & !self.facts()[index] != 0)
+    }
+
+    /// How many parts a metavariable may stand for alone.
     fn fitting(&self, name: &Name) -> usize {
-        let unfit = self.unfit.iter().find(|(unfit, _)| unfit == name);
-        unfit.map_or(self.parts.len(), |(_, parts)| parts.iter().filter(|unfit| !**unfit).count())
+        let fitting = |wanted: u16| self.facts().iter().filter(|facts| wanted & !**facts == 0).count();
+        self.wanted(name).map_or(self.parts.len(), fitting)
     }
 }
 

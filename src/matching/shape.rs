@@ -31,6 +31,7 @@ pub(super) fn all_there(wanted: &[Term], parts: &[Term]) -> bool {
     solid().count() <= parts.len() && solid().all(|pattern| parts.iter().any(|part| may_fit(pattern, part)))
 }
 
-fn is_bare(pattern: &Term) -> bool {
+/// Whether it is a metavariable without values.
+pub(super) fn is_bare(pattern: &Term) -> bool {
     matches!(pattern.node(), Node::Meta(_, arguments) if arguments.is_empty())
 }

@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use crate::name::Name;
 use crate::scope::needed_names;
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermMap};
 
 /// The parts to come.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -28,7 +28,7 @@ struct Tail {
 pub(crate) struct Tails {
     tails: Vec<Tail>,
     known: HashMap<(Term, Rest), Rest>,
-    sequences: HashMap<Term, Rest>,
+    sequences: TermMap<Rest>,
     nothing: Rc<BTreeSet<Name>>,
 }
 
