@@ -11,7 +11,7 @@ use crate::law::{Condition, Connective, Law, Laws};
 use crate::name::Name;
 use crate::proof::Statement;
 use crate::prove::{Answer, By, prove};
-use crate::refute::{self, Limits};
+use crate::refute::{self, Limits, Refutation};
 use crate::rewrite;
 use crate::scope::{condition_metavariables, metavariables};
 use crate::simplify::Simplifier;
@@ -19,14 +19,18 @@ use crate::substitution::Substitution;
 use crate::term::Term;
 use crate::value::Value;
 
+/// A warning, if there is one; what is wrong with the law otherwise.
+pub type Admitted = Result<Option<Diagnostic>, Box<Diagnostic>>;
+
 /// Instances tried on the model for each law.
 const INSTANCES: usize = 2_000;
 
-/// Looks at a law that is to come in force after `laws`, which stands at `span`.
+/// Looks at a law that is to come in force after `laws`, which stands at `span`. A law that could be tried on nothing
+/// comes in force with a warning.
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool) -> Result<(), Box<Diagnostic>> {
+pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool) -> Admitted {
     let refuse = |code, message: String| Diagnostic::error(code, message).label(span, "this law");
     if let Some(other) = laws.iter().find(|other| other.name != law.name && renames(law, other)) {
         let message = format!("the law `{}` says the same as `{}`", law.name, other.name);
@@ -38,7 +42,8 @@ pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool)
         return Err(Box::new(refuse("P0903", message).help(advice)));
     }
     let limits = Limits { instances: INSTANCES, choices: 50 * INSTANCES, ..Limits::default() };
-    if let Some(found) = refute::judge(law, &limits).counterexample() {
+    let judged = refute::judge(law, &limits);
+    if let Some(found) = judged.counterexample() {
         let message = format!("the law `{}` does not hold", law.name);
         let told = run_lines(found, law.connective);
         let diagnostic = told
@@ -54,7 +59,21 @@ pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool)
             return Err(Box::new(refuse("P0905", message).note(example)));
         }
     }
-    Ok(())
+    Ok(untried(law, &judged).map(|message| Diagnostic::warning("P0924", message).label(span, "this law")))
+}
+
+/// Why nothing speaks for a law that nothing speaks against; none where instances were tried.
+pub fn untried(law: &Law, judged: &Refutation) -> Option<String> {
+    let Refutation::None { instances, meaningless, .. } = judged else { return None };
+    let (name, few) = (&law.name, meaningless == instances);
+    match instances {
+        0 => Some(format!("the law `{name}` was tried on nothing: no small instance meets its conditions")),
+        1 if few => Some(format!("the law `{name}` was tried on nothing: its only small instance has no meaning")),
+        _ if few => Some(format!(
+            "the law `{name}` was tried on nothing: none of its {instances} small instances has a meaning"
+        )),
+        _ => None,
+    }
 }
 
 /// Whether the law alone, after the units, proves the example.

@@ -267,7 +267,7 @@ impl Task<'_> {
         match trace::traces(&system, self.classes(&class), silent, self.stop) {
             trace::Traced::Same => Verdict::Yes,
             trace::Traced::TooMany => {
-                Verdict::Unknown("there are too many sets of states to compare the traces".into())
+                Verdict::Unknown(format!("more than {} pairs of sets of states, or sets too large", trace::MOST_PAIRS))
             }
             trace::Traced::Different(found) => self.no(Some(*found), &class, silent, true, false),
         }

@@ -9,7 +9,7 @@ mod subsume;
 mod unify;
 mod trap;
 
-use crate::admission::endless_term;
+use crate::admission::{endless_term, untried};
 use crate::ast::{Item, ItemKind};
 use crate::diagnostic::{Diagnostic, Severity, Source, Span, render_all};
 use crate::explain::run_lines;
@@ -217,18 +217,11 @@ fn soundness(
     let limits = Limits { instances: INSTANCES, choices: 50 * INSTANCES, ..Limits::default() };
     let found = match judge(law, &limits) {
         Refutation::Refuted(found) => found,
-        Refutation::None { instances, meaningless, .. } => {
-            if instances > 0 && instances == meaningless {
-                let none = match instances {
-                    1 => "its only small instance has no meaning".to_string(),
-                    _ => format!("none of its {instances} small instances has a meaning"),
-                };
-                let message = format!("the law `{}` says nothing: {none}", law.name);
-                let finding = warning("P0924", message, entry.span);
-                findings.push(
-                    finding.note("a loop that goes round in no time, for one, has none: it would prove anything"),
-                );
-            }
+        none => {
+            findings.extend(untried(law, &none).map(|message| {
+                warning("P0924", message, entry.span)
+                    .note("a loop that goes round in no time, for one, has no meaning: it would prove anything")
+            }));
             return false;
         }
     };

@@ -25,7 +25,7 @@ use crate::value::{Relation, Value};
 
 use candidates::Candidate;
 use instance::Choice;
-use slots::{Slot, slots_of, with_assumed};
+use slots::{Matter, Slot, Vocabulary, slots_of, with_assumed};
 
 /// How hard to try.
 #[derive(Clone, Debug)]
@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
                 list.push(Requirement { what, slots: depends });
             }
         }
-        let vocabulary = slots::Vocabulary::of(left, right);
+        let vocabulary = Vocabulary::of(&Matter { sides: [left, right], conditions, definitions, assumptions });
         let reach = Reach { pairs: limits.pairs, inputs: vocabulary.inputs.clone() };
         let candidates = slots.iter().map(|slot| candidates::candidates(slot, &vocabulary)).collect();
         let open_definitions = slots.iter().any(|slot| matches!(slot, Slot::Parameter(_)));
@@ -328,7 +328,7 @@ impl<'a> Search<'a> {
             if self.open_definitions { choice.definitions(self.definitions) } else { self.definitions.clone() };
         let mut read: BTreeSet<Name> = instance::read_names(&left);
         read.extend(instance::read_names(&right));
-        for surroundings in instance::surroundings(&read) {
+        for surroundings in instance::surroundings(&read, &self.reach.inputs) {
             let (left, right) = (instance::close(&left, &surroundings), instance::close(&right, &surroundings));
             match compare(&left, &right, self.connective, &definitions, &self.reach) {
                 Ok(Comparison::Same) => {}

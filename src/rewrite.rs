@@ -93,6 +93,11 @@ fn shape(term: &Term) -> Term {
     }
 }
 
+/// The size of a term with these parts.
+fn total(parts: &[Term]) -> usize {
+    parts.iter().fold(1, |size, part| size.saturating_add(part.size()))
+}
+
 fn rebuild(shape: &Term, parts: Vec<Term>) -> Term {
     if parts.is_empty() { shape.clone() } else { shape.with_children(parts) }
 }
@@ -298,22 +303,33 @@ impl<'a> Saturation<'a> {
     /// The terms that the e-nodes stand for: parts by their smallest readings, and one part at a time by another.
     fn readings(&mut self) -> Vec<Term> {
         let mut found: BTreeSet<(usize, Term)> = BTreeSet::new();
-        let mut nested = Vec::new();
+        let mut nested: Vec<(usize, Term, Vec<Term>)> = Vec::new();
         for class in self.egraph.classes() {
             for node in &class.nodes {
                 let smallest: Vec<Term> = node.parts.iter().map(|id| self.egraph[*id].data.clone()).collect();
-                nested.push((node.shape.clone(), smallest.clone()));
+                let size = total(&smallest);
+                nested.push((size, node.shape.clone(), smallest.clone()));
                 for (position, id) in node.parts.iter().enumerate() {
                     for other in &self.egraph[*id].nodes {
-                        let parts = other.parts.iter().map(|id| self.egraph[*id].data.clone()).collect();
+                        let parts: Vec<Term> = other.parts.iter().map(|id| self.egraph[*id].data.clone()).collect();
+                        let size = (size + total(&parts)).saturating_sub(smallest[position].size());
+                        // A list inside a list is one operator less.
+                        if size > self.largest + node.parts.len() + parts.len() {
+                            continue;
+                        }
                         let mut varied = smallest.clone();
                         varied[position] = rebuild(&other.shape, parts);
-                        nested.push((node.shape.clone(), varied));
+                        nested.push((size, node.shape.clone(), varied));
                     }
                 }
             }
         }
-        for (shape, parts) in nested {
+        // The smallest first: a class of many nodes has more readings than fit in the limit.
+        nested.sort_by_key(|(size, ..)| *size);
+        for (number, (_, shape, parts)) in nested.into_iter().enumerate() {
+            if number % 64 == 0 && self.egraph.total_number_of_nodes() > self.limits.nodes {
+                break;
+            }
             let term = rebuild(&shape, parts.clone());
             if term.size() <= self.largest && found.insert((term.size(), term.clone())) {
                 self.flatten(shape, parts, &term);

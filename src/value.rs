@@ -7,6 +7,7 @@
 
 mod arithmetic;
 mod need;
+pub(crate) mod number;
 mod order;
 mod power;
 mod relation;
@@ -372,6 +373,14 @@ impl Value {
                 numerator.atoms().into_iter().chain(denominator.atoms()).cloned().collect()
             }
             Content::Vector(parts) | Content::Distribution(_, parts) => parts.iter().flat_map(Value::atoms).collect(),
+        }
+    }
+
+    /// The values inside its atoms, or its components.
+    fn direct_parts(&self) -> Vec<Value> {
+        match &self.0.content {
+            Content::Real(..) => self.atoms().iter().flat_map(Atom::parts).cloned().collect(),
+            Content::Vector(parts) | Content::Distribution(_, parts) => parts.clone(),
         }
     }
 

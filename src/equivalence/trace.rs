@@ -8,7 +8,7 @@ use super::formula::{Formulas, Node};
 use crate::transition_system::{Label, TransitionSystem};
 
 /// The most pairs of sets, and the most states in all of them.
-const MOST_PAIRS: usize = 200_000;
+pub(super) const MOST_PAIRS: usize = 200_000;
 const MOST_HELD: usize = 40_000_000;
 
 /// What came of it.

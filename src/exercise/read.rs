@@ -28,7 +28,7 @@ pub fn read(
     let mut failures = reader.read(&mut environment, source, &mut |environment, source, item, lowered| match lowered {
         Lowered::Exercise(exercise) => exercises.push((exercise, environment.clone())),
         Lowered::Law(law) => match admit(&laws, &law, item.span, interrupted) {
-            Ok(()) => laws = environment.laws.clone(),
+            Ok(_) => laws = environment.laws.clone(),
             Err(diagnostic) => {
                 environment.laws = laws.clone();
                 refused.push(Failure { source: source.clone(), diagnostics: vec![*diagnostic] });

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 
-use super::slots::{Slot, Vocabulary};
+use super::slots::{Slot, Vocabulary, usual};
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -36,14 +36,15 @@ pub(super) fn candidates(slot: &Slot, vocabulary: &Vocabulary) -> Vec<Candidate>
     match slot {
         Slot::Process(_, arity) => processes(*arity, vocabulary),
         Slot::Value(_) | Slot::Count(_) | Slot::Parameter(_) => {
-            let whole = [(0, 1), (1, 1), (2, 1), (-1, 2), (3, 3)];
+            let priced = usual().into_iter().zip([1, 1, 1, 2, 2, 3]);
+            let mentioned = vocabulary.numbers.iter().cloned().map(|number| (number, 2));
             let mut all: Vec<Candidate> =
-                whole.iter().map(|(number, cost)| Candidate::Value(Value::integer(*number), *cost)).collect();
-            let half = BigRational::new(BigInt::from(1), BigInt::from(2));
-            all.push(Candidate::Value(Value::rational(half), 2));
+                priced.chain(mentioned).map(|(number, cost)| Candidate::Value(Value::rational(number), cost)).collect();
             if let Slot::Value(_) = slot {
-                let read = |name: &Name| Candidate::Value(Value::variable(name), 2);
-                all.extend(vocabulary.results.iter().filter(|name| !name.is_meta()).map(read));
+                for read in vocabulary.results.iter().filter(|name| !name.is_meta()).map(Value::variable) {
+                    all.extend(read.add(&Value::integer(1)).ok().map(|next| Candidate::Value(next, 3)));
+                    all.push(Candidate::Value(read, 2));
+                }
             }
             all
         }
@@ -113,6 +114,17 @@ fn single(arity: usize, vocabulary: &Vocabulary) -> (Vec<Term>, Vec<Term>) {
     (simple, further)
 }
 
+/// Processes that wait for a drawn time and carry nothing: one that aborts then, and one that stops.
+fn drawing(vocabulary: &Vocabulary) -> Vec<Term> {
+    let half = || Value::rational(BigRational::new(BigInt::from(1), BigInt::from(2)));
+    let point = |number| Value::distribution("Point", vec![Value::integer(number)]);
+    let (Ok(one), Ok(two), Some(name)) = (point(1), point(2), vocabulary.results.first()) else { return Vec::new() };
+    let Ok(coin) = Value::distribution("Mix", vec![half(), one, half(), two]) else { return Vec::new() };
+    let draw = Term::new(Node::Ran(coin, name.clone()));
+    let aborting = Term::seq([draw, Term::delay(Value::variable(name)), Term::abort()]);
+    vec![aborting.clone(), Term::attempt(aborting)]
+}
+
 fn processes(arity: usize, vocabulary: &Vocabulary) -> Vec<Candidate> {
     let (simple, further) = single(arity, vocabulary);
     let mut seen: BTreeSet<Term> = BTreeSet::new();
@@ -143,6 +155,7 @@ fn processes(arity: usize, vocabulary: &Vocabulary) -> Vec<Candidate> {
             }
         }
     }
+    drawing(vocabulary).into_iter().for_each(|term| add(term, 3));
     for first in simple.iter().filter(waits) {
         for second in simple.iter().filter(useful) {
             add(Term::new(Node::Loop(Term::seq([first.clone(), second.clone()]))), 4);

@@ -35,7 +35,7 @@ pub(super) fn holds(condition: &Condition, choice: &Choice, definitions: &Defini
         Condition::Complementary(one, two) => graphs(one).and_then(|ones| {
             let twos = graphs(two)?;
             let whole = choice.term(one).zip(choice.term(two))?;
-            complementary(&ones, &twos, &whole, definitions)
+            complementary(&ones, &twos, &whole, definitions, inputs)
         }),
         Condition::NoPort(term, port) => {
             let port = choice.name(port);
@@ -76,7 +76,7 @@ pub(super) fn ordered(relation: Relation, left: &BigRational, right: &BigRationa
 /// What the term can do in each of the surroundings that its names may have.
 fn reached(term: &Term, definitions: &Definitions, inputs: &[Value]) -> Option<Vec<Graph>> {
     let bounds = Bounds { states: MOST_STATES, inputs: inputs.to_vec() };
-    surroundings(&read_names(term))
+    surroundings(&read_names(term), inputs)
         .iter()
         .map(|known| Graph::of(&close(term, known), definitions, &bounds).ok().filter(|graph| graph.complete))
         .collect()
@@ -156,14 +156,20 @@ fn lasts(graph: &Graph, place: usize, time: &BigRational, depth: usize) -> bool 
 }
 
 /// Whether both are guards, and exactly one of them stops in whatever surroundings.
-fn complementary(ones: &[Graph], twos: &[Graph], whole: &(Term, Term), definitions: &Definitions) -> Option<bool> {
+fn complementary(
+    ones: &[Graph],
+    twos: &[Graph],
+    whole: &(Term, Term),
+    definitions: &Definitions,
+    inputs: &[Value],
+) -> Option<bool> {
     if !ones.iter().chain(twos).all(|graph| is(Fact::Guard, graph)) {
         return Some(false);
     }
     let model = Model::new(definitions);
     let mut read = read_names(&whole.0);
     read.extend(read_names(&whole.1));
-    for known in surroundings(&read) {
+    for known in surroundings(&read, inputs) {
         let stops = |term: &Term| Some(matches!(model.state(&close(term, &known)).ok()?, State::Stopped(_)));
         if stops(&whole.0)? == stops(&whole.1)? {
             return Some(false);

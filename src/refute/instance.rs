@@ -117,16 +117,17 @@ pub(super) fn read_names(term: &Term) -> BTreeSet<Name> {
     names.difference(&indices).cloned().collect()
 }
 
-/// The values that the surroundings may have bound these names to: two ways, in which neighbours differ.
-pub(super) fn surroundings(read: &BTreeSet<Name>) -> Vec<BTreeMap<Name, Value>> {
+/// The values that the surroundings may have bound these names to: as many ways as there are inputs, in which
+/// neighbours differ.
+pub(super) fn surroundings(read: &BTreeSet<Name>, inputs: &[Value]) -> Vec<BTreeMap<Name, Value>> {
     if read.is_empty() {
         return vec![BTreeMap::new()];
     }
     let way = |first: usize| {
-        let value = |place: usize| Value::integer(((place + first) % 2) as i64);
-        read.iter().enumerate().map(|(place, name)| (name.clone(), value(place))).collect()
+        let values = inputs.iter().cycle().skip(first);
+        read.iter().zip(values).map(|(name, value)| (name.clone(), value.clone())).collect()
     };
-    vec![way(0), way(1)]
+    (0..inputs.len()).map(way).collect()
 }
 
 /// The term in surroundings that have bound these names.

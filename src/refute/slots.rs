@@ -2,12 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use num_rational::BigRational;
+
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::law::Condition;
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::Value;
+use crate::value::number::around;
 
 /// One thing to choose.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,7 +50,20 @@ pub(super) struct Vocabulary {
     pub(super) ports: Vec<Name>,
     pub(super) results: Vec<Name>,
     pub(super) inputs: Vec<Value>,
+    /// Numbers on each side of those that the claim mentions, besides the few that every claim is tried with.
+    pub(super) numbers: Vec<BigRational>,
 }
+
+/// What is judged: the claim, and all that is said of its names.
+pub(super) struct Matter<'a> {
+    pub(super) sides: [&'a Term; 2],
+    pub(super) conditions: &'a [Condition],
+    pub(super) definitions: &'a Definitions,
+    pub(super) assumptions: &'a Assumptions,
+}
+
+/// The most values that the surroundings may write.
+const MOST_INPUTS: usize = 6;
 
 /// Everything named in some terms, by kind.
 #[derive(Default)]
@@ -60,6 +76,7 @@ struct Found {
     indices: BTreeSet<Name>,
     counts: BTreeSet<Name>,
     compared: BTreeSet<Value>,
+    numbers: BTreeSet<BigRational>,
     called: BTreeSet<Name>,
 }
 
@@ -69,6 +86,7 @@ impl Found {
         while let Some(term) = open.pop() {
             for value in term.values() {
                 self.values.extend(value.variables());
+                self.numbers.extend(value.numbers());
             }
             if let Node::Power(_, count, _) = term.node() {
                 self.counts.extend(count.variables());
@@ -89,7 +107,10 @@ impl Found {
                     let whole = distribution.variables();
                     self.distributions.extend(whole.into_iter().filter(|name| Value::variable(name) == *distribution));
                 }
-                Node::Guard(_, left, right) => self.compared.extend([left.clone(), right.clone()]),
+                Node::Guard(_, left, right) => {
+                    self.compared.extend([left.clone(), right.clone()]);
+                    self.numbers.extend(left.sub(right).map(|difference| difference.numbers()).unwrap_or_default());
+                }
                 Node::Meta(name, arguments) => {
                     self.processes.insert(name.clone(), arguments.len());
                 }
@@ -118,6 +139,7 @@ impl Found {
                 inner.results.iter().chain(&definition.parameters).chain(&inner.indices).cloned().collect();
             symbols.extend(inner.values.difference(&own).cloned());
             self.compared.extend(inner.compared);
+            self.numbers.extend(inner.numbers);
             open.extend(inner.called);
         }
         symbols
@@ -128,13 +150,15 @@ impl Found {
 fn add_condition(found: &mut Found, condition: &Condition) {
     match condition {
         Condition::Compare(_, left, right) => {
-            found.values.extend(left.variables().into_iter().chain(right.variables()))
+            found.values.extend(left.variables().into_iter().chain(right.variables()));
+            found.numbers.extend(left.numbers().into_iter().chain(right.numbers()));
         }
         Condition::Natural(value) => found.values.extend(value.variables()),
         Condition::Is(_, term) | Condition::ShowsOnly(term, _) | Condition::ShowsNone(term, _) => found.add(term),
         Condition::Lasts(term, time) => {
             found.add(term);
             found.values.extend(time.variables());
+            found.numbers.extend(time.numbers());
         }
         Condition::Complementary(one, two) | Condition::Apart(one, two) => {
             found.add(one);
@@ -213,10 +237,19 @@ pub(super) fn with_assumed(mut slots: Vec<Slot>, assumptions: &Assumptions) -> V
 
 impl Vocabulary {
     /// The claim's own ports and results first, then `c`, `d` and `y`, `z`, two of each; and the inputs to try.
-    pub(super) fn of(left: &Term, right: &Term) -> Vocabulary {
+    pub(super) fn of(matter: &Matter<'_>) -> Vocabulary {
         let mut found = Found::default();
-        found.add(left);
-        found.add(right);
+        matter.sides.into_iter().for_each(|side| found.add(side));
+        let mut wide = Found { called: found.called.clone(), ..Found::default() };
+        wide.add_definitions(matter.definitions);
+        matter.conditions.iter().for_each(|condition| add_condition(&mut wide, condition));
+        let names = &found.values;
+        let about = matter.assumptions.iter().filter(|(_, value)| !value.variables().is_disjoint(names));
+        let mut numbers = wide.numbers;
+        numbers.extend(about.flat_map(|(_, value)| value.numbers()).chain(found.numbers.iter().cloned()));
+        let unusual = |number: &BigRational| !usual().contains(number);
+        let numbers = if numbers.iter().any(unusual) { around(&numbers) } else { Vec::new() };
+        let numbers: Vec<BigRational> = numbers.into_iter().filter(unusual).collect();
         let two = |own: &BTreeSet<Name>, spare: [&str; 2]| {
             let mut names: Vec<Name> = own.iter().filter(|name| !name.is_meta()).take(2).cloned().collect();
             for name in spare.map(Name::new) {
@@ -232,6 +265,17 @@ impl Vocabulary {
                 inputs.push(value);
             }
         }
-        Vocabulary { ports: two(&found.ports, ["c", "d"]), results: two(&found.results, ["y", "z"]), inputs }
+        for number in numbers.iter().map(|number| Value::rational(number.clone())) {
+            if inputs.len() < MOST_INPUTS && !inputs.contains(&number) {
+                inputs.push(number);
+            }
+        }
+        Vocabulary { ports: two(&found.ports, ["c", "d"]), results: two(&found.results, ["y", "z"]), inputs, numbers }
     }
+}
+
+/// The numbers that every claim is tried with, simplest first.
+pub(super) fn usual() -> [BigRational; 6] {
+    let number = |above: i64, below: i64| BigRational::new(above.into(), below.into());
+    [number(0, 1), number(1, 1), number(2, 1), number(-1, 1), number(1, 2), number(3, 1)]
 }

@@ -144,9 +144,13 @@ fn remains(gap: &Gap, refutation: Option<&Refutation>, named: bool) -> Vec<Strin
         (None, Ended::Interrupted) => format!("stopped by you after {classes} classes, {nodes} nodes"),
     });
     if let Some(Refutation::None { instances, cost, cut, open, .. }) = refutation {
-        let how = if *cut { "not all of them" } else { "all of them" };
+        let how = if *cut { "not all of them" } else { "all in the list of candidates" };
         lines.push(match instances {
             0 => "no small instance meets the conditions, so none could be tried".to_string(),
+            1 if *cost == 0 => format!(
+                "no counterexample: 1 instance was tried{}; `compare … ~ …` asks the model alone",
+                undecided(*open)
+            ),
             1 => format!("no counterexample: 1 instance was tried{}", undecided(*open)),
             _ => format!(
                 "no counterexample among {instances} small instances (up to size {cost}, {how}){}",

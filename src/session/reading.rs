@@ -125,7 +125,10 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Law(law) => {
                 let interrupted = || self.surroundings.interrupted();
                 match admit(&self.laws, &law, item.span, &interrupted) {
-                    Ok(()) => self.laws = environment.laws.clone(),
+                    Ok(warning) => {
+                        self.laws = environment.laws.clone();
+                        self.trouble(source, warning.into_iter().collect());
+                    }
                     Err(diagnostic) => {
                         environment.laws = self.laws.clone();
                         self.trouble(source, vec![*diagnostic]);

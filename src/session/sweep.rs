@@ -355,7 +355,7 @@ pub fn plans(source: &Source, surroundings: &dyn Surroundings) -> Result<Plans, 
     let mut failures = reader.read(&mut environment, source, &mut |environment, source, item, lowered| match lowered {
         Lowered::Sweep(sweep) => plans.push(Plan::new(&sweep, environment, &own)),
         Lowered::Law(law) => match admit(&laws, &law, item.span, &|| surroundings.interrupted()) {
-            Ok(()) => laws = environment.laws.clone(),
+            Ok(_) => laws = environment.laws.clone(),
             Err(diagnostic) => {
                 environment.laws = laws.clone();
                 refused.push(Failure { source: source.clone(), diagnostics: vec![*diagnostic] });

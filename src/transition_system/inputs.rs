@@ -7,12 +7,15 @@
 
 use std::collections::BTreeSet;
 
+use num_rational::BigRational;
+
 use super::cut::Cuts;
 use super::generate::Process;
 use crate::definition::Definitions;
 use crate::model::State;
 use crate::name::Name;
 use crate::term::{Node, Term};
+use crate::value::number::around;
 use crate::value::{Relation, Value, View};
 
 /// The values that may be read.
@@ -33,7 +36,8 @@ pub struct Inputs {
 impl Inputs {
     /// The values that these terms mention, and this many others.
     pub fn of(terms: &[&Term], definitions: &Definitions, others: usize) -> Inputs {
-        let mut found = Walk { mentioned: BTreeSet::new(), symmetric: true, fixed_delays: true };
+        let mut found =
+            Walk { mentioned: BTreeSet::new(), numbers: BTreeSet::new(), symmetric: true, fixed_delays: true };
         let mut called = BTreeSet::new();
         let mut open: Vec<&Term> = terms.to_vec();
         while let Some(term) = open.pop() {
@@ -46,6 +50,8 @@ impl Inputs {
             }
             open.extend(term.children());
         }
+        // Not enough for all values, but enough to meet many differences.
+        found.mentioned.extend(around(&found.numbers).into_iter().map(Value::rational));
         let mut foreign = BTreeSet::new();
         let mut number = 0;
         while foreign.len() < others {
@@ -93,6 +99,8 @@ impl Inputs {
 
 struct Walk {
     mentioned: BTreeSet<Value>,
+    /// Those at which what is computed, or compared by size, may change its way.
+    numbers: BTreeSet<BigRational>,
     symmetric: bool,
     fixed_delays: bool,
 }
@@ -105,7 +113,11 @@ impl Walk {
             None => {
                 self.mentioned.insert(value.clone());
             }
-            Some(name) => self.symmetric &= names.len() == 1 && *value == Value::variable(&Name::new(name.as_str())),
+            Some(name) if names.len() == 1 && *value == Value::variable(&Name::new(name.as_str())) => {}
+            Some(_) => {
+                self.symmetric = false;
+                self.numbers.extend(value.numbers());
+            }
         }
     }
 
@@ -131,12 +143,12 @@ impl Walk {
                 let closed = left.variables().is_empty() && right.variables().is_empty();
                 let alike = matches!(relation, Relation::Eq | Relation::Neq);
                 self.symmetric &= closed || alike;
+                let plain = |value: &Value| value.variables().is_empty() || value.as_variable().is_some();
+                if !closed && !(plain(left) && plain(right)) {
+                    self.numbers.extend(left.sub(right).map(|difference| difference.numbers()).unwrap_or_default());
+                }
                 if !closed && !alike {
-                    // Not enough for all values, but enough to meet many differences: both sides of each bound.
-                    for bound in [left, right].into_iter().filter(|value| value.as_rational().is_some()) {
-                        let beside = [bound.add(&Value::integer(1)), bound.add(&Value::integer(-1))];
-                        self.mentioned.extend(beside.into_iter().flatten());
-                    }
+                    self.numbers.extend([left, right].into_iter().filter_map(Value::as_rational));
                 }
             }
             // A time or a count that is read is more than copied.
