@@ -5,11 +5,13 @@ use num_rational::BigRational;
 
 use super::reading::{Run, Waiting};
 use crate::ast::Limits;
+use crate::definition::Definitions;
 use crate::diagnostic::Diagnostic;
 use crate::equivalence::{Difference, Evidence, Preorder, Verdict, compare_processes, minimised_system, system_of};
 use crate::lower::Expectation;
 use crate::model::State;
 use crate::report::Expected;
+use crate::sample::close;
 use crate::term::Term;
 use crate::transition_system::{Bounds, Label, Trouble, look, summary, told};
 
@@ -58,13 +60,48 @@ fn bounds(limits: Limits) -> Bounds {
     }
 }
 
+/// Processes with values for the parameters that have none, and a line that says which; as they are where there are no
+/// such parameters, or none meet what is assumed.
+struct Instance {
+    terms: Vec<Term>,
+    definitions: Definitions,
+    values: Vec<String>,
+}
+
+impl Instance {
+    fn of(terms: &[Term], waiting: &Waiting) -> Instance {
+        let plain = || Instance {
+            terms: terms.to_vec(),
+            definitions: waiting.environment.definitions.clone(),
+            values: Vec::new(),
+        };
+        let Ok(both) = close(&Term::par(terms.to_vec()), &waiting.environment, &[]) else { return plain() };
+        let given: Vec<_> = both.values.into_iter().map(|(name, value, _)| (name, value)).collect();
+        let closed = terms.iter().map(|term| close(term, &waiting.environment, &given)).collect::<Result<Vec<_>, _>>();
+        let Ok(closed) = closed else { return plain() };
+        let values = given.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        let mut definitions = Definitions::default();
+        for definition in closed.iter().flat_map(|one| one.definitions.iter()) {
+            definitions.insert(definition.clone());
+        }
+        Instance { terms: closed.into_iter().map(|one| one.term).collect(), definitions, values }
+    }
+
+    fn line(&self) -> Option<String> {
+        let first = self.values.first()?;
+        Some(format!("take {}; for others say so before: `param {first}`", self.values.join(", ")))
+    }
+}
+
 impl Run<'_, '_> {
     pub(super) fn transition_system(&self, term: &Term, limits: Limits, waiting: &Waiting) -> Answered {
         let stop = || self.surroundings.interrupted();
-        match system_of(term, &waiting.environment.definitions, &bounds(limits), &stop) {
+        let instance = Instance::of(std::slice::from_ref(term), waiting);
+        match system_of(&instance.terms[0], &instance.definitions, &bounds(limits), &stop) {
             Err(trouble) => Answered::trouble(&trouble, waiting),
             Ok(found) => {
-                let mut lines = summary(&found.system);
+                let mut lines: Vec<String> = instance.line().into_iter().collect();
+                lines.extend(summary(&found.system));
                 lines.extend(told(&found.system, &|state| named(found.states.get(state as usize))));
                 Answered { lines, ..Answered::default() }
             }
@@ -73,10 +110,12 @@ impl Run<'_, '_> {
 
     pub(super) fn minimised(&self, term: &Term, limits: Limits, waiting: &Waiting) -> Answered {
         let stop = || self.surroundings.interrupted();
-        match minimised_system(term, &waiting.environment.definitions, &bounds(limits), &stop) {
+        let instance = Instance::of(std::slice::from_ref(term), waiting);
+        match minimised_system(&instance.terms[0], &instance.definitions, &bounds(limits), &stop) {
             Err(trouble) => Answered::trouble(&trouble, waiting),
             Ok((system, before)) => {
-                let mut lines = vec![format!("from {before} states")];
+                let mut lines: Vec<String> = instance.line().into_iter().collect();
+                lines.push(format!("from {before} states"));
                 lines.extend(summary(&system));
                 lines.extend(told(&system, &|state| look(system.mark(state))));
                 Answered { lines, ..Answered::default() }
@@ -86,8 +125,8 @@ impl Run<'_, '_> {
 
     pub(super) fn alike(&self, terms: &[Term; 2], relation: Preorder, limits: Limits, waiting: &Waiting) -> Answered {
         let stop = || self.surroundings.interrupted();
-        let definitions = &waiting.environment.definitions;
-        let [left, right] = terms;
+        let instance = Instance::of(terms, waiting);
+        let (definitions, [left, right]) = (&instance.definitions, [&instance.terms[0], &instance.terms[1]]);
         let answer = match compare_processes(left, right, definitions, relation, &bounds(limits), &stop) {
             Err(Trouble::Draws) => {
                 let line =
@@ -100,7 +139,11 @@ impl Run<'_, '_> {
         let sizes = format!("{} and {} states", answer.sizes[0], answer.sizes[1]);
         let (verdict, lines) = match &answer.verdict {
             Verdict::Yes => ("yes", {
-                let mut lines = vec![format!("yes: {} ({sizes})", relation.says(true))];
+                let (one, other) = match instance.values.is_empty() {
+                    true => ("yes", ""),
+                    false => ("unknown", ", with these values; others were not tried"),
+                };
+                let mut lines = vec![format!("{one}: {} ({sizes}){other}", relation.says(true))];
                 if let Some(moments) = answer.moments.as_ref().filter(|_| left != right) {
                     lines.push(format!("as far as communications happen at multiples of {moments}"));
                 }
@@ -119,6 +162,12 @@ impl Run<'_, '_> {
             }
             Verdict::Unknown(why) => ("unknown", vec![format!("unknown: {why}")]),
         };
+        let Some(line) = instance.line() else {
+            return Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() };
+        };
+        // One instance refutes; it proves nothing of the others.
+        let verdict = if verdict == "yes" { "unknown" } else { verdict };
+        let lines = [line].into_iter().chain(lines).collect();
         Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() }
     }
 }
