@@ -39,7 +39,7 @@ impl Settler<'_> {
             return Halt::because(format!("{name} is called with {} values", arguments.len()));
         }
         let bits: u64 = arguments.iter().map(Value::bits).sum();
-        path.lengths = path.lengths.saturating_add(usize::try_from(bits / 64).unwrap_or(usize::MAX));
+        path.lengths = path.lengths.saturating_add(usize::try_from(bits / 16).unwrap_or(usize::MAX));
         let inner: Env = definition.parameters.iter().cloned().zip(arguments).collect();
         path.unfolded.push(name.clone());
         let body = fresh(&definition.body, &inner);

@@ -111,7 +111,7 @@ pub(crate) struct Path {
     pub draws: Vec<(Name, Value)>,
     /// Calls unfolded while settling last.
     pub unfolded: Vec<Name>,
-    /// The length of the numbers that calls were made with, in units of 64 bits.
+    /// The length of the numbers that calls were made with, in units of 16 bits.
     pub lengths: usize,
     /// The calls and loops that are being settled, one inside the other, with how many draws were made before each.
     pub open: Vec<(Term, Env, usize)>,
