@@ -12,8 +12,10 @@
 //! outcomes exactly, which is a congruence. No two orders lead to different states, so no communication was chosen
 //! where another could have come first: neither two readers of one writer nor a part killed in the same instant pass.
 //!
-//! Why results may be left out that nobody reads: the network never stops, so what it carries at its end is never
-//! compared, and inside it whatever follows was given the values that it reads.
+//! Why results may be left out that nobody reads: if the network never stops, what it carries at its end is never
+//! compared, and inside it whatever follows was given the values that it reads. Of a network that may stop, all results
+//! are kept. It may end as a time has passed, for both sides then end there with the same outcome. Where it ends behind a
+//! communication, nothing is concluded: an enclosing `#` tells a state that has ended from one that is about to end.
 //!
 //! Whatever is not decided here for all values that meet the assumptions is an error, never a guess.
 
@@ -45,6 +47,8 @@ pub struct Instant {
     ports: Vec<Name>,
     state: Term,
     names: BTreeSet<Name>,
+    /// What is bound and may be carried on to the end.
+    kept: BTreeSet<Name>,
 }
 
 impl Instant {
@@ -55,18 +59,17 @@ impl Instant {
     /// matters, where it ends or may ever stop, and where a name would change its meaning.
     pub fn of(network: &Term, context: &Context<'_>) -> Result<Instant, Stuck> {
         let names = names_apart(network, context)?;
-        if Facts::of(network, context).may_stop {
-            return stuck("the network may stop, and what it then carries would be lost");
-        }
+        // What it carries when it stops is compared, so all that is bound is kept.
+        let kept = if Facts::of(network, context).may_stop { names.clone() } else { BTreeSet::new() };
         let mut ports = Vec::new();
         let mut body = network;
         while let Node::New(port, inner) = body.node() {
             ports.push(port.clone());
             body = inner;
         }
-        let runner = Runner::new(context);
+        let runner = Runner::new(context, &kept);
         let state = last(&runner, runner.running(body)?, &ports)?;
-        Ok(Instant { ports, state, names })
+        Ok(Instant { ports, state, names, kept })
     }
 
     /// The network as it is now.
@@ -88,7 +91,8 @@ impl Instant {
         leaves(&self.state).into_iter().filter_map(left).collect()
     }
 
-    /// The network after this time, in which no delay runs out before, and after the instant in which it then is.
+    /// The network after this time, in which no delay runs out before, and after the instant in which it then is; if it
+    /// ends as the time has passed, its end: `Stop` behind what it carries, or `Abort`.
     ///
     /// # Errors
     /// Where it is not certain that the time is more than 0 and no longer than any delay that runs, or where what
@@ -121,9 +125,11 @@ impl Instant {
         if let Some(left) = late {
             return stuck(format!("it is not certain that {time} <= {left}"));
         }
-        let runner = Runner::new(context);
-        let next = last(&runner, runner.running(&passed)?, &self.ports)?;
-        Ok(closed(&self.ports, next))
+        let runner = Runner::new(context, &self.kept);
+        match runner.ended_or_running(&passed)? {
+            (true, end) => Ok(end),
+            (false, state) => Ok(closed(&self.ports, last(&runner, state, &self.ports)?)),
+        }
     }
 
     /// What the network is weakly equal to: for this time what it shows, and then [`Instant::after`]; for no time what it

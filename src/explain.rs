@@ -10,7 +10,7 @@ use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::Connective;
 use crate::name::Name;
-use crate::proof::{Proof, Statement, Step, StepId, hole};
+use crate::proof::{Proof, Statement, Step, StepId, carried_on, hole};
 use crate::scope::fill;
 use crate::substitution::{Substitution, instantiate, substitute_values};
 use crate::term::Term;
@@ -203,6 +203,15 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
             let right = Term::seq([rounds, put(&statement.left, count.clone())]);
             Ends { connective: statement.connective, ..equal(put(&statement.left, Value::zero()), right) }
         }
+        Step::Turns { lemma, turn, moving } => {
+            let Some(statement) = proof.lemmas.get(*lemma).map(|lemma| &lemma.statement) else {
+                return equal(Term::stop(), Term::stop());
+            };
+            let starts = moving.iter().map(|one| (one.variable.clone(), one.start.clone())).collect();
+            let left = substitute_values(&statement.left, &starts).unwrap_or_else(|_| statement.left.clone());
+            let right = carried_on(turn, moving).unwrap_or_else(|_| turn.clone());
+            Ends { connective: statement.connective.join(Connective::Weak), ..equal(left, right) }
+        }
     }
 }
 
@@ -300,7 +309,7 @@ fn why(proof: &Proof, step: &Step) -> Why {
             _ => Why::Arithmetic,
         },
         Step::Unique { name, .. } => Why::Unique(name.clone()),
-        Step::UniqueLoop { .. } => Why::UniqueLoop,
+        Step::UniqueLoop { .. } | Step::Turns { .. } => Why::UniqueLoop,
         Step::Advance(..) => Why::Advance,
         Step::Rounds { variable, .. } => Why::Induction(variable.clone()),
         Step::Suppose(..) => Why::Hypothesis,

@@ -8,6 +8,7 @@ mod lemma;
 mod meaning;
 mod reason;
 mod run;
+mod turn;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -165,7 +166,8 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
     let Checker { laws, lemmas, trusted, advanced, meaning, .. } = checker;
-    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, needs: meaning.met().clone(), advanced })
+    let needs = meaning.needed_by(statement, theory);
+    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, needs, advanced })
 }
 
 /// The names of which something is assumed or supposed, by itself or of a process that reads them.
@@ -277,6 +279,7 @@ impl Checker<'_> {
             Step::Rounds { lemma, variable, round, index, count } => {
                 self.rounds(*lemma, variable, round, (index, count))
             }
+            Step::Turns { lemma, turn, moving } => self.turns(*lemma, turn, moving),
             Step::Trust(_, _, _, why) if why.trim().is_empty() => Err(Reason::Empty),
             Step::Trust(left, connective, right, why) => {
                 self.trusted.insert(why.clone());

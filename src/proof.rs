@@ -3,8 +3,9 @@
 
 use crate::law::{Condition, Connective};
 use crate::name::Name;
-use crate::substitution::Substitution;
-use crate::term::Term;
+use crate::scope::read_names;
+use crate::substitution::{Stuck, Substitution, substitute_values};
+use crate::term::{Node, Term};
 use crate::value::Value;
 
 /// The number of an earlier step.
@@ -92,8 +93,72 @@ pub enum Step {
         /// N
         count: Value,
     },
+    /// From a lemma `A(x) ~~ P(x) ; A(f(x))` for every x that meets its hypotheses, which f never leaves:
+    /// `A(s) ~~ Set_s<y> ; loop(P(y) ; Set_{f(y)}<y>)`; a refinement if the lemma is one. See [`carried_on`].
+    Turns {
+        /// The number of the lemma.
+        lemma: usize,
+        /// P(x): silent, and always stops, after a time more than 0 that is the same in all turns.
+        turn: Term,
+        /// The values that move on.
+        moving: Vec<Moving>,
+    },
     /// Taken on trust, with the reason, which the theorem shows.
     Trust(Term, Connective, Term, String),
+}
+
+/// A value that moves on from turn to turn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Moving {
+    /// The metavariable that stands for it in a lemma about one turn.
+    pub variable: Name,
+    /// Under which name the loop carries it on.
+    pub name: Name,
+    /// Its value in the first turn.
+    pub start: Value,
+    /// Its value in the turn after, in the metavariables.
+    pub next: Value,
+}
+
+impl Moving {
+    /// The name of what it is next, where several move at once.
+    pub fn image(&self) -> Name {
+        Name::new(&format!("{}1", self.name))
+    }
+}
+
+/// The process that takes one turn after the other, and the values that move on with it, by their names: the turn and what
+/// is next speak of the names. A turn that speaks of none of them is a plain loop.
+pub fn going_round(turn: &Term, moving: &[Moving]) -> Term {
+    let read = read_names(turn);
+    if !moving.iter().any(|one| read.contains(&one.name)) {
+        return Term::new(Node::Loop(turn.clone()));
+    }
+    let set = |value: &Value, name: &Name| Term::new(Node::Set(value.clone(), name.clone()));
+    let mut parts = vec![turn.clone()];
+    match moving {
+        [only] => parts.push(set(&only.next, &only.name)),
+        many => {
+            // All at once: the images first, then each under its own name.
+            parts.extend(many.iter().map(|one| set(&one.next, &one.image())));
+            parts.extend(many.iter().map(|one| set(&Value::variable(&one.image()), &one.name)));
+        }
+    }
+    let starts = moving.iter().map(|one| set(&one.start, &one.name));
+    Term::seq(starts.chain([Term::new(Node::Loop(Term::seq(parts)))]))
+}
+
+/// The same for a turn and values in the metavariables that stand for what moves.
+///
+/// # Errors
+/// Where a name would be captured.
+pub fn carried_on(turn: &Term, moving: &[Moving]) -> Result<Term, Stuck> {
+    let names = moving.iter().map(|one| (one.variable.clone(), Value::variable(&one.name))).collect();
+    let mut moving = moving.to_vec();
+    for one in &mut moving {
+        one.next = one.next.substitute(&names)?;
+    }
+    Ok(going_round(&substitute_values(turn, &names)?, &moving))
 }
 
 /// A statement with its steps; the last step proves it.

@@ -8,7 +8,7 @@ use pars::library;
 use pars::lower::Environment;
 use pars::name::Name;
 use pars::parser::{parse, parse_condition, parse_term, parse_value};
-use pars::proof::{Lemma, Proof, Statement, Step};
+use pars::proof::{Lemma, Moving, Proof, Statement, Step};
 use pars::substitution::Substitution;
 use pars::term::Term;
 use pars::value::Value;
@@ -281,4 +281,154 @@ fn what_is_put_in_does_not_cancel_what_need_not_exist() {
     undefined(check("k"));
     let empty: BTreeSet<Name> = BTreeSet::new();
     assert_eq!(check("t").map(|theorem| theorem.lemmas().clone()), Ok(empty));
+}
+
+const MOVING: &str = "param k, m >= 0, c > 0, c < 1\nobserver See(x)\n\
+    proc A_x = (Delay_1 # See_x) ; A_{x/2+1}\nproc N_x = (Delay_1 # See_1) ; N_{x+1}\n\
+    proc Z_x = Delay_x ; Z_{x/2}\nproc D_x = (Delay_1 # See_{1/(x-1)}) ; D_{x/2}\nproc B = In_a<y> ; B\n";
+
+/// `A(x) ~~ P(x) ; A(f(x))` for every x that is supposed so, and turns from it.
+struct Turns<'t> {
+    process: &'t str,
+    turn: &'t str,
+    when: &'t [&'t str],
+    connective: Connective,
+    moving: Vec<(&'t str, &'t str, &'t str, &'t str)>,
+}
+
+impl Turns<'_> {
+    /// What is then said of the process as it starts.
+    fn check(&self, start: &str, run: &str) -> Result<Thm, Reason> {
+        let texts = under(MOVING);
+        let mut map = BTreeMap::new();
+        let moving: Vec<Moving> = self
+            .moving
+            .iter()
+            .map(|(variable, name, start, next)| {
+                let (variable, name) = (Name::new(variable), Name::new(name));
+                map.insert(variable.clone(), texts.value(next));
+                Moving { variable, name, start: texts.value(start), next: texts.value(next) }
+            })
+            .collect();
+        let (left, turn) = (texts.term(self.process), texts.term(self.turn));
+        let next = pars::substitution::substitute_values(&left, &map).expect("a turn later");
+        let right = Term::seq([turn.clone(), next]);
+        let mut one = texts.claim("Stop", "Stop", self.when);
+        one = Statement { left: left.clone(), connective: self.connective, right: right.clone(), ..one };
+        let trust = Step::Trust(left, self.connective, right, "for the test".into());
+        let connective = self.connective.join(Connective::Weak);
+        let claim = Statement { connective, ..texts.claim(start, run, &[]) };
+        texts.check(vec![(one, vec![trust])], claim, vec![Step::Turns { lemma: 0, turn, moving }])
+    }
+}
+
+#[test]
+fn turns_move_on_within_what_is_supposed_of_them() {
+    let within = ["?n >= 0", "?n <= 2"];
+    let mut turns = Turns {
+        process: "A_?n",
+        turn: "Delay_1 # See_?n",
+        when: &within,
+        connective: Connective::Weak,
+        moving: vec![("?n", "w", "0", "?n/2+1")],
+    };
+    let run = "Set_0<w> ; loop((Delay_1 # See_w) ; Set_{w/2+1}<w>)";
+    assert!(turns.check("A_0", run).is_ok(), "{:?}", turns.check("A_0", run));
+    assert!(turns.check("A_0", "loop(Delay_1 # See_0)").is_err());
+    assert!(turns.check("A_1", run).is_err());
+    // It must hold of the start, and go on to hold.
+    turns.moving = vec![("?n", "w", "3", "?n/2+1")];
+    assert!(matches!(turns.check("A_3", run), Err(Reason::Condition(_))));
+    turns.moving = vec![("?n", "w", "k", "?n/2+1")];
+    assert!(matches!(turns.check("A_k", run), Err(Reason::Condition(_))));
+    turns.moving = vec![("?n", "w", "0", "?n/2+2")];
+    assert!(matches!(turns.check("A_0", run), Err(Reason::Condition(_))), "it leaves the interval");
+    let never = ["?n >= 1", "?n <= 0"];
+    turns.moving = vec![("?n", "w", "0", "?n/2+1")];
+    turns.when = &never;
+    assert!(matches!(turns.check("A_0", run), Err(Reason::Condition(_))), "of no value at all");
+    turns.when = &within;
+    // A refinement stays one.
+    turns.connective = Connective::WeaklyRefines;
+    assert!(turns.check("A_0", run).is_ok());
+    // What is said of the process is another thing than what is claimed to follow.
+    turns.turn = "Delay_1";
+    assert!(turns.check("A_0", "loop(Delay_1)").is_ok());
+    assert!(turns.check("A_0", "loop(Delay_2)").is_err());
+}
+
+#[test]
+fn a_turn_lasts_as_long_as_every_other_and_does_nothing_else() {
+    let turn = |turn, process, next| Turns {
+        process,
+        turn,
+        when: &["?n >= 0"],
+        connective: Connective::Weak,
+        moving: vec![("?n", "w", "1", next)],
+    };
+    // Ever shorter turns would end within a time.
+    let found = turn("Delay_?n", "Z_?n", "?n/2").check("Z_1", "Set_1<w> ; loop(Delay_w ; Set_{w/2}<w>)");
+    assert!(matches!(found, Err(Reason::Untimed(_))), "{found:?}");
+    let more = turn("Delay_{?n+1}", "Z_?n", "?n/2").check("Z_1", "Set_1<w> ; loop(Delay_{w+1} ; Set_{w/2}<w>)");
+    assert!(matches!(more, Err(Reason::Untimed(_))), "{more:?}");
+    for bad in ["Stop", "Delay_0", "Delay_m", "Delay_1 ; Abort", "Delay_1 ; In_a<y>", "Delay_1 ; Set_1<y>", "Idle"] {
+        let found = turn(bad, "N_?n", "?n+1").check("N_1", &format!("loop({bad})"));
+        assert!(matches!(found, Err(Reason::Untimed(_))), "{bad}: {found:?}");
+    }
+    for bad in ["Gte_{?n,0} ; Delay_1 ; Neq_{?n,3}", "Ran_{Normal(0, sd: 1)}<y> ; Delay_1", "Delay_1 ; new a. B"] {
+        let found = turn(bad, "N_?n", "?n+1").check("N_1", &format!("loop({bad})"));
+        assert!(matches!(found, Err(Reason::Untimed(_))), "{bad}: {found:?}");
+    }
+}
+
+#[test]
+fn what_moves_on_has_a_name_of_its_own_and_a_value() {
+    let turns = |name, start, next| {
+        let moving = vec![("?n", name, start, next)];
+        let (process, turn) = ("N_?n", "Delay_1 # See_{?n+k}");
+        let turns = Turns { process, turn, when: &["?n >= 0"], connective: Connective::Weak, moving };
+        turns.check(
+            &format!("N_{{{start}}}"),
+            &format!(
+                "Set_{{{start}}}<{name}> ; loop((Delay_1 # See_{{{name}+k}}) ; Set_{{{}}}<{name}>)",
+                next.replace("?n", name)
+            ),
+        )
+    };
+    assert!(turns("w", "1", "?n+1").is_ok(), "{:?}", turns("w", "1", "?n+1"));
+    assert!(turns("w", "c", "?n+c").is_ok());
+    // The turn reads it, something is assumed of it, a definition reads or binds it.
+    for name in ["k", "m", "c", "x", "y"] {
+        let found = turns(name, "1", "?n+1");
+        assert!(matches!(found, Err(Reason::Name(_))), "{name}: {found:?}");
+    }
+    assert!(matches!(turns("w", "1", "?n+w*w"), Err(Reason::Name(_) | Reason::Condition(_))));
+    assert!(matches!(turns("w", "1", "?n+1/k^2"), Err(Reason::Undefined(_) | Reason::Condition(_))));
+    assert!(matches!(turns("w", "abs(1/k)", "?n+1"), Err(Reason::Undefined(_) | Reason::Condition(_))));
+    // Where a turn divides by what moves on, that must never be 0.
+    let divides = Turns {
+        process: "D_?n",
+        turn: "Delay_1 # See_{1/(?n-1)}",
+        when: &["?n >= 0"],
+        connective: Connective::Weak,
+        moving: vec![("?n", "w", "2", "?n/2")],
+    };
+    undefined(divides.check("D_2", "Set_2<w> ; loop((Delay_1 # See_{1/(w-1)}) ; Set_{w/2}<w>)"));
+    // Two that move at once, and two that are one.
+    let two = |names: [&str; 2], variables: [&str; 2], next: &str| {
+        let turns = Turns {
+            process: "N_?n | N_?nn",
+            turn: "Delay_1 # See_?n # See_{2*?nn}",
+            when: &["?n >= 0", "?nn >= 0"],
+            connective: Connective::Weak,
+            moving: vec![(variables[0], names[0], "1", next), (variables[1], names[1], "2", "?n+?nn")],
+        };
+        let run = "Set_1<v> ; Set_2<w> ; loop((Delay_1 # See_v # See_{2*w}) ; Set_w<v1> ; Set_{v+w}<w1> ; Set_v1<v> ; Set_w1<w>)";
+        turns.check("N_1 | N_2", run)
+    };
+    assert!(two(["v", "w"], ["?n", "?nn"], "?nn").is_ok(), "{:?}", two(["v", "w"], ["?n", "?nn"], "?nn"));
+    assert!(two(["v", "w"], ["?n", "?nn"], "?n").is_err());
+    assert!(matches!(two(["v", "v"], ["?n", "?nn"], "?nn"), Err(Reason::Name(_))));
+    assert!(matches!(two(["v", "v1"], ["?n", "?nn"], "?nn"), Err(Reason::Name(_))));
+    assert!(two(["v", "w"], ["?n", "?n"], "?nn").is_err());
 }

@@ -61,20 +61,31 @@ fn starts_with_set(part: &Term) -> bool {
 /// Settles the parts of a network.
 pub(super) struct Runner<'c, 'd> {
     pub(super) context: &'c Context<'d>,
+    /// Names that are compared if the network stops.
+    kept: &'c BTreeSet<Name>,
     work: Cell<usize>,
 }
 
 impl<'c, 'd> Runner<'c, 'd> {
-    pub(super) fn new(context: &'c Context<'d>) -> Runner<'c, 'd> {
-        Runner { context, work: Cell::new(0) }
+    pub(super) fn new(context: &'c Context<'d>, kept: &'c BTreeSet<Name>) -> Runner<'c, 'd> {
+        Runner { context, kept, work: Cell::new(0) }
     }
 
     /// The body of a network, settled; it must run.
     pub(super) fn running(&self, body: &Term) -> Result<Term, Stuck> {
-        match self.settle(body, &BTreeSet::new(), 0)? {
-            State::Running(state) if state.depth() <= MOST_DEPTH => Ok(state),
+        match self.ended_or_running(body)? {
+            (false, state) => Ok(state),
+            (true, _) => stuck("the network has ended"),
+        }
+    }
+
+    /// Whether the body of a network ends at once, and how it ends or else what then runs.
+    pub(super) fn ended_or_running(&self, body: &Term) -> Result<(bool, Term), Stuck> {
+        match self.settle(body, self.kept, 0)? {
+            State::Running(state) if state.depth() <= MOST_DEPTH => Ok((false, state)),
             State::Running(_) => stuck("it is nested too deeply"),
-            _ => stuck("the network has ended"),
+            State::Stopped(results) => Ok((true, Term::seq(sets(results)))),
+            State::Aborted => Ok((true, Term::abort())),
         }
     }
 

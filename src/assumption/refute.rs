@@ -138,7 +138,37 @@ impl Assumptions {
                 return true;
             }
         }
+        let counted = self.counted(&system);
+        if !counted.is_empty() && spend(systems) && contradictory(&[system.as_slice(), counted.as_slice()].concat()) {
+            return true;
+        }
         splits > 0 && self.refutes_cases(form, sign, &system, splits - 1, systems)
+    }
+
+    /// What is assumed of numbers of rounds, `floor(x/d)`, of which the system does not speak while it does of x: for
+    /// `d > 0` also d times as much, which is comparable with x.
+    fn counted(&self, system: &[Constraint]) -> Vec<Constraint> {
+        let known: BTreeSet<&Atom> = system.iter().flat_map(|one| one.form.atoms()).collect();
+        let mut found = Vec::new();
+        for constraint in &self.constraints {
+            for atom in constraint.form.atoms() {
+                let Atom::Floor(inner) = atom else { continue };
+                let Some((top, below)) = inner.polynomials() else { continue };
+                if known.contains(atom) || !top.atoms().into_iter().any(|atom| known.contains(atom)) {
+                    continue;
+                }
+                found.extend(self.facts_of_floor(&Polynomial::atom(atom.clone()), inner));
+                if self.quick_signs(below).within(Signs::POSITIVE)
+                    && let Some(form) = constraint.form.times(below)
+                {
+                    found.push(Constraint { form, bound: constraint.bound });
+                }
+                if found.len() > MOST_CONSTRAINTS {
+                    return found;
+                }
+            }
+        }
+        found
     }
 
     /// The goal with all that may bear on it.

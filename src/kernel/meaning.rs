@@ -7,7 +7,7 @@ use super::{Reason, Theory};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::proof::{Statement, Step};
-use crate::scope::{condition_parts, subterms};
+use crate::scope::{condition_parts, read_names, subterms};
 use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 use crate::value::{Need, Value};
@@ -73,6 +73,37 @@ impl Meaning {
     /// What was needed, and does not follow from the assumptions.
     pub(super) fn met(&self) -> &BTreeSet<Need> {
         &self.met
+    }
+
+    /// What an instance of the claim needs. That an index of rounds is a natural number was needed of what is said of one
+    /// round; it says nothing of a claim, and of a definition, that reads the index in its rounds alone: there it is one.
+    pub(super) fn needed_by(&self, statement: &Statement, theory: &Theory) -> BTreeSet<Need> {
+        let mut outside: BTreeSet<Name> = BTreeSet::new();
+        for definition in theory.definitions.iter() {
+            outside.extend(read_names(&definition.body));
+        }
+        for hypothesis in &statement.hypotheses {
+            let (terms, values, names) = condition_parts(hypothesis);
+            outside.extend(terms.into_iter().flat_map(read_names));
+            outside.extend(values.into_iter().flat_map(Value::variables).chain(names.into_iter().cloned()));
+        }
+        outside.extend(theory.assumptions.iter().flat_map(|(_, value)| value.variables()));
+        let mut open = vec![(&statement.left, BTreeSet::new()), (&statement.right, BTreeSet::new())];
+        while let Some((term, indices)) = open.pop() {
+            let read = term.values().into_iter().flat_map(Value::variables);
+            outside.extend(read.filter(|name| !indices.contains(name)));
+            let mut inside = indices;
+            if let Node::Power(_, _, Some(index)) = term.node() {
+                inside.insert(index.clone());
+            }
+            open.extend(term.children().into_iter().map(|child| (child, inside.clone())));
+        }
+        let index_alone = |name: &Name| self.indices.contains(name) && !outside.contains(name);
+        let kept = |need: &&Need| match need {
+            Need::Natural(value) => !value.variables().iter().all(index_alone),
+            _ => true,
+        };
+        self.met.iter().filter(kept).cloned().collect()
     }
 
     /// All values of a term have a meaning wherever those of the claim have. An index is a natural number within its

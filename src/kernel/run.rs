@@ -126,19 +126,25 @@ impl Checker<'_> {
     fn weak_loop(&self, body: &Term, equation: StepId) -> Result<Derived, Reason> {
         let derived = self.earlier(equation)?;
         no_supposition(derived)?;
-        let facts = Facts::of(body, &self.context);
-        let lasts = facts
-            .duration
-            .as_ref()
-            .is_some_and(|time| self.context.assumptions.decide(Relation::Gtr, time, &Value::zero()) == Some(true));
-        if !lasts || facts.communicates || facts.draws || facts.may_abort || !facts.binds.is_empty() {
-            return Err(Reason::Untimed(Box::new(body.clone())));
-        }
+        lasts(body, &self.context)?;
         // Where a round may abort, more is needed.
         if derived.right != Term::seq([body.clone(), derived.left.clone()]) {
             return Err(Reason::Weaker(Connective::Weak, Connective::Equal));
         }
         let forever = Term::new(Node::Loop(body.clone()));
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(derived.left.clone(), forever) })
+    }
+}
+
+/// How long a part lasts that neither communicates, draws, binds nor aborts, and always stops after a time that is
+/// certainly more than 0.
+pub(super) fn lasts(body: &Term, context: &Context<'_>) -> Result<Value, Reason> {
+    let facts = Facts::of(body, context);
+    let more = |time: &&Value| context.assumptions.decide(Relation::Gtr, time, &Value::zero()) == Some(true);
+    match facts.duration.as_ref().filter(more) {
+        Some(time) if !facts.communicates && !facts.draws && !facts.may_abort && facts.binds.is_empty() => {
+            Ok(time.clone())
+        }
+        _ => Err(Reason::Untimed(Box::new(body.clone()))),
     }
 }

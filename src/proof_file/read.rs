@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::text::{self, Step as StepText};
+use super::text::{self, Moving as MovingText, Step as StepText};
 use super::{FORMAT, MOST_BYTES, MOST_STEPS, MOST_TEXT, Rejection, body, last_line};
 use crate::kernel::Theory;
 use crate::law::Condition;
 use crate::lower::{Environment, Lowered};
 use crate::name::Name;
 use crate::parser::{parse, parse_condition, parse_term, parse_value};
-use crate::proof::{Lemma, Proof, Statement, Step, hole};
+use crate::proof::{Lemma, Moving, Proof, Statement, Step, hole};
 use crate::scope::fill;
 use crate::substitution::Substitution;
 use crate::term::Term;
@@ -177,10 +177,19 @@ impl Reader {
                 index: identifier(index)?,
                 count: self.value(count)?,
             },
+            StepText::Turns { lemma, turn, moving } => {
+                let moving: Result<_, Rejection> = moving.iter().map(|one| self.moving(one)).collect();
+                Step::Turns { lemma: *lemma, turn: self.term(turn)?, moving: moving? }
+            }
             StepText::Trust { left, connective: connects, right, reason } => {
                 Step::Trust(self.term(left)?, *connects, self.term(right)?, reason.clone())
             }
         })
+    }
+
+    fn moving(&mut self, one: &MovingText) -> Result<Moving, Rejection> {
+        let (start, next) = (self.value(&one.start)?, self.value(&one.next)?);
+        Ok(Moving { variable: metavariable(&one.variable)?, name: identifier(&one.name)?, start, next })
     }
 
     fn context(&mut self, text: &str, holes: &[String]) -> Result<Term, Rejection> {

@@ -148,6 +148,11 @@ pub(super) enum Step {
         index: String,
         count: String,
     },
+    Turns {
+        lemma: usize,
+        turn: String,
+        moving: Vec<Moving>,
+    },
     Trust {
         left: String,
         #[serde(with = "ConnectiveText")]
@@ -155,4 +160,14 @@ pub(super) enum Step {
         right: String,
         reason: String,
     },
+}
+
+/// A value that moves on; see [`crate::proof::Moving`].
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Moving {
+    pub variable: String,
+    pub name: String,
+    pub start: String,
+    pub next: String,
 }

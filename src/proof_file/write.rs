@@ -3,13 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use super::text::{Claim, Step as StepText, Substitution as SubstitutionText, Theory as TheoryText};
+use super::text::{
+    Claim, Moving as MovingText, Step as StepText, Substitution as SubstitutionText, Theory as TheoryText,
+};
 use super::{FORMAT, last_line};
 use crate::kernel::Theory;
 use crate::law::Laws;
 use crate::lower::{Class, Entity, Environment, Quantity};
 use crate::name::Name;
-use crate::proof::{Proof, Statement, Step, hole};
+use crate::proof::{Moving, Proof, Statement, Step, hole};
 use crate::scope::{calls, condition_parts, fill, metavariables};
 use crate::substitution::Substitution;
 use crate::term::Term;
@@ -142,7 +144,9 @@ fn terms(step: &Step) -> Vec<&Term> {
         }
         Step::Unique { candidate, .. } => vec![candidate],
         Step::UniqueLoop { body, .. } => vec![body],
-        Step::Advance(term, _) | Step::Rounds { round: term, .. } => vec![term],
+        Step::Advance(term, _) | Step::Rounds { round: term, .. } | Step::Turns { turn: term, .. } => {
+            vec![term]
+        }
         Step::Induction { left, right, .. } => vec![left, right],
         Step::Symmetric(_) | Step::Transitive(_) => Vec::new(),
     }
@@ -184,6 +188,9 @@ fn step(step: &Step) -> StepText {
             index: index.to_string(),
             count: count.to_string(),
         },
+        Step::Turns { lemma, turn, moving } => {
+            StepText::Turns { lemma: *lemma, turn: turn.to_string(), moving: moving.iter().map(one_moving).collect() }
+        }
         Step::Trust(left, connects, right, reason) => StepText::Trust {
             left: left.to_string(),
             connective: *connects,
@@ -191,6 +198,11 @@ fn step(step: &Step) -> StepText {
             reason: reason.clone(),
         },
     }
+}
+
+fn one_moving(one: &Moving) -> MovingText {
+    let (start, next) = (one.start.to_string(), one.next.to_string());
+    MovingText { variable: one.variable.to_string(), name: one.name.to_string(), start, next }
 }
 
 /// The context with names for its holes that no metavariable in it has.

@@ -1,9 +1,16 @@
 //! That a system runs as it is said to: the system is followed stretch by stretch along the run, as the kernel will
 //! follow it, until the loop of the run leads back to the state at which it began.
 
+mod end;
+mod shape;
+mod turn;
+
 use std::collections::BTreeMap;
 
+pub use end::{End, ends};
 use num_traits::ToPrimitive;
+use shape::{alike, between, unused};
+pub use turn::interval;
 
 use crate::advance::{Instant, stretch};
 use crate::fact::Context;
@@ -11,7 +18,6 @@ use crate::kernel::Theory;
 use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{Lemma, Proof, Script, Statement, Step, StepId, hole};
-use crate::scope::{bound_names, metavariables, read_names};
 use crate::substitution::{Substitution, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -29,21 +35,17 @@ fn lost<T>(why: impl Into<String>) -> Result<T, Lost> {
     Err(Lost(why.into()))
 }
 
-/// A proof that the system is weakly equal to the run.
+/// A proof that the system is weakly equal to the run, or weakly refined by one that shows less.
 ///
 /// # Errors
 /// Where the run is not of stretches, rounds and one loop, or the system cannot be followed.
 pub fn runs(theory: &Theory, hypotheses: &[Condition], system: &Term, run: &Term) -> Result<Proof, Lost> {
-    let mut follower = Follower::new(theory, hypotheses, false);
+    let mut follower = Follower { forgets: true, ..Follower::new(theory, hypotheses, false) };
     let (start, state) = follower.settled(system)?;
     let step = follower.whole(run, state)?;
     follower.script.chain(vec![start, step]);
-    let statement = Statement {
-        hypotheses: hypotheses.to_vec(),
-        left: system.clone(),
-        connective: Connective::Weak,
-        right: run.clone(),
-    };
+    let (connective, hypotheses) = (follower.connective(), hypotheses.to_vec());
+    let statement = Statement { hypotheses, left: system.clone(), connective, right: run.clone() };
     Ok(Proof { lemmas: follower.lemmas, statement, steps: follower.script.steps })
 }
 
@@ -89,6 +91,10 @@ struct Follower<'t> {
     stretches: usize,
     /// Whether a lemma about rounds is being proved.
     inside: bool,
+    /// Whether the run may show less than the system does.
+    forgets: bool,
+    /// Whether it did.
+    forgot: bool,
 }
 
 /// A duration and what is shown meanwhile.
@@ -120,7 +126,13 @@ fn items(term: &Term) -> Vec<Term> {
 impl<'t> Follower<'t> {
     fn new(theory: &'t Theory, hypotheses: &'t [Condition], inside: bool) -> Follower<'t> {
         let context = Context::new(&theory.assumptions, &theory.definitions, hypotheses);
-        Follower { theory, context, script: Script::default(), lemmas: Vec::new(), stretches: 0, inside }
+        let (script, lemmas) = (Script::default(), Vec::new());
+        Follower { theory, context, script, lemmas, stretches: 0, inside, forgets: false, forgot: false }
+    }
+
+    /// What has been proved so far is at least this.
+    fn connective(&self) -> Connective {
+        if self.forgot { Connective::WeaklyRefines } else { Connective::Weak }
     }
 
     fn instant(&self, state: &Term) -> Result<Instant, Lost> {
@@ -136,7 +148,11 @@ impl<'t> Follower<'t> {
     /// Proves that a state is weakly equal to a whole run.
     fn whole(&mut self, run: &Term, state: Term) -> Result<StepId, Lost> {
         let mut parts = items(run);
+        if end::comes_to_an_end(&parts) {
+            return self.ending(parts, state);
+        }
         let Some(last) = parts.pop() else { return lost("the run is empty") };
+        let starts = if matches!(last.node(), Node::Loop(_)) { turn::starts(&mut parts) } else { Vec::new() };
         let (end, state_at_end, before) = if parts.is_empty() {
             (None, state, Vec::new())
         } else {
@@ -144,7 +160,7 @@ impl<'t> Follower<'t> {
             (Some(step), next, parts)
         };
         let tail = match last.node() {
-            Node::Loop(body) => self.round_and_round(body, &state_at_end)?,
+            Node::Loop(body) => self.round_and_round(body, &starts, &state_at_end)?,
             _ => {
                 let step = self.script.push(Step::Advance(state_at_end.clone(), None));
                 let rest = self.instant(&state_at_end)?.rest().map_err(|stuck| Lost(stuck.0))?;
@@ -183,14 +199,6 @@ impl<'t> Follower<'t> {
         self.script.push(Step::Congruence(Term::seq([Term::meta(&hole(1)), after.clone()]), vec![step]))
     }
 
-    /// `X ~~ loop(P)`
-    fn round_and_round(&mut self, body: &Term, state: &Term) -> Result<StepId, Lost> {
-        let (step, next) = self.along(&items(body), state.clone())?;
-        let wanted = Term::seq([body.clone(), state.clone()]);
-        let equation = self.same(step, &Term::seq([body.clone(), next]), &wanted)?;
-        Ok(self.script.push(Step::UniqueLoop { body: body.clone(), equation }))
-    }
-
     /// Proves `state ~~ parts ; next`.
     fn along(&mut self, parts: &[Term], state: Term) -> Result<(StepId, Term), Lost> {
         let mut found: Option<StepId> = None;
@@ -223,8 +231,30 @@ impl<'t> Follower<'t> {
                     _ => self.rounds(body, index.as_ref(), count, state),
                 }
             }
+            Node::Guard(relation, left, right) => Ok((self.holding((*relation, left, right), state), state.clone())),
             _ => lost(format!("{part} is no stretch of time")),
         }
+    }
+
+    /// Proves `state = guard ; state` for a guard that holds; the kernel asks whether it does.
+    fn holding(&mut self, (relation, left, right): (Relation, &Value, &Value), state: &Term) -> StepId {
+        let law = match relation {
+            Relation::Eq => "eq-true",
+            Relation::Neq => "neq-true",
+            Relation::Gtr => "gtr-true",
+            Relation::Gte => "gte-true",
+            Relation::Lss => "lss-true",
+            Relation::Lte => "lte-true",
+        };
+        let values = [(Name::new("?x"), left.clone()), (Name::new("?y"), right.clone())];
+        let with = Substitution { values: values.into(), ..Substitution::default() };
+        let holds = self.script.push(Step::Law(Name::new(law), with));
+        let holds = self.before(holds, state);
+        let processes = [(Name::new("?P"), state.clone())];
+        let with = Substitution { processes: processes.into(), ..Substitution::default() };
+        let stop = self.script.push(Step::Law(Name::new("seq-stop-left"), with));
+        let forward = self.script.chain(vec![holds, stop]);
+        self.script.push(Step::Symmetric(forward))
     }
 
     /// One stretch of the run, in which parts of the system that show nothing may end.
@@ -242,10 +272,7 @@ impl<'t> Follower<'t> {
             let next = instant.after(&step_time, &self.context).map_err(|stuck| Lost(stuck.0))?;
             let step = self.script.push(Step::Advance(state.clone(), Some(step_time.clone())));
             let whole = step_time == left;
-            let found = Term::seq([stretch(&step_time, &instant.shown()), next.clone()]);
-            // What is shown is written as the run writes it.
-            let own = stretch(&step_time, shown);
-            let step = self.same(step, &found, &Term::seq([own.clone(), next.clone()]))?;
+            let step = self.showing(step, (&step_time, &instant.shown()), shown, &next)?;
             let (step, sum) = match passed {
                 None => (step, step_time.clone()),
                 Some((before, so_far)) => {
@@ -399,8 +426,9 @@ impl<'t> Follower<'t> {
         // The first of these rounds shows how values change.
         hypotheses.push(Condition::Compare(Relation::Gtr, count.clone(), Value::zero()));
         let first = put(body, index, Value::zero())?;
-        let second = Follower::new(self.theory, &hypotheses, true).along(&items(&first), state.clone())?.1;
-        let Some(general) = between(state, &second, &own) else {
+        let second = self.within(&hypotheses).along(&items(&first), state.clone())?.1;
+        let inside = Context::new(&self.theory.assumptions, &self.theory.definitions, &hypotheses);
+        let Some(general) = between(state, &second, (&own, &inside)) else {
             return lost("the rounds do not change in steps");
         };
         hypotheses.pop();
@@ -409,12 +437,12 @@ impl<'t> Follower<'t> {
         let round = put(body, index, own.clone())?;
         let next = own.add(&Value::one()).map_err(|error| Lost(error.0))?;
         let right = Term::seq([round.clone(), put(&general, &variable, next)?]);
-        let mut prover = Follower::new(self.theory, &hypotheses, true);
+        let mut prover = self.within(&hypotheses);
         let (step, found) = prover.along(&items(&round), general.clone())?;
         prover.same(step, &Term::seq([round.clone(), found]), &right)?;
-        let steps = prover.script.steps;
-        let statement =
-            Statement { hypotheses: hypotheses.clone(), left: general.clone(), connective: Connective::Weak, right };
+        let (connective, forgot, steps) = (prover.connective(), prover.forgot, prover.script.steps);
+        self.forgot |= forgot;
+        let statement = Statement { hypotheses: hypotheses.clone(), left: general.clone(), connective, right };
         if put(&general, &variable, Value::zero())? != *state {
             return lost("the rounds do not start as the system is");
         }
@@ -430,63 +458,4 @@ impl<'t> Follower<'t> {
         });
         Ok((step, put(&general, &variable, count.clone())?))
     }
-}
-
-/// A metavariable that nothing here mentions.
-fn unused(terms: &[&Term], count: &Value) -> Name {
-    let mut taken = count.variables();
-    for term in terms {
-        taken.extend(metavariables(term).into_iter().chain(read_names(term)).chain(bound_names(term)));
-    }
-    let mut number = "?n".to_string();
-    while taken.contains(&Name::new(&number)) {
-        number.push('n');
-    }
-    Name::new(&number)
-}
-
-/// Whether two processes have one shape, and equal values in equal places.
-fn alike(one: &Term, other: &Term, context: &Context<'_>) -> bool {
-    let equal =
-        |one: &Value, other: &Value| one == other || context.assumptions.decide(Relation::Eq, one, other) == Some(true);
-    let both = joined(one, other, &mut |one, other| equal(one, other).then(|| other.clone()));
-    both.is_some_and(|both| both == *other)
-}
-
-/// The process that is the first for n = 0 and the second for n = 1, if its values change by some step.
-fn between(first: &Term, second: &Term, number: &Value) -> Option<Term> {
-    joined(first, second, &mut |one, other| {
-        if one == other {
-            return Some(one.clone());
-        }
-        let step = other.sub(one).ok()?;
-        step.mul(number).and_then(|moved| moved.add(one)).ok()
-    })
-}
-
-/// Two processes of one shape as one, with values made of theirs.
-fn joined(one: &Term, other: &Term, join: &mut dyn FnMut(&Value, &Value) -> Option<Value>) -> Option<Term> {
-    let (parts, others) = (one.children(), other.children());
-    let bare = |term: &Term, parts: &[&Term]| {
-        let stops = parts.iter().map(|_| Term::stop()).collect();
-        let plain = if parts.is_empty() { term.clone() } else { term.with_children(stops) };
-        plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
-    };
-    if parts.len() != others.len() || one.values().len() != other.values().len() {
-        return None;
-    }
-    if bare(one, &parts) != bare(other, &others) {
-        return None;
-    }
-    let mut values = Vec::new();
-    for (mine, theirs) in one.values().into_iter().zip(other.values()) {
-        values.push(join(mine, theirs)?);
-    }
-    let mut values = values.into_iter();
-    let shape = one.map_values(&mut |_| values.next().ok_or(())).ok()?;
-    if parts.is_empty() {
-        return Some(shape);
-    }
-    let all: Option<Vec<Term>> = parts.into_iter().zip(others).map(|(one, other)| joined(one, other, join)).collect();
-    Some(shape.with_children(all?))
 }

@@ -2,7 +2,7 @@
 
 use super::claim::Found;
 use super::reading::{Run, Waiting};
-use super::rounds::all_checked;
+use super::rounds::{all_checked, one_is_taken};
 use super::satisfies::said;
 use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
@@ -63,6 +63,11 @@ impl Run<'_, '_> {
                 found.trace.extend(never_together(&claim, &outcome));
                 let period = outcome.period.as_ref().filter(|_| !safe.trusted().is_empty());
                 match period.filter(|period| all_checked(period, system, environment, &interrupted)) {
+                    Some(period) if one_is_taken(period, &environment.assumptions) => {
+                        found
+                            .trace
+                            .push("the kernel has checked every way of the phases, one of which is taken".into());
+                    }
                     Some(_) => found.trusted.push(WAYS.to_string()),
                     None => found.trusted.extend(safe.trusted().iter().cloned()),
                 }

@@ -4,12 +4,13 @@
 use std::collections::BTreeMap;
 
 use super::compare::theory;
+use crate::assumption::Assumptions;
 use crate::kernel::{Theory, check};
 use crate::law::Condition;
 use crate::lower::{Environment, System};
 use crate::name::Name;
-use crate::period::{Edge, Next, Period, Test, open_name, stretch};
-use crate::prove::run::{Lost, passes};
+use crate::period::{Edge, End, Next, Period, Phase, Test, open_name, stretch};
+use crate::prove::run::{self, Lost, ends, passes};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
@@ -18,6 +19,8 @@ use crate::value::{Relation, Value, ValueError};
 const MOST_WAYS: usize = 60;
 /// Ways that may fail before no more are looked at.
 const MOST_FAILURES: usize = 3;
+/// Cases in which tests fail that are looked at.
+const MOST_CASES: usize = 200;
 /// The longest reason that is printed, in characters.
 const WIDEST: usize = 160;
 
@@ -39,7 +42,7 @@ pub(super) fn checked(
     }
 }
 
-/// Whether the kernel has checked every way there is, none of which is an end.
+/// Whether the kernel has checked every way there is, none of which stops time.
 pub(super) fn all_checked(
     period: &Period,
     system: &System,
@@ -47,11 +50,38 @@ pub(super) fn all_checked(
     interrupted: &dyn Fn() -> bool,
 ) -> bool {
     let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
-    edges.all(|edge| matches!(edge.next, Next::Phase(_)) && edge.draws.is_empty())
+    edges.all(|edge| !matches!(edge.next, Next::End(End::Livelock { .. })) && edge.draws.is_empty())
         && count(period, system, environment, interrupted).2.is_none()
 }
 
-/// How many ways to phases the kernel has checked, of how many, and why the first is not, if one is not.
+/// Whether at the start and in each phase the tests of one of the ways hold, whatever the values.
+pub(super) fn one_is_taken(period: &Period, known: &Assumptions) -> bool {
+    let covers = |edges: &[Edge], named: &Named| {
+        let tests = edges.iter().map(|edge| edge.tests.iter().map(|test| test.substitute(named)).collect());
+        let ways: Result<Vec<Vec<Test>>, ValueError> = tests.collect();
+        let mut cases = MOST_CASES;
+        ways.is_ok_and(|ways| one_holds(&ways, known, &mut cases))
+    };
+    covers(&period.initial, &Named::new()) && period.phases.iter().all(|phase| covers(&phase.edges, &any_values(phase)))
+}
+
+/// Whether all tests of one of these ways hold: if some test of the first does not, then of the others.
+fn one_holds(ways: &[Vec<Test>], known: &Assumptions, cases: &mut usize) -> bool {
+    let holds = |test: &Test| known.decide(test.relation, &test.left, &test.right) == Some(true);
+    let Some((first, others)) = ways.split_first() else { return known.contradictory() };
+    first.iter().all(|test| {
+        if holds(test) {
+            return true;
+        }
+        let left = *cases > 0;
+        *cases = cases.saturating_sub(1);
+        let mut fails = known.clone();
+        fails.assume(test.relation.negated(), &test.left, &test.right);
+        left && one_holds(others, &fails, cases)
+    })
+}
+
+/// How many ways to phases and ends the kernel has checked, of how many, and why the first is not, if one is not.
 fn count(
     period: &Period,
     system: &System,
@@ -71,7 +101,7 @@ fn count(
     let edges = period.phases.iter().enumerate();
     let edges = edges.flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
     let all: Vec<(Option<usize>, &Edge)> =
-        start.chain(edges).filter(|(_, edge)| matches!(edge.next, Next::Phase(_))).collect();
+        start.chain(edges).filter(|(_, edge)| !matches!(edge.next, Next::End(End::Livelock { .. }))).collect();
     let mut proved = 0;
     let mut failed = Vec::new();
     for (from, edge) in all.iter().take(MOST_WAYS) {
@@ -91,7 +121,9 @@ fn named(from: Option<usize>, edge: &Edge) -> String {
     let from = from.map_or("start".to_string(), |number| format!("phase {}", number + 1));
     match edge.next {
         Next::Phase(number) => format!("{from} -> phase {}", number + 1),
-        Next::End(_) => format!("{from} -> end"),
+        Next::End(End::Stopped) => format!("{from} -> stops"),
+        Next::End(End::Aborted) => format!("{from} -> aborts"),
+        Next::End(_) => format!("{from} -> waits for ever"),
     }
 }
 
@@ -111,6 +143,10 @@ struct Rounds<'a> {
 /// What the variables of a phase are called in a theorem, where they stand for any value.
 type Named = BTreeMap<Name, Value>;
 
+fn any_values(phase: &Phase) -> Named {
+    phase.variables.iter().map(|name| (name.clone(), Value::variable(&open_name(name)))).collect()
+}
+
 impl Rounds<'_> {
     fn network(&self, state: &[Term], values: &Named) -> Result<Term, Lost> {
         let body = Term::par(state.iter().cloned());
@@ -125,11 +161,7 @@ impl Rounds<'_> {
             return Err(Lost(format!("{name} is drawn at random")));
         }
         let phase = from.and_then(|number| self.period.phases.get(number));
-        let named: Named = phase
-            .iter()
-            .flat_map(|phase| &phase.variables)
-            .map(|name| (name.clone(), Value::variable(&open_name(name))))
-            .collect();
+        let named = phase.map_or_else(Named::new, any_values);
         // Of each something is supposed, if only that it is what it is.
         let own = named.values().map(|value| Condition::Compare(Relation::Eq, value.clone(), value.clone()));
         let mut hypotheses: Vec<Condition> = own.collect();
@@ -147,10 +179,26 @@ impl Rounds<'_> {
         }
         let map = edge.map.iter().map(|(name, value)| Ok((open_name(name), value.substitute(&named)?)));
         let map = map.collect::<Result<Named, ValueError>>().map_err(odd)?;
-        let Next::Phase(next) = edge.next else { return Err(Lost("it ends".to_string())) };
-        let Some(target) = self.period.phases.get(next) else { return Err(Lost("it leads nowhere".to_string())) };
-        let right = self.network(&target.state, &map)?;
-        let proof = passes(self.theory, &hypotheses, (&left, &right), &stretches)?;
+        let proof = match &edge.next {
+            Next::Phase(next) => {
+                let Some(target) = self.period.phases.get(*next) else { return Err(Lost("it leads nowhere".into())) };
+                let right = self.network(&target.state, &map)?;
+                passes(self.theory, &hypotheses, (&left, &right), &stretches)?
+            }
+            Next::End(end) => {
+                let end = match end {
+                    End::Stopped => run::End::Stopped,
+                    End::Aborted => run::End::Aborted,
+                    End::Silent { observed, .. } => {
+                        let shown: Result<Vec<Term>, _> =
+                            observed.iter().map(|term| substitute_values(term, &named)).collect();
+                        run::End::Silent(shown.map_err(|stuck| Lost(stuck.0))?)
+                    }
+                    End::Livelock { .. } => return Err(Lost("time stops".to_string())),
+                };
+                ends(self.theory, &hypotheses, &left, (&stretches, &end))?
+            }
+        };
         check(self.theory, &proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
         Ok(())
     }

@@ -12,12 +12,13 @@ use crate::law::Connective;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Period};
-use crate::proof::{Proof, Script, Statement, Step};
+use crate::proof::{Lemma, Proof, Script, Statement, Step};
 use crate::prove::{Answer, By, prove, run};
 use crate::recurrence::Closed;
 use crate::refute::{self, Refutation};
 use crate::report::Verdict;
 use crate::rewrite::Limits;
+use crate::substitution::Substitution;
 use crate::term::Term;
 use crate::value::Value;
 use crate::verify::trajectory::{Leg, Rounds};
@@ -206,11 +207,29 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<(St
 /// The verdict with the run of the system proved as well; otherwise why the kernel could not follow the run.
 fn followed(theory: &Theory, whole: &Term, run: &Term, matched: &Proof) -> Result<(Thm, Proof), String> {
     let ran = run::runs(theory, &[], whole, run).map_err(|lost| lost.0)?;
-    let proof = behind(ran, matched);
-    match check(theory, &proof) {
-        Ok(theorem) => Ok((theorem, proof)),
-        Err(rejected) => Err(rejected.reason.to_string()),
+    // Where the match speaks of one round by itself, it needs a claim that counts the rounds: a lemma.
+    let ways = [behind(ran.clone(), matched), by_lemma(ran, matched)];
+    let mut why = String::new();
+    for proof in ways {
+        match check(theory, &proof) {
+            Ok(theorem) => return Ok((theorem, proof)),
+            Err(rejected) => why = rejected.reason.to_string(),
+        }
     }
+    Err(why)
+}
+
+/// From a proof that the system runs so, and one that the run matches the property as a lemma, one that the system does.
+fn by_lemma(ran: Proof, matched: &Proof) -> Proof {
+    let (mut script, mut lemmas) = (Script { steps: ran.steps }, ran.lemmas);
+    let followed = script.steps.len().saturating_sub(1);
+    let name = Name::new("Match");
+    lemmas.push(Lemma { name, statement: matched.statement.clone(), steps: matched.steps.clone() });
+    let step = script.push(Step::Lemma(lemmas.len() - 1, Substitution::default()));
+    script.push(Step::Transitive(vec![followed, step]));
+    let connective = Connective::WeaklyRefines;
+    let statement = Statement { left: ran.statement.left, connective, ..matched.statement.clone() };
+    Proof { lemmas, ..script.finish(statement) }
 }
 
 /// What is taken on trust where a system is proved to satisfy a property.

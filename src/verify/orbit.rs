@@ -7,12 +7,14 @@
 use std::collections::BTreeSet;
 
 use num_rational::BigRational;
-use num_traits::{One, Signed, ToPrimitive, Zero};
+use num_traits::ToPrimitive;
 
 use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker};
 use super::unit::Unit;
 use crate::name::Name;
 use crate::period::{Edge, Next, Segment};
+use crate::proof::{self, going_round};
+use crate::prove::run::interval;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -72,31 +74,14 @@ impl Orbit {
 
     /// A process that goes round, with the values that move on.
     pub(super) fn round(&self, body: Term) -> Term {
-        let moves = {
-            let mut rest = vec![&body];
-            let mut found = false;
-            while let Some(term) = rest.pop() {
-                found |= term.values().into_iter().any(|value| self.moves(value));
-                rest.extend(term.children());
-            }
-            found
+        let one = |moving: &Moving| proof::Moving {
+            variable: moving.symbol.clone(),
+            name: moving.symbol.clone(),
+            start: moving.start.clone(),
+            next: moving.next.clone(),
         };
-        if !moves {
-            return Term::new(Node::Loop(body));
-        }
-        let set = |value: &Value, name: &Name| Term::new(Node::Set(value.clone(), name.clone()));
-        let starts = self.moving.iter().map(|moving| set(&moving.start, &moving.symbol));
-        let mut parts = vec![body];
-        match self.moving.as_slice() {
-            [only] => parts.push(set(&only.next, &only.symbol)),
-            many => {
-                // All at once: the images first, then each under its own name.
-                let image = |moving: &Moving| Name::new(&format!("{}1", moving.symbol));
-                parts.extend(many.iter().map(|moving| set(&moving.next, &image(moving))));
-                parts.extend(many.iter().map(|moving| set(&Value::variable(&image(moving)), &moving.symbol)));
-            }
-        }
-        Term::seq(starts.chain([Term::new(Node::Loop(Term::seq(parts)))]))
+        let moving: Vec<proof::Moving> = self.moving.iter().map(one).collect();
+        going_round(&body, &moving)
     }
 }
 
@@ -240,22 +225,6 @@ fn is_aligned(legs: &[Leg], span: usize) -> bool {
     let repeats = |from: usize| (from..legs.len() - span).all(|place| legs[place].phase == legs[place + span].phase);
     let lead = (0..legs.len() - span).find(|from| repeats(*from)).unwrap_or(legs.len());
     legs.len() >= lead + span && (legs.len() - lead).is_multiple_of(span)
-}
-
-/// An interval that three values in turn stay in, if they go on as they began: towards a limit, by a fixed factor.
-fn interval(numbers: &[BigRational; 3]) -> Option<(BigRational, BigRational)> {
-    let (before, step) = (&numbers[1] - &numbers[0], &numbers[2] - &numbers[1]);
-    if before.is_zero() || step.is_zero() {
-        return None;
-    }
-    let factor = &step / before;
-    if factor.abs() >= BigRational::one() {
-        return None;
-    }
-    let next = &numbers[2] + &step * &factor;
-    let limit = &numbers[2] + &step * &factor / (BigRational::one() - &factor);
-    let all = [&numbers[2], &next, &limit];
-    Some(((*all.iter().min()?).clone(), (*all.iter().max()?).clone()))
 }
 
 fn fresh(variable: &Name, taken: &mut BTreeSet<Name>) -> Name {

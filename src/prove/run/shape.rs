@@ -1,0 +1,100 @@
+//! The shapes of processes: two of one shape differ in values alone.
+
+use crate::fact::Context;
+use crate::name::Name;
+use crate::scope::{bound_names, metavariables, read_names};
+use crate::term::Term;
+use crate::value::{Atom, Relation, Value};
+
+/// A metavariable that nothing here mentions.
+pub(super) fn unused(terms: &[&Term], count: &Value) -> Name {
+    let mut taken = count.variables();
+    for term in terms {
+        taken.extend(metavariables(term).into_iter().chain(read_names(term)).chain(bound_names(term)));
+    }
+    let mut number = "?n".to_string();
+    while taken.contains(&Name::new(&number)) {
+        number.push('n');
+    }
+    Name::new(&number)
+}
+
+/// Whether two processes have one shape, and equal values in equal places.
+pub(super) fn alike(one: &Term, other: &Term, context: &Context<'_>) -> bool {
+    let known = &context.assumptions;
+    let equal = |one: &Value, other: &Value| {
+        one == other
+            || known.decide(Relation::Eq, one, other) == Some(true)
+            || known.simplify(one) == known.simplify(other)
+    };
+    let both = joined(one, other, &mut |one, other| equal(one, other).then(|| other.clone()));
+    both.is_some_and(|both| both == *other)
+}
+
+/// The process that is the first for n = 0 and the second for n = 1: its values change by some step, or are made of one
+/// that does, as `min(p,a)` is of `p`, if that gives the second.
+pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &Context<'_>)) -> Option<Term> {
+    let mut moving: Vec<(Name, Value)> = Vec::new();
+    joined(first, second, &mut |one, other| {
+        if let (Some(name), Ok(step)) = (one.as_variable(), other.sub(one))
+            && !step.is_zero()
+            && is_plain(&step)
+        {
+            moving.push((name.clone(), step));
+        }
+        Some(one.clone())
+    })?;
+    joined(first, second, &mut |one, other| {
+        if one == other {
+            return Some(one.clone());
+        }
+        let step = other.sub(one).ok()?;
+        if !is_plain(&step) {
+            let made = moving.iter().find_map(|(name, step)| {
+                let by = |many: &Value| {
+                    let moved = step.mul(many).and_then(|moved| moved.add(&Value::variable(name))).ok()?;
+                    one.substitute(&[(name.clone(), moved)].into()).ok()
+                };
+                let next = by(&Value::one())?;
+                let same = context.assumptions.decide(Relation::Eq, &next, other) == Some(true);
+                if same { by(number) } else { None }
+            });
+            if made.is_some() {
+                return made;
+            }
+        }
+        step.mul(number).and_then(|moved| moved.add(one)).ok()
+    })
+}
+
+/// Whether no maximum, condition or integer part stands in it.
+fn is_plain(value: &Value) -> bool {
+    value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_) | Atom::Power(..)))
+}
+
+/// Two processes of one shape as one, with values made of theirs.
+pub(super) fn joined(one: &Term, other: &Term, join: &mut dyn FnMut(&Value, &Value) -> Option<Value>) -> Option<Term> {
+    let (parts, others) = (one.children(), other.children());
+    let bare = |term: &Term, parts: &[&Term]| {
+        let stops = parts.iter().map(|_| Term::stop()).collect();
+        let plain = if parts.is_empty() { term.clone() } else { term.with_children(stops) };
+        plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
+    };
+    if parts.len() != others.len() || one.values().len() != other.values().len() {
+        return None;
+    }
+    if bare(one, &parts) != bare(other, &others) {
+        return None;
+    }
+    let mut values = Vec::new();
+    for (mine, theirs) in one.values().into_iter().zip(other.values()) {
+        values.push(join(mine, theirs)?);
+    }
+    let mut values = values.into_iter();
+    let shape = one.map_values(&mut |_| values.next().ok_or(())).ok()?;
+    if parts.is_empty() {
+        return Some(shape);
+    }
+    let all: Option<Vec<Term>> = parts.into_iter().zip(others).map(|(one, other)| joined(one, other, join)).collect();
+    Some(shape.with_children(all?))
+}
