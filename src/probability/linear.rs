@@ -100,9 +100,11 @@ pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
         names.push(Name::new(&format!("rest{}", number + 1)));
     }
     let after: Vec<Linear> = means.iter().map(|(_, after)| after.clone()).collect();
-    let rows: Vec<Vec<BigRational>> = means.into_iter().map(|(row, after)| mean_row(row, &after, round, &forms)).collect();
+    let rows: Vec<Vec<BigRational>> =
+        means.into_iter().map(|(row, after)| mean_row(row, &after, round, &forms)).collect();
     let first: Vec<Linear> = forms.iter().map(|form| form.after(&start.image)).collect();
-    let begun: (Vec<BigRational>, Vec<Vec<BigRational>>) = (first.iter().map(|form| mean(form, start)).collect(), covariances(&first, start));
+    let begun: (Vec<BigRational>, Vec<Vec<BigRational>>) =
+        (first.iter().map(|form| mean(form, start)).collect(), covariances(&first, start));
     let draws = || start.draws.iter().chain(&round.draws);
     let normal = draws().all(|draw| draw.normals().is_some_and(|parts| parts.len() == 1));
     let asked = asked(&stretch.shown, &forms[0]);

@@ -72,8 +72,7 @@ pub fn schedule(
     question: &Question,
 ) -> Result<Found, String> {
     let [component] = components else { return Err("several components last as long as is drawn".to_string()) };
-    let mut reader =
-        Reader { definitions, draws: Vec::new(), names: BTreeMap::new(), spans: Vec::new(), steps: 0 };
+    let mut reader = Reader { definitions, draws: Vec::new(), names: BTreeMap::new(), spans: Vec::new(), steps: 0 };
     reader.read(component)?;
     let mut shown = Vec::new();
     for (place, span) in reader.spans.iter().enumerate() {
@@ -277,7 +276,9 @@ impl Reader<'_> {
             drawn.push(scaled.ok_or("a multiple of what is drawn is not known here")?);
         }
         let chance = match drawn.as_slice() {
-            [one @ (Distribution::Normal { .. } | Distribution::Poisson { .. })] => Enclosed::within(one.at_most(&left)),
+            [one @ (Distribution::Normal { .. } | Distribution::Poisson { .. })] => {
+                Enclosed::within(one.at_most(&left))
+            }
             [Distribution::Exponential { rate, start, .. }, Distribution::Normal { mean, variance }]
             | [Distribution::Normal { mean, variance }, Distribution::Exponential { rate, start, .. }]
                 if variance.is_positive() && start.is_zero() =>

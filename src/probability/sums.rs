@@ -154,7 +154,11 @@ impl Sum {
             total.low = total.minus(self.slack).low;
         }
         let total = total.probability();
-        if total.width() > WIDEST { Err("the sum of what is drawn is not known closely enough".to_string()) } else { Ok(Enclosed::within(total)) }
+        if total.width() > WIDEST {
+            Err("the sum of what is drawn is not known closely enough".to_string())
+        } else {
+            Ok(Enclosed::within(total))
+        }
     }
 
     /// The part of terms that set in at 0, over a normal number, up to a place.
@@ -275,7 +279,7 @@ fn exponential(power: &BigRational, bits: u64) -> (BigRational, BigRational) {
     let unit = |places: u64| BigInt::one() << places;
     if *power > BigRational::from_integer(unit(14)) {
         // e^-16384 < 2^-23000
-        return (BigRational::zero(), BigRational::new(BigInt::one(), unit(bits.max(1).min(20_000))));
+        return (BigRational::zero(), BigRational::new(BigInt::one(), unit(bits.clamp(1, 20_000))));
     }
     let places = bits + 64;
     let halvings = power.ceil().to_integer().bits() + 1;

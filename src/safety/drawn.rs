@@ -102,13 +102,7 @@ impl Follower<'_> {
     }
 
     /// One draw, one internal step, or time that passes.
-    fn step(
-        &self,
-        state: &State,
-        now: &mut BigRational,
-        drawn: &mut Vec<Drawn>,
-        dense: &mut bool,
-    ) -> Option<State> {
+    fn step(&self, state: &State, now: &mut BigRational, drawn: &mut Vec<Drawn>, dense: &mut bool) -> Option<State> {
         let moves = state.moves().ok()?;
         let draws: Vec<&Move> = moves.iter().filter(|one| matches!(one.action, Action::Draw(..))).collect();
         let upper = self.sides.upper(drawn.len());
@@ -163,7 +157,13 @@ fn place(distribution: &Distribution, reach: i64, upper: bool) -> Option<BigRati
             let away = if upper == *rising { whole(reach) / rate } else { (whole(reach) * rate).recip() };
             if *rising { start + away } else { start - away }
         }
-        Distribution::Poisson { mean } => if upper { (mean.ceil() + whole(1)) * whole(reach) } else { whole(0) },
+        Distribution::Poisson { mean } => {
+            if upper {
+                (mean.ceil() + whole(1)) * whole(reach)
+            } else {
+                whole(0)
+            }
+        }
         Distribution::Mixture(parts) => {
             let likely = parts.iter().filter(|(weight, _)| weight.is_positive());
             let values = likely.filter_map(|(_, part)| place(part, reach, upper));

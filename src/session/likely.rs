@@ -399,7 +399,11 @@ fn described(name: &str, parts: &Distribution) -> Vec<String> {
         Distribution::Mixture(all) if all.len() > 1 => format!("a mixture of {} normal parts", all.len()),
         _ => "normal".to_string(),
     };
-    vec![format!("{name} is {kind}, with mean {} and variance {}", rational(&parts.mean()), rational(&parts.variance()))]
+    vec![format!(
+        "{name} is {kind}, with mean {} and variance {}",
+        rational(&parts.mean()),
+        rational(&parts.variance())
+    )]
 }
 
 /// What a property asks for, whether any time up to the given one counts, and that time: `Delay_d ; At_a` asks what is
