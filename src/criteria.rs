@@ -162,6 +162,8 @@ pub struct Likely {
     pub low: f64,
     /// Its upper bound.
     pub high: f64,
+    /// The probability itself, where it is known to be this rational.
+    pub number: Option<BigRational>,
     /// Whether the bounds are proved.
     pub sure: bool,
     /// `exact`, `enclosed`, `estimated`

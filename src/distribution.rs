@@ -256,6 +256,23 @@ impl Distribution {
         }
     }
 
+    /// Whether a number has a positive chance, or lies where the density is positive.
+    pub fn supports(&self, number: &BigRational) -> bool {
+        match self {
+            Distribution::Point(at) => at == number,
+            Distribution::Normal { mean, variance } => variance.is_positive() || mean == number,
+            Distribution::Uniform { low, high } => (low < number && number < high) || (low == high && low == number),
+            Distribution::Exponential { start, rising: true, .. } => number > start,
+            Distribution::Exponential { start, .. } => number < start,
+            Distribution::Poisson { mean } => {
+                number.is_integer() && !number.is_negative() && (mean.is_positive() || number.is_zero())
+            }
+            Distribution::Mixture(parts) => {
+                parts.iter().any(|(weight, part)| weight.is_positive() && part.supports(number))
+            }
+        }
+    }
+
     fn is_certain(&self) -> bool {
         self.variance().is_zero()
     }

@@ -104,6 +104,11 @@ impl Interval {
         self.times(inverse)
     }
 
+    /// The quotient by a positive number.
+    fn divided(self, number: f64) -> Interval {
+        Interval { low: down(self.low / number), high: up(self.high / number) }
+    }
+
     /// The square root; of what is below 0, none is taken.
     pub fn root(self) -> Interval {
         Interval { low: down(self.low.max(0.0).sqrt()).max(0.0), high: up(self.high.max(0.0).sqrt()) }
@@ -136,7 +141,15 @@ impl Interval {
 
     /// The chance that a standard normal number is at most this.
     pub fn normal(self) -> Interval {
-        Interval { low: normal(self.low).low, high: normal(self.high).high }
+        let first = normal(self.low);
+        let apart = up(self.high - self.low);
+        // Between near places it grows by no more than the greatest density there.
+        if apart < NEAR {
+            let nearest = if self.low > 0.0 { self.low } else { self.high.min(0.0) };
+            let grown = up(apart * Interval::exactly(nearest).normal_density().high);
+            return Interval { low: first.low, high: up(first.high + grown).min(1.0) };
+        }
+        Interval { low: first.low, high: normal(self.high).high }
     }
 
     /// The density of a standard normal number, at one place.
@@ -155,8 +168,8 @@ const LOGARITHM_OF_TWO: Interval = Interval { low: 0.693_147_180_559_945_2, high
 const TERMS: u32 = 22;
 /// From here on the continued fraction of the tail converges fast.
 const TAIL: f64 = 2.0;
-/// Its depth; convergents of even and odd depth lie on both sides of the value, so any depth is right.
-const DEPTH: u32 = 120;
+/// Places that are so near count as one.
+const NEAR: f64 = 1e-12;
 
 fn exponential(number: f64) -> Interval {
     if number < -740.0 {
@@ -169,7 +182,7 @@ fn exponential(number: f64) -> Interval {
     let rest = Interval::exactly(number).minus(Interval::exactly(count).times(LOGARITHM_OF_TWO));
     let mut sum = Interval::exactly(1.0);
     for term in (1..TERMS).rev() {
-        sum = sum.times(rest).over(Interval::exactly(f64::from(term))).plus(Interval::exactly(1.0));
+        sum = sum.times(rest).divided(f64::from(term)).plus(Interval::exactly(1.0));
     }
     sum = sum.plus(Interval { low: -1e-30, high: 1e-30 });
     // Two factors, so that neither is too small or too large for the machine.
@@ -198,12 +211,15 @@ fn normal(number: f64) -> Interval {
     let square = x.times(x);
     let (mut term, mut sum) = (x, x);
     let mut divisor = 3.0;
-    for _ in 0..40 {
-        term = term.times(square).over(Interval::exactly(divisor));
+    for place in 0..40 {
+        term = term.times(square).divided(divisor);
         sum = sum.plus(term);
         divisor += 2.0;
+        if place > 3 && term.high.abs().max(term.low.abs()) < 1e-18 * sum.high.abs() {
+            break;
+        }
     }
-    // After 40 terms the factor is below 4/83, so the rest is less than the last term.
+    // After five terms the factor is below 4/13, so the rest is less than the last term.
     let rest = term.low.abs().max(term.high.abs());
     sum = sum.plus(Interval { low: -rest, high: rest });
     Interval::exactly(0.5).plus(sum.times(x.normal_density())).probability()
@@ -213,14 +229,18 @@ fn normal(number: f64) -> Interval {
 /// `density / (x + 1/(x + 2/(x + 3/(x + …))))`.
 fn tail(number: f64) -> Interval {
     let x = Interval::exactly(number);
+    // Convergents of even and odd depth lie on both sides of the value, so any depth is right.
+    let depth = 16 + (420.0 / (number * number)) as u32;
+    let density = x.normal_density();
     let convergent = |depth: u32| {
         let mut value = x;
         for place in (1..=depth).rev() {
-            value = x.plus(Interval::exactly(f64::from(place)).over(value));
+            let place = f64::from(place);
+            value = x.plus(Interval { low: down(place / value.high), high: up(place / value.low) });
         }
-        x.normal_density().over(value)
+        density.over(value)
     };
-    let both = convergent(DEPTH).hull(convergent(DEPTH + 1));
+    let both = convergent(depth).hull(convergent(depth + 1));
     Interval { low: both.low.max(0.0), high: both.high }
 }
 

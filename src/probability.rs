@@ -2,6 +2,7 @@
 //! that is proved, else estimated by simulation with a stated confidence.
 
 pub mod axes;
+pub mod branches;
 pub mod chain;
 pub mod direct;
 mod draft;
@@ -22,10 +23,12 @@ pub mod schedule;
 mod sharp;
 mod simulation;
 mod splitting;
+mod sums;
 mod unrolled;
 mod window;
 
 use num_rational::BigRational;
+use num_traits::Signed;
 
 use crate::interval::Interval;
 use crate::name::Name;
@@ -47,19 +50,63 @@ pub(crate) fn late(time: &BigRational, question: &Question) -> bool {
     *time > question.time
 }
 
-/// A chance that surely lies in an interval. Only [`exact`], [`enclosed`], [`linear`] and [`schedule`] make one, and only with one is a threshold proved or refuted: a simulation has none.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Enclosed(Interval);
+/// A chance that surely lies in an interval. Only [`exact`], [`branches`], [`enclosed`], [`linear`] and [`schedule`] make one, and only with one is a threshold proved or refuted: a simulation has none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Enclosed {
+    interval: Interval,
+    /// Closer than machine numbers are, where that is known.
+    ends: Option<(BigRational, BigRational)>,
+}
 
 impl Enclosed {
+    /// Somewhere in an interval.
+    fn within(interval: Interval) -> Enclosed {
+        Enclosed { interval, ends: None }
+    }
+
+    /// A rational, exactly.
+    fn known(number: BigRational) -> Enclosed {
+        Enclosed::from(number.clone(), number)
+    }
+
+    /// Between two rationals.
+    fn from(low: BigRational, high: BigRational) -> Enclosed {
+        let interval = Interval::between(Interval::of(&low).low, Interval::of(&high).high).probability();
+        Enclosed { interval, ends: Some((low, high)) }
+    }
+
+    /// The difference of two, where the other is part of this one.
+    fn less(&self, other: &Enclosed) -> Enclosed {
+        match (&self.ends, &other.ends) {
+            (Some((low, high)), Some((least, most))) => Enclosed::from(low - most, high - least),
+            _ => Enclosed::within(self.interval.minus(other.interval).probability()),
+        }
+    }
+
+    /// The product of two, which are independent.
+    fn and(&self, other: &Enclosed) -> Enclosed {
+        match (&self.ends, &other.ends) {
+            (Some((low, high)), Some((least, most))) if !low.is_negative() && !least.is_negative() => {
+                Enclosed::from(low * least, high * most)
+            }
+            _ => Enclosed::within(self.interval.times(other.interval).probability()),
+        }
+    }
+
     /// The interval.
-    pub fn interval(self) -> Interval {
-        self.0
+    pub fn interval(&self) -> Interval {
+        self.interval
+    }
+
+    /// The chance itself, where it is known to be this rational: where all that is drawn takes finitely many values.
+    pub fn number(&self) -> Option<&BigRational> {
+        self.ends.as_ref().filter(|(low, high)| low == high).map(|(low, _)| low)
     }
 
     /// Whether the chance compares so with a bound; none where that is open, because the bound lies in the interval.
-    pub fn compare(self, relation: Relation, bound: &BigRational) -> Option<bool> {
-        let (low, high) = (BigRational::from_float(self.low)?, BigRational::from_float(self.high)?);
+    pub fn compare(&self, relation: Relation, bound: &BigRational) -> Option<bool> {
+        let machine = || Some((BigRational::from_float(self.low)?, BigRational::from_float(self.high)?));
+        let (low, high) = self.ends.clone().or_else(machine)?;
         match relation {
             Relation::Eq | Relation::Neq if low != high && low <= *bound && *bound <= high => None,
             Relation::Eq | Relation::Neq if low != high => Some(relation == Relation::Neq),
@@ -75,6 +122,6 @@ impl std::ops::Deref for Enclosed {
     type Target = Interval;
 
     fn deref(&self) -> &Interval {
-        &self.0
+        &self.interval
     }
 }

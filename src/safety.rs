@@ -3,6 +3,7 @@
 //! Whatever is found here is checked by [`crate::invariant`] or replayed in the executable meaning before it is said.
 
 mod condition;
+mod drawn;
 mod equality;
 pub mod orbit;
 
@@ -19,7 +20,7 @@ use crate::term::Term;
 use crate::value::ValueError;
 use condition::{Clause, exclusion, sufficient, weakest};
 use equality::equalities;
-use orbit::{Limits, Orbit, Shown, extreme, follow};
+use orbit::{Limits, Orbit, Run, extreme, follow};
 
 /// States of a run that is followed to decide a claim.
 const MOST_STATES: usize = 20_000;
@@ -32,7 +33,7 @@ pub enum Verdict {
     /// It always holds.
     Proved(Safe),
     /// It does not, as this run shows.
-    Refuted(Shown),
+    Refuted(Run),
     /// Not decided.
     Open,
 }
@@ -108,6 +109,10 @@ pub fn always(
         }
         Orbit::Broken(run) => outcome.verdict = Verdict::Refuted(run),
         Orbit::Unknown(reason, states) if matches!(outcome.verdict, Verdict::Open) => {
+            if let Some(run) = drawn::broken(system, definitions, assumptions, claim, interrupted) {
+                outcome.verdict = Verdict::Refuted(run);
+                return outcome;
+            }
             outcome.remaining.push(format!("the run could not be followed to its end: {reason}"));
             if states > 1 {
                 outcome.remaining.push(format!("its first {states} states meet the claim"));

@@ -16,7 +16,7 @@ mod load;
 use load::load;
 
 fn try_enclose((chain, question): &(Chain, Question)) -> Result<Interval, String> {
-    enclosed::enclosed(chain, question, 1e-9).map(pars::probability::Enclosed::interval)
+    enclosed::enclosed(chain, question, 1e-9).map(|found| found.interval())
 }
 
 fn enclose(asked: &(Chain, Question)) -> Interval {

@@ -6,6 +6,7 @@ use pars::lower::{ClaimKind, Environment, Lowered};
 use pars::name::Name;
 use pars::parser::{parse, parse_value};
 use pars::period::Test;
+use pars::replay::{Drawn, replays};
 use pars::safety::{Outcome, Verdict, always, orbit};
 use pars::value::{Relation, Value};
 
@@ -58,8 +59,44 @@ prove Sys always {claim} when At_p, Rock_o"
 #[test]
 fn a_margin_of_more_than_one_is_not_enough() {
     let Verdict::Refuted(run) = judged(&with_margin("6/5", "|p-o| > 1")).verdict else { panic!("not refuted") };
-    let last: Vec<String> = run.iter().rev().take(2).map(|(time, shown)| format!("{time} {shown:?}")).collect();
+    let last: Vec<String> = run.shown.iter().rev().take(2).map(|(time, shown)| format!("{time} {shown:?}")).collect();
     assert!(last[1].contains("At, [7/2]") && last[0].starts_with("4 ") && last[0].contains("At, [4]"), "{last:?}");
+}
+
+#[test]
+fn a_run_replays_with_its_own_draws_alone() {
+    let text = |draw: &str| {
+        format!(
+            "observer At(r)
+proc Env_r = (Delay_1 # At_r) ; (Ran_{{{draw}}}<e> | In_v<u>) ; Env_{{r+u+e}}
+proc Still = Out_{{v,0}} ; Still
+system Sys = Env_0 | Still
+prove Sys always p <= 3 when At_p"
+        )
+    };
+    for draw in
+        ["Normal(1, sd: 2)", "Uniform(0,2)", "Exp(rate: 1)", "Poisson(rate: 1)", "Mix(1/2: Point(1), 1/2: Point(-1))"]
+    {
+        let (environment, name, _) = load(&text(draw));
+        let system = environment.system(&name).expect("a system").term(&environment.definitions);
+        let Verdict::Refuted(run) = judged(&text(draw)).verdict else { panic!("{draw} is not refuted") };
+        let again = |drawn: &[Drawn]| replays(&system, &environment.definitions, &run.shown, drawn);
+        assert!(again(&run.drawn), "{draw}: {run:?}");
+        assert!(!again(&run.drawn[1..]) && !again(&[]), "{draw}");
+        // Another value leads elsewhere, and what is never drawn nowhere.
+        for (top, bottom) in [(1, 3), (-7, 1), (5, 2)] {
+            let mut forged = run.drawn.clone();
+            forged[0].values = vec![Value::rational(num_rational::BigRational::new(top.into(), bottom.into()))];
+            assert!(!again(&forged), "{draw} {top}/{bottom}");
+        }
+    }
+    // Never more than 3/2 in all, as the noise shrinks: nothing is refuted by what is not drawn.
+    let shrinking = "observer At(r)
+proc Env_{r,s} = (Delay_1 # At_r) ; (Ran_{Uniform(0,1)}<e> | In_v<u>) ; Env_{r+u+e*s,s/2}
+proc Still = Out_{v,0} ; Still
+system Sys = Env_{0,1} | Still
+prove Sys always p < 2 when At_p";
+    assert!(!matches!(judged(shrinking).verdict, Verdict::Refuted(_)));
 }
 
 #[test]

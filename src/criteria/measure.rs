@@ -382,7 +382,8 @@ impl Scene<'_> {
                 return finding;
             }
         };
-        let ends = (BigRational::from_float(likely.low), BigRational::from_float(likely.high));
+        let end = |end: f64| likely.number.clone().or_else(|| BigRational::from_float(end));
+        let ends = (end(likely.low), end(likely.high));
         if let (Some(low), Some(high)) = ends {
             let (first, second) = (relation.holds(low.cmp(threshold)), relation.holds(high.cmp(threshold)));
             finding.standing = match (first == second && likely.sure, first) {

@@ -34,17 +34,22 @@ pub fn direct(
     question: &Question,
     seed: u64,
 ) -> Result<Estimate, String> {
-    let system = lasting(system)?;
-    let mut lasted = Definitions::default();
-    for one in definitions.iter() {
-        lasted.insert(Definition { body: lasting(&one.body)?, ..one.clone() });
-    }
+    let (system, lasted) = counted_from_nothing(system, definitions)?;
     let subject = Subject { system: &system, event, question };
     let (_, steps) = subject.run(&Model::new(&lasted), &Source::new(seed, 0))?;
     let runs = (STEPS / steps.max(1)).clamp(RUNS.1, RUNS.0);
     let model = || Model::new(&lasted);
     let happened = counted(runs, model, &|run, model| Ok(subject.run(model, &Source::new(seed, run))?.0))?;
     Ok(interval(happened, runs))
+}
+
+/// A system and its definitions, in which durations that are drawn below 0 count as 0.
+pub(super) fn counted_from_nothing(system: &Term, definitions: &Definitions) -> Result<(Term, Definitions), String> {
+    let mut lasted = Definitions::default();
+    for one in definitions.iter() {
+        lasted.insert(Definition { body: lasting(&one.body)?, ..one.clone() });
+    }
+    Ok((lasting(system)?, lasted))
 }
 
 /// A process whose delays last no time where their durations are negative.
@@ -60,10 +65,11 @@ fn lasting(term: &Term) -> Result<Term, String> {
     }
 }
 
-struct Subject<'a> {
-    system: &'a Term,
-    event: &'a Claim,
-    question: &'a Question,
+/// A system, and what is asked of it.
+pub(super) struct Subject<'a> {
+    pub system: &'a Term,
+    pub event: &'a Claim,
+    pub question: &'a Question,
 }
 
 impl Subject<'_> {
@@ -101,7 +107,7 @@ impl Subject<'_> {
     }
 
     /// One communication; those that are due beside it must lead to the same state in either order.
-    fn communicated(&self, model: &Model, first: &Move, others: &[&Move]) -> Result<State, String> {
+    pub(super) fn communicated(&self, model: &Model, first: &Move, others: &[&Move]) -> Result<State, String> {
         let meaning = |error: Meaningless| error.why;
         let after = model.state(&first.next).map_err(meaning)?;
         let then = |state: &State, action: &Action| -> Result<Option<State>, String> {
@@ -125,7 +131,7 @@ impl Subject<'_> {
     }
 
     /// Whether what is asked for is shown in a state in which time passes.
-    fn shown(&self, state: &State) -> Result<bool, String> {
+    pub(super) fn shown(&self, state: &State) -> Result<bool, String> {
         let why = |error: ValueError| error.0;
         let nothing = Assumptions::default();
         let shown = crate::invariant::shown(state);

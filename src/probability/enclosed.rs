@@ -60,9 +60,9 @@ pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclo
     let own = plan.phases.len();
     let plan = entered_apart(blunted(plan));
     if plan.entries.is_empty() || plan.rounds == 0 {
-        return Ok(Enclosed(plan.decided));
+        return Ok(Enclosed::within(plan.decided));
     }
-    Ok(Enclosed(Machine::new(&plan, own, wanted)?.run(&plan)?))
+    Ok(Enclosed::within(Machine::new(&plan, own, wanted)?.run(&plan)?))
 }
 
 /// Entries to be followed on a grid of their own.

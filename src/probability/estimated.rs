@@ -34,14 +34,22 @@ const RARE: u64 = 2_000;
 /// # Errors
 /// When a run gets stuck, or never ends.
 pub fn estimated(chain: &Chain, question: &Question, runs: u64, seed: u64) -> Result<Estimate, String> {
-    let program = Program::new(chain, question)?;
+    let program = Program::new(chain, question, true)?;
+    match simulated(&program, runs, seed) {
+        // Numbers that grow too large for the machine are rationals.
+        Err(_) if program.is_whole() => simulated(&Program::new(chain, question, false)?, runs, seed),
+        found => found,
+    }
+}
+
+fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String> {
     if program.is_certain() {
         let happens = program.happens(&Source::new(seed, 0), &mut Scratch::default())?;
         return Ok(interval(if happens { runs } else { 0 }, runs));
     }
     let happened = counted(runs, Scratch::default, &|run, space| program.happens(&Source::new(seed, run), space))?;
     // Runs that are too long to be split leave the plain answer, which is right too.
-    let split = if happened * RARE < runs { split(&program, seed).ok().flatten() } else { None };
+    let split = if happened * RARE < runs { split(program, seed).ok().flatten() } else { None };
     Ok(match split {
         Some(found) => {
             Estimate { low: found.low, high: found.high, share: found.share, runs: runs + found.runs, split: true }

@@ -86,9 +86,13 @@ pub fn exact(chain: &Chain, question: &Question) -> Result<Exact, String> {
         }
         _ => Vec::new(),
     };
-    let certain = Interval::of(&walker.certain);
-    let chance = if walker.chance == Interval::exactly(0.0) { certain } else { certain.plus(walker.chance) };
-    Ok(Exact { chance: Enclosed(chance.probability()), shown })
+    // Chances that are not exact are above nothing: where there are none, the sum is this rational.
+    let chance = if walker.chance == Interval::exactly(0.0) {
+        Enclosed::known(walker.certain)
+    } else {
+        Enclosed::within(Interval::of(&walker.certain).plus(walker.chance).probability())
+    };
+    Ok(Exact { chance, shown })
 }
 
 impl Walker<'_> {
@@ -263,8 +267,8 @@ impl Joint {
     fn chance(&self, region: &Region) -> Result<Interval, String> {
         let sides = region.iter().flatten();
         if sides.clone().any(|side| !matches!(share(&self.others, &side.form), Share::Nothing)) {
-            let certain = |form: &Linear| self.variance(form).is_zero().then(|| self.mean(form));
-            return super::other::chance(&self.others, region, &certain);
+            let normal = |form: &Linear| (self.mean(form), self.variance(form));
+            return super::other::chance(&self.others, region, &normal);
         }
         let mut sum = Interval::exactly(0.0);
         for alternative in region {

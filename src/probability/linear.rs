@@ -33,6 +33,16 @@ pub struct Moments {
     asked: Option<Vec<Between>>,
     /// How many rounds have passed at the time asked for.
     rounds: u64,
+    /// The same in machine numbers.
+    machine: Machine,
+}
+
+/// Maps of means and of covariances with where they start, and ranges, in intervals of machine numbers.
+#[derive(Clone, Debug)]
+struct Machine {
+    means: (Matrix, Vec<Interval>),
+    covariances: (Matrix, Vec<Interval>),
+    asked: Vec<(Interval, Interval)>,
 }
 
 /// Ends of a range.
@@ -90,13 +100,17 @@ pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
         names.push(Name::new(&format!("rest{}", number + 1)));
     }
     let after: Vec<Linear> = means.iter().map(|(_, after)| after.clone()).collect();
-    let rows = means.into_iter().map(|(row, after)| mean_row(row, &after, round, &forms)).collect();
+    let rows: Vec<Vec<BigRational>> =
+        means.into_iter().map(|(row, after)| mean_row(row, &after, round, &forms)).collect();
     let first: Vec<Linear> = forms.iter().map(|form| form.after(&start.image)).collect();
-    let begun = (first.iter().map(|form| mean(form, start)).collect(), covariances(&first, start));
+    let begun: (Vec<BigRational>, Vec<Vec<BigRational>>) =
+        (first.iter().map(|form| mean(form, start)).collect(), covariances(&first, start));
     let draws = || start.draws.iter().chain(&round.draws);
     let normal = draws().all(|draw| draw.normals().is_some_and(|parts| parts.len() == 1));
     let asked = asked(&stretch.shown, &forms[0]);
-    Ok(Moments { names, means: rows, noise: covariances(&after, round), start: begun, normal, asked, rounds })
+    let noise = covariances(&after, round);
+    let machine = Machine::new(&rows, &noise, &begun, asked.as_deref().unwrap_or_default());
+    Ok(Moments { names, means: rows, noise, start: begun, normal, asked, rounds, machine })
 }
 
 /// The factors with which the state parts of forms add up to another.
@@ -235,23 +249,8 @@ impl Moments {
 
     /// Mean and variance of what is shown first, after so many rounds.
     pub fn at(&self, rounds: u64) -> (Interval, Interval) {
-        let count = self.names.len();
-        let interval = |numbers: &[BigRational]| numbers.iter().map(Interval::of).collect::<Vec<Interval>>();
-        let means: Matrix = self.means.iter().map(|row| interval(row)).collect();
-        let mean = power(&means, interval(&self.start.0), rounds);
-        let pairs: Vec<(usize, usize)> = pairs(count).collect();
-        let row = |(one, other): &(usize, usize)| {
-            let factor = |(left, right): &(usize, usize)| {
-                let product = |a: usize, b: usize| &self.means[*one][a] * &self.means[*other][b];
-                let whole = product(*left, *right);
-                Interval::of(&if left == right { whole } else { whole + product(*right, *left) })
-            };
-            let added = Interval::of(&self.noise[*one][*other]);
-            pairs.iter().map(factor).chain([added]).collect::<Vec<Interval>>()
-        };
-        let matrix: Matrix = pairs.iter().map(row).collect();
-        let start = pairs.iter().map(|(one, other)| Interval::of(&self.start.1[*one][*other])).collect();
-        (mean[0], power(&matrix, start, rounds)[0])
+        let Machine { means, covariances, .. } = &self.machine;
+        (power(&means.0, &means.1, rounds), power(&covariances.0, &covariances.1, rounds))
     }
 
     /// The chance at the time asked for.
@@ -262,23 +261,53 @@ impl Moments {
         if !self.normal {
             return Err("what is drawn is not normal".to_string());
         }
-        let asked = self.asked.as_ref().ok_or("what is asked for depends on more than one random number")?;
+        if self.asked.is_none() {
+            return Err("what is asked for depends on more than one random number".to_string());
+        }
         let (mean, variance) = self.at(self.rounds);
         if variance.low <= 0.0 || !variance.high.is_finite() || !mean.low.is_finite() || !mean.high.is_finite() {
             return Err("the variance is too small or too large for machine numbers".to_string());
         }
-        let place = |bound: &Option<BigRational>, otherwise: f64| {
-            let standard = |bound: &BigRational| Interval::of(bound).minus(mean).over(variance.root());
-            bound.as_ref().map_or(Interval::exactly(otherwise), standard)
+        let spread = variance.root();
+        let place = |bound: Interval| match bound.low.is_infinite() && bound.high.is_infinite() {
+            true => bound,
+            false => bound.minus(mean).over(spread),
         };
         let mut total = Interval::exactly(0.0);
-        for (low, high) in asked {
-            if low.as_ref().zip(high.as_ref()).is_none_or(|(low, high)| low < high) {
-                let part = normal_between(place(low, f64::NEG_INFINITY), place(high, f64::INFINITY));
-                total = total.plus(part);
-            }
+        for (low, high) in &self.machine.asked {
+            total = total.plus(normal_between(place(*low), place(*high)));
         }
-        Ok(Enclosed(total.probability()))
+        Ok(Enclosed::within(total.probability()))
+    }
+}
+
+impl Machine {
+    fn new(
+        means: &[Vec<BigRational>],
+        noise: &[Vec<BigRational>],
+        start: &(Vec<BigRational>, Vec<Vec<BigRational>>),
+        asked: &[Between],
+    ) -> Machine {
+        let interval = |numbers: &[BigRational]| numbers.iter().map(Interval::of).collect::<Vec<Interval>>();
+        let pairs: Vec<(usize, usize)> = pairs(means.len()).collect();
+        let row = |(one, other): &(usize, usize)| {
+            let factor = |(left, right): &(usize, usize)| {
+                let product = |a: usize, b: usize| &means[*one][a] * &means[*other][b];
+                let whole = product(*left, *right);
+                Interval::of(&if left == right { whole } else { whole + product(*right, *left) })
+            };
+            let added = Interval::of(&noise[*one][*other]);
+            pairs.iter().map(factor).chain([added]).collect::<Vec<Interval>>()
+        };
+        let end = |end: &Option<BigRational>, other: f64| end.as_ref().map_or(Interval::exactly(other), Interval::of);
+        let holds = |(low, high): &&Between| low.as_ref().zip(high.as_ref()).is_none_or(|(low, high)| low < high);
+        let range = |(low, high): &Between| (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY));
+        let spreads = pairs.iter().map(|(one, other)| Interval::of(&start.1[*one][*other])).collect();
+        Machine {
+            means: (means.iter().map(|row| interval(row)).collect(), interval(&start.0)),
+            covariances: (pairs.iter().map(row).collect(), spreads),
+            asked: asked.iter().filter(holds).map(range).collect(),
+        }
     }
 }
 
@@ -292,8 +321,28 @@ fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
 
 type Matrix = Vec<Vec<Interval>>;
 
-/// An affine map, given by its rows of factors and what is added, applied so many times.
-fn power(map: &Matrix, mut state: Vec<Interval>, mut times: u64) -> Vec<Interval> {
+/// The first number of a state after an affine map, given by its rows of factors and what is added, applied so many times.
+fn power(map: &Matrix, state: &[Interval], times: u64) -> Interval {
+    match (map.as_slice(), state) {
+        ([row], [state]) if row.len() == 2 => power_of_line(row[0], row[1], *state, times),
+        _ => power_of_map(map, state.to_vec(), times),
+    }
+}
+
+/// The same for `factor * s + added`.
+fn power_of_line(mut factor: Interval, mut added: Interval, mut state: Interval, mut times: u64) -> Interval {
+    while times > 0 {
+        if times % 2 == 1 {
+            state = factor.times(state).plus(added);
+        }
+        added = factor.times(added).plus(added);
+        factor = factor.times(factor);
+        times /= 2;
+    }
+    state
+}
+
+fn power_of_map(map: &Matrix, mut state: Vec<Interval>, mut times: u64) -> Interval {
     let size = map.len();
     let mut square = map.clone();
     let apply = |row: &[Interval], state: &[Interval], added: Interval| {
@@ -314,7 +363,7 @@ fn power(map: &Matrix, mut state: Vec<Interval>, mut times: u64) -> Vec<Interval
             square = square.iter().map(|row| (0..=size).map(|place| entry(row, place)).collect()).collect();
         }
     }
-    state
+    state.first().copied().unwrap_or(Interval::exactly(0.0))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::chain::{Linear, Region, Side};
+use super::sums::Sum;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
 use crate::value::Relation;
@@ -91,21 +92,26 @@ struct Within {
     never: bool,
 }
 
-/// The chance of a region that depends on one of these numbers and on what is certain.
+/// The chance of a region that depends on one of these numbers and on what is certain, or on one sum of them and of what
+/// is normal; `normal` gives the mean and the variance of what is not one of these.
 ///
 /// # Errors
 /// Where it depends on more.
 pub(super) fn chance(
     others: &[Other],
     region: &Region,
-    certain: &impl Fn(&Linear) -> Option<BigRational>,
+    normal: &impl Fn(&Linear) -> (BigRational, BigRational),
 ) -> Result<Interval, String> {
+    let several = |side: &Side| matches!(share(others, &side.form), Share::Several) || !normal(&side.form).1.is_zero();
+    if region.iter().flatten().any(several) {
+        return summed(others, region, normal);
+    }
     let mut number = None;
     let mut all = Vec::new();
     for alternative in region {
         let mut within = Within::default();
         for side in alternative {
-            let mean = certain(&side.form).ok_or("what is asked for adds up random numbers of different kinds")?;
+            let (mean, _) = normal(&side.form);
             match share(others, &side.form) {
                 Share::Nothing => within.never |= !side.relation.holds(mean.cmp(&BigRational::zero())),
                 Share::One(place, _) if number.is_some_and(|number| number != place) => {
@@ -146,6 +152,72 @@ pub(super) fn chance(
     } else {
         Err("there are too many arrivals to add up their chances".to_string())
     }
+}
+
+/// The chance of a region whose forms are multiples of one sum of random numbers.
+fn summed(
+    others: &[Other],
+    region: &Region,
+    normal: &impl Fn(&Linear) -> (BigRational, BigRational),
+) -> Result<Interval, String> {
+    let random = |form: &Linear| !normal(form).1.is_zero() || !matches!(share(others, form), Share::Nothing);
+    let base = region.iter().flatten().map(|side| &side.form).find(|form| random(form)).ok_or("nothing is drawn")?;
+    let factors = |form: &Linear| others.iter().map(|other| other.factor(form)).collect::<Vec<BigRational>>();
+    let (own, (mean, variance)) = (factors(base), normal(base));
+    let place = own.iter().position(|factor| !factor.is_zero());
+    let mut all = Vec::new();
+    for alternative in region {
+        let mut within = Within::default();
+        for side in alternative.iter() {
+            if !random(&side.form) {
+                within.never |= !side.relation.holds(normal(&side.form).0.cmp(&BigRational::zero()));
+                continue;
+            }
+            let several = "what is asked for depends on several random numbers at once";
+            let place = place.ok_or(several)?;
+            let ratio = &factors(&side.form)[place] / &own[place];
+            let (rest, noise) = normal(&side.form.plus(&base.scaled(&-&ratio)));
+            let same = factors(&side.form).iter().zip(&own).all(|(one, other)| *one == other * &ratio);
+            if ratio.is_zero() || !same || !noise.is_zero() {
+                return Err(several.to_string());
+            }
+            within.cut(side, &ratio, &rest)?;
+        }
+        if !within.never {
+            all.push(within);
+        }
+    }
+    let drawn = || others.iter().map(|other| &other.distribution).zip(&own).filter(|(_, factor)| !factor.is_zero());
+    let sum = |sign: &BigRational| -> Result<Sum, String> {
+        let mut sum = Sum::new(false);
+        sum.add(&Distribution::Normal { mean: sign * &mean, variance: variance.clone() })?;
+        for (one, factor) in drawn() {
+            let scaled = one.affine(&(sign * factor), &BigRational::zero());
+            sum.add(&scaled.ok_or("what is asked for adds up random numbers whose sum has no name")?)?;
+        }
+        Ok(sum)
+    };
+    // A sum of numbers that reach down without end is that of numbers that reach up, mirrored.
+    let one = BigRational::one();
+    let (sum, mirrored) = match sum(&one) {
+        Ok(sum) => (sum, false),
+        Err(reason) => (sum(&-&one).map_err(|_| reason)?, true),
+    };
+    let at_most = |bound: &BigRational| -> Result<Interval, String> {
+        let at = if mirrored { sum.at_most(&-bound)? } else { sum.at_most(bound)? };
+        Ok(if mirrored { Interval::exactly(1.0).minus(at.interval()) } else { at.interval() })
+    };
+    let mut total = Interval::exactly(0.0);
+    for within in &all {
+        if within.low.as_ref().zip(within.high.as_ref()).is_some_and(|(low, high)| low.0 >= high.0) {
+            continue;
+        }
+        let high = within.high.as_ref().map_or(Ok(Interval::exactly(1.0)), |(high, _)| at_most(high))?;
+        let low = within.low.as_ref().map_or(Ok(Interval::exactly(0.0)), |(low, _)| at_most(low))?;
+        // One number has no chance, so it does not matter to which side the ends belong.
+        total = total.plus(high.minus(low).probability());
+    }
+    Ok(total.probability())
 }
 
 impl Within {

@@ -62,8 +62,8 @@ pub struct Motion {
     pub gates: Vec<Gate>,
 }
 
-/// The numbers that may decide on one axis.
-pub const DECIDERS: usize = 3;
+/// The numbers that may decide on one axis: of a mission of several legs, each may be the last look of a round.
+pub const DECIDERS: usize = 16;
 /// Coordinates of a patch for each axis: the state, the decider, the gates.
 pub const PLACES: usize = 2 + DECIDERS;
 

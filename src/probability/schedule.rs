@@ -1,13 +1,14 @@
 //! One process that draws how long its parts last, as the paper's generators of obstacles and of terrain do: an exponential
 //! start, a normal length. What it shows when follows from the distributions of sums of durations.
 //!
-//! A duration that is drawn below 0 counts as 0.
+//! A duration that is drawn below 0 counts as 0. Durations are multiples of what is drawn, and sums of these.
 
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
-use num_traits::{Signed, Zero};
+use num_traits::{One, Signed, Zero};
 
+use super::sums::Sum;
 use super::{Enclosed, Question};
 use crate::definition::Definitions;
 use crate::distribution::{Distribution, standard};
@@ -24,8 +25,9 @@ const MOST_PARTS: usize = 10_000;
 /// How long a part lasts.
 #[derive(Clone, Debug)]
 enum Length {
-    Known(BigRational),
-    Drawn(Name),
+    /// Multiples of what is drawn, by their places, and what is added; none of them is negative but a multiple that stands
+    /// alone, which then counts as 0.
+    Sum(Vec<(usize, BigRational)>, BigRational),
     ForEver,
 }
 
@@ -35,11 +37,28 @@ struct Span {
     shown: Vec<Term>,
 }
 
+/// What is left to read.
+enum Work {
+    Part(Term),
+    /// The end of a definition that was opened, with what names stood for before it.
+    Closed(BTreeMap<Name, Option<usize>>),
+}
+
 struct Reader<'a> {
     definitions: &'a Definitions,
-    draws: BTreeMap<Name, Distribution>,
+    draws: Vec<Distribution>,
+    /// The place of what a name stands for; none where that is not clear.
+    names: BTreeMap<Name, Option<usize>>,
     spans: Vec<Span>,
     steps: usize,
+}
+
+/// A chance, and whether it may be wider than rounding makes it.
+pub struct Found {
+    /// The chance.
+    pub chance: Enclosed,
+    /// Whether a bound on what was left out is part of it.
+    pub wide: bool,
 }
 
 /// The chance, if the system is one process that goes through its parts in a line.
@@ -51,9 +70,9 @@ pub fn schedule(
     definitions: &Definitions,
     event: &Claim,
     question: &Question,
-) -> Result<Enclosed, String> {
+) -> Result<Found, String> {
     let [component] = components else { return Err("several components last as long as is drawn".to_string()) };
-    let mut reader = Reader { definitions, draws: BTreeMap::new(), spans: Vec::new(), steps: 0 };
+    let mut reader = Reader { definitions, draws: Vec::new(), names: BTreeMap::new(), spans: Vec::new(), steps: 0 };
     reader.read(component)?;
     let mut shown = Vec::new();
     for (place, span) in reader.spans.iter().enumerate() {
@@ -61,22 +80,41 @@ pub fn schedule(
             shown.push(place);
         }
     }
+    let never = || Enclosed::known(BigRational::zero());
     let place = match shown.as_slice() {
-        [] => return Ok(Enclosed(Interval::exactly(0.0))),
+        [] => return Ok(Found { chance: never(), wide: false }),
         [place] => *place,
         _ => return Err("what is asked for is shown several times".to_string()),
     };
     let lengths: Vec<&Length> = reader.spans.iter().map(|span| &span.length).collect();
     let begun = reader.ended(&lengths[..place], &question.time)?;
-    let chance = match (lengths[place], question.first) {
-        (Length::ForEver, _) => begun,
+    let (chance, wide) = match (lengths[place], question.first) {
+        (Length::ForEver, _) => (begun.chance, begun.wide),
         // It lasts some time, whatever came before it.
-        (Length::Known(time), true) if time.is_positive() => begun,
-        (Length::Known(_), true) => Interval::exactly(0.0),
-        (Length::Drawn(name), true) => begun.times(reader.draw(name)?.more_than(&BigRational::zero())),
-        (_, false) => begun.minus(reader.ended(&lengths[..=place], &question.time)?),
+        (Length::Sum(_, time), true) if time.is_positive() => (begun.chance, begun.wide),
+        (Length::Sum(drawn, _), true) if drawn.is_empty() => (never(), false),
+        (length @ Length::Sum(drawn, _), true) => {
+            let none = reader.ended(&[length], &BigRational::zero())?;
+            let certain = none.chance.number().is_some_and(Zero::is_zero);
+            if !certain && reader.spans[..place].iter().any(|span| drawn.iter().any(|(at, _)| span.length.has(*at))) {
+                return Err("what is shown lasts as long as something before it".to_string());
+            }
+            let some = Enclosed::known(BigRational::one()).less(&none.chance);
+            (begun.chance.and(&some), begun.wide)
+        }
+        (_, false) => {
+            let ended = reader.ended(&lengths[..=place], &question.time)?;
+            (begun.chance.less(&ended.chance), begun.wide || ended.wide)
+        }
     };
-    Ok(Enclosed(chance.probability()))
+    Ok(Found { chance, wide })
+}
+
+impl Length {
+    /// Whether it depends on a draw.
+    fn has(&self, draw: usize) -> bool {
+        matches!(self, Length::Sum(drawn, _) if drawn.iter().any(|(place, _)| *place == draw))
+    }
 }
 
 fn shows(event: &Claim, shown: &[Term]) -> Result<bool, String> {
@@ -96,8 +134,8 @@ fn shows(event: &Claim, shown: &[Term]) -> Result<bool, String> {
 
 impl Reader<'_> {
     fn read(&mut self, term: &Term) -> Result<(), String> {
-        let mut work = vec![term.clone()];
-        while let Some(term) = work.pop() {
+        let mut work = vec![Work::Part(term.clone())];
+        while let Some(next) = work.pop() {
             self.steps += 1;
             if self.steps > MOST_PARTS {
                 return Err("the process goes on for too long".to_string());
@@ -105,15 +143,19 @@ impl Reader<'_> {
             if matches!(self.spans.last(), Some(Span { length: Length::ForEver, .. })) {
                 return Ok(());
             }
+            let term = match next {
+                Work::Part(term) => term,
+                Work::Closed(before) => {
+                    self.close(before);
+                    continue;
+                }
+            };
             match term.node() {
-                Node::Seq(parts) => work.extend(parts.iter().rev().cloned()),
+                Node::Seq(parts) => work.extend(parts.iter().rev().cloned().map(Work::Part)),
                 Node::Call(name, arguments) => {
-                    let definition = self.definitions.get(name).filter(|definition| !definition.recursive);
-                    let definition =
-                        definition.ok_or_else(|| format!("{name} goes round and draws how long it lasts"))?;
-                    let map = definition.parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
-                    let body = substitute_values(&definition.body, &map);
-                    work.push(body.map_err(|_| format!("{name} cannot be opened"))?);
+                    let body = self.open(name, arguments)?;
+                    work.push(Work::Closed(self.names.clone()));
+                    work.push(Work::Part(body));
                 }
                 Node::Ran(distribution, name) => self.drawn(distribution, name)?,
                 Node::Par(parts) if parts.iter().all(|part| matches!(part.node(), Node::Ran(..))) => {
@@ -132,11 +174,43 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn drawn(&mut self, distribution: &Value, name: &Name) -> Result<(), String> {
-        match self.draws.insert(name.clone(), Distribution::of(distribution)?) {
-            Some(_) => Err(format!("{name} is drawn twice")),
-            None => Ok(()),
+    /// The body of a definition that does not go round.
+    fn open(&self, name: &Name, arguments: &[Value]) -> Result<Term, String> {
+        let definition = self.definitions.get(name).filter(|definition| !definition.recursive);
+        let definition = definition.ok_or_else(|| format!("{name} goes round and draws how long it lasts"))?;
+        let known = arguments.iter().map(|argument| self.resolved(argument)).collect::<Result<Vec<_>, _>>()?;
+        let map = definition.parameters.iter().cloned().zip(known).collect();
+        substitute_values(&definition.body, &map).map_err(|_| format!("{name} cannot be opened"))
+    }
+
+    /// What a definition has drawn under a name that was in use before it is not looked for behind it.
+    fn close(&mut self, before: BTreeMap<Name, Option<usize>>) {
+        for (name, place) in before {
+            if self.names.get(&name) != Some(&place) {
+                self.names.insert(name, None);
+            }
         }
+    }
+
+    fn drawn(&mut self, distribution: &Value, name: &Name) -> Result<(), String> {
+        self.draws.push(Distribution::of(distribution)?);
+        self.names.insert(name.clone(), Some(self.draws.len() - 1));
+        Ok(())
+    }
+
+    /// A value over what is drawn, by its places, in place of the names.
+    fn resolved(&self, value: &Value) -> Result<Value, String> {
+        let mut map = BTreeMap::new();
+        for name in value.variables() {
+            match self.names.get(&name) {
+                Some(Some(place)) => {
+                    map.insert(name, Value::variable(&draw_name(*place)));
+                }
+                Some(None) => return Err(format!("it is not clear which draw {name} is")),
+                None => {}
+            }
+        }
+        value.substitute(&map).map_err(|error| error.0)
     }
 
     /// A delay, an observer, or several of them side by side.
@@ -158,47 +232,84 @@ impl Reader<'_> {
     }
 
     fn length(&self, time: &Value) -> Result<Length, String> {
-        if let Some(number) = time.as_rational() {
-            return if number.is_negative() {
-                Err(format!("the duration {time} is negative"))
-            } else {
-                Ok(Length::Known(number))
-            };
+        let mut rest = self.resolved(time)?;
+        let unknown = || format!("the duration {time} is neither a number nor a sum of draws");
+        let mut drawn = Vec::new();
+        for name in rest.variables() {
+            let place = (0..self.draws.len()).find(|place| draw_name(*place) == name).ok_or_else(unknown)?;
+            let (factor, other) = rest.linear_in(&name).ok_or_else(unknown)?;
+            drawn.push((place, factor.as_rational().ok_or_else(unknown)?));
+            rest = other;
         }
-        let name = time.as_variable().filter(|name| self.draws.contains_key(*name));
-        Ok(Length::Drawn(name.ok_or_else(|| format!("the duration {time} is neither a number nor a draw"))?.clone()))
-    }
-
-    fn draw(&self, name: &Name) -> Result<&Distribution, String> {
-        self.draws.get(name).ok_or_else(|| format!("{name} is not drawn"))
+        let number = rest.as_rational().ok_or_else(unknown)?;
+        if number.is_negative() && drawn.is_empty() {
+            return Err(format!("the duration {time} is negative"));
+        }
+        let alone = drawn.len() == 1 && number.is_zero();
+        let positive = |(place, _): &(usize, BigRational)| alone || never_negative(&self.draws[*place]);
+        if number.is_negative() || drawn.iter().any(|one| !one.1.is_positive() || !positive(one)) {
+            return Err(format!("the duration {time} may be negative"));
+        }
+        Ok(Length::Sum(drawn, number))
     }
 
     /// The chance that all these have ended by a time.
-    fn ended(&self, lengths: &[&Length], time: &BigRational) -> Result<Interval, String> {
-        let (mut left, mut names) = (time.clone(), Vec::new());
+    fn ended(&self, lengths: &[&Length], time: &BigRational) -> Result<Found, String> {
+        let (mut left, mut factors) = (time.clone(), BTreeMap::<usize, BigRational>::new());
+        let known = |holds: bool| {
+            let number = if holds { BigRational::one() } else { BigRational::zero() };
+            Ok(Found { chance: Enclosed::known(number), wide: false })
+        };
         for length in lengths {
-            match length {
-                Length::Known(known) => left -= known,
-                Length::Drawn(name) if names.contains(&name) => return Err(format!("two parts last for {name}")),
-                Length::Drawn(name) => names.push(name),
-                Length::ForEver => return Ok(Interval::exactly(0.0)),
+            let Length::Sum(drawn, number) = length else { return known(false) };
+            left -= number;
+            for (place, factor) in drawn {
+                *factors.entry(*place).or_insert_with(BigRational::zero) += factor;
             }
         }
-        if left.is_negative() {
-            return Ok(Interval::exactly(0.0));
+        if left.is_negative() || factors.is_empty() {
+            return known(!left.is_negative());
         }
-        let drawn = names.into_iter().map(|name| self.draw(name)).collect::<Result<Vec<_>, _>>()?;
-        match drawn.as_slice() {
-            [] => Ok(Interval::exactly(1.0)),
-            [one] => Ok(one.at_most(&left)),
-            [Distribution::Exponential { rate, .. }, Distribution::Normal { mean, variance }]
-            | [Distribution::Normal { mean, variance }, Distribution::Exponential { rate, .. }]
-                if variance.is_positive() =>
+        let mut drawn = Vec::new();
+        for (place, factor) in &factors {
+            let scaled = self.draws[*place].affine(factor, &BigRational::zero());
+            drawn.push(scaled.ok_or("a multiple of what is drawn is not known here")?);
+        }
+        let chance = match drawn.as_slice() {
+            [one @ (Distribution::Normal { .. } | Distribution::Poisson { .. })] => {
+                Enclosed::within(one.at_most(&left))
+            }
+            [Distribution::Exponential { rate, start, .. }, Distribution::Normal { mean, variance }]
+            | [Distribution::Normal { mean, variance }, Distribution::Exponential { rate, start, .. }]
+                if variance.is_positive() && start.is_zero() =>
             {
-                Ok(Interval::exactly(1.0).minus(later(rate, mean, variance, &left)).probability())
+                let late = later(rate, mean, variance, &left);
+                Enclosed::within(Interval::exactly(1.0).minus(late).probability())
             }
-            _ => Err("these durations add up to no distribution that is known here".to_string()),
-        }
+            _ => {
+                let mut sum = Sum::new(true);
+                drawn.iter().try_for_each(|one| sum.add(one))?;
+                return Ok(Found { chance: sum.at_most(&left)?, wide: sum.is_wide() });
+            }
+        };
+        Ok(Found { chance, wide: false })
+    }
+}
+
+/// The name of what is drawn at a place; no source text can spell it.
+fn draw_name(place: usize) -> Name {
+    Name::new(&format!("(draw {place})"))
+}
+
+/// Whether a number of this distribution is never below 0.
+fn never_negative(distribution: &Distribution) -> bool {
+    match distribution {
+        Distribution::Point(at) => !at.is_negative(),
+        Distribution::Normal { mean, variance } => variance.is_zero() && !mean.is_negative(),
+        Distribution::Uniform { low, .. } => !low.is_negative(),
+        Distribution::Exponential { start, rising, .. } => *rising && !start.is_negative(),
+        Distribution::Poisson { .. } => true,
+        Distribution::Mixture(parts) => parts.iter().all(|(_, part)| never_negative(part)),
     }
 }
 

@@ -1,5 +1,6 @@
 //! A chain compiled to be run: machine numbers for what is drawn from a density, rationals for what is not, so that a
-//! comparison of exact numbers is never decided by rounding.
+//! comparison of exact numbers is never decided by rounding. Where all these are whole, and not too large, machine numbers
+//! are exact themselves.
 
 use num_bigint::BigInt;
 use num_integer::Integer;
@@ -9,6 +10,7 @@ use num_traits::{One, ToPrimitive, Zero};
 use super::Question;
 use super::chain::{Chain, Linear, Move, Side};
 use super::random::{Sampler, Source, pair};
+use crate::distribution::Distribution;
 use crate::value::Relation;
 
 /// Bits of an exact number.
@@ -59,7 +61,13 @@ pub(super) struct Program {
     distances: Vec<f64>,
     first: bool,
     deadline: u64,
+    /// By phase, where exact numbers are whole machine numbers: which these are.
+    whole: Option<Vec<Vec<bool>>>,
 }
+
+/// Whole numbers of a state, and the sum of the factors of a form, up to which sums of products are exact.
+const MOST_WHOLE: f64 = (1u64 << 40) as f64;
+const MOST_FACTORS: i64 = 1 << 11;
 
 /// A run on its way.
 #[derive(Clone, Default)]
@@ -80,17 +88,24 @@ pub(super) struct Scratch {
 }
 
 impl Program {
+    /// With rationals for exact numbers, or with machine numbers where these are whole and `fast` is wanted.
+    ///
     /// # Errors
     /// Where durations have no common unit, or something cannot be drawn.
-    pub(super) fn new(chain: &Chain, question: &Question) -> Result<Program, String> {
+    pub(super) fn new(chain: &Chain, question: &Question, fast: bool) -> Result<Program, String> {
         let unit = unit(chain, question);
-        let known = known(chain)?;
+        let mut known = known(chain)?;
+        let whole = (fast && whole(chain)).then(|| known.clone());
+        if whole.is_some() {
+            known.iter_mut().flatten().for_each(|known| *known = false);
+        }
+        let fast = whole.is_some();
         let widths: Vec<usize> = known.iter().map(Vec::len).collect();
         let compile = |moves: &[Move], from: Option<usize>| {
             let known_here: &[bool] = from.map_or(&[], |phase| known[phase].as_slice());
             let mut steps: Vec<Step> = Vec::new();
             for one in moves {
-                let mut step = Step::new(one, known_here, &unit)?;
+                let mut step = Step::new(one, known_here, &unit, fast)?;
                 step.exact |= one.next.is_some_and(|next| known.get(next).is_some_and(|known| known.contains(&true)));
                 step.same = steps.last().is_some_and(|last| last.samplers == step.samplers && last.exact == step.exact);
                 steps.push(step);
@@ -104,6 +119,7 @@ impl Program {
             distances: distances(chain),
             first: question.first,
             deadline: ticks,
+            whole,
         };
         for (phase, moves) in chain.phases.iter().enumerate() {
             program.phases.push(compile(moves, Some(phase))?);
@@ -160,6 +176,10 @@ impl Program {
                 return Err("the exact numbers of a run grow too long".to_string());
             }
         }
+        let known = self.whole.as_ref().and_then(|whole| whole.get(next)).into_iter().flatten();
+        if known.zip(&space.after).any(|(known, number)| *known && number.abs() > MOST_WHOLE) {
+            return Err(TOO_LARGE.to_string());
+        }
         std::mem::swap(&mut run.state, &mut space.after);
         run.phase = Some(next);
         run.round += 1;
@@ -174,6 +194,11 @@ impl Program {
                 return Ok(found);
             }
         }
+    }
+
+    /// Whether exact numbers are machine numbers.
+    pub(super) fn is_whole(&self) -> bool {
+        self.whole.is_some()
     }
 
     /// Whether nothing is drawn, so that all runs are alike.
@@ -205,12 +230,43 @@ impl Program {
     }
 }
 
+const TOO_LARGE: &str = "the whole numbers of a run grow too large";
+
+/// Whether all numbers of a chain that are not drawn from a density are whole, and so small that no sum of a round of them
+/// is rounded.
+fn whole(chain: &Chain) -> bool {
+    let small = |number: &BigRational| number.is_integer() && number.to_i64().is_some_and(|n| n.abs() < MOST_FACTORS);
+    let form = |form: &Linear| {
+        let numbers = || form.state.iter().chain(&form.draws);
+        let sum: i64 = numbers().filter_map(|number| number.to_integer().to_i64()).map(i64::abs).sum();
+        numbers().chain([&form.constant]).all(small) && sum < MOST_FACTORS
+    };
+    let draw = |draw: &Distribution| {
+        let point = |part: &Distribution| match part {
+            Distribution::Point(at) => small(at),
+            Distribution::Normal { mean, variance } => !variance.is_zero() || small(mean),
+            Distribution::Uniform { low, high } => low != high || small(low),
+            _ => true,
+        };
+        draw.parts().iter().all(|(_, part)| point(part))
+    };
+    let fits = |one: &Move| {
+        let shown = one.stretches.iter().flat_map(|stretch| stretch.shown.iter().flatten());
+        let sides = one.tests.iter().chain(shown).map(|side| &side.form);
+        sides.chain(&one.image).all(form) && one.draws.iter().all(draw)
+    };
+    chain.initial.iter().chain(chain.phases.iter().flatten()).all(fits)
+}
+
 impl Step {
-    fn new(one: &Move, known: &[bool], unit: &BigInt) -> Result<Step, String> {
+    fn new(one: &Move, known: &[bool], unit: &BigInt, fast: bool) -> Result<Step, String> {
         let samplers: Vec<Sampler> = one.draws.iter().map(Sampler::of).collect::<Result<_, _>>()?;
-        let discrete: Vec<bool> = samplers.iter().map(Sampler::is_discrete).collect();
+        let discrete: Vec<bool> = samplers.iter().map(|sampler| !fast && sampler.is_discrete()).collect();
         let width = known.len();
-        let compile = |linear: &Linear| form(linear, width, known, &discrete);
+        let compile = |linear: &Linear| {
+            let form = form(linear, width, known, &discrete);
+            Form { exact: form.exact.filter(|_| !fast), ..form }
+        };
         let test = |side: &Side| Test { relation: side.relation, form: compile(&side.form) };
         let mut stretches = Vec::new();
         for stretch in &one.stretches {

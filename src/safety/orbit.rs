@@ -9,7 +9,8 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::invariant::{Claim, Rejected, meets, shown};
 use crate::model::explore::{Label, successors};
-use crate::model::{Model, Move, Patience, State};
+use crate::model::{Action, Model, Move, Patience, State};
+use crate::replay::Drawn;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -19,13 +20,22 @@ const MOST_BITS: u64 = 4_000;
 /// Times from the start, with what is shown from then on.
 pub type Shown = Vec<(Value, Vec<Term>)>;
 
+/// A run: what is shown, and what is drawn.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// What is shown, by time.
+    pub shown: Shown,
+    /// What is drawn, in turn.
+    pub drawn: Vec<Drawn>,
+}
+
 /// What came of following a system.
 #[derive(Debug)]
 pub enum Orbit {
     /// Every state that can be reached, in all of which the claim holds.
     Closed(Vec<State>),
-    /// A run to a state that does not meet the claim: times with what is shown.
-    Broken(Shown),
+    /// A run to a state that does not meet the claim.
+    Broken(Run),
     /// Not followed to the end; why, and how many states met the claim.
     Unknown(String, usize),
 }
@@ -34,6 +44,8 @@ struct Visit {
     state: State,
     from: usize,
     time: BigRational,
+    /// What was drawn on the way to it.
+    drawn: Option<Drawn>,
 }
 
 /// When to give up.
@@ -74,7 +86,7 @@ fn explore(
     let mut places: HashMap<State, usize> = HashMap::new();
     let start = model.state(system).map_err(meaning)?;
     places.insert(start.clone(), 0);
-    visits.push(Visit { state: start, from: 0, time: BigRational::zero() });
+    visits.push(Visit { state: start, from: 0, time: BigRational::zero(), drawn: None });
     let mut next = 0;
     while next < visits.len() {
         let state = visits[next].state.clone();
@@ -97,38 +109,54 @@ fn explore(
                 Label::Act(..) => time.clone(),
             };
             places.insert(target.clone(), visits.len());
-            visits.push(Visit { state: target, from: next, time: later });
+            visits.push(Visit { state: target, from: next, time: later, drawn: drawn(&label) });
         }
         next += 1;
     }
     Ok(None)
 }
 
-fn is_long(state: &State) -> bool {
+pub(super) fn is_long(state: &State) -> bool {
     let bits = |value: &Value| value.as_rational().map_or(0, |number| number.numer().bits().max(number.denom().bits()));
     state.observations().iter().any(|(_, values)| values.iter().any(|value| bits(value) > MOST_BITS))
 }
 
-/// What is shown on the way to a state, wherever time passes.
-fn run_to(visits: &[Visit], place: usize, claim: &Claim) -> Shown {
+fn drawn(label: &Label) -> Option<Drawn> {
+    match label {
+        Label::Act(Action::Draw(from, Some((values, _))), _) => {
+            Some(Drawn { from: from.clone(), values: values.clone() })
+        }
+        _ => None,
+    }
+}
+
+/// What is shown on the way to a state, wherever time passes, and what is drawn.
+fn run_to(visits: &[Visit], place: usize, claim: &Claim) -> Run {
     let mut path = vec![place];
     let mut at = place;
     while at != 0 {
         at = visits[at].from;
         path.push(at);
     }
+    path.reverse();
+    let states = path.iter().map(|place| (&visits[*place].time, &visits[*place].state));
+    let drawn = path.iter().filter_map(|place| visits[*place].drawn.clone()).collect();
+    Run { shown: shown_on(states, claim), drawn }
+}
+
+/// What these states show of what a claim speaks of, wherever time passes.
+pub(super) fn shown_on<'s>(states: impl Iterator<Item = (&'s BigRational, &'s State)>, claim: &Claim) -> Shown {
     let names: Vec<_> = claim.shown.iter().filter_map(observer).collect();
     let mut run: Shown = Vec::new();
-    for place in path.into_iter().rev() {
-        let visit = &visits[place];
-        let passes = visit.state.moves().is_ok_and(|moves| visit.state.patience(&moves) != Patience::None);
+    for (time, state) in states {
+        let passes = state.moves().is_ok_and(|moves| state.patience(&moves) != Patience::None);
         if !passes {
             continue;
         }
-        let mut seen = shown(&visit.state);
+        let mut seen = shown(state);
         seen.retain(|term| observer(term).is_some_and(|name| names.contains(&name)));
         if run.last().is_none_or(|(_, before)| *before != seen) {
-            run.push((Value::rational(visit.time.clone()), seen));
+            run.push((Value::rational(time.clone()), seen));
         }
     }
     run

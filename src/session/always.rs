@@ -11,9 +11,9 @@ use crate::invariant::{Claim, Safe};
 use crate::lower::{Pattern, System};
 use crate::name::Name;
 use crate::period::Test;
-use crate::replay::replays;
+use crate::replay::{Drawn, replays};
 use crate::report::Verdict;
-use crate::safety::{self, orbit::Shown};
+use crate::safety::{self, orbit};
 
 /// The longest left side that is printed, in bytes.
 const WIDE: usize = 80;
@@ -147,20 +147,32 @@ fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     lines
 }
 
+/// Draws of a run that are printed.
+const MOST_DRAWS: usize = 12;
+
+/// What a run draws, in turn.
+fn draws(run: &orbit::Run) -> Option<String> {
+    let one = |drawn: &Drawn| format!("{} from {}", listed(&drawn.values, ", "), listed(&drawn.from, " and "));
+    let all: Vec<String> = run.drawn.iter().take(MOST_DRAWS).map(one).collect();
+    let more = if run.drawn.len() > MOST_DRAWS { ", …" } else { "" };
+    (!all.is_empty()).then(|| format!("where it draws, in turn: {}{more}", all.join(", ")))
+}
+
 /// A refutation stands only with a run that replays in the executable meaning.
-fn broken(system: &System, run: &Shown, claim: &Claim, waiting: &Waiting, found: &mut Found) {
+fn broken(system: &System, run: &orbit::Run, claim: &Claim, waiting: &Waiting, found: &mut Found) {
     let definitions = &waiting.environment.definitions;
-    if !replays(&system.term(definitions), definitions, run) {
+    if !replays(&system.term(definitions), definitions, &run.shown, &run.drawn) {
         found.remains = vec!["a run that breaks it was found, but could not be replayed".to_string()];
         return;
     }
     found.verdict = Some(Verdict::Refuted);
     found.trace.push("the run:".to_string());
-    for (time, shown) in run {
+    for (time, shown) in &run.shown {
         let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
         found.trace.push(format!("  at {time}: {}", shown.join(", ")));
     }
-    if let Some((_, shown)) = run.last() {
+    found.trace.extend(draws(run));
+    if let Some((_, shown)) = run.shown.last() {
         for duty in claim.duties(shown).unwrap_or_default() {
             for (test, asked) in duty.tests.iter().zip(&claim.tests) {
                 if test.decide(&waiting.environment.assumptions) == Some(false) {

@@ -12,7 +12,7 @@ use crate::invariant::Claim;
 use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
 use crate::probability::chain::{Chain, chain};
-use crate::probability::{Enclosed, Question, direct, enclosed, estimated, exact, linear, schedule};
+use crate::probability::{Enclosed, Question, branches, direct, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -33,8 +33,8 @@ struct Answer {
     /// Where it surely lies; none for a simulation.
     enclosed: Option<Enclosed>,
     lines: Vec<String>,
-    /// What is taken on trust beside the arithmetic.
-    trusted: &'static str,
+    /// What is taken on trust.
+    trusted: Vec<String>,
 }
 
 impl Run<'_, '_> {
@@ -54,10 +54,10 @@ impl Run<'_, '_> {
             return found;
         };
         found.trace = answer.lines.clone();
-        match answer.enclosed.and_then(|enclosed| enclosed.compare(relation, &bound)) {
+        match answer.enclosed.as_ref().and_then(|enclosed| enclosed.compare(relation, &bound)) {
             Some(holds) => {
                 found.verdict = Some(if holds { Verdict::Proved } else { Verdict::Refuted });
-                found.trusted = vec![answer.trusted.to_string(), MACHINE.to_string()];
+                found.trusted = answer.trusted;
             }
             None => found.remains = vec![open(&answer, relation, threshold, &bound)],
         }
@@ -111,7 +111,8 @@ pub(super) fn chances(likelihood: &Likelihood, environment: &Environment) -> Res
         high,
         sure: method != "estimated",
         method,
-        trusted: vec![answer.trusted.to_string(), MACHINE.to_string()],
+        number: answer.enclosed.and_then(|enclosed| enclosed.number().cloned()),
+        trusted: answer.trusted,
     })
 }
 
@@ -134,7 +135,21 @@ fn answer(
     let (chain, question) = match asked(likelihood, environment) {
         Ok(asked) => asked,
         Err(reasons) => {
-            let other = scheduled(likelihood, environment).map(Ok).or_else(|| run(likelihood, environment));
+            let mut known = followed(likelihood, environment).map(Ok);
+            if known.is_none() {
+                known = match scheduled(likelihood, environment) {
+                    Ok(answer) => Some(Ok(answer)),
+                    Err(reason) => {
+                        let note = format!("not exact: {reason}");
+                        let mut found = run(likelihood, environment).unwrap_or_else(|| Err(vec![note.clone()]));
+                        if let Ok(answer) = &mut found {
+                            answer.lines.push(format!("note: {note}"));
+                        }
+                        Some(found)
+                    }
+                };
+            }
+            let other = known;
             return other.unwrap_or_else(|| Err(Vec::new())).map_err(|more| [reasons, more].concat());
         }
     };
@@ -144,7 +159,12 @@ fn answer(
     };
     let mut reasons = Vec::new();
     for method in methods {
-        match by_method(*method, &chain, &question, threshold) {
+        let found = by_method(*method, &chain, &question, threshold);
+        let exactly = |reason| match method {
+            Method::Exact => followed(likelihood, environment).ok_or(reason),
+            _ => Err(reason),
+        };
+        match found.or_else(exactly) {
             Ok(mut answer) => {
                 answer.lines.extend(reasons.iter().map(|reason| format!("note: {reason}")));
                 return Ok(answer);
@@ -156,20 +176,58 @@ fn answer(
 }
 
 /// The answer for one process that draws how long it lasts.
-fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
+fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Result<Answer, String> {
+    let (system, event, question) = event(likelihood, environment).map_err(|reasons| reasons.join("; "))?;
+    let found = schedule::schedule(&system.components, &environment.definitions, &event, &question)?;
+    let method = if found.wide { Method::Enclosed } else { Method::Exact };
+    if likelihood.method.is_some_and(|asked| asked != method) {
+        return Err(format!("it is {} only", name(method)));
+    }
+    Ok(surely(found.chance, method, vec![BELOW.to_string()], PARTS))
+}
+
+/// The answer by all branches of the executable meaning, of which nothing is left to trust; none where there are too many.
+fn followed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
     if !matches!(likelihood.method, None | Some(Method::Exact)) {
         return None;
     }
     let (system, event, question) = event(likelihood, environment).ok()?;
-    let found = schedule::schedule(&system.components, &environment.definitions, &event, &question).ok()?;
-    let interval = found.interval();
-    let lines = vec![
-        format!("probability {} (exact)", between(&interval, SURE)),
-        "a duration that is drawn below 0 counts as 0".to_string(),
-    ];
-    let Interval { low, high } = interval;
-    let chance = Chance { low, high, method: name(Method::Exact), confidence: None, runs: None };
-    Some(Answer { chance, interval, enclosed: Some(found), lines, trusted: PARTS })
+    let term = system.term(&environment.definitions);
+    let found = branches::branches(&term, &environment.definitions, &event, &question).ok()?;
+    let lines = vec!["all branches of the executable meaning were followed".to_string(), BELOW.to_string()];
+    Some(Answer { trusted: Vec::new(), ..surely(found, Method::Exact, lines, PARTS) })
+}
+
+/// What is said of durations that are drawn.
+const BELOW: &str = "a duration that is drawn below 0 counts as 0";
+
+fn surely(found: Enclosed, method: Method, mut lines: Vec<String>, trusted: &str) -> Answer {
+    lines.insert(0, format!("probability {} ({})", told(&found), name(method)));
+    let interval @ Interval { low, high } = found.interval();
+    let chance = Chance { low, high, method: name(method), confidence: None, runs: None };
+    let trusted = trust(trusted, Some(&found));
+    Answer { chance, interval, enclosed: Some(found), lines, trusted }
+}
+
+/// What is taken on trust: where a chance is a rational, no arithmetic of the machine.
+fn trust(first: &str, found: Option<&Enclosed>) -> Vec<String> {
+    let rounded = found.is_none_or(|found| found.number().is_none());
+    [first].into_iter().chain(rounded.then_some(MACHINE)).map(str::to_string).collect()
+}
+
+/// A chance that is known exactly, as far as it can be printed.
+fn told(found: &Enclosed) -> String {
+    found.number().map_or_else(|| between(&found.interval(), SURE), rational)
+}
+
+/// The longest rational that is printed, in bytes.
+const LONG: usize = 40;
+
+/// A rational exactly, where that is short, and as a decimal.
+fn rational(number: &BigRational) -> String {
+    let near = decimal(num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN));
+    let exact = Value::rational(number.clone()).to_string();
+    if exact == near || exact.len() > LONG { near } else { format!("{exact} = {near}") }
 }
 
 /// The answer by runs of the executable meaning; none where another method is asked for.
@@ -186,12 +244,12 @@ fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answ
         let lines = vec![
             format!("probability {} (estimated)", between(&interval, LIKELY)),
             format!("{} runs of the executable meaning, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE),
-            "a duration that is drawn below 0 counts as 0".to_string(),
+            BELOW.to_string(),
         ];
         let Interval { low, high } = interval;
         let (confidence, runs) = (Some(estimated::CONFIDENCE), Some(found.runs));
         let chance = Chance { low, high, method: name(Method::Estimated), confidence, runs };
-        Ok(Answer { chance, interval, enclosed: None, lines, trusted: PHASES })
+        Ok(Answer { chance, interval, enclosed: None, lines, trusted: trust(PHASES, None) })
     };
     Some(answer())
 }
@@ -274,11 +332,11 @@ fn by_method(
                 lines.push("after n rounds, by induction:".to_string());
                 lines.extend(solved.lines().iter().map(|line| format!("  {line}")));
             }
-            (*chance, Some(chance), None, lines)
+            (chance.interval(), Some(chance), None, lines)
         }
         Method::Enclosed => {
             let found = enclosed_for(chain, question, threshold)?;
-            (*found, Some(found), None, Vec::new())
+            (found.interval(), Some(found), None, Vec::new())
         }
         Method::Estimated => {
             let found = estimated::estimated(chain, question, RUNS, SEED)?;
@@ -288,8 +346,8 @@ fn by_method(
         }
     };
     let method = name(method);
-    let digits = if enclosed.is_some() { SURE } else { LIKELY };
-    lines.insert(0, format!("probability {} ({method})", between(&interval, digits)));
+    let text = enclosed.as_ref().map_or_else(|| between(&interval, LIKELY), told);
+    lines.insert(0, format!("probability {text} ({method})"));
     let chance = Chance {
         low: interval.low,
         high: interval.high,
@@ -297,7 +355,8 @@ fn by_method(
         confidence: runs.map(|_| estimated::CONFIDENCE),
         runs,
     };
-    Ok(Answer { chance, interval, enclosed, lines, trusted: PHASES })
+    let trusted = trust(PHASES, enclosed.as_ref());
+    Ok(Answer { chance, interval, enclosed, lines, trusted })
 }
 
 /// How wide an interval is at most, in units of the last digit that is printed.
@@ -340,12 +399,11 @@ fn described(name: &str, parts: &Distribution) -> Vec<String> {
         Distribution::Mixture(all) if all.len() > 1 => format!("a mixture of {} normal parts", all.len()),
         _ => "normal".to_string(),
     };
-    let text = |number: &BigRational| {
-        let near = num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN).to_string();
-        let exact = Value::rational(number.clone()).to_string();
-        if exact == near || exact.len() > 40 { near } else { format!("{exact} = {near}") }
-    };
-    vec![format!("{name} is {kind}, with mean {} and variance {}", text(&parts.mean()), text(&parts.variance()))]
+    vec![format!(
+        "{name} is {kind}, with mean {} and variance {}",
+        rational(&parts.mean()),
+        rational(&parts.variance())
+    )]
 }
 
 /// What a property asks for, whether any time up to the given one counts, and that time: `Delay_d ; At_a` asks what is

@@ -4,6 +4,7 @@ use num_rational::BigRational;
 
 use super::likely::{asked, chances};
 use crate::criteria::Likely;
+use crate::interval::Interval;
 use crate::lower::{Environment, Event, Likelihood, Method};
 use crate::probability::{Question, enclosed, estimated};
 use crate::value::Relation;
@@ -29,7 +30,9 @@ pub(super) fn roughly(
     };
     match wide {
         Some(enclosed) => {
-            Ok(Likely { low: enclosed.low, high: enclosed.high, sure: true, method: "enclosed", trusted: Vec::new() })
+            let Interval { low, high } = enclosed.interval();
+            let number = enclosed.number().cloned();
+            Ok(Likely { low, high, number, sure: true, method: "enclosed", trusted: Vec::new() })
         }
         None => chances(likelihood, environment),
     }
