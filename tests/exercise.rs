@@ -211,3 +211,27 @@ fn the_laws_alone_may_stand_in_braces() {
     let answer = solves(&mut attempt(text, "sum"), &["{seq-stop-left}", "delay-sum"]);
     assert!(answer.contains("solved in 2 steps"), "{answer}");
 }
+
+#[test]
+fn a_step_is_by_the_laws_named_and_units_are_free() {
+    let text = "exercise e \"x\"\n  prove Abort | (Stop ; Delay_1) = Delay_1\n  using par-stop\n";
+    let mut attempt = self::attempt(text, "e");
+    let answer = refused(&mut attempt, "= {par-stop} Delay_1");
+    assert!(answer.contains("the step holds, but not by par-stop: by par-abort, seq-stop-left"), "{answer}");
+    let answer = solves(&mut attempt, &["= {par-abort, seq-stop-left} Delay_1"]);
+    assert!(answer.contains("= {par-abort, seq-stop-left}"), "{answer}");
+    // Beside a law that is named they are used without a word, and the calculation says which were.
+    let text = "exercise e \"x\"\n  prove Stop ; Delay_1 ; Delay_2 = Delay_3\n  using delay-sum\n";
+    let answer = solves(&mut self::attempt(text, "e"), &["= {delay-sum} Delay_3"]);
+    assert!(answer.contains("= {delay-sum, ") && answer.contains("seq-stop-left}"), "{answer}");
+}
+
+#[test]
+fn an_answer_may_begin_with_any_process() {
+    let mut rescue = example("parallel.pars", "rescue");
+    solves(&mut rescue, &["try(?P) ; ?Q", "?P ; ?Q"]);
+    let text = "exercise e \"x\"\n  prove Stop ; loop(Delay_1) = loop(Delay_1)";
+    solves(&mut attempt(text, "e"), &["loop(Delay_1)"]);
+    let text = "exercise e \"x\"\n  prove Stop ; new c. In_c<x> = new c. In_c<x>";
+    solves(&mut attempt(text, "e"), &["new c. In_c<x>"]);
+}

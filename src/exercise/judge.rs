@@ -6,6 +6,7 @@ use super::{Attempt, Done};
 use crate::explain::run_lines;
 use crate::fact::Context;
 use crate::kernel::Theory;
+use crate::law::Laws;
 use crate::name::Name;
 use crate::proof::Statement;
 use crate::prove::{Answer, By, prove};
@@ -27,12 +28,11 @@ impl Attempt {
         let named = if step.laws.is_empty() { &self.exercise.laws } else { &step.laws };
         let mut proved = self.proved(&statement, named, interrupted);
         if let Some(laws) = proved.take() {
-            return Ok(laws);
+            return self.as_named(&statement, step, laws, interrupted);
         }
         if let Some(found) = self.refuted(&statement) {
             return Err(self.wrong(&statement, step, &found, interrupted));
         }
-        let list = |laws: &[Name]| laws.iter().map(Name::as_str).collect::<Vec<_>>().join(", ");
         if !step.laws.is_empty()
             && let Some(laws) = self.proved(&statement, &self.exercise.laws, interrupted)
         {
@@ -53,9 +53,36 @@ impl Attempt {
         Err(text)
     }
 
-    /// The laws of a proof by these laws (none: by all), which the kernel has checked.
+    /// A proof found by the laws named and those about units, which are always allowed: one that was named must be in it.
+    fn as_named(
+        &self,
+        statement: &Statement,
+        step: &Done,
+        used: Vec<Name>,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Vec<Name>, String> {
+        if step.laws.is_empty() || used.iter().any(|law| step.laws.contains(law)) {
+            return Ok(used);
+        }
+        // A law about units may have been taken where one that was named does as well.
+        let mut strictly = Laws::default();
+        for law in self.theory.laws.iter().filter(|law| step.laws.contains(&law.name)) {
+            strictly.push((**law).clone());
+        }
+        if let Some(laws) = self.proved_in(statement, strictly, interrupted).filter(|laws| !laws.is_empty()) {
+            return Ok(laws);
+        }
+        let by = if used.is_empty() { "computing with values".to_string() } else { list(&used) };
+        Err(format!("the step holds, but not by {}: by {by}\n", list(&step.laws)))
+    }
+
+    /// The laws of a proof by these laws (none: by all) and those about units, which the kernel has checked.
     fn proved(&self, statement: &Statement, laws: &[Name], interrupted: &dyn Fn() -> bool) -> Option<Vec<Name>> {
-        let theory = Theory { laws: alone(&self.theory.laws, laws), ..self.theory.clone() };
+        self.proved_in(statement, alone(&self.theory.laws, laws), interrupted)
+    }
+
+    fn proved_in(&self, statement: &Statement, laws: Laws, interrupted: &dyn Fn() -> bool) -> Option<Vec<Name>> {
+        let theory = Theory { laws, ..self.theory.clone() };
         match prove(&theory, statement, &By::Search, Limits::default(), interrupted) {
             Answer::Proved(theorem, _) => Some(theorem.laws().iter().cloned().collect()),
             Answer::Open(_) => None,
@@ -112,4 +139,8 @@ impl Attempt {
         }
         text
     }
+}
+
+fn list(laws: &[Name]) -> String {
+    laws.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
 }

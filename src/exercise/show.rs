@@ -51,8 +51,7 @@ impl Attempt {
         let mut out = format!("    {}\n", self.exercise.left);
         let mut before = &self.exercise.left;
         for done in &self.done {
-            let laws = if done.laws.is_empty() { &done.used } else { &done.laws };
-            let laws: Vec<&str> = laws.iter().map(Name::as_str).collect();
+            let laws: Vec<&str> = done.used.iter().map(Name::as_str).collect();
             let term = marked(before, &done.term).shown(self.colour);
             let _ = writeln!(out, "{} {{{}}}\n    {term}", done.connective, laws.join(", "));
             before = &done.term;

@@ -84,11 +84,7 @@ impl Parser<'_> {
 
     fn learner_step(&mut self) -> Parse<GapStep> {
         let start = self.token().span.start;
-        let connective = if self.at(Kind::Upper) || self.at(Kind::Meta) || self.at(Kind::OpenRound) {
-            Connective::Equal
-        } else {
-            self.connective("`= {law} P`")?
-        };
+        let connective = if self.begins_term() { Connective::Equal } else { self.connective("`= {law} P`")? };
         let laws = if self.accept(Kind::OpenCurly) {
             Some(self.list(Kind::CloseCurly, "`,` or `}`", Parser::law_name)?)
         } else {

@@ -77,7 +77,7 @@ impl Parser<'_> {
         })
     }
 
-    fn begins_term(&self) -> bool {
+    pub(super) fn begins_term(&self) -> bool {
         matches!(
             self.kind(),
             Kind::Upper | Kind::Meta | Kind::OpenRound | Kind::Word(Keyword::Try | Keyword::Loop | Keyword::New)
