@@ -28,7 +28,7 @@ mod unrolled;
 mod window;
 
 use num_rational::BigRational;
-use num_traits::Signed;
+use num_traits::{One, Signed, Zero};
 
 use crate::interval::Interval;
 use crate::name::Name;
@@ -71,6 +71,7 @@ impl Enclosed {
 
     /// Between two rationals.
     fn from(low: BigRational, high: BigRational) -> Enclosed {
+        let (low, high) = (low.max(BigRational::zero()), high.min(BigRational::one()));
         let interval = Interval::between(Interval::of(&low).low, Interval::of(&high).high).probability();
         Enclosed { interval, ends: Some((low, high)) }
     }

@@ -109,18 +109,20 @@ pub fn always(
         }
         Orbit::Broken(run) => outcome.verdict = Verdict::Refuted(run),
         Orbit::Unknown(reason, states) if matches!(outcome.verdict, Verdict::Open) => {
-            if let Some(run) = drawn::broken(system, definitions, assumptions, claim, interrupted) {
-                outcome.verdict = Verdict::Refuted(run);
-                return outcome;
-            }
-            outcome.remaining.push(format!("the run could not be followed to its end: {reason}"));
-            if states > 1 {
-                outcome.remaining.push(format!("its first {states} states meet the claim"));
+            match drawn::broken(system, definitions, assumptions, claim, interrupted) {
+                Some(run) => outcome.verdict = Verdict::Refuted(run),
+                None => outcome.remaining.extend(not_followed(&reason, states)),
             }
         }
         Orbit::Unknown(..) => {}
     }
     outcome
+}
+
+/// Why a run was not followed to its end.
+fn not_followed(reason: &str, states: usize) -> Vec<String> {
+    let met = (states > 1).then(|| format!("its first {states} states meet the claim"));
+    std::iter::once(format!("the run could not be followed to its end: {reason}")).chain(met).collect()
 }
 
 /// Whether some phase shows all that the claim speaks of.

@@ -190,7 +190,9 @@ prove Sys always |p| <= {bound} when At_p"
     };
     // |r| <= b gives |r/2 + e| <= b/2 + 1/4, which is at most b from 1/2 on.
     assert!(matches!(judged(&text("1/2")).verdict, Verdict::Proved(_)));
-    assert!(matches!(judged(&text("2/5")).verdict, Verdict::Open));
+    // Noise that pushes one way again and again comes as near to 1/2 as is wanted.
+    let Verdict::Refuted(run) = judged(&text("2/5")).verdict else { panic!("not refuted") };
+    assert!(!run.drawn.is_empty() && !run.shown.is_empty());
 }
 
 #[test]

@@ -23,17 +23,21 @@ const MOST_BITS: u64 = 100_000;
 /// States with their chances.
 type Weighted = BTreeMap<State, BigRational>;
 
+/// A chance, and whether several communications were due at one moment on the way; of these each was found to commute with
+/// the first.
+pub struct Found {
+    /// The chance.
+    pub chance: Enclosed,
+    /// Whether there were such.
+    pub orders: bool,
+}
+
 /// The chance that it happens. Durations that are drawn below 0 count as 0.
 ///
 /// # Errors
 /// Where a number is drawn from a density, there are too many branches, or a run has no meaning or depends on which of
 /// several communications comes first.
-pub fn branches(
-    system: &Term,
-    definitions: &Definitions,
-    event: &Claim,
-    question: &Question,
-) -> Result<Enclosed, String> {
+pub fn branches(system: &Term, definitions: &Definitions, event: &Claim, question: &Question) -> Result<Found, String> {
     let (system, definitions) = counted_from_nothing(system, definitions)?;
     let model = Model::new(&definitions);
     let start = model.state(&system).map_err(|error| error.why)?;
@@ -41,6 +45,7 @@ pub fn branches(
         subject: Subject { system: &system, event, question },
         model,
         happened: BigRational::zero(),
+        orders: false,
         later: BTreeMap::from([(BigRational::zero(), Weighted::from([(start, BigRational::one())]))]),
     };
     let mut count = 0;
@@ -53,13 +58,14 @@ pub fn branches(
             walk.follow(&now, &state, chance, &mut open)?;
         }
     }
-    Ok(Enclosed::known(walk.happened))
+    Ok(Found { chance: Enclosed::known(walk.happened), orders: walk.orders })
 }
 
 struct Walk<'a> {
     subject: Subject<'a>,
     model: Model<'a>,
     happened: BigRational,
+    orders: bool,
     /// By time.
     later: BTreeMap<BigRational, Weighted>,
 }
@@ -90,6 +96,7 @@ impl Walk<'_> {
         }
         let due: Vec<&Move> = moves.iter().filter(|one| matches!(one.action, Action::Tau(..))).collect();
         if let Some((first, others)) = due.split_first() {
+            self.orders |= !others.is_empty();
             add(open, self.subject.communicated(&self.model, first, others)?, chance);
             return Ok(());
         }

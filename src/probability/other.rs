@@ -187,22 +187,9 @@ fn summed(
             all.push(within);
         }
     }
-    let drawn = || others.iter().map(|other| &other.distribution).zip(&own).filter(|(_, factor)| !factor.is_zero());
-    let sum = |sign: &BigRational| -> Result<Sum, String> {
-        let mut sum = Sum::new(false);
-        sum.add(&Distribution::Normal { mean: sign * &mean, variance: variance.clone() })?;
-        for (one, factor) in drawn() {
-            let scaled = one.affine(&(sign * factor), &BigRational::zero());
-            sum.add(&scaled.ok_or("what is asked for adds up random numbers whose sum has no name")?)?;
-        }
-        Ok(sum)
-    };
-    // A sum of numbers that reach down without end is that of numbers that reach up, mirrored.
-    let one = BigRational::one();
-    let (sum, mirrored) = match sum(&one) {
-        Ok(sum) => (sum, false),
-        Err(reason) => (sum(&-&one).map_err(|_| reason)?, true),
-    };
+    let drawn: Vec<_> =
+        others.iter().map(|other| &other.distribution).zip(&own).filter(|one| !one.1.is_zero()).collect();
+    let (sum, mirrored) = sum_of(&mean, &variance, &drawn)?;
     let at_most = |bound: &BigRational| -> Result<Interval, String> {
         let at = if mirrored { sum.at_most(&-bound)? } else { sum.at_most(bound)? };
         Ok(if mirrored { Interval::exactly(1.0).minus(at.interval()) } else { at.interval() })
@@ -218,6 +205,29 @@ fn summed(
         total = total.plus(high.minus(low).probability());
     }
     Ok(total.probability())
+}
+
+/// The sum of a normal number and of multiples of others; or, where these reach down without end, that of all with the
+/// other sign, and true.
+fn sum_of(
+    mean: &BigRational,
+    variance: &BigRational,
+    drawn: &[(&Distribution, &BigRational)],
+) -> Result<(Sum, bool), String> {
+    let with = |sign: &BigRational| -> Result<Sum, String> {
+        let mut sum = Sum::new(false);
+        sum.add(&Distribution::Normal { mean: sign * mean, variance: variance.clone() })?;
+        for (one, factor) in drawn {
+            let scaled = one.affine(&(sign * *factor), &BigRational::zero());
+            sum.add(&scaled.ok_or("what is asked for adds up random numbers whose sum has no name")?)?;
+        }
+        Ok(sum)
+    };
+    let one = BigRational::one();
+    match with(&one) {
+        Ok(sum) => Ok((sum, false)),
+        Err(reason) => with(&-one).map(|sum| (sum, true)).map_err(|_| reason),
+    }
 }
 
 impl Within {

@@ -24,6 +24,7 @@ const SEED: u64 = 1;
 /// What is taken on trust where a chance is compared.
 const PARTS: &str = "that the process goes through its parts, their draws and their delays in a line";
 const PHASES: &str = "that the phases with their flow functions, as printed, are all that the system does";
+const ORDERS: &str = "that several communications of one moment may come in any order, as each may with the first";
 const MACHINE: &str = "the arithmetic of the machine, rounded outward";
 
 /// A chance with how it was found.
@@ -135,22 +136,7 @@ fn answer(
     let (chain, question) = match asked(likelihood, environment) {
         Ok(asked) => asked,
         Err(reasons) => {
-            let mut known = followed(likelihood, environment).map(Ok);
-            if known.is_none() {
-                known = match scheduled(likelihood, environment) {
-                    Ok(answer) => Some(Ok(answer)),
-                    Err(reason) => {
-                        let note = format!("not exact: {reason}");
-                        let mut found = run(likelihood, environment).unwrap_or_else(|| Err(vec![note.clone()]));
-                        if let Ok(answer) = &mut found {
-                            answer.lines.push(format!("note: {note}"));
-                        }
-                        Some(found)
-                    }
-                };
-            }
-            let other = known;
-            return other.unwrap_or_else(|| Err(Vec::new())).map_err(|more| [reasons, more].concat());
+            return without_rounds(likelihood, environment).map_err(|more| [reasons, more].concat());
         }
     };
     let methods: &[Method] = match &likelihood.method {
@@ -175,6 +161,22 @@ fn answer(
     Err(reasons)
 }
 
+/// The answer for a system that is no chain of linear rounds.
+fn without_rounds(likelihood: &Likelihood, environment: &Environment) -> Result<Answer, Vec<String>> {
+    if let Some(answer) = followed(likelihood, environment) {
+        return Ok(answer);
+    }
+    let reason = match scheduled(likelihood, environment) {
+        Ok(answer) => return Ok(answer),
+        Err(reason) => format!("not exact: {reason}"),
+    };
+    let Some(found) = run(likelihood, environment) else { return Err(vec![reason]) };
+    found.map(|mut answer| {
+        answer.lines.push(format!("note: {reason}"));
+        answer
+    })
+}
+
 /// The answer for one process that draws how long it lasts.
 fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Result<Answer, String> {
     let (system, event, question) = event(likelihood, environment).map_err(|reasons| reasons.join("; "))?;
@@ -186,7 +188,8 @@ fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Result<Answe
     Ok(surely(found.chance, method, vec![BELOW.to_string()], PARTS))
 }
 
-/// The answer by all branches of the executable meaning, of which nothing is left to trust; none where there are too many.
+/// The answer by all branches of the executable meaning, of which hardly anything is left to trust; none where there are
+/// too many.
 fn followed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
     if !matches!(likelihood.method, None | Some(Method::Exact)) {
         return None;
@@ -195,7 +198,8 @@ fn followed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer
     let term = system.term(&environment.definitions);
     let found = branches::branches(&term, &environment.definitions, &event, &question).ok()?;
     let lines = vec!["all branches of the executable meaning were followed".to_string(), BELOW.to_string()];
-    Some(Answer { trusted: Vec::new(), ..surely(found, Method::Exact, lines, PARTS) })
+    let trusted = if found.orders { vec![ORDERS.to_string()] } else { Vec::new() };
+    Some(Answer { trusted, ..surely(found.chance, Method::Exact, lines, PARTS) })
 }
 
 /// What is said of durations that are drawn.
