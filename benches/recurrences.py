@@ -210,6 +210,11 @@ def with_giac(place, stanza, arrival):
     return terms is not None and set(terms.group(1).split(",")) == {"0"}, seconds
 
 
+for solver, run in (("giac", with_giac), ("maxima", with_maxima)):
+    if shutil.which(solver):
+        check(solver, run)
+    else:
+        print(f"{solver}: not installed")
 try:
     import sympy
 except ImportError:
@@ -217,8 +222,3 @@ except ImportError:
 else:
     check("sympy", with_sympy)
     far()
-for solver, run in (("maxima", with_maxima), ("giac", with_giac)):
-    if shutil.which(solver):
-        check(solver, run)
-    else:
-        print(f"{solver}: not installed")

@@ -119,8 +119,10 @@ impl Search {
         let (gone, verb) = if grows { (here.0 > goal.1, "grows") } else { (here.1 < goal.0, "falls") };
         let never = !self.relation.holds(if grows { Ordering::Greater } else { Ordering::Less });
         let index = &self.index;
-        (gone && never)
-            .then(|| format!("no term before {index} = {at} is; there it has passed it, and it {verb} in every step"))
+        (gone && never).then(|| match at == self.from {
+            true => format!("it {verb} in every step, and is past it at the start"),
+            false => format!("no term before {index} = {at} is; there it has passed it, and it {verb} in every step"),
+        })
     }
 }
 

@@ -151,7 +151,8 @@ fn split(polynomial: &[Value], known: &Assumptions) -> Result<Vec<Factor>, NoClo
                 modulus.len()
             )));
         }
-        if modulus.len() == 2 && known.decide(Relation::Gtr, &discriminant(&modulus)?, &Value::zero()) == Some(false) {
+        if modulus.len() == 2 && known.decide(Relation::Gtr, &discriminant(&modulus)?[0], &Value::zero()) == Some(false)
+        {
             return Err(NoClosedForm(format!(
                 "the characteristic polynomial {} has no two real roots, and complex ones are known of rational coefficients only",
                 text()
@@ -169,16 +170,18 @@ fn include(all: &mut Vec<Factor>, modulus: Row, count: usize) {
     }
 }
 
-/// `b^2 - 4*c` of `x^2 + b*x + c`
-fn discriminant(modulus: &[Value]) -> Result<Value, ValueError> {
-    modulus[1].mul(&modulus[1])?.sub(&modulus[0].mul(&Value::integer(4))?)
+/// A d without denominator and an e such that `d/e^2` is `b^2 - 4*c` of `x^2 + b*x + c`.
+fn discriminant(modulus: &[Value]) -> Result<[Value; 2], ValueError> {
+    let whole = modulus[1].mul(&modulus[1])?.sub(&modulus[0].mul(&Value::integer(4))?)?;
+    let below = whole.denominator().unwrap_or_else(Value::one);
+    Ok([whole.mul(&below)?.mul(&below)?, below])
 }
 
 /// The discriminants must be positive.
 fn real(all: &[Factor], known: &Assumptions) -> Result<Vec<Comparison>, NoClosedForm> {
     let mut conditions = Vec::new();
     for factor in all.iter().filter(|factor| factor.modulus.len() == 2) {
-        let discriminant = discriminant(&factor.modulus)?;
+        let [discriminant, _] = discriminant(&factor.modulus)?;
         if known.decide(Relation::Gtr, &discriminant, &Value::zero()) != Some(true) {
             conditions.push((Relation::Gtr, discriminant, Value::zero()));
         }
@@ -273,7 +276,8 @@ impl Factor {
     fn roots(&self) -> Result<Row, ValueError> {
         let [_, middle] = self.modulus.as_slice() else { return Ok(vec![self.modulus[0].neg()?]) };
         let half = Value::fraction(1, 2)?;
-        let (middle, distance) = (middle.neg()?.mul(&half)?, discriminant(&self.modulus)?.sqrt()?.mul(&half)?);
+        let [square, below] = discriminant(&self.modulus)?;
+        let (middle, distance) = (middle.neg()?.mul(&half)?, square.sqrt()?.mul(&half)?.div(&below)?);
         Ok(vec![middle.add(&distance)?, middle.sub(&distance)?])
     }
 }
