@@ -1,5 +1,7 @@
-//! The recurrences of `tests/recurrences/sixty.txt`, and the rates of other solvers on the same set where they are
-//! installed; a form counts only if its first twenty terms are right. Each line is a measurement of this run.
+//! The recurrences of `tests/recurrences/sixty.txt` and the questions of arrival there and in `arrivals.txt`, next to other
+//! solvers on the same set where they are installed, a line for each. A form counts only if its first twenty terms are
+//! right, an arrival only if it is the expected one. Every time is a measurement of this run: the median of several
+//! rounds of our own, and what the others measure of themselves, without their start.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -11,29 +13,41 @@ use pars::closed_form::{Recurrence, Sequence, Solved, term};
 use pars::lower::{Environment, Lowered, Question};
 use pars::name::Name;
 use pars::parser::{parse, parse_value};
-use pars::recurrence::solve_all;
+use pars::recurrence::{Reach, reach, solve_all};
 use pars::value::{Relation, Value};
 
 const SIXTY: &str = include_str!("../tests/recurrences/sixty.txt");
+const ARRIVALS: &str = include_str!("../tests/recurrences/arrivals.txt");
 /// What runs the other solvers: reads the set, answers with one line for each recurrence.
 const OTHERS: &str = include_str!("recurrences.py");
-const ROUNDS: u32 = 20;
+const ROUNDS: usize = 21;
 
 struct Case {
     kind: String,
     question: Question,
     assumptions: Assumptions,
     terms: Vec<(Name, Vec<Value>)>,
+    /// What is expected of an arrival.
+    arrival: Option<String>,
 }
 
+/// The forms, then the arrivals: the order in which the other solvers count them too.
 fn cases() -> Vec<Case> {
-    let stanzas = SIXTY.split("\n\n").filter(|stanza| stanza.contains("solve "));
-    stanzas.filter_map(case).collect()
+    let stanzas = || SIXTY.split("\n\n").chain(ARRIVALS.split("\n\n")).filter(|stanza| stanza.contains("solve "));
+    let forms = stanzas().filter(|stanza| stanza.contains("terms ")).filter_map(|stanza| case(stanza, false));
+    let arrivals = stanzas().filter(|stanza| stanza.contains("find ")).filter_map(|stanza| case(stanza, true));
+    forms.chain(arrivals).collect()
 }
 
-fn case(stanza: &str) -> Option<Case> {
+fn case(stanza: &str, arrives: bool) -> Option<Case> {
     let source = stanza.lines().filter(|line| line.starts_with("param ") || line.starts_with("solve "));
-    let source = source.collect::<Vec<_>>().join("\n");
+    let mut source = source.collect::<Vec<_>>().join("\n");
+    let mut arrival = None;
+    if arrives {
+        let (goal, expected) = stanza.lines().find_map(|line| line.strip_prefix("find ")?.split_once(" -> "))?;
+        source = format!("{source} find n with {goal}");
+        arrival = Some(expected.to_string());
+    }
     let mut environment = Environment::new();
     let lowered = environment.declare(&parse(&source).items, &source);
     let question = lowered.into_iter().flatten().find_map(|one| match one {
@@ -46,7 +60,40 @@ fn case(stanza: &str) -> Option<Case> {
         terms.push((Name::new(name), row.split(", ").map(value).collect::<Option<Vec<_>>>()?));
     }
     let kind = stanza.lines().find_map(|line| line.strip_prefix("kind "))?.to_string();
-    Some(Case { kind, question, assumptions: environment.assumptions.clone(), terms })
+    let kind = if arrives { format!("arrival: {kind}") } else { kind };
+    Some(Case { kind, question, assumptions: environment.assumptions.clone(), terms, arrival })
+}
+
+impl Case {
+    /// Whether a run of it is right.
+    fn run(&self) -> bool {
+        let (recurrence, known) = (&self.question.recurrence, &self.assumptions);
+        let solved = solve_all(recurrence.clone(), known);
+        let (Some(expected), Some((relation, left, right))) = (&self.arrival, &self.question.find) else {
+            return solved.is_ok();
+        };
+        match reach(recurrence, solved.ok().as_ref(), (*relation, left, right), known, &|| false) {
+            Reach::At(at, _) => *expected == format!("n = {at}"),
+            Reach::Never(_) => expected == "never",
+            Reach::Unknown(_) => false,
+        }
+    }
+
+    /// Whether it is right, the terms of the form included, and the median time of a run.
+    fn measured(&self) -> (bool, Duration) {
+        let mut times = Vec::new();
+        let mut right = true;
+        for _ in 0..ROUNDS {
+            let start = Instant::now();
+            right &= self.run();
+            times.push(start.elapsed());
+        }
+        if self.arrival.is_none() {
+            let solved = solve_all(self.question.recurrence.clone(), &self.assumptions);
+            right &= solved.is_ok_and(|solved| is_right(self, &solved));
+        }
+        (right, median(&mut times))
+    }
 }
 
 fn is_right(case: &Case, solved: &Solved) -> bool {
@@ -66,79 +113,79 @@ fn median(times: &mut [Duration]) -> Duration {
 
 fn main() {
     let cases = cases();
-    let mut own = Vec::new();
-    let mut right = 0;
-    let mut slowest = (Duration::ZERO, String::new());
-    for case in &cases {
-        let start = Instant::now();
-        for _ in 1..ROUNDS {
-            let _ = solve_all(case.question.recurrence.clone(), &case.assumptions);
+    let own: Vec<(bool, Duration)> = cases.iter().map(Case::measured).collect();
+    let others = others();
+    for (place, (case, (right, time))) in cases.iter().zip(&own).enumerate() {
+        let mut line = format!("{place:3} {:40} pars {}", case.kind, shown(*right, *time));
+        for (solver, found) in &others {
+            let theirs = found.get(&place).map_or_else(|| format!("{:>10}", "-"), |(right, time)| shown(*right, *time));
+            line.push_str(&format!("  {solver} {theirs}"));
         }
-        let solved = solve_all(case.question.recurrence.clone(), &case.assumptions);
-        let time = start.elapsed() / ROUNDS;
-        if solved.is_ok_and(|solved| is_right(case, &solved)) {
-            right += 1;
-        }
-        if time > slowest.0 {
-            slowest = (time, case.kind.clone());
-        }
-        own.push(time);
+        println!("{line}");
     }
-    let mut kinds: BTreeMap<&str, Vec<Duration>> = BTreeMap::new();
-    for (case, time) in cases.iter().zip(&own) {
-        kinds.entry(&case.kind).or_default().push(*time);
+    for arrivals in [false, true] {
+        let places: Vec<usize> = (0..cases.len()).filter(|place| cases[*place].arrival.is_some() == arrivals).collect();
+        println!("{}", if arrivals { "arrivals:" } else { "forms:" });
+        summary(&places, &own, &others);
     }
-    for (kind, mut times) in kinds {
-        println!("  {kind}: median {:?}", median(&mut times));
-    }
-    let total: Duration = own.iter().sum();
-    let middle = median(&mut own.clone());
-    println!("pars: {right}/{} right with the proof, median {middle:?}, total {total:?}", cases.len());
-    println!("pars: slowest {:?} ({})", slowest.0, slowest.1);
-    others(&own, &cases);
     far_term();
 }
 
+fn shown(right: bool, time: Duration) -> String {
+    if right { format!("{:>10}", format!("{time:.1?}")) } else { format!("{:>10}", "no") }
+}
+
+/// How many are right, the median time of these, and how many times as fast our own are on the same.
+fn summary(places: &[usize], own: &[(bool, Duration)], others: &Others) {
+    let mut times: Vec<Duration> = places.iter().filter(|place| own[**place].0).map(|place| own[*place].1).collect();
+    let (right, slowest) = (times.len(), times.iter().max().copied().unwrap_or_default());
+    println!("  pars: {right}/{} right, median {:.1?}, slowest {slowest:.1?}", places.len(), median(&mut times));
+    for (solver, found) in others {
+        let both = places.iter().filter_map(|place| {
+            let (_, time) = found.get(place).filter(|(right, _)| *right && own[*place].0)?;
+            Some((*time, time.as_secs_f64() / own[*place].1.as_secs_f64()))
+        });
+        let (mut times, mut ratios): (Vec<Duration>, Vec<f64>) = both.unzip();
+        ratios.sort_by(f64::total_cmp);
+        let ratio = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
+        let count = times.len();
+        println!(
+            "  {solver}: {count}/{} right, median {:.1?}; on these pars is {ratio:.1} times as fast in the median",
+            places.len(),
+            median(&mut times)
+        );
+    }
+}
+
+/// By solver and place: whether it is right, and the time.
+type Others = BTreeMap<String, BTreeMap<usize, (bool, Duration)>>;
+
 /// Runs the other solvers, if there is a Python to run them.
-fn others(own: &[Duration], cases: &[Case]) {
-    let script = OTHERS.replace("@SET@", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recurrences/sixty.txt"));
+fn others() -> Others {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recurrences/");
+    let script = OTHERS.replace("@FOLDER@", folder);
+    let mut solvers = Others::new();
     let child = Command::new("python3").arg("-").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
     let Ok(mut child) = child else {
         println!("others: no python3 to run them");
-        return;
+        return solvers;
     };
     if let Some(mut input) = child.stdin.take() {
         let _ = input.write_all(script.as_bytes());
     }
-    let Ok(output) = child.wait_with_output() else { return };
-    let mut solvers: BTreeMap<String, Vec<(usize, bool, Duration)>> = BTreeMap::new();
+    let Ok(output) = child.wait_with_output() else { return solvers };
     for line in String::from_utf8_lossy(&output.stdout).lines() {
         let parts: Vec<&str> = line.split_whitespace().collect();
         match parts.as_slice() {
-            [solver, place, right, seconds] => {
+            [solver, place, right @ ("right" | "wrong"), seconds] => {
                 let (Ok(place), Ok(seconds)) = (place.parse::<usize>(), seconds.parse::<f64>()) else { continue };
-                let time = Duration::from_secs_f64(seconds);
-                solvers.entry((*solver).to_string()).or_default().push((place, *right == "right", time));
+                let found = (*right == "right", Duration::from_secs_f64(seconds));
+                solvers.entry((*solver).to_string()).or_default().insert(place, found);
             }
             _ => println!("{line}"),
         }
     }
-    for (solver, found) in solvers {
-        let right = found.iter().filter(|(_, right, _)| *right).count();
-        let both: Vec<&(usize, bool, Duration)> = found.iter().filter(|(_, right, _)| *right).collect();
-        let mut times: Vec<Duration> = both.iter().map(|(.., time)| *time).collect();
-        let mut ratios: Vec<f64> = both
-            .iter()
-            .filter_map(|(place, _, time)| Some(time.as_secs_f64() / own.get(*place)?.as_secs_f64()))
-            .collect();
-        ratios.sort_by(f64::total_cmp);
-        let ratio = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
-        println!(
-            "{solver}: {right}/{} right, median {:?}; on those it solves pars is {ratio:.0} times as fast (median)",
-            cases.len(),
-            median(&mut times)
-        );
-    }
+    solvers
 }
 
 /// The term of index a million of a system of six with rational coefficients.

@@ -191,6 +191,9 @@ impl Assumptions {
 
     /// Compares a value with 0.
     fn decide_unless_contradictory(&self, relation: Relation, value: &Value) -> Option<bool> {
+        if let Some(order) = value.coarse_order() {
+            return Some(relation.holds(order));
+        }
         if let Some((low, high)) = value.enclosure()
             && (low.is_positive() || high.is_negative())
         {

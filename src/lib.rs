@@ -3,6 +3,7 @@
 //! The modules stand in the order in which each builds on the others: a module imports only what stands above it.
 
 pub mod name;
+mod rational;
 pub mod polynomial;
 pub mod value;
 pub mod assumption;

@@ -14,6 +14,8 @@ use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use crate::rational::{product, sum};
+
 /// The most terms that a polynomial may have.
 pub const MOST_TERMS: usize = 20_000;
 /// The most bits that a coefficient may have.
@@ -181,35 +183,6 @@ impl<A: Ord> Ord for Monomial<A> {
             self.0.len().cmp(&other.0.len())
         };
         degree(self).cmp(&degree(other)).then_with(lexical)
-    }
-}
-
-/// The greatest common divisor; of numbers of very different length by a division first.
-fn common(one: &BigInt, other: &BigInt) -> BigInt {
-    if one.is_one() || other.is_one() {
-        return BigInt::one();
-    }
-    let (long, short) = if one.bits() < other.bits() { (other, one) } else { (one, other) };
-    if long.bits() > short.bits() + 64 && !short.is_zero() { (long % short).gcd(short) } else { long.gcd(short) }
-}
-
-/// The product. The search for common factors, which takes longer than all the rest, is spared where it can be.
-fn product(left: &BigRational, right: &BigRational) -> BigRational {
-    if left.is_integer() && right.is_integer() {
-        return BigRational::from_integer(left.numer() * right.numer());
-    }
-    let (one, other) = (common(left.numer(), right.denom()), common(right.numer(), left.denom()));
-    let numerator = (left.numer() / &one) * (right.numer() / &other);
-    BigRational::new_raw(numerator, (left.denom() / &other) * (right.denom() / &one))
-}
-
-/// The sum, likewise: a whole number brings no common factor in.
-fn sum(left: &BigRational, right: &BigRational) -> BigRational {
-    match (left.is_integer(), right.is_integer()) {
-        (true, true) => BigRational::from_integer(left.numer() + right.numer()),
-        (true, false) => BigRational::new_raw(left.numer() * right.denom() + right.numer(), right.denom().clone()),
-        (false, true) => BigRational::new_raw(left.numer() + right.numer() * left.denom(), left.denom().clone()),
-        (false, false) => left + right,
     }
 }
 

@@ -13,6 +13,8 @@ use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use crate::rational::{product, sum};
+
 /// A polynomial: its coefficients from the constant up, the last one not 0.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Univariate(Vec<BigRational>);
@@ -63,8 +65,12 @@ impl Univariate {
 
     /// The sum.
     pub fn plus(&self, other: &Univariate) -> Univariate {
-        let length = self.0.len().max(other.0.len());
-        Univariate::new((0..length).map(|place| self.coefficient(place) + other.coefficient(place)).collect())
+        let (long, short) = if self.0.len() < other.0.len() { (other, self) } else { (self, other) };
+        let mut total = long.0.clone();
+        for (own, coefficient) in total.iter_mut().zip(&short.0) {
+            *own = sum(own, coefficient);
+        }
+        Univariate::new(total)
     }
 
     /// The difference.
@@ -74,7 +80,7 @@ impl Univariate {
 
     /// A rational multiple.
     pub fn scale(&self, factor: &BigRational) -> Univariate {
-        Univariate::new(self.0.iter().map(|coefficient| coefficient * factor).collect())
+        Univariate::new(self.0.iter().map(|coefficient| product(coefficient, factor)).collect())
     }
 
     /// The product.
@@ -82,18 +88,18 @@ impl Univariate {
         if self.is_zero() || other.is_zero() {
             return Univariate::zero();
         }
-        let mut product = vec![BigRational::zero(); self.0.len() + other.0.len() - 1];
+        let mut all = vec![BigRational::zero(); self.0.len() + other.0.len() - 1];
         for (place, left) in self.0.iter().enumerate().filter(|(_, left)| !left.is_zero()) {
             for (offset, right) in other.0.iter().enumerate().filter(|(_, right)| !right.is_zero()) {
-                product[place + offset] += left * right;
+                all[place + offset] = sum(&all[place + offset], &product(left, right));
             }
         }
-        Univariate::new(product)
+        Univariate::new(all)
     }
 
     /// A power.
     pub fn power(&self, exponent: usize) -> Univariate {
-        (0..exponent).fold(Univariate::one(), |product, _| product.times(self))
+        (0..exponent).fold(Univariate::one(), |power, _| power.times(self))
     }
 
     /// Quotient and remainder; `None` on division by 0.
@@ -107,10 +113,10 @@ impl Univariate {
             if top.is_zero() {
                 continue;
             }
-            let factor = if lead.is_one() { top } else { top / lead };
+            let factor = if lead.is_one() { top } else { product(&top, &lead.recip()) };
             for (place, coefficient) in divisor.0[..divisor.0.len() - 1].iter().enumerate() {
                 if !coefficient.is_zero() {
-                    rest[offset + place] -= &factor * coefficient;
+                    rest[offset + place] = sum(&rest[offset + place], &-product(&factor, coefficient));
                 }
             }
             quotient[offset] = factor;
@@ -136,7 +142,9 @@ impl Univariate {
 
     /// The derivative.
     pub fn derivative(&self) -> Univariate {
-        let times = |(place, coefficient): (usize, &BigRational)| coefficient * BigRational::from_integer(place.into());
+        let times = |(place, coefficient): (usize, &BigRational)| {
+            product(coefficient, &BigRational::from_integer(place.into()))
+        };
         Univariate::new(self.0.iter().enumerate().skip(1).map(times).collect())
     }
 
@@ -163,7 +171,7 @@ impl Univariate {
 
     /// Its value at a number.
     pub fn at(&self, number: &BigRational) -> BigRational {
-        self.0.iter().rev().fold(BigRational::zero(), |sum, coefficient| sum * number + coefficient)
+        self.0.iter().rev().fold(BigRational::zero(), |all, coefficient| sum(&product(&all, number), coefficient))
     }
 
     /// The integer multiple without common divisor of its coefficients.
@@ -180,14 +188,14 @@ impl Univariate {
         let degree = self.degree();
         let mut sums: Vec<BigRational> = vec![BigRational::from_integer(degree.into())];
         for power in 1..count {
-            let mut sum = BigRational::zero();
+            let mut all = BigRational::zero();
             for back in 1..=power.min(degree) {
                 let coefficient = &self.0[degree - back];
                 let earlier =
                     if back == power { BigRational::from_integer(power.into()) } else { sums[power - back].clone() };
-                sum -= coefficient * earlier;
+                all = sum(&all, &-product(coefficient, &earlier));
             }
-            sums.push(sum);
+            sums.push(all);
         }
         sums
     }

@@ -6,6 +6,7 @@
 //! equation between values says nothing where a denominator in it is 0: whoever needs that asks for it.
 
 mod arithmetic;
+mod fixed;
 mod need;
 pub(crate) mod number;
 mod order;

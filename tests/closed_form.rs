@@ -74,6 +74,90 @@ fn sixty_recurrences_have_their_terms() {
     assert_eq!(kinds.values().sum::<usize>(), 60, "{kinds:?}");
 }
 
+#[test]
+fn arrivals_are_found() {
+    let mut count = 0;
+    for stanza in include_str!("recurrences/arrivals.txt").split("\n\n").filter(|stanza| stanza.contains("solve ")) {
+        let line = |word: &str| stanza.lines().find_map(|line| line.strip_prefix(word)).expect("a line");
+        let (goal, wanted) = line("find ").split_once(" -> ").expect("an answer");
+        arrives(&format!("solve {} find n with {goal}", line("solve ")), wanted);
+        count += 1;
+    }
+    assert_eq!(count, 14);
+}
+
+/// Forms in symbols, with numbers in place of the symbols, against plain iteration with these numbers.
+#[test]
+fn symbolic_forms_agree_with_numbers() {
+    let texts = [
+        "solve u(n+2) = (a+b)*u(n+1) - a*b*u(n), u(0) = 1, u(1) = b",
+        "solve u(n+3) = 3*a*u(n+2) - 3*a^2*u(n+1) + a^3*u(n), u(0) = 1, u(1) = 0, u(2) = b",
+        "solve u(n+2) = a*u(n+1) + b*u(n) + n*a^n, u(0) = 1, u(1) = 0",
+        "solve u(n+2) = a*b/(n+1)*u(n), u(0) = a, u(1) = 2",
+        "solve x(n+1) = a*x(n) + y(n), y(n+1) = b*x(n) + a*y(n) + n, x(0) = 1, y(0) = 0",
+        "solve x(n+1) = a*x(n) + y(n), y(n+1) = a*y(n) + z(n), z(n+1) = b*z(n), x(0) = 1, y(0) = 0, z(0) = 1",
+    ];
+    for text in texts {
+        let solved = solved(&format!("param a, b\n{text}"));
+        for numbers in [[value("3"), value("7")], [value("1/2"), value("5")], [value("-1"), value("4/3")]] {
+            let put_in = |value: &Value| {
+                let value =
+                    value.with(&Name::new("a"), &numbers[0]).and_then(|value| value.with(&Name::new("b"), &numbers[1]));
+                value.unwrap_or_else(|error| panic!("{text}: {error}"))
+            };
+            let none = Assumptions::default();
+            for (relation, left, right) in solved.conditions() {
+                assert_eq!(none.decide(*relation, &put_in(left), &put_in(right)), Some(true), "{text}");
+            }
+            let mut recurrence = solved.recurrence().clone();
+            for sequence in &mut recurrence.sequences {
+                sequence.next = put_in(&sequence.next);
+                sequence.start = sequence.start.iter().map(put_in).collect();
+            }
+            for (sequence, terms) in recurrence.sequences.iter().zip(recurrence.iterate(9).expect("terms")) {
+                for (at, term) in (0..).zip(&terms) {
+                    let found = put_in(&solved.at(&sequence.name, at).expect("a term"));
+                    assert_eq!(none.decide(Relation::Eq, &found, term), Some(true), "{text}: {found}, not {term}");
+                }
+            }
+        }
+    }
+}
+
+/// A form with a root holds only where what is under it is not negative: the check itself adds that.
+#[test]
+fn a_root_brings_its_condition() {
+    let (question, environment) = question("param a\nsolve u(n+2) = a*u(n), u(0) = 1, u(1) = 0");
+    let (recurrence, known) = (question.recurrence, environment.assumptions.clone());
+    let text = |text: &str| environment.value(&parse_value(text).expect("a value")).expect("a value");
+    let form = text("(sqrt(a)^n + (-sqrt(a))^n)/2");
+    let with = |form: &Value| {
+        Solved::check(recurrence.clone(), vec![Form::Value(Vec::new(), form.clone())], Vec::new(), &known)
+    };
+    let found = with(&form).expect("it holds where a is not negative");
+    assert_eq!(found.conditions(), [(Relation::Gte, text("a"), Value::zero())]);
+    // Of a negative number there is no root.
+    let mut below = known.clone();
+    below.assume(Relation::Lss, &text("a"), &Value::zero());
+    assert!(Solved::check(recurrence.clone(), vec![Form::Value(Vec::new(), form)], Vec::new(), &below).is_err());
+    assert!(with(&text("(sqrt(a)^n + (-sqrt(a))^n)/3")).is_err());
+}
+
+/// Turns with products are checked each: forged ones are refused.
+#[test]
+fn forged_turns_are_refused() {
+    let (question, environment) = question("solve u(n+2) = (n+1)*u(n), u(0) = 1, u(1) = 1");
+    let solved = solve_all(question.recurrence.clone(), &environment.assumptions).expect("a form");
+    let [Form::Turns(forms)] = solved.forms() else { panic!("{:?}", solved.forms()) };
+    let check = |forms: Vec<Form>| {
+        Solved::check(question.recurrence.clone(), vec![Form::Turns(forms)], Vec::new(), &environment.assumptions)
+    };
+    assert!(check(forms.clone()).is_ok());
+    assert!(check(vec![forms[1].clone(), forms[0].clone()]).is_err());
+    assert!(check(vec![forms[0].clone(), Form::Value(Vec::new(), Value::one())]).is_err());
+    assert!(check(vec![forms[0].clone()]).is_err());
+}
+
 /// The first index comes as wanted: `n = 8`, or `never`.
 fn arrives(text: &str, wanted: &str) {
     let (question, environment) = question(text);
@@ -119,7 +203,7 @@ fn what_has_no_form_is_said_to_have_none() {
         "solve h(n+1) = h(n) + 1/(n+1), h(0) = 0",
         "solve h(n+1) = h(n) + 1/((n-3)*(n-2)), h(0) = 0",
         "solve x(n+1) = x(n)*y(n), y(n+1) = x(n) + y(n), x(0) = 1, y(0) = 1",
-        "param a, b, c, d solve x(n+1) = a*x(n) + b*y(n), y(n+1) = c*x(n) + d*y(n), x(0) = 1, y(0) = 1",
+        "param a, b, c solve x(n+1) = a*y(n), y(n+1) = b*x(n) + z(n), z(n+1) = c*x(n), x(0) = 1, y(0) = 1, z(0) = 0",
         "solve g(n+1) = (n+1)*g(n) + 1, g(0) = 1",
     ] {
         let (question, environment) = question(text);

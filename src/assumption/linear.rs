@@ -10,6 +10,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use crate::polynomial::{Monomial, Polynomial};
+use crate::rational::{product, sum};
 use crate::value::Atom;
 
 /// What a constraint says of its polynomial.
@@ -187,7 +188,7 @@ fn feasible(mut table: Vec<Vec<BigRational>>, width: usize) -> Option<Vec<BigRat
 fn pivot(table: &mut [Vec<BigRational>], objective: &mut [BigRational], row: usize, column: usize) {
     let scale = table[row][column].recip();
     for number in table[row].iter_mut().filter(|number| !number.is_zero()) {
-        *number *= &scale;
+        *number = product(number, &scale);
     }
     let pivot_row = table[row].clone();
     let eliminate = |target: &mut [BigRational]| {
@@ -196,7 +197,7 @@ fn pivot(table: &mut [Vec<BigRational>], objective: &mut [BigRational], row: usi
             return;
         }
         for (number, other) in target.iter_mut().zip(&pivot_row).filter(|(_, other)| !other.is_zero()) {
-            *number -= &factor * other;
+            *number = sum(number, &-product(&factor, other));
         }
     };
     for (place, target) in table.iter_mut().enumerate() {

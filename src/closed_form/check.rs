@@ -62,6 +62,7 @@ impl Induction<'_> {
                 self.product(ratio, value)
             }
             [Form::Pieces(pieces)] => self.pieces(pieces),
+            [Form::Turns(forms)] if forms.iter().any(|form| matches!(form, Form::Product(..))) => self.in_turn(forms),
             [Form::Turns(first), ..] => self.turns(first.len()),
             _ => {
                 let early = early(self.forms)?;
@@ -87,6 +88,9 @@ impl Induction<'_> {
                 self.defined.value(value, from)?;
             }
         }
+        if matches!(self.forms, [Form::Turns(_), ..]) {
+            self.defined.count_rounds();
+        }
         for form in self.forms {
             self.form_divisors(form, from)?;
         }
@@ -95,7 +99,10 @@ impl Induction<'_> {
 
     fn form_divisors(&mut self, form: &Form, from: i64) -> Result<(), Unchecked> {
         match form {
-            Form::Value(early, value) => self.defined.value(value, from.saturating_add_unsigned(early.len() as u64)),
+            Form::Value(early, value) => {
+                self.defined.value(value, from.saturating_add_unsigned(early.len() as u64))?;
+                self.defined.roots(value, self.recurrence)
+            }
             Form::Sum(_, sum) => self.defined.sum(sum, from),
             Form::Product(ratio, value) => {
                 self.defined.value(ratio, from)?;
@@ -107,7 +114,10 @@ impl Induction<'_> {
     }
 
     pub(super) fn same(&self, left: &Value, right: &Value) -> bool {
-        left == right || self.defined.known().decide(Relation::Eq, left, right) == Some(true)
+        let known = self.defined.known();
+        left == right
+            || known.decide(Relation::Eq, left, right) == Some(true)
+            || left.sub(right).is_ok_and(|difference| known.simplify(&difference).is_zero())
     }
 
     /// The first terms, by the recurrence itself: the starting values and so many steps.
@@ -211,20 +221,53 @@ impl Induction<'_> {
     }
 
     fn product(&self, ratio: &Value, value: &Value) -> Result<(), Unchecked> {
+        match self.recurrence.sequences.as_slice() {
+            [sequence] if sequence.start.len() == 1 => self.product_step(ratio, value, &sequence.next),
+            _ => Err(failed("a form with a product is of one sequence")),
+        }
+    }
+
+    /// From a form with a product to that at the next index, by an equation in the first term that it reads.
+    fn product_step(&self, ratio: &Value, value: &Value, next: &Value) -> Result<(), Unchecked> {
         let (index, recurrence, whole) = (&self.recurrence.index, self.recurrence, product());
-        let [sequence] = recurrence.sequences.as_slice() else {
-            return Err(failed("a form with a product is of one sequence"));
-        };
+        let sequence = recurrence.sequences.first().ok_or_else(|| failed("there is no sequence"))?;
         // What divides by the product would say nothing where it is 0.
         let divides = value.denominator().is_none_or(|denominator| denominator.mentions(&whole));
-        if divides || ratio.mentions(&whole) || sequence.start.len() != 1 {
+        if divides || ratio.mentions(&whole) {
             return Err(failed("the form divides by its product"));
         }
-        let next = Value::variable(index).add(&Value::one())?;
+        let later = Value::variable(index).add(&Value::one())?;
         let grown = Value::variable(&whole).mul(ratio)?;
-        let left = value.with(index, &next)?.with(&whole, &grown)?;
-        let right = sequence.next.with(&recurrence.term(&sequence.name, 0), value)?;
+        let left = value.with(index, &later)?.with(&whole, &grown)?;
+        let right = next.with(&recurrence.term(&sequence.name, 0), value)?;
         if self.same(&left, &right) { Ok(()) } else { Err(failed("the step of the product differs")) }
+    }
+
+    /// Turns with products in them, of one sequence whose next term depends on that of one round before alone: each turn
+    /// is a sequence of its own.
+    fn in_turn(&mut self, forms: &[Form]) -> Result<(), Unchecked> {
+        let recurrence = self.recurrence;
+        let [sequence] = recurrence.sequences.as_slice() else {
+            return Err(failed("forms with products in turn are of one sequence"));
+        };
+        let count = sequence.start.len();
+        let other = |offset: usize| sequence.next.mentions(&recurrence.term(&sequence.name, offset));
+        if forms.len() != count || !(2..=MOST_TURNS).contains(&count) || (1..count).any(other) {
+            return Err(failed("the turns do not fit"));
+        }
+        self.base(0)?;
+        for (turn, form) in forms.iter().enumerate() {
+            let offset = recurrence.from.saturating_add_unsigned(turn as u64);
+            let next = in_class(&sequence.next, &recurrence.index, whole(count)?, offset)?;
+            match form {
+                Form::Product(ratio, value) => self.product_step(ratio, value, &next)?,
+                Form::Value(early, value) if early.is_empty() && !value.mentions(&product()) => {
+                    self.product_step(&Value::one(), value, &next)?;
+                }
+                _ => return Err(failed("the forms are of different kinds")),
+            }
+        }
+        Ok(())
     }
 
     fn turns(&mut self, count: usize) -> Result<(), Unchecked> {

@@ -1,17 +1,18 @@
 //! Where a value is defined: what its denominators must not be.
 
 use std::cell::OnceCell;
+use std::collections::BTreeSet;
 
 use num_bigint::BigInt;
 use num_traits::{One, Zero};
 
-use super::{Comparison, Unchecked};
+use super::{Comparison, Recurrence, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
 use crate::polynomial::Polynomial;
 use crate::univariate::Univariate;
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Atom, Need, Relation, Value};
 
 /// The most coefficients of a polynomial whose roots are looked for.
 const MOST_COEFFICIENTS: usize = 65;
@@ -89,6 +90,34 @@ impl<'a> Defined<'a> {
         for (_, rows) in sum.parts() {
             for value in rows.iter().flatten() {
                 self.value(value, from)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes sure that what stands under a root of a value, and not of the recurrence, is not negative: adds conditions
+    /// on what is free of the index.
+    pub(super) fn roots(&mut self, value: &Value, recurrence: &Recurrence) -> Result<(), Unchecked> {
+        let inner = |need: Need| if let Need::Nonnegative(inner) = need { Some(inner) } else { None };
+        let mut rest: BTreeSet<Value> = value.needs().into_iter().filter_map(inner).collect();
+        if rest.is_empty() {
+            return Ok(());
+        }
+        for given in recurrence.sequences.iter().flat_map(|sequence| sequence.start.iter().chain([&sequence.next])) {
+            let given: BTreeSet<Value> = given.needs().into_iter().filter_map(inner).collect();
+            rest.retain(|inner| !given.contains(inner));
+        }
+        for inner in &rest {
+            match self.known().decide(Relation::Gte, inner, &Value::zero()) {
+                Some(true) => {}
+                Some(false) => return Err(Unchecked(format!("it takes the root of {inner}, which is negative"))),
+                None if inner.mentions(self.index) => {
+                    return Err(Unchecked(format!("it must be known whether {inner} is ever negative")));
+                }
+                None => {
+                    self.conditions.push((Relation::Gte, inner.clone(), Value::zero()));
+                    self.general = OnceCell::new();
+                }
             }
         }
         Ok(())

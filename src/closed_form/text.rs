@@ -64,10 +64,12 @@ fn turns(forms: &[Form], name: &Name, index: &Name, from: i64) -> Vec<String> {
             _ => format!("{}*{index}{offset}", forms.len()),
         };
         let (early, text) = match form {
-            Form::Value(early, value) => (early.as_slice(), value.to_string()),
-            Form::Sum(early, sum) => (early.as_slice(), sum.text(index).unwrap_or_else(|error| error.to_string())),
+            Form::Value(early, value) => (early.as_slice(), Ok(value.to_string())),
+            Form::Sum(early, sum) => (early.as_slice(), sum.text(index)),
+            Form::Product(ratio, value) => ([].as_slice(), product_text(ratio, value, index, 0)),
             _ => continue,
         };
+        let text = text.unwrap_or_else(|error| error.to_string());
         lines.extend(
             early
                 .iter()

@@ -157,6 +157,9 @@ struct Factors {
 
 impl Factors {
     fn include(&mut self, number: &BigInt, exponent: u64) {
+        if number.is_one() {
+            return;
+        }
         let mut left = number.clone();
         for candidate in 2..MOST_FACTOR {
             let divisor = BigInt::from(candidate);

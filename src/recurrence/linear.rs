@@ -13,6 +13,7 @@ use super::NoClosedForm;
 use super::matrix::characteristic;
 use crate::closed_form::{Form, Recurrence};
 use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::rational::{product, sum};
 use crate::univariate::Univariate;
 use crate::value::{Value, ValueError};
 
@@ -141,12 +142,12 @@ impl System {
                 }
                 for (value, power, base) in input {
                     let count = BigRational::from_integer(step.into()).pow(i32::try_from(*power).unwrap_or(i32::MAX));
-                    sum = sum.plus(&value.times(&(count * &powers[*base]))?)?;
+                    sum = sum.plus(&value.times(&product(&count, &powers[*base]))?)?;
                 }
                 next.push(sum);
             }
             state = next;
-            powers.iter_mut().for_each(|(base, power)| *power *= *base);
+            powers.iter_mut().for_each(|(base, power)| *power = product(power, base));
         }
         Ok(terms)
     }
@@ -169,11 +170,11 @@ impl Linear for BigRational {
     }
 
     fn plus(&self, other: &BigRational) -> Result<BigRational, ValueError> {
-        Ok(if self.is_zero() { other.clone() } else { self + other })
+        Ok(if self.is_zero() { other.clone() } else { sum(self, other) })
     }
 
     fn times(&self, factor: &BigRational) -> Result<BigRational, ValueError> {
-        Ok(if factor.is_one() { self.clone() } else { self * factor })
+        Ok(if factor.is_one() { self.clone() } else { product(self, factor) })
     }
 
     fn value(&self) -> Value {
@@ -289,10 +290,10 @@ impl Fraction {
             if !value.equals_zero() {
                 let power = &self.powers[place - order];
                 for (own, number) in sum.iter_mut().zip(power.coefficients()).filter(|(_, number)| !number.is_zero()) {
-                    *own = own.plus(&value.times(&(number * &choose))?)?;
+                    *own = own.plus(&value.times(&product(number, &choose))?)?;
                 }
             }
-            choose *= BigRational::new((place + 1).into(), (place + 1 - order).into());
+            choose = product(&choose, &BigRational::new((place + 1).into(), (place + 1 - order).into()));
         }
         Ok(sum)
     }
@@ -319,8 +320,8 @@ fn taylor(coefficients: &[BigRational], order: usize, powers: &[Univariate], mod
     let mut sum = Univariate::zero();
     let mut choose = BigRational::one();
     for (place, number) in coefficients.iter().enumerate().skip(order) {
-        sum = sum.plus(&powers[place - order].scale(&(number * &choose)));
-        choose *= BigRational::new((place + 1).into(), (place + 1 - order).into());
+        sum = sum.plus(&powers[place - order].scale(&product(number, &choose)));
+        choose = product(&choose, &BigRational::new((place + 1).into(), (place + 1 - order).into()));
     }
     sum.modulo(modulus)
 }

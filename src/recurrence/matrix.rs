@@ -3,6 +3,7 @@
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
+use crate::rational::{product, sum};
 use crate::univariate::Univariate;
 
 /// `det(x - A)`: by similar matrices down to Hessenberg form, then by its leading minors.
@@ -19,15 +20,15 @@ pub(super) fn characteristic(matrix: &[Vec<BigRational>]) -> Univariate {
             if a[row][column].is_zero() {
                 continue;
             }
-            let factor = &a[row][column] / &a[column + 1][column];
+            let factor = product(&a[row][column], &a[column + 1][column].recip());
             let pivot = a[column + 1].clone();
             for (number, other) in a[row].iter_mut().zip(&pivot).skip(column).filter(|(_, other)| !other.is_zero()) {
-                *number -= &factor * other;
+                *number = sum(number, &-product(&factor, other));
             }
             for other in &mut a {
                 if !other[row].is_zero() {
-                    let change = &factor * &other[row];
-                    other[column + 1] += change;
+                    let change = product(&factor, &other[row]);
+                    other[column + 1] = sum(&other[column + 1], &change);
                 }
             }
         }
@@ -35,13 +36,13 @@ pub(super) fn characteristic(matrix: &[Vec<BigRational>]) -> Univariate {
     let mut minors = vec![Univariate::one()];
     for size in 0..size {
         let mut minor = minors[size].times(&Univariate::root(&a[size][size]));
-        let mut product = BigRational::one();
+        let mut below = BigRational::one();
         for back in (0..size).rev() {
-            product *= &a[back + 1][back];
-            if product.is_zero() {
+            below = product(&below, &a[back + 1][back]);
+            if below.is_zero() {
                 break;
             }
-            minor = minor.minus(&minors[back].scale(&(&product * &a[back][size])));
+            minor = minor.minus(&minors[back].scale(&product(&below, &a[back][size])));
         }
         minors.push(minor);
     }

@@ -32,15 +32,51 @@ const LISTED: usize = 20;
 /// What is known without a closed form.
 pub fn behaviour(recurrence: &Recurrence, known: &Assumptions) -> Behaviour {
     let mut result = Behaviour { terms: listed(recurrence, LISTED), ..Behaviour::default() };
-    let [sequence] = recurrence.sequences.as_slice() else { return result };
-    let ([start], false) = (sequence.start.as_slice(), sequence.next.mentions(&recurrence.index)) else {
-        return result;
-    };
-    let name = recurrence.term(&sequence.name, 0);
-    let Some((points, all)) = fixed_points(&sequence.next, &name) else { return result };
-    result.motion = motion(&sequence.next, &name, start, &points, all, known);
+    let Some((map, name, start)) = single(recurrence) else { return result };
+    let Some((points, all)) = fixed_points(map, &name) else { return result };
+    result.motion = motion(map, &name, start, &points, all, known).map(|motion| motion.text(start));
     (result.fixed_points, result.all_fixed_points) = (points, all);
     result
+}
+
+/// The map, the variable and the start of a single sequence whose map does not depend on the index.
+pub(super) fn single(recurrence: &Recurrence) -> Option<(&Value, Name, &Value)> {
+    let [sequence] = recurrence.sequences.as_slice() else { return None };
+    let ([start], false) = (sequence.start.as_slice(), sequence.next.mentions(&recurrence.index)) else { return None };
+    Some((&sequence.next, recurrence.term(&sequence.name, 0), start))
+}
+
+/// How a single sequence moves, if it is known to move one way only.
+pub(super) fn course(recurrence: &Recurrence, known: &Assumptions) -> Option<Motion> {
+    let (map, name, start) = single(recurrence)?;
+    let (points, all) = fixed_points(map, &name)?;
+    motion(map, &name, start, &points, all, known)
+}
+
+/// A sequence that moves one way only.
+pub(super) enum Motion {
+    /// It is at a fixed point.
+    Stays,
+    /// It grows (else falls) in every step, and closes in on the bound, which it does not reach; without one it goes beyond
+    /// every number.
+    Moves { grows: bool, bound: Option<Value> },
+}
+
+impl Motion {
+    fn text(&self, start: &Value) -> String {
+        match self {
+            Motion::Stays => format!("it stays {start}"),
+            Motion::Moves { grows, bound } => {
+                let (verb, way) = if *grows { ("grows", "below") } else { ("falls", "above") };
+                match bound {
+                    Some(bound) => {
+                        format!("it {verb} in every step, stays {way} the fixed point {bound} and closes in on it")
+                    }
+                    None => format!("it {verb} in every step, without bound"),
+                }
+            }
+        }
+    }
 }
 
 /// The real fixed points of a map that is a quotient of polynomials with rational coefficients, in order, and whether these are all.
@@ -79,16 +115,20 @@ fn fixed_points(map: &Value, name: &Name) -> Option<(Vec<Value>, bool)> {
     Some((sorted, all))
 }
 
-/// A map that does not fall between two neighbouring fixed points moves what lies between them one way only.
-fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, known: &Assumptions) -> Option<String> {
+/// A map that does not fall between the start and the next fixed point on the side to which it goes moves what begins
+/// there one way only: what lies between the two stays between them.
+fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, known: &Assumptions) -> Option<Motion> {
     if points.iter().any(|point| known.decide(Relation::Eq, start, point) == Some(true)) {
-        return Some(format!("it stays {start}"));
+        return Some(Motion::Stays);
     }
     if !all || map.denominator()?.as_rational().is_none_or(|number| number.is_zero()) {
         return None;
     }
+    let grows = known.decide(Relation::Gtr, &map.with(name, start).ok()?, start)?;
     let low = points.iter().rev().find(|point| known.decide(Relation::Lss, point, start) == Some(true));
     let high = points.iter().find(|point| known.decide(Relation::Gtr, point, start) == Some(true));
+    let bound = if grows { high } else { low };
+    let (least, most) = if grows { (Some(start), bound) } else { (bound, Some(start)) };
     // For u < v within the bounds the map must not fall: (map(v) - map(u))/(v - u) >= 0.
     let (u, gap) = (Name::new("[u]"), Name::new("[gap]"));
     let (one, step) = (Value::variable(&u), Value::variable(&gap));
@@ -96,20 +136,14 @@ fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, 
     let slope = map.with(name, &other).ok()?.sub(&map.with(name, &one).ok()?).ok()?.div(&step).ok()?;
     let mut between = known.clone();
     between.assume(Relation::Gtr, &step, &Value::zero());
-    if let Some(low) = low {
-        between.assume(Relation::Gte, &one, low);
+    if let Some(least) = least {
+        between.assume(Relation::Gte, &one, least);
     }
-    if let Some(high) = high {
-        between.assume(Relation::Lte, &other, high);
+    if let Some(most) = most {
+        between.assume(Relation::Lte, &other, most);
     }
     if between.decide(Relation::Gte, &slope, &Value::zero()) != Some(true) {
         return None;
     }
-    let grows = known.decide(Relation::Gtr, &map.with(name, start).ok()?, start)?;
-    let bound = if grows { high } else { low };
-    let (verb, way) = if grows { ("grows", "below") } else { ("falls", "above") };
-    Some(match bound {
-        Some(bound) => format!("it {verb} in every step, stays {way} the fixed point {bound} and closes in on it"),
-        None => format!("it {verb} in every step, without bound"),
-    })
+    Some(Motion::Moves { grows, bound: bound.cloned() })
 }

@@ -7,7 +7,9 @@
 use std::collections::BTreeMap;
 
 use super::classes::Classes;
+use super::descent::descends;
 use super::late::late;
+use super::modular::modular;
 use super::tail::Tail;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
@@ -51,11 +53,19 @@ pub fn reach(
     if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
         return found;
     }
-    let tail = match (classes, solved) {
+    let mut tail = match (classes, solved) {
         (Some(classes), _) => classes.tail(),
         (None, Some(solved)) => late(solved, wanted),
         (None, None) => Tail::Unknown("nothing bounds its later terms".to_string()),
     };
+    if let Tail::Unknown(_) = tail {
+        tail = modular(recurrence, wanted).unwrap_or(tail);
+    }
+    if let Tail::Unknown(_) = tail
+        && let Some(found) = descends(recurrence, wanted, known, stop)
+    {
+        return found;
+    }
     match tried(recurrence, wanted, &tail, known, stop) {
         Reach::Unknown(why) => match reason {
             Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
@@ -152,7 +162,10 @@ fn tried(
             return Reach::Unknown(format!("not before {} = {at}; interrupted", recurrence.index));
         }
         if let (Tail::Never(_, reason), Some(true)) = (tail, until.map(|until| at.unsigned_abs() >= until && at >= 0)) {
-            return Reach::Never(format!("no term before {} = {at} is, and {reason}", recurrence.index));
+            return Reach::Never(match count {
+                0 => reason.clone(),
+                _ => format!("no term before {} = {at} is, and {reason}", recurrence.index),
+            });
         }
         let mut images: BTreeMap<Name, Value> =
             variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();

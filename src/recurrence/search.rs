@@ -325,7 +325,7 @@ impl Entry<'_> {
         let positive = match self.sign(factor) {
             Ok(positive) => positive,
             Err(_) if self.interval.is_point() => return self.point_of_unknown_side(limit, factor, ratio),
-            Err(reach) => return Ok(reach),
+            Err(reach) => return Ok(self.logarithm(limit, factor, ratio)?.map_or(reach, Reach::Unknown)),
         };
         let interval = self.interval.pulled_back(limit, factor, positive)?;
         let numbers = (interval.numbers(), ratio.as_rational(), self.from.as_rational());
@@ -341,7 +341,28 @@ impl Entry<'_> {
         if self.interval.is_point() {
             return self.point_of_unknown_side(limit, factor, ratio);
         }
-        Ok(Reach::Unknown(self.question(&self.value)))
+        let text = self.logarithm(limit, factor, ratio)?;
+        Ok(Reach::Unknown(text.unwrap_or_else(|| self.question(&self.value))))
+    }
+
+    /// When a sequence that closes in on the middle of the interval is inside: a logarithm, which no value here is.
+    fn logarithm(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Option<String>, NoClosedForm> {
+        let (zero, known) = (Value::zero(), self.known);
+        let (Some((low, false)), Some((high, false))) = (&self.interval.low, &self.interval.high) else {
+            return Ok(None);
+        };
+        let far = high.sub(limit)?;
+        let contracts = known.decide(Relation::Gtr, ratio, &zero) == Some(true)
+            && known.decide(Relation::Lss, ratio, &Value::one()) == Some(true);
+        let inside = known.decide(Relation::Gtr, &far, &zero) == Some(true) && limit.sub(low)? == far;
+        if !contracts || !inside || self.until.is_some() || !self.from.is_zero() {
+            return Ok(None);
+        }
+        let (size, index) = (known.simplify(&factor.abs()?), self.index);
+        Ok(Some(format!(
+            "it is met from some {index} on, the least with {size}*({ratio})^{index} <= {far}: that is 0 if {size} <= {far}, \
+             else ceil(log({far}/({size}))/log({ratio})), and logarithms are no values here",
+        )))
     }
 
     /// A sequence that goes from its start to its limit stays between them: if both lie on one side of the interval

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 
 use super::cycle::repeating;
 use super::inhomogeneous::first_order;
+use super::interleaved::interleaved;
 use super::linear::System;
 use super::product::with_product;
+use super::symbolic::symbolic;
 use super::turns::{cycle, in_turns};
 use super::{Comparison, NoClosedForm, solve};
 use crate::assumption::Assumptions;
@@ -83,10 +85,10 @@ fn begins(form: Form, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
     })
 }
 
-type Found = (Vec<Form>, Vec<Comparison>);
+pub(super) type Found = (Vec<Form>, Vec<Comparison>);
 
 /// The forms of a recurrence that begins at 0.
-fn found(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
+pub(super) fn found(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
     let count = cycle(recurrence);
     if count > 1 {
         return Ok((in_turns(recurrence, count, known)?, Vec::new()));
@@ -119,11 +121,9 @@ fn one_after_the_other(recurrence: &Recurrence, known: &Assumptions) -> Result<F
                 from: 0,
                 sequences: rest.iter().map(|place| open.sequences[*place].clone()).collect(),
             };
-            let names: Vec<&str> = group.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
-            let Some(system) = System::of(&group) else {
-                return Err(NoClosedForm(coupled(&group, &names)));
-            };
-            for (place, form) in rest.iter().zip(system.forms()?) {
+            let (own, more) = together(&group, known)?;
+            conditions.extend(more);
+            for (place, form) in rest.iter().zip(own) {
                 forms[*place] = Some(form);
             }
             break;
@@ -151,6 +151,15 @@ fn one_after_the_other(recurrence: &Recurrence, known: &Assumptions) -> Result<F
     Ok((forms.into_iter().flatten().collect(), conditions))
 }
 
+/// Sequences that depend on each other.
+fn together(group: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
+    if let Some(system) = System::of(group) {
+        return Ok((system.forms()?, Vec::new()));
+    }
+    let names: Vec<&str> = group.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
+    symbolic(group, known)?.ok_or_else(|| NoClosedForm(coupled(group, &names)))
+}
+
 /// Why sequences that depend on each other have no form.
 fn coupled(group: &Recurrence, names: &[&str]) -> String {
     let variables = group.terms();
@@ -162,7 +171,7 @@ fn coupled(group: &Recurrence, names: &[&str]) -> String {
         return format!("{} terms depend on each other, too many", variables.len());
     }
     if linear {
-        format!("{names} depend on each other, and not all of their coefficients are rational numbers")
+        format!("{names} depend on each other, and their coefficients or inputs depend on {}", group.index)
     } else {
         format!("{names} depend on each other, and not linearly")
     }
@@ -175,12 +184,7 @@ fn alone(
     known: &Assumptions,
 ) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
     let index = &recurrence.index;
-    let [start] = sequence.start.as_slice() else {
-        let order = sequence.start.len();
-        return Err(NoClosedForm(format!(
-            "of the order {order} closed forms are known where the equation is linear with rational coefficients"
-        )));
-    };
+    let [start] = sequence.start.as_slice() else { return of_higher_order(sequence, recurrence, known) };
     let name = recurrence.term(&sequence.name, 0);
     let mut general = known.clone();
     general.assume_natural(index);
@@ -198,6 +202,25 @@ fn alone(
         return Err(NoClosedForm(format!("it is not linear in {name} and depends on {index}")));
     }
     by_pieces(&next, &name, start, index, known)
+}
+
+/// One sequence whose next term depends on more than one before it.
+fn of_higher_order(
+    sequence: &Sequence,
+    recurrence: &Recurrence,
+    known: &Assumptions,
+) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
+    if let Some(found) = interleaved(sequence, recurrence, known)? {
+        return Ok(found);
+    }
+    match symbolic(recurrence, known)?.map(|(forms, conditions)| (forms.into_iter().next(), conditions)) {
+        Some((Some(form), conditions)) => Ok((form, conditions)),
+        _ => Err(NoClosedForm(format!(
+            "of the order {} closed forms are known where the equation is linear and its coefficients are the same for all {}",
+            sequence.start.len(),
+            recurrence.index
+        ))),
+    }
 }
 
 /// A map that does not depend on the index.

@@ -39,6 +39,12 @@ impl Value {
     pub fn mul(&self, other: &Value) -> Result<Value, ValueError> {
         match (&self.0.content, &other.0.content) {
             (Content::Real(a, b), Content::Real(c, d)) => {
+                if let Some(number) = constant(c, d) {
+                    return Value::multiple(a, b, number);
+                }
+                if let Some(number) = constant(a, b) {
+                    return Value::multiple(c, d, number);
+                }
                 let numerator = product(a, c)?;
                 if b.is_one() && d.is_one() {
                     return Value::whole(relations(numerator)?);
@@ -58,7 +64,10 @@ impl Value {
     pub fn div(&self, other: &Value) -> Result<Value, ValueError> {
         match (&self.0.content, &other.0.content) {
             (_, Content::Real(c, _)) if c.is_zero() => Err(ValueError::new("division by zero")),
-            (Content::Real(a, b), Content::Real(c, d)) => Value::quotient(product(a, d)?, product(b, c)?),
+            (Content::Real(a, b), Content::Real(c, d)) => match constant(c, d) {
+                Some(number) => Value::multiple(a, b, &number.recip()),
+                None => Value::quotient(product(a, d)?, product(b, c)?),
+            },
             (Content::Vector(parts), Content::Real(..)) => Value::each(parts, |part| part.div(other)),
             _ => Err(mismatch("divide", self, other)),
         }
@@ -79,6 +88,16 @@ impl Value {
     /// A rational multiple.
     pub(crate) fn scale(&self, factor: &BigRational) -> Outcome {
         self.mul(&Value::rational(factor.clone()))
+    }
+
+    /// A rational multiple of a fraction in normal form, which is in normal form too.
+    fn multiple(numerator: &Real, denominator: &Real, number: &BigRational) -> Outcome {
+        let numerator = numerator.scale(number);
+        if !numerator.is_modest() {
+            return Err(ValueError::too_large());
+        }
+        let denominator = if numerator.is_zero() { Polynomial::one() } else { denominator.clone() };
+        Value::new(Content::Real(numerator, denominator))
     }
 
     fn add_real(&self, other: &Value) -> Outcome {
@@ -110,6 +129,9 @@ impl Value {
 
     /// The normal form of a fraction.
     pub(super) fn quotient(numerator: Real, denominator: Real) -> Outcome {
+        if denominator.is_one() {
+            return Value::whole(relations(numerator)?);
+        }
         let (numerator, denominator) = free_denominator(relations(numerator)?, relations(denominator)?)?;
         if denominator.is_zero() {
             return Err(ValueError::new("division by zero"));
@@ -130,6 +152,14 @@ fn mismatch(verb: &str, left: &Value, right: &Value) -> ValueError {
         return ValueError(format!("{text}; draw from the distribution first"));
     }
     ValueError(text)
+}
+
+/// The number that a fraction is, if it is one other than 0.
+fn constant<'a>(numerator: &'a Real, denominator: &Real) -> Option<&'a BigRational> {
+    match numerator.terms() {
+        [(monomial, number)] if monomial.factors().is_empty() && denominator.is_one() => Some(number),
+        _ => None,
+    }
 }
 
 pub(super) fn product(left: &Real, right: &Real) -> Result<Real, ValueError> {

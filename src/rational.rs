@@ -1,0 +1,98 @@
+//! Arithmetic of exact rational numbers that looks for common factors only where there may be some, and by machine words
+//! where the numbers are that short: the search takes longer than all the rest.
+
+use num_bigint::BigInt;
+use num_integer::Integer;
+use num_rational::BigRational;
+use num_traits::{One, ToPrimitive, Zero};
+
+/// The greatest common divisor, not negative. A long number is brought to the length of a short one first.
+pub(crate) fn common(one: &BigInt, other: &BigInt) -> BigInt {
+    if one.is_one() || other.is_one() {
+        return BigInt::one();
+    }
+    if let (Some(one), Some(other)) = (one.magnitude().to_u64(), other.magnitude().to_u64()) {
+        return BigInt::from(one.gcd(&other));
+    }
+    let (long, short) = if one.bits() < other.bits() { (other, one) } else { (one, other) };
+    if short.is_zero() || long.bits() <= short.bits() + 64 {
+        return long.gcd(short);
+    }
+    let rest = long % short;
+    match (rest.magnitude().to_u64(), short.magnitude().to_u64()) {
+        (Some(rest), Some(short)) => BigInt::from(rest.gcd(&short)),
+        _ => rest.gcd(short),
+    }
+}
+
+/// The product.
+pub(crate) fn product(left: &BigRational, right: &BigRational) -> BigRational {
+    if left.is_integer() && right.is_integer() {
+        return BigRational::from_integer(left.numer() * right.numer());
+    }
+    let (one, other) = (common(left.numer(), right.denom()), common(right.numer(), left.denom()));
+    BigRational::new_raw(
+        over(left.numer(), &one) * over(right.numer(), &other),
+        over(left.denom(), &other) * over(right.denom(), &one),
+    )
+}
+
+/// The sum.
+pub(crate) fn sum(left: &BigRational, right: &BigRational) -> BigRational {
+    match (left.is_integer(), right.is_integer()) {
+        (true, true) => return BigRational::from_integer(left.numer() + right.numer()),
+        // A whole number brings no common factor in.
+        (true, false) => {
+            return BigRational::new_raw(left.numer() * right.denom() + right.numer(), right.denom().clone());
+        }
+        (false, true) => {
+            return BigRational::new_raw(left.numer() + right.numer() * left.denom(), left.denom().clone());
+        }
+        (false, false) => {}
+    }
+    let shared = common(left.denom(), right.denom());
+    if shared.is_one() {
+        let numerator = left.numer() * right.denom() + right.numer() * left.denom();
+        return BigRational::new_raw(numerator, left.denom() * right.denom());
+    }
+    let (one, other) = (left.denom() / &shared, right.denom() / &shared);
+    let numerator = left.numer() * &other + right.numer() * &one;
+    if numerator.is_zero() {
+        return BigRational::zero();
+    }
+    // A factor of the numerator and the denominators together is one of what these share (Knuth, 4.5.1).
+    let factor = common(&numerator, &shared);
+    BigRational::new_raw(over(&numerator, &factor), one * over(right.denom(), &factor))
+}
+
+/// The exact quotient of whole numbers.
+fn over(number: &BigInt, divisor: &BigInt) -> BigInt {
+    if divisor.is_one() { number.clone() } else { number / divisor }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_agrees_with_the_library() {
+        let long = BigInt::from(10).pow(30);
+        let mut numbers = Vec::new();
+        for top in [-12i64, -7, -1, 0, 1, 6, 35, 1_000_003] {
+            for bottom in [1i64, 2, 6, 35, 49, 1_000_000] {
+                let small = BigRational::new(top.into(), bottom.into());
+                numbers.push(&small * BigRational::new(long.clone(), BigInt::from(7).pow(31)));
+                numbers.push(&small * BigRational::from_integer(long.clone()));
+                numbers.push(small);
+            }
+        }
+        for one in &numbers {
+            for other in &numbers {
+                // Equal numbers in lowest terms: the parts are compared, not the values.
+                for (own, wanted) in [(product(one, other), one * other), (sum(one, other), one + other)] {
+                    assert_eq!((own.numer(), own.denom()), (wanted.numer(), wanted.denom()), "{one} {other}");
+                }
+            }
+        }
+    }
+}
