@@ -127,6 +127,8 @@ impl Lasso {
                 }
             }
             (None, Some(leg)) if matches!(leg.rounds, Rounds::Forever(_)) => {}
+            // The legs repeat in what the property depends on, though the run may not.
+            (None, Some(_)) if outcome.period_term.is_some() => {}
             _ => return self,
         }
         let tests: Vec<Test> = wanted.wants.iter().flat_map(|want| want.tests.iter().cloned()).collect();

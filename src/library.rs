@@ -73,6 +73,9 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
         let parsed = parse(&source.text);
         let mut failures = Vec::new();
         let mut diagnostics = parsed.diagnostics;
+        let text = source.text.as_str();
+        let mut broken: BTreeSet<&str> =
+            parsed.broken.iter().filter_map(|start| declared(text.get(*start..)?)).collect();
         self.open.push(source.name.clone());
         for segment in segments(&parsed.items) {
             if let [Item { kind: ItemKind::Import(path), .. }] = segment {
@@ -83,7 +86,14 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
             for (index, item) in segment.iter().enumerate() {
                 match environment.step(&mut batch, index, item) {
                     Ok(lowered) => visit(environment, source, item, lowered),
-                    Err(errors) => diagnostics.extend(errors),
+                    Err(mut errors) => {
+                        // What follows from something that could not be read is not said again.
+                        errors.retain(|error| !follows(error, &broken, text));
+                        if errors.is_empty() {
+                            broken.extend(declared(item.span.of(text)));
+                        }
+                        diagnostics.extend(errors);
+                    }
                 }
             }
         }
@@ -131,6 +141,19 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
         }
         if self.done.contains(&found.name) { Vec::new() } else { self.read(environment, &found, visit) }
     }
+}
+
+/// The name that an item declares: what stands behind its keyword.
+fn declared(item: &str) -> Option<&str> {
+    let rest = item.split_once(char::is_whitespace)?.1.trim_start();
+    let end = rest.find(|character: char| !character.is_alphanumeric()).unwrap_or(rest.len());
+    rest.get(..end).filter(|name| !name.is_empty())
+}
+
+/// Whether an error says no more than that one of these names is not known, or has errors itself.
+fn follows(error: &Diagnostic, broken: &BTreeSet<&str>, text: &str) -> bool {
+    let unknown = matches!(error.code, "P0304" | "P0307" | "P0312" | "P0314" | "P0318");
+    unknown && error.labels.first().is_some_and(|label| broken.contains(label.span.of(text)))
 }
 
 /// The items of a text in order, split so that each import stands alone: what stands between two imports sees itself

@@ -29,6 +29,8 @@ pub struct Parsed {
     pub items: Vec<Item>,
     /// What is wrong, in order.
     pub diagnostics: Vec<Diagnostic>,
+    /// Where the items begin that could not be read.
+    pub broken: Vec<usize>,
     /// Whether the only thing wrong is that the text ends too early: more lines may mend it.
     pub incomplete: bool,
     /// The tokens, for the layout of files.
@@ -140,17 +142,22 @@ impl<'t> Parser<'t> {
 
     /// Reads items to the end.
     fn items(mut self) -> Parsed {
-        let mut items = Vec::new();
+        let (mut items, mut broken) = (Vec::new(), Vec::new());
         while !self.at(Kind::End) {
             let start = self.position;
+            let place = self.token().span.start;
             match self.item() {
                 Ok(item) => items.push(item),
-                Err(Failed) => self.recover(start),
+                Err(Failed) => {
+                    broken.push(place);
+                    self.recover(start);
+                }
             }
         }
         self.diagnostics.sort_by_key(|diagnostic| diagnostic.span());
         Parsed {
             items,
+            broken,
             incomplete: self.incomplete && self.diagnostics.len() == 1,
             diagnostics: self.diagnostics,
             tokens: self.tokens,

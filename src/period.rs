@@ -19,6 +19,7 @@ mod rest;
 mod run;
 mod step;
 mod stuck;
+mod suppose;
 mod vector;
 
 use std::collections::BTreeMap;
@@ -102,6 +103,13 @@ pub enum Failure {
     },
     /// The second failure: a communication that is never matched.
     Unmatched(Blocked),
+    /// The same in a part of the system that a run may never come to.
+    MayWait {
+        /// Who waits there.
+        blocked: Blocked,
+        /// The phases, counted from 0, whose end leads there; none where the start does.
+        phases: Vec<usize>,
+    },
     /// The balance equations have no solution.
     RateMismatch {
         /// The port at which they contradict the others.
@@ -163,6 +171,11 @@ impl fmt::Display for Failure {
                 write!(f, "no communication: {} share no port", groups.join(" and "))
             }
             Failure::Unmatched(blocked) => write!(f, "unmatched communication: {blocked}"),
+            Failure::MayWait { blocked, phases } => {
+                let phases: Vec<String> = phases.iter().map(|phase| format!("phase {}", phase + 1)).collect();
+                let place = if phases.is_empty() { "the start".to_string() } else { phases.join(" or ") };
+                write!(f, "unmatched communication, if the run comes from {place} to where {blocked}")
+            }
             Failure::RateMismatch { port, writer, reader } => write!(
                 f,
                 "rates do not match on port {port}: {} writes {} a round, {} reads {} a round",
@@ -447,15 +460,7 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
     let graph = explore(&components, &closed, run).map_err(|failure| vec![failure])?;
     let Graph { initial, phases, stuck } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
-    for edge in initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)) {
-        match &edge.next {
-            Next::End(End::Silent { blocked, .. }) => warnings.extend(blocked.iter().cloned().map(Failure::Unmatched)),
-            Next::End(End::Livelock { cycle }) => {
-                warnings.push(Failure::Livelock { cycle: cycle.clone(), when: edge.tests.clone() });
-            }
-            _ => {}
-        }
-    }
+    warnings.extend(stuck::ends(&initial, &phases));
     let mut once = Vec::new();
     for warning in warnings {
         if !once.contains(&warning) {

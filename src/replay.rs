@@ -1,4 +1,4 @@
-//! Replaying a timed run in the executable meaning, with what it draws: what cannot be replayed is not shown as a refutation.
+//! Replaying a timed run in the executable meaning: what cannot be replayed is not shown as a refutation.
 
 use std::collections::BTreeSet;
 
@@ -7,13 +7,13 @@ use num_traits::Zero;
 
 use crate::definition::Definitions;
 use crate::distribution::Distribution;
-use crate::model::{Action, Model, Move, State};
+use crate::model::{Action, Model, Move, Patience, State};
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::Value;
 
-/// Steps after which a replay is given up.
-const MOST_STEPS: usize = 20_000;
+/// Steps after which a replay is given up: longer than any run that is looked for.
+const MOST_STEPS: usize = 400_000;
 
 /// What is drawn at once: from which distributions, and which values.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,39 +43,100 @@ impl Drawn {
     }
 }
 
-/// Whether a closed system that draws these values in turn, and no more than these, shows at each given time, once its
-/// internal steps at that time are done, the observers given for it; only observers whose names are given in some entry
-/// are looked at. But for what it draws the system must be deterministic: of several internal steps the first is taken.
+/// Whether some run of a closed system that draws these values in turn, and no more than these, shows at each given
+/// time, once its internal steps at that time are done, the observers given for it, and goes on showing them until the
+/// next of these times; only observers whose names are given in some entry are looked at. All internal steps are followed.
 pub fn replays(system: &Term, definitions: &Definitions, run: &[(Value, Vec<Term>)], drawn: &[Drawn]) -> bool {
     let names: BTreeSet<Name> = run.iter().flat_map(|(_, shown)| shown).filter_map(observer).collect();
     let model = Model::new(definitions);
+    let Ok(state) = model.state(system) else { return false };
+    let mut replay = Replay { model: &model, names, drawn, steps: 0 };
+    let mut places = BTreeSet::from([Place { state, drawn: 0 }]);
     let mut now = BigRational::zero();
-    let mut left = Left { steps: 0, drawn: drawn.iter() };
-    let Ok(mut state) = model.state(system) else { return false };
+    let mut before = None;
     for (time, shown) in run {
-        let Some(time) = time.as_rational() else { return false };
-        if time < now {
+        let Some(time) = time.as_rational().filter(|time| *time >= now) else { return false };
+        let wanted: Seen = shown.iter().filter_map(parts).collect();
+        let Some(reached) = replay.wait_through(places, &(&time - &now), before.as_ref()) else { return false };
+        places = reached.into_iter().filter(|place| replay.seen(&place.state) == wanted).collect();
+        if places.is_empty() {
             return false;
         }
-        match model.wait_through(&state, &(&time - &now), &mut left) {
-            Some(next) => state = next,
-            None => return false,
-        }
-        now = time;
-        let wanted: BTreeSet<(Name, Vec<Value>)> = shown.iter().filter_map(parts).collect();
-        let seen: BTreeSet<(Name, Vec<Value>)> =
-            state.observations().into_iter().filter(|(name, _)| names.contains(name)).collect();
-        if wanted != seen {
-            return false;
-        }
+        (now, before) = (time, Some(wanted));
     }
     !run.is_empty()
 }
 
-/// What a replay has done, and what it has still to draw.
-struct Left<'a> {
+/// Observers with their values.
+type Seen = BTreeSet<(Name, Vec<Value>)>;
+
+/// A state, and how much was drawn on the way to it.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    state: State,
+    drawn: usize,
+}
+
+struct Replay<'a> {
+    model: &'a Model<'a>,
+    names: BTreeSet<Name>,
+    drawn: &'a [Drawn],
     steps: usize,
-    drawn: std::slice::Iter<'a, Drawn>,
+}
+
+impl Replay<'_> {
+    fn seen(&self, state: &State) -> Seen {
+        state.observations().into_iter().filter(|(name, _)| self.names.contains(name)).collect()
+    }
+
+    /// The states after this time with all internal steps that come up, those due at the end included, where nothing
+    /// else than this is shown meanwhile; none where that is given up.
+    fn wait_through(
+        &mut self,
+        from: BTreeSet<Place>,
+        time: &BigRational,
+        shown: Option<&Seen>,
+    ) -> Option<BTreeSet<Place>> {
+        let mut reached = BTreeSet::new();
+        let mut open: Vec<(Place, BigRational)> = from.into_iter().map(|place| (place, time.clone())).collect();
+        let mut met: BTreeSet<(Place, BigRational)> = open.iter().cloned().collect();
+        while let Some((place, left)) = open.pop() {
+            self.steps += 1;
+            if self.steps > MOST_STEPS {
+                return None;
+            }
+            let moves = place.state.moves().ok()?;
+            let mut next = Vec::new();
+            let internal = |step: &&Move| matches!(step.action, Action::Tau(..) | Action::Draw(..));
+            let mut instant = false;
+            for step in moves.iter().filter(internal) {
+                instant = true;
+                let (after, drawn) = match step.action {
+                    Action::Tau(..) => (Some(step.next.clone()), place.drawn),
+                    _ => (self.drawn.get(place.drawn).and_then(|drawn| drawn.taken(step)), place.drawn + 1),
+                };
+                if let Some(after) = after {
+                    let state = self.model.state(&after).ok()?;
+                    next.push((Place { state, drawn }, left.clone()));
+                }
+            }
+            if !instant && left.is_zero() {
+                reached.insert(place);
+                continue;
+            }
+            if !instant && shown.is_none_or(|shown| self.seen(&place.state) == *shown) {
+                let passed = match place.state.patience(&moves) {
+                    Patience::None => continue,
+                    Patience::Until(next) if next < left => next,
+                    _ => left.clone(),
+                };
+                let state = self.model.wait_state(&place.state, &passed).ok()??;
+                next.push((Place { state, ..place }, &left - &passed));
+            }
+            open.extend(next.into_iter().filter(|place| met.insert(place.clone())));
+        }
+        Some(reached)
+    }
 }
 
 fn observer(term: &Term) -> Option<Name> {
@@ -86,39 +147,5 @@ fn parts(term: &Term) -> Option<(Name, Vec<Value>)> {
     match term.node() {
         Node::Observe(name, values) => Some((name.clone(), values.clone())),
         _ => None,
-    }
-}
-
-impl Model<'_> {
-    /// Lets time pass with all draws and internal steps that come up, those due at the end included.
-    fn wait_through(&self, from: &State, time: &BigRational, rest: &mut Left<'_>) -> Option<State> {
-        let mut state = from.clone();
-        let mut left = time.clone();
-        loop {
-            rest.steps += 1;
-            if rest.steps > MOST_STEPS {
-                return None;
-            }
-            let moves = state.moves().ok()?;
-            if moves.iter().any(|step| matches!(step.action, Action::Draw(..))) {
-                let drawn = rest.drawn.next()?;
-                state = self.state(&moves.iter().find_map(|step| drawn.taken(step))?).ok()?;
-                continue;
-            }
-            if let Some(step) = moves.iter().find(|step| matches!(step.action, Action::Tau(..))) {
-                state = self.state(&step.next).ok()?;
-                continue;
-            }
-            if left.is_zero() {
-                return Some(state);
-            }
-            let passed = match state.patience(&moves) {
-                crate::model::Patience::None => return None,
-                crate::model::Patience::Until(next) if next < left => next,
-                _ => left.clone(),
-            };
-            state = self.wait_state(&state, &passed).ok()??;
-            left -= passed;
-        }
     }
 }

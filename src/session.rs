@@ -9,6 +9,7 @@ mod compare;
 mod contradiction;
 mod criteria;
 mod illustrate;
+mod instances;
 mod likely;
 mod orders;
 mod phases;
@@ -19,6 +20,7 @@ mod rounds;
 mod satisfies;
 mod solve;
 mod sweep;
+mod tolerance;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;

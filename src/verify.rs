@@ -2,6 +2,7 @@
 
 mod cases;
 mod count;
+mod influence;
 mod lay;
 mod orbit;
 pub mod property;
@@ -17,12 +18,13 @@ use std::collections::BTreeMap;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::period::{self, Failure, Period};
+use crate::period::{self, End, Failure, Period};
 use crate::term::Term;
 use crate::value::Value;
 
 pub(crate) use cases::Merge;
 pub use orbit::Orbit;
+pub use round::Endless;
 pub use trajectory::{Leg, Rounds, Trajectory};
 pub use unit::Unit;
 
@@ -70,8 +72,8 @@ pub struct Outcome {
     pub period: Option<Period>,
     /// What is wrong or may go wrong.
     pub diagnostics: Vec<Failure>,
-    /// What could be changed.
-    pub feedback: Vec<String>,
+    /// The phase that the run never leaves, where two values would have to be equal for that.
+    pub endless: Option<Endless>,
 }
 
 impl Outcome {
@@ -88,7 +90,7 @@ impl Outcome {
             period_term: None,
             period: None,
             diagnostics: Vec::new(),
-            feedback: Vec::new(),
+            endless: None,
         }
     }
 }
@@ -112,13 +114,45 @@ pub fn verify(
     };
     let mut outcome = match property::Wanted::of(property.1, property.0) {
         Err(reason) => Outcome::new(Verdict::Open { remaining: vec![reason] }),
-        Ok(wanted) => cases::in_cases(assumptions, &|known| {
-            property::judge(&wanted, trajectory::walk(&period, known, property.1, interrupted))
-        }),
+        Ok(wanted) => {
+            let look = |period: &Period| {
+                cases::in_cases(assumptions, &|known| {
+                    let trajectory = trajectory::walk(period, known, property.1, interrupted);
+                    let told = |warning| told_of(warning, &trajectory);
+                    let diagnostics = period.warnings.iter().filter_map(told).collect();
+                    Outcome { diagnostics, ..property::judge(&wanted, trajectory) }
+                })
+            };
+            let whole = look(&period);
+            match influence::reduced(&period, property.1) {
+                Some(reduced) if !matches!(whole.verdict, Verdict::Proved) => better(whole, look(&reduced)),
+                _ => whole,
+            }
+        }
     };
-    outcome.diagnostics.extend(period.warnings.iter().cloned());
     outcome.period = Some(period);
     outcome
+}
+
+/// Of what was found with all variables and with those alone that the property depends on, what says more.
+fn better(whole: Outcome, reduced: Outcome) -> Outcome {
+    match (&whole.verdict, &reduced.verdict) {
+        (_, Verdict::Proved) | (Verdict::Open { .. }, Verdict::Refuted { .. }) => reduced,
+        (Verdict::Refuted { .. }, _) | (_, Verdict::Open { .. }) if reduced.period_term.is_none() => whole,
+        _ => reduced,
+    }
+}
+
+/// A warning, as far as it is true of this run: of a run that is known, it is known whether it comes to wait.
+fn told_of(warning: &Failure, run: &Trajectory) -> Option<Failure> {
+    let Failure::MayWait { blocked, .. } = warning else { return Some(warning.clone()) };
+    match &run.end {
+        Some(End::Silent { blocked: there, .. }) if there.contains(blocked) => {
+            Some(Failure::Unmatched(blocked.clone()))
+        }
+        _ if !run.open.is_empty() || run.legs.iter().any(|leg| !leg.conditions.is_empty()) => Some(warning.clone()),
+        _ => None,
+    }
 }
 
 fn without_period(failures: Vec<Failure>) -> Outcome {

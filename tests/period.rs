@@ -233,7 +233,7 @@ fn agrees(ran: &Ran, plain: &Ran, log: &Log) -> bool {
 /// Who waits for ever in some run, by the warnings.
 fn waiting(period: &Period) -> BTreeSet<String> {
     let blocked = |failure: &Failure| match failure {
-        Failure::Unmatched(blocked) => Some(blocked.component.clone()),
+        Failure::Unmatched(blocked) | Failure::MayWait { blocked, .. } => Some(blocked.component.clone()),
         _ => None,
     };
     period.warnings.iter().filter_map(blocked).collect()
@@ -286,7 +286,7 @@ fn straight_networks_do_what_the_analysis_says() {
                 }
                 Some(Failure::NoCommunication { .. }) => {
                     let ends = |failure: &Failure| match plain {
-                        Ran::Silent { .. } => matches!(failure, Failure::Unmatched(_)),
+                        Ran::Silent { .. } => matches!(failure, Failure::Unmatched(_) | Failure::MayWait { .. }),
                         Ran::Livelock => matches!(failure, Failure::Livelock { .. }),
                         Ran::Round { .. } => false,
                     };

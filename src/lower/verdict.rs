@@ -18,8 +18,19 @@ impl Lowerer<'_> {
         conditions: &[Comparison],
         shown: &[ast::Term],
     ) -> Option<ClaimKind> {
+        let written = &system.name;
         let system = self.named(system, "system");
-        let pattern = self.pattern(system.as_ref(), shown, conditions)?;
+        let before = self.errors.len();
+        let pattern = self.pattern(system.as_ref(), shown, conditions);
+        if shown.is_empty() {
+            let unknown = self.errors.iter_mut().skip(before).filter(|error| error.code == "P0304");
+            for error in unknown {
+                error.notes.push(format!(
+                    "what an observer shows is named behind `when`: `prove {written} always p < 10 when At_p`"
+                ));
+            }
+        }
+        let pattern = pattern?;
         Some(ClaimKind::Always { system: system?, pattern, property: None })
     }
 

@@ -284,10 +284,13 @@ impl Parser<'_> {
                     let diagnostic = self
                         .wrong("the end of the parameter")
                         .label(self.since(start), "only this belongs to the name before it");
-                    return self.fail(
-                        diagnostic
-                            .help("after `_`, anything longer than one name or number needs braces: `Delay_{2*t}`"),
-                    );
+                    let called = self.at(Kind::OpenRound) && matches!(value.kind, ValueKind::Name(_));
+                    return self.fail(diagnostic.help(if called {
+                        "a port stands behind `_`, and what is read or written is said so: `In_c<x>`, `Out_{c,x}`; \
+                         a parameter longer than one name or number needs braces: `Delay_{2*t}`"
+                    } else {
+                        "after `_`, anything longer than one name or number needs braces: `Delay_{2*t}`"
+                    }));
                 }
                 Ok(vec![value])
             }

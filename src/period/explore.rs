@@ -9,6 +9,7 @@ use super::merge::merge;
 use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Slot, inspect, loops, map_values, offers, readable, standing};
+use super::suppose::suppose;
 use super::vector::{component_name, components};
 use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
@@ -207,42 +208,12 @@ impl Explorer<'_> {
                         return Err(Failure::NoPeriod { reason: "too many ways through one round".to_string() });
                     }
                     for answer in [false, true] {
-                        moments.extend(self.suppose(&moment, &question, answer));
+                        moments.extend(suppose(&self.clock.settler, &moment, &question, answer));
                     }
                 }
             }
         }
         Ok(ways)
-    }
-
-    /// The moment with an answer assumed; nothing if that contradicts what is known.
-    fn suppose(&self, moment: &Moment, question: &RawTest, answer: bool) -> Option<Moment> {
-        let turn = |test: &Test| if answer { test.clone() } else { test.negated() };
-        let test = turn(&question.test);
-        let mut path = moment.path.clone();
-        let assumptions = Rc::make_mut(&mut path.assumptions);
-        assumptions.assume(test.relation, &test.left, &test.right);
-        if assumptions.contradictory() {
-            return None;
-        }
-        let mut state = moment.state.clone();
-        if test.relation == Relation::Eq {
-            let (from, to) = match (self.clock.settler.varies(&test.left), self.clock.settler.varies(&test.right)) {
-                (true, false) => (Some(&test.left), &test.right),
-                (false, true) => (Some(&test.right), &test.left),
-                _ => (None, &test.left),
-            };
-            if let Some(from) = from {
-                let mut replace = |_: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
-                    Ok(if value == from { to.clone() } else { value.clone() })
-                };
-                let Ok(replaced) = state.iter().map(|run| map_values(run, &mut replace)).collect();
-                state = replaced;
-            }
-        }
-        let raw = turn(&question.raw);
-        path.tests.push(RawTest { test, raw, env: question.env.clone() });
-        Some(moment.clone().changed(state, path))
     }
 
     /// The phase of a state, new or known; a known one may have to be generalised and explored again.

@@ -7,7 +7,7 @@ use std::hash::{Hash, Hasher};
 use super::board::Board;
 use super::run::{Env, Halt, Path, Run, Settler};
 use super::step::{Offer, finish, inspect, written};
-use super::{Blocked, End, Failure};
+use super::{Blocked, End, Failure, Test, in_case};
 use crate::name::Name;
 use crate::value::Value;
 
@@ -130,7 +130,11 @@ impl Clock<'_> {
         self.check_others(moment, (&writer, &reader), &pairs)?;
         let most = MOST_COMMUNICATIONS.saturating_add(MOST_EACH.saturating_mul(self.operations));
         if moment.communications.len() >= most {
-            return Halt::because(format!("more than {most} communications in one instant"));
+            let tests: Vec<Test> = moment.path.tests.iter().map(|test| test.test.clone()).collect();
+            return Halt::because(format!(
+                "more than {most} communications in one instant{}: time may stop there",
+                in_case(&tests)
+            ));
         }
         if moment.path.lengths > most {
             let made = moment.communications.len();

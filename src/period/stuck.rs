@@ -1,4 +1,51 @@
-//! The parts of a graph that are never left.
+//! The parts of a graph that are never left, and the ends that a run may come to.
+
+use super::{Blocked, Edge, End, Failure, Next, Phase};
+
+/// What is wrong where runs end: what waits for ever, surely or in some case, and what goes round in no time.
+pub(super) fn ends(initial: &[Edge], phases: &[Phase]) -> Vec<Failure> {
+    let sure = sure_end(initial, phases);
+    let mut found = Vec::new();
+    let mut waiting: Vec<(Blocked, Vec<usize>)> = Vec::new();
+    let starts = initial.iter().map(|edge| (None, edge));
+    let rounds =
+        phases.iter().enumerate().flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
+    for (from, edge) in starts.chain(rounds) {
+        match &edge.next {
+            Next::End(End::Silent { blocked, .. }) => {
+                for one in blocked {
+                    match waiting.iter_mut().find(|(other, _)| other == one) {
+                        Some((_, places)) => places.extend(from.filter(|from| !places.contains(from))),
+                        None => waiting.push((one.clone(), from.into_iter().collect())),
+                    }
+                }
+            }
+            Next::End(End::Livelock { cycle }) => {
+                found.push(Failure::Livelock { cycle: cycle.clone(), when: edge.tests.clone() });
+            }
+            _ => {}
+        }
+    }
+    let said = |(blocked, phases): (Blocked, Vec<usize>)| match sure {
+        Some(End::Silent { blocked: there, .. }) if there.contains(&blocked) => Failure::Unmatched(blocked),
+        _ => Failure::MayWait { blocked, phases },
+    };
+    found.splice(0..0, waiting.into_iter().map(said));
+    found
+}
+
+/// The end that every run comes to, where there is one way alone.
+fn sure_end<'e>(initial: &'e [Edge], phases: &'e [Phase]) -> Option<&'e End> {
+    let mut edges = initial;
+    for _ in 0..=phases.len() {
+        let [only] = edges else { return None };
+        match &only.next {
+            Next::End(end) => return Some(end),
+            Next::Phase(number) => edges = &phases.get(*number)?.edges,
+        }
+    }
+    None
+}
 
 /// The sets of places that all reach each other and nothing else; an edge to nowhere leaves its part.
 pub(super) fn final_parts(edges: &[Vec<Option<usize>>]) -> Vec<Vec<usize>> {

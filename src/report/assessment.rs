@@ -1,7 +1,7 @@
 //! What came of criteria, as lines for a person and as data for a program.
 
 use num_rational::BigRational;
-use num_traits::Zero;
+use num_traits::{Signed, Zero};
 use serde_json::{Value as Json, json};
 
 use crate::criteria::repair::{Feedback, Repair, Sensitivity, is_short};
@@ -165,7 +165,7 @@ fn advice(feedback: &Feedback) -> Vec<String> {
             line.push_str(&format!("; solved from the margin {formula}"));
         }
         if let Some(least) = &repair.least {
-            line.push_str(&format!("; not yet when it is changed {} less", text(least)));
+            line.push_str(&format!("; not yet when it is changed {} less", little(least)));
         }
         if let Some(place) = &repair.not_at {
             line.push_str(&format!("; {} itself is not enough", text(place)));
@@ -188,4 +188,17 @@ fn advice(feedback: &Feedback) -> Vec<String> {
         lines.push(format!("{}: or ask for {limit}", feedback.name));
     }
     lines
+}
+
+/// A small number, or one that it is below.
+fn little(least: &BigRational) -> String {
+    let mut bound = BigRational::new(1.into(), 1_000_000.into());
+    if *least >= bound {
+        return text(least);
+    }
+    let tenth = BigRational::new(1.into(), 10.into());
+    while least.is_positive() && *least < &bound * &tenth && bound.denom().bits() < 400 {
+        bound *= &tenth;
+    }
+    format!("less than {} ", Value::rational(bound)).trim_end().to_string()
 }

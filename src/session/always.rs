@@ -1,19 +1,22 @@
 //! `Sys always C`.
 
 use super::claim::Found;
+use super::instances::broken_instance;
 use super::reading::{Run, Waiting};
 use super::rounds::{all_checked, one_is_taken};
 use super::satisfies::said;
 use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
+use crate::definition::Definitions;
 use crate::flow::flows;
 use crate::invariant::{Claim, Safe};
-use crate::lower::{Pattern, System};
+use crate::lower::{Environment, Pattern};
 use crate::name::Name;
 use crate::period::Test;
 use crate::replay::{Drawn, replays};
 use crate::report::Verdict;
 use crate::safety::{self, orbit};
+use crate::term::Term;
 
 /// The longest left side that is printed, in bytes.
 const WIDE: usize = 80;
@@ -72,8 +75,14 @@ impl Run<'_, '_> {
                     None => found.trusted.extend(safe.trusted().iter().cloned()),
                 }
             }
-            safety::Verdict::Refuted(run) => broken(system, run, &claim, waiting, &mut found),
-            safety::Verdict::Open => found.remains = outcome.remaining.iter().map(|line| said(line)).collect(),
+            safety::Verdict::Refuted(run) => {
+                let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+                broken(&term, definitions, run, (&claim, assumptions), &mut found);
+            }
+            safety::Verdict::Open => {
+                found.remains = outcome.remaining.iter().map(|line| said(line)).collect();
+                by_instance(&term, &claim, environment, &interrupted, &mut found);
+            }
         }
         found.feedback.extend(conditions(&outcome.conditions));
         found
@@ -128,6 +137,7 @@ fn never_together(claim: &Claim, outcome: &safety::Outcome) -> Option<String> {
 /// What the proof rests on, and the invariant where there is one.
 fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     let mut lines = Vec::new();
+    let mut said: Vec<(String, Vec<usize>)> = Vec::new();
     for (number, tests) in invariant.iter().enumerate() {
         let never = tests.iter().any(|test| test.decide(&Assumptions::default()) == Some(false));
         let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
@@ -136,8 +146,12 @@ fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
             [] => "anything".to_string(),
             tests => tests.join(" and "),
         };
-        lines.push(format!("invariant of phase {}: {text}", number + 1));
+        match said.iter_mut().find(|(other, _)| *other == text) {
+            Some((_, phases)) => phases.push(number + 1),
+            None => said.push((text, vec![number + 1])),
+        }
     }
+    lines.extend(said.iter().map(|(text, phases)| format!("invariant of {}: {text}", numbered(phases))));
     if safe.inequalities() > 0 {
         lines.push(format!("{} implications checked", safe.inequalities()));
     }
@@ -158,10 +172,55 @@ fn draws(run: &orbit::Run) -> Option<String> {
     (!all.is_empty()).then(|| format!("where it draws, in turn: {}{more}", all.join(", ")))
 }
 
+/// `phase 3`, `phases 1, 4 to 7`.
+fn numbered(phases: &[usize]) -> String {
+    let runs = phases.chunk_by(|one, next| one + 1 == *next);
+    let run = |run: &[usize]| match run {
+        [first, .., last] if run.len() > 2 => format!("{first} to {last}"),
+        run => listed(run, ", "),
+    };
+    let runs: Vec<String> = runs.map(run).collect();
+    format!("{} {}", if phases.len() == 1 { "phase" } else { "phases" }, runs.join(", "))
+}
+
+/// What is open for all values of the parameters may be refuted by some.
+fn by_instance(
+    system: &Term,
+    claim: &Claim,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+    found: &mut Found,
+) {
+    match broken_instance(system, claim, environment, interrupted) {
+        Ok(instance) => {
+            let open = std::mem::take(&mut found.remains);
+            let values = instance.closed.values.iter().map(|(name, value, _)| format!("{name} = {value}"));
+            found.trace.push(format!("take {}", listed(&values.collect::<Vec<_>>(), ", ")));
+            let known = (&instance.claim, &Assumptions::default());
+            broken(&instance.closed.term, &instance.closed.definitions, &instance.run, known, found);
+            if found.verdict.is_none() {
+                found.remains.extend(open);
+            }
+        }
+        Err(0) => {}
+        Err(tried) => {
+            found.remains.retain(|line| !line.ends_with("has no value here"));
+            found.remains.push(format!(
+                "of {tried} instances with small values for the parameters, none breaks it in its first states"
+            ));
+        }
+    }
+}
+
 /// A refutation stands only with a run that replays in the executable meaning.
-fn broken(system: &System, run: &orbit::Run, claim: &Claim, waiting: &Waiting, found: &mut Found) {
-    let definitions = &waiting.environment.definitions;
-    if !replays(&system.term(definitions), definitions, &run.shown, &run.drawn) {
+fn broken(
+    system: &Term,
+    definitions: &Definitions,
+    run: &orbit::Run,
+    (claim, assumptions): (&Claim, &Assumptions),
+    found: &mut Found,
+) {
+    if !replays(system, definitions, &run.shown, &run.drawn) {
         found.remains = vec!["a run that breaks it was found, but could not be replayed".to_string()];
         return;
     }
@@ -175,7 +234,7 @@ fn broken(system: &System, run: &orbit::Run, claim: &Claim, waiting: &Waiting, f
     if let Some((_, shown)) = run.shown.last() {
         for duty in claim.duties(shown).unwrap_or_default() {
             for (test, asked) in duty.tests.iter().zip(&claim.tests) {
-                if test.decide(&waiting.environment.assumptions) == Some(false) {
+                if test.decide(assumptions) == Some(false) {
                     let left = asked.left.to_string();
                     found.trace.push(format!(
                         "there {} = {}, and it must be {} {}",

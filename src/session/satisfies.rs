@@ -48,9 +48,8 @@ impl Run<'_, '_> {
         let mut found = Found { trace: account(system, &outcome, environment), ..Found::default() };
         found.values = outcome.values.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         found.steady = outcome.steady.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
-        found.feedback = outcome.feedback.clone();
         match &outcome.verdict {
-            verify::Verdict::Proved => self.matched(system, &outcome, waiting, &mut found),
+            verify::Verdict::Proved => self.matched(system, &outcome, environment, &mut found),
             verify::Verdict::Refuted { reason, .. } => found.remains = vec![said(reason)],
             verify::Verdict::Open { remaining } => found.remains = remaining.iter().map(|line| said(line)).collect(),
         }
@@ -63,12 +62,13 @@ impl Run<'_, '_> {
                     "but the run does not exclude that there are some".to_string(),
                 ];
             }
+            self.tolerances(system, property, &outcome, environment, &mut found);
         }
         found
     }
 
     /// The match of the run with the property, as a theorem.
-    fn matched(&mut self, system: &System, outcome: &Outcome, waiting: &Waiting, found: &mut Found) {
+    pub(super) fn matched(&mut self, system: &System, outcome: &Outcome, environment: &Environment, found: &mut Found) {
         let (Some(run), Some(wanted)) = (&outcome.trajectory_term, &outcome.property_term) else {
             found.remains = vec!["the run or the property could not be written as a process".to_string()];
             return;
@@ -79,14 +79,14 @@ impl Run<'_, '_> {
             connective: Connective::Refines,
             right: wanted.clone(),
         };
-        let theory = theory(&waiting.environment);
+        let theory = theory(environment);
         let interrupted = || self.surroundings.interrupted();
         match prove(&theory, &statement, &By::Search, Limits::default(), &interrupted) {
             Answer::Proved(_, proof) => {
                 found.trace.push(format!("match: {}", short(&wanted.to_string())));
                 found.it = Some(run.clone());
                 let whole = system.term(&theory.definitions);
-                let tried = match agreement(&whole, run, &waiting.environment) {
+                let tried = match agreement(&whole, run, environment) {
                     Ok((line, tried)) => {
                         found.trace.push(line);
                         tried
@@ -113,7 +113,7 @@ impl Run<'_, '_> {
                 });
                 match checked {
                     Ok((theorem, proof)) => {
-                        let environment = waiting.environment.clone();
+                        let environment = environment.clone();
                         found.verdict = Some(Verdict::Proved);
                         found.evidence = Some(Evidence { theory, environment, theorem, proof });
                     }

@@ -181,7 +181,10 @@ impl Walker<'_> {
             relation => Goal::Holds(relation, Value::variable(&variable), Value::zero()),
         };
         let closed = Closed { variable, pieces, conditions: Vec::new() };
-        Ok(first(&closed, &self.index, &goal, &self.assumptions))
+        Ok(match first(&closed, &self.index, &goal, &self.assumptions) {
+            Reach::Never(reason) => Reach::Never(format!("of {}-({}), {reason}", said.left, said.right)),
+            found => found,
+        })
     }
 
     /// A test that does not change from round to round.

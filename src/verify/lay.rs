@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::property::{Length, Want, Wanted};
 use super::seek::{has_unknowns, length_with, with_values};
-use super::trajectory::Trajectory;
+use super::trajectory::{Trajectory, at_rest};
 use super::unit::{Hit, Unit, shows, total};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -68,6 +68,15 @@ impl From<ValueError> for Missed {
 pub(super) struct Matcher<'a> {
     pub(super) wanted: &'a Wanted,
     pub(super) assumptions: &'a Assumptions,
+}
+
+/// That nothing shows this for so long.
+fn too_short(shown: &[Term], time: &Value) -> Missed {
+    let shown: Vec<String> = shown.iter().map(Term::to_string).collect();
+    Missed::Never(match shown.as_slice() {
+        [] => format!("the run ends before {time} has passed"),
+        shown => format!("{} is not shown for {time}", shown.join(" with ")),
+    })
 }
 
 impl Matcher<'_> {
@@ -175,8 +184,9 @@ impl Matcher<'_> {
             let found =
                 self.skip_to(&mut probe, free, shown, trajectory).and_then(|()| self.longest(&mut probe, shown));
             let taken = match (found, first.take()) {
-                (Ok(taken), earlier) => {
+                (Ok(mut taken), earlier) => {
                     first = earlier;
+                    taken.extend(self.resting((name, shown), &taken, &probe.rest, (pending, &laid.values))?);
                     taken
                 }
                 (Err(Missed::Never(_)), Some(reason)) => return Err(Missed::Never(reason)),
@@ -263,6 +273,10 @@ impl Matcher<'_> {
                         taken.push(unit);
                         continue;
                     }
+                    if at_rest(&unit).is_some() && !taken.is_empty() {
+                        rest.push_front(unit);
+                        break;
+                    }
                     // Shown for ever: one round of it has a duration.
                     let (_, round, after) = unit.split(&Value::zero())?;
                     taken.extend(round.into_iter().map(Unit::Single));
@@ -307,7 +321,10 @@ impl Matcher<'_> {
         for _ in 0..MOST_TRIED {
             let mut probe = Laid { run: Vec::new(), property: Vec::new(), guards: Vec::new(), ..laid.clone() };
             if free.is_some() && !want.shown.is_empty() {
-                self.skip_to(&mut probe, free, &want.shown, trajectory)?;
+                match self.skip_to(&mut probe, free, &want.shown, trajectory) {
+                    Err(Missed::Never(_)) if !passed.is_empty() => return Err(too_short(&want.shown, time)),
+                    found => found?,
+                }
                 passed.append(&mut probe.run);
             }
             match self.exactly(&mut probe.rest, time, &want.shown)? {
@@ -318,9 +335,7 @@ impl Matcher<'_> {
                     laid.rest = probe.rest;
                     return self.take(laid, None, taken, &want.shown);
                 }
-                None if free.is_none() || probe.rest.is_empty() => {
-                    return Err(Missed::Never(format!("what is asked is not shown for {time}")));
-                }
+                None if free.is_none() || probe.rest.is_empty() => return Err(too_short(&want.shown, time)),
                 None => {
                     laid.rest = probe.rest;
                     passed.extend(if want.shown.is_empty() {
@@ -367,6 +382,15 @@ impl Matcher<'_> {
                     }
                 }
                 Unit::Repeat { ref segments, .. } => {
+                    if let Some(observed) = at_rest(&unit).map(<[Term]>::to_vec) {
+                        if !shows(&observed, shown, self.assumptions).map_err(Missed::Unsure)? {
+                            return Ok(None);
+                        }
+                        taken.push(Unit::Single(Segment { duration: left, observed }));
+                        left = Value::zero();
+                        queue.push_front(unit);
+                        continue;
+                    }
                     let whole = unit.duration()?;
                     let plain = shown.is_empty()
                         || segments.iter().all(|s| shows(&s.observed, shown, self.assumptions) == Ok(true));

@@ -255,7 +255,8 @@ fn shows_moving(term: &Term, orbit: &Orbit) -> bool {
     term.values().into_iter().any(|value| orbit.moves(value))
 }
 
-fn only(units: &[Unit], keep: &dyn Fn(&Term) -> bool) -> Vec<Unit> {
+/// Stretches with what is to be kept of what they show.
+pub(super) fn only(units: &[Unit], keep: &dyn Fn(&Term) -> bool) -> Vec<Unit> {
     let mut units = units.to_vec();
     let only = |segment: &mut Segment| segment.observed.retain(|term| keep(term));
     for unit in &mut units {

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 
 use super::lay::{Laid, Matcher, Missed};
-use super::orbit::{Orbit, standing};
-use super::round::{feedback, stuck};
+use super::orbit::{Orbit, only, standing};
+use super::round::{endless, in_step, stuck};
 use super::trajectory::{Leg, Rounds, Trajectory};
-use super::unit::{Unit, without_end};
+use super::unit::{Unit, shows, without_end};
 use super::{Outcome, Verdict};
 use crate::name::Name;
 use crate::period::{End, Segment, Test};
@@ -150,7 +150,7 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
             Outcome::new(Verdict::Open { remaining })
         }
     };
-    outcome.feedback = feedback(&outcome.verdict, &trajectory);
+    outcome.endless = endless(&trajectory);
     outcome.period_term = trajectory.cycle.map(|cycle| {
         let round = term_of(&units_of(&trajectory.legs[cycle..]));
         trajectory.orbit.as_ref().map_or(round.clone(), |orbit| orbit.round(round))
@@ -203,11 +203,21 @@ impl Matcher<'_> {
         let cycle = trajectory.cycle.map(|cycle| units_of(&trajectory.legs[cycle..])).unwrap_or_default();
         let laid = self.lay_once(trajectory, &cycle)?;
         let endless = self.wanted.wants.iter().any(|want| want.length == Length::Endless);
+        if !trajectory.open.is_empty() && trajectory.unending && !endless {
+            return Ok(going_on(laid));
+        }
         let (rest, cycle) = match &trajectory.orbit {
             // What is shown from here on is of no interest any more, or what moves on from turn to turn is not.
             Some(_) if !endless => (vec![self.bare(&laid.rest)?], vec![self.bare(&cycle)?]),
             None if !endless => (laid.rest.iter().map(without_end).collect::<Result<_, _>>()?, cycle),
             Some(orbit) => (laid.rest.clone(), standing(&cycle, orbit)),
+            // Beside what is asked for ever, what is shown for a while is of no interest.
+            None if cycle.is_empty() => match &trajectory.end {
+                Some(End::Silent { observed, .. }) => {
+                    (only(&laid.rest, &|term| observed.contains(term) || self.asked_last(term)), cycle)
+                }
+                _ => (laid.rest.clone(), cycle),
+            },
             None => (laid.rest.clone(), cycle),
         };
         let mut run: Vec<Term> = laid.terms();
@@ -247,6 +257,12 @@ impl Matcher<'_> {
         Ok(outcome)
     }
 
+    /// Whether what is shown is asked for by the last segment of the property.
+    fn asked_last(&self, shown: &Term) -> bool {
+        let wanted = self.wanted.wants.last().into_iter().flat_map(|want| &want.shown);
+        wanted.cloned().any(|one| shows(std::slice::from_ref(shown), &[one], self.assumptions) == Ok(true))
+    }
+
     /// Stretches as one in which nothing is shown.
     fn bare(&self, units: &[Unit]) -> Result<Unit, Missed> {
         Ok(Unit::Single(Segment { duration: self.durations(units)?, observed: Vec::new() }))
@@ -255,6 +271,15 @@ impl Matcher<'_> {
     fn lay_once(&self, trajectory: &Trajectory, cycle: &[Unit]) -> Result<Laid, Missed> {
         let mut units = trajectory.opening.clone();
         units.extend(units_of(trajectory.certain()));
+        if let Some(still) = trajectory.still() {
+            units.push(still.clone());
+            let mut laid = self.lay(units, false, (cycle, trajectory))?;
+            // What is left of it is said by the end of the run.
+            while laid.rest.last() == Some(&still) {
+                laid.rest.pop();
+            }
+            return Ok(laid);
+        }
         let mut further = units.clone();
         further.extend(cycle.iter().cloned());
         if trajectory.orbit.is_none() {
@@ -279,7 +304,10 @@ impl Matcher<'_> {
     /// A property that starts again and again.
     fn again(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
         let Some(cycle) = trajectory.cycle else {
-            return Err(self.no_cycle(trajectory));
+            // A run that comes to rest goes round in what it shows then.
+            let resting = trajectory.resting();
+            let found = resting.and_then(|(resting, cycle)| self.round_by_round(&resting, cycle).ok());
+            return found.ok_or_else(|| self.no_cycle(trajectory));
         };
         let free = self
             .wanted
@@ -335,6 +363,11 @@ impl Matcher<'_> {
             Some(End::Silent { blocked, .. }) if !blocked.is_empty() => {
                 let blocked: Vec<String> = blocked.iter().map(|one| one.to_string()).collect();
                 format!("the run comes to a halt: {}", blocked.join("; "))
+            }
+            Some(End::Silent { observed, .. }) => {
+                let shown: Vec<String> = observed.iter().map(Term::to_string).collect();
+                let shown = if shown.is_empty() { "nothing".to_string() } else { shown.join(" with ") };
+                format!("the run comes to rest: {shown} is shown for ever")
             }
             Some(_) => "the run ends".to_string(),
             None => match trajectory.legs.last().map(|leg| (&leg.rounds, leg)) {
@@ -397,6 +430,19 @@ impl Matcher<'_> {
     }
 }
 
+/// A property that is met by what is known of a run that goes on for ever: nothing is said of the rest of it.
+fn going_on(laid: Laid) -> Outcome {
+    let mut outcome = Outcome::new(Verdict::Proved);
+    let forever = |unit: &Unit| matches!(unit, Unit::Repeat { count: None, .. });
+    if !laid.run.iter().any(forever) {
+        let idle = || std::iter::once(Term::idle());
+        outcome.trajectory_term = Some(Term::seq(laid.terms().into_iter().chain(idle())));
+        outcome.property_term = Some(Term::seq(laid.property.iter().cloned().chain(idle())));
+    }
+    outcome.values = laid.values;
+    outcome
+}
+
 fn form_text(name: &Name, closed: &crate::recurrence::Closed) -> String {
     let forms: Vec<String> = closed.pieces.iter().map(|piece| piece.form.to_string()).collect();
     format!("{name} = {}", forms.join(", then "))
@@ -426,55 +472,4 @@ pub(super) fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Or
     let first = steady.first().map(|laid| laid.values.iter().filter(in_all)).into_iter().flatten();
     outcome.steady = first.map(|(name, value)| (name.clone(), value.clone())).collect();
     outcome
-}
-
-/// One round of a system.
-type Stretches = Vec<Unit>;
-
-/// The run in rounds of the system: as many phases a round as it takes for their order to repeat. The first
-/// rounds, then those that repeat; nothing if the run repeats in the middle of a leg.
-fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Stretches>, Vec<Stretches>)> {
-    let mut groups: Vec<(usize, Vec<Unit>)> = Vec::new();
-    let mut start = None;
-    for (number, leg) in trajectory.legs.iter().enumerate() {
-        if number == cycle {
-            if leg.continues {
-                return None;
-            }
-            start = Some(groups.len());
-        }
-        match groups.last_mut() {
-            Some((_, units)) if leg.continues => units.extend(leg.units.iter().cloned()),
-            _ => groups.push((leg.phase, leg.units.clone())),
-        }
-    }
-    let start = start?;
-    let length = groups.len() - start;
-    let at = |number: usize| &groups[if number < groups.len() { number } else { start + (number - start) % length }];
-    let far = groups.len() + 2 * length;
-    let (lead, span) = (0..=start).find_map(|lead| {
-        let span = (1..=length).find(|span| (lead..far).all(|number| at(number).0 == at(number + span).0))?;
-        Some((lead, span))
-    })?;
-    let round = |from: usize, to: usize| (from..to).flat_map(|number| at(number).1.clone()).collect::<Vec<Unit>>();
-    let mut opening = vec![round(0, lead + span)];
-    if let Some(first) = opening.first_mut() {
-        first.splice(0..0, trajectory.opening.iter().cloned());
-    }
-    let mut from = lead + span;
-    while from < start {
-        opening.push(round(from, from + span));
-        from += span;
-    }
-    // What moves on from turn to turn begins with a turn.
-    if trajectory.orbit.is_some() && from != start {
-        return None;
-    }
-    let mut steady = Vec::new();
-    let mut covered = 0usize;
-    while covered == 0 || !covered.is_multiple_of(length) {
-        steady.push(round(from + covered, from + covered + span));
-        covered += span;
-    }
-    Some((opening, steady))
 }

@@ -1,15 +1,29 @@
 //! Rounds that go on for ever: one of several that a phase has, values that come round exactly, and what keeps a phase
 //! going.
 
-use num_traits::ToPrimitive;
+use num_rational::BigRational;
+use num_traits::{Signed, ToPrimitive};
 
-use super::Verdict;
 use super::count::Count;
 use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker, is_number};
+use super::unit::Unit;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Test};
 use crate::recurrence::Closed;
 use crate::value::{Relation, Value};
+
+/// A phase that a run never leaves, since two values never come to be equal.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Endless {
+    /// The phase.
+    pub phase: usize,
+    /// The inequality that holds after every round.
+    pub kept: Test,
+    /// How far apart its sides are when the phase begins, where that is a number.
+    pub first: Option<BigRational>,
+    /// How far apart they are at the closest of the rounds looked at.
+    pub closest: Option<BigRational>,
+}
 
 /// Rounds after which values may come round.
 const MOST_ROUNDS: i64 = 64;
@@ -60,38 +74,61 @@ impl Walker<'_> {
         comes_round(from).map(|_| from)
     }
 
-    /// The inequality of values that change that each round of a phase asks for, over the variables of the phase.
-    pub(super) fn kept(&self, phase: usize) -> Option<Test> {
+    /// The inequality of values that change that a round asks for before it is followed by another, over the variables
+    /// of the phase, where equality would end the phase.
+    pub(super) fn kept(&self, phase: usize, round: &Edge) -> Option<Test> {
         let here = self.period.phases.get(phase)?;
-        let round = here.rounds(phase).next()?;
         let changes = |name: &Name| round.map.get(name).is_some_and(|image| *image != Value::variable(name));
-        let asks = |test: &&Test| {
-            let names = [&test.left, &test.right].into_iter().flat_map(|side| side.variables());
-            test.relation == Relation::Neq && names.into_iter().any(|name| changes(&name))
+        let ends = |test: &Test| {
+            let equal = test.negated();
+            let mut others = here.edges.iter().filter(|edge| edge.tests.contains(&equal)).peekable();
+            let left =
+                |edge: &Edge| !matches!(&edge.next, Next::End(End::Livelock { .. })) && edge.next != Next::Phase(phase);
+            others.peek().is_some() && others.all(left)
         };
-        round.after.iter().flatten().find(asks).cloned()
+        round.tests.iter().zip(&round.after).find_map(|(test, after)| {
+            let after = after.as_ref()?;
+            let names = [&after.left, &after.right].into_iter().flat_map(|side| side.variables());
+            let asks = after.relation == Relation::Neq && names.into_iter().any(|name| changes(&name)) && ends(test);
+            asks.then(|| after.clone())
+        })
     }
 }
 
-/// What could be changed in the mission.
-pub(super) fn feedback(verdict: &Verdict, trajectory: &Trajectory) -> Vec<String> {
-    let mut feedback = Vec::new();
-    let endless = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
-    let leg = trajectory.legs.iter().find(endless).or_else(|| stuck(trajectory));
-    if !matches!(verdict, Verdict::Proved)
-        && let Some(leg) = leg
-        && let Some(kept) = &leg.kept
-        && let Ok(gap) = kept.left.sub(&kept.right)
-    {
-        feedback.push(format!(
-            "phase {} never ends, since no round comes to {} = {} exactly: allow a tolerance there, such as Gtr_{{abs({}),1/10}} in place of Neq_{{{},{}}}",
-            leg.phase + 1, kept.left, kept.right, gap, kept.left, kept.right
-        ));
+impl Walker<'_> {
+    /// The same of rounds that were followed one by one, where it is one kind of round all the while.
+    pub(super) fn always_kept(&self, phase: usize, rounds: &[(&Edge, Values)]) -> Option<Test> {
+        let (round, _) = rounds.first()?;
+        let same = |(edge, _): &(&Edge, Values)| std::ptr::eq(*edge, *round) && edge.next == Next::Phase(phase);
+        if rounds.iter().all(same) { self.kept(phase, round) } else { None }
     }
-    if let Some(End::Silent { blocked, .. }) = &trajectory.end {
-        feedback.extend(blocked.iter().map(|one| format!("{} waits for ever on port {}", one.component, one.port)));
+}
+
+/// The phase that the run never leaves, with the inequality that keeps it there.
+pub(super) fn endless(trajectory: &Trajectory) -> Option<Endless> {
+    let forever = |leg: &&Leg| matches!(leg.rounds, Rounds::Forever(_));
+    let first = trajectory.legs.iter().find(forever).or_else(|| stuck(trajectory))?;
+    let from = trajectory.legs.iter().position(|leg| std::ptr::eq(leg, first))?;
+    let kept = first.kept.clone()?;
+    let legs = &trajectory.legs[from..];
+    if !legs.iter().all(|leg| leg.kept.as_ref() == Some(&kept)) {
+        return None;
     }
-    feedback
+    let gap = kept.left.sub(&kept.right).ok()?;
+    // The legs of the phase before those that repeat begin further off.
+    let before = trajectory.legs[..from].iter().rev().take_while(|leg| leg.phase == first.phase);
+    let start = before.last().unwrap_or(first);
+    let distance = |values: &Values| gap.substitute(values).ok()?.as_rational().map(|gap| gap.abs());
+    let seen = legs.iter().flat_map(|leg| {
+        (0..MOST_ROUNDS).filter_map(|round| {
+            let mut here = leg.start.clone();
+            for (name, closed) in &leg.closed {
+                here.insert(name.clone(), closed.at(&leg.index, &Value::integer(round), &trajectory.assumptions)?);
+            }
+            distance(&here)
+        })
+    });
+    Some(Endless { phase: first.phase, closest: seen.min(), first: distance(&start.start), kept })
 }
 
 /// A leg of a phase in which the run goes round for ever.
@@ -105,4 +142,55 @@ pub(super) fn stuck(trajectory: &Trajectory) -> Option<&Leg> {
 fn last_piece(closed: &Closed) -> Option<i64> {
     let from = closed.pieces.last()?.from.as_rational()?;
     from.is_integer().then(|| from.to_integer().to_i64()).flatten()
+}
+
+/// One round of a system.
+type Stretches = Vec<Unit>;
+
+/// The run in rounds of the system: as many phases a round as it takes for their order to repeat. The first
+/// rounds, then those that repeat; nothing if the run repeats in the middle of a leg.
+pub(super) fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Stretches>, Vec<Stretches>)> {
+    let mut groups: Vec<(usize, Vec<Unit>)> = Vec::new();
+    let mut start = None;
+    for (number, leg) in trajectory.legs.iter().enumerate() {
+        if number == cycle {
+            if leg.continues {
+                return None;
+            }
+            start = Some(groups.len());
+        }
+        match groups.last_mut() {
+            Some((_, units)) if leg.continues => units.extend(leg.units.iter().cloned()),
+            _ => groups.push((leg.phase, leg.units.clone())),
+        }
+    }
+    let start = start?;
+    let length = groups.len() - start;
+    let at = |number: usize| &groups[if number < groups.len() { number } else { start + (number - start) % length }];
+    let far = groups.len() + 2 * length;
+    let (lead, span) = (0..=start).find_map(|lead| {
+        let span = (1..=length).find(|span| (lead..far).all(|number| at(number).0 == at(number + span).0))?;
+        Some((lead, span))
+    })?;
+    let round = |from: usize, to: usize| (from..to).flat_map(|number| at(number).1.clone()).collect::<Vec<Unit>>();
+    let mut opening = vec![round(0, lead + span)];
+    if let Some(first) = opening.first_mut() {
+        first.splice(0..0, trajectory.opening.iter().cloned());
+    }
+    let mut from = lead + span;
+    while from < start {
+        opening.push(round(from, from + span));
+        from += span;
+    }
+    // What moves on from turn to turn begins with a turn.
+    if trajectory.orbit.is_some() && from != start {
+        return None;
+    }
+    let mut steady = Vec::new();
+    let mut covered = 0usize;
+    while covered == 0 || !covered.is_multiple_of(length) {
+        steady.push(round(from + covered, from + covered + span));
+        covered += span;
+    }
+    Some((opening, steady))
 }

@@ -8,8 +8,8 @@ use num_traits::ToPrimitive;
 use super::count::goal_of;
 use super::lay::{Laid, Matcher, Missed};
 use super::property::{Length, Want};
-use super::trajectory::Trajectory;
-use super::unit::{Unit, same_observer};
+use super::trajectory::{Trajectory, at_rest};
+use super::unit::{Unit, same_observer, shows};
 use crate::name::Name;
 use crate::period::{Segment, Test};
 use crate::recurrence::{Closed, Piece, Reach, first};
@@ -224,6 +224,41 @@ impl Matcher<'_> {
             }
         }
         Ok(Some(way))
+    }
+
+    /// Where what is asked is shown for ever from here, how much longer it has to be shown for the conditions on its
+    /// duration.
+    pub(super) fn resting(
+        &self,
+        (name, shown): (&Name, &[Term]),
+        taken: &[Unit],
+        rest: &[Unit],
+        (tests, known): (&[Test], &Values),
+    ) -> Result<Option<Unit>, Missed> {
+        let Some(observed) = rest.first().and_then(at_rest) else { return Ok(None) };
+        if shows(observed, shown, self.assumptions) != Ok(true) {
+            return Ok(None);
+        }
+        let own = Value::variable(name);
+        let so_far = self.durations(taken)?;
+        let mut longest: Option<Value> = None;
+        for test in tests {
+            let (relation, bound) = match (test.left == own, test.right == own) {
+                (true, false) => (test.relation, test.right.substitute(known)?),
+                (false, true) => (test.relation.mirrored(), test.left.substitute(known)?),
+                _ => continue,
+            };
+            let wanted = match relation {
+                Relation::Gte | Relation::Eq => bound,
+                Relation::Gtr => bound.add(&Value::one())?,
+                _ => continue,
+            };
+            if self.assumptions.decide(Relation::Gtr, &wanted, longest.as_ref().unwrap_or(&so_far)) == Some(true) {
+                longest = Some(wanted);
+            }
+        }
+        let more = longest.map(|longest| longest.sub(&so_far)).transpose()?;
+        Ok(more.map(|duration| Unit::Single(Segment { duration, observed: observed.to_vec() })))
     }
 
     /// Decides the conditions whose unknowns have been found, and writes them down.

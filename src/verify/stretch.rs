@@ -3,7 +3,7 @@
 use super::trajectory::{Unsure, Values, Walker};
 use super::unit::{Unit, repeat};
 use crate::name::Name;
-use crate::period::{Edge, Segment};
+use crate::period::{Edge, End, Next, Segment};
 use crate::recurrence::Closed;
 use crate::substitution::substitute_values;
 use crate::term::Term;
@@ -12,6 +12,14 @@ use crate::value::{Relation, Value, ValueError};
 impl Walker<'_> {
     pub(super) fn units_once(&self, edge: &Edge, values: &Values) -> Result<Vec<Unit>, Unsure> {
         edge.segments.iter().map(|segment| Ok(Unit::Single(self.segment(segment, values)?))).collect()
+    }
+
+    /// Where a round leads that begins with these values: what is shown at the end of a run is of them.
+    pub(super) fn onward(&self, edge: &Edge, values: &Values) -> Result<Next, Unsure> {
+        let Next::End(End::Silent { blocked, observed }) = &edge.next else { return Ok(edge.next.clone()) };
+        let end = Segment { duration: Value::zero(), observed: observed.clone() };
+        let observed = self.segment(&end, values)?.observed;
+        Ok(Next::End(End::Silent { blocked: blocked.clone(), observed }))
     }
 
     pub(super) fn segment(&self, segment: &Segment, values: &Values) -> Result<Segment, Unsure> {

@@ -1,6 +1,7 @@
 //! The run of the system, leg by leg: rounds of one phase counted by its recurrence, until a leg starts as an
 //! earlier one did.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::count::Count;
@@ -70,6 +71,8 @@ pub struct Trajectory {
     pub end: Option<End>,
     /// Why the run is not known any further.
     pub open: Vec<String>,
+    /// Whether no way through the phases ends the run or stops time: what is not known of it goes on for ever too.
+    pub unending: bool,
     /// What is assumed, with what was found.
     pub assumptions: Assumptions,
 }
@@ -99,6 +102,8 @@ pub(super) struct Walker<'a> {
     pub(super) taken: BTreeSet<Name>,
     /// The wish to stop.
     pub(super) interrupted: &'a dyn Fn() -> bool,
+    /// The leg that was given up, as far as it was followed.
+    pub(super) partial: RefCell<Option<Leg>>,
 }
 
 /// Why a run that was interrupted is not known any further.
@@ -111,6 +116,42 @@ impl Trajectory {
             (Some(_), Some(cycle)) => &self.legs[..cycle.min(self.legs.len())],
             _ => &self.legs,
         }
+    }
+}
+
+/// The index of the rounds of a run that has come to rest: no name of a mission.
+const STILL: &str = "[still]";
+
+/// What is shown for ever, of the rounds of a run that has come to rest.
+pub(super) fn at_rest(unit: &Unit) -> Option<&[Term]> {
+    match unit {
+        Unit::Repeat { count: None, index, segments } if index.as_str() == STILL => {
+            segments.first().map(|segment| segment.observed.as_slice())
+        }
+        _ => None,
+    }
+}
+
+impl Trajectory {
+    /// What a run that has come to rest shows from then on, unit of time by unit of time.
+    pub(super) fn still(&self) -> Option<Unit> {
+        let Some(End::Silent { observed, .. }) = &self.end else { return None };
+        let segments = vec![Segment { duration: Value::one(), observed: observed.clone() }];
+        Some(Unit::Repeat { count: None, index: Name::new(STILL), segments })
+    }
+
+    /// A run that comes to rest as one that repeats what it shows then, with the place of that.
+    pub(super) fn resting(&self) -> Option<(Trajectory, usize)> {
+        let round = self.still()?.round(&Value::zero()).ok()?;
+        let mut resting = self.clone();
+        let cycle = resting.legs.len();
+        let last = resting.legs.last()?.clone();
+        let units = round.into_iter().map(Unit::Single).collect();
+        let rounds = Rounds::Count(Value::one());
+        resting.legs.push(Leg { rounds, closed: Vec::new(), units, continues: false, kept: None, ..last });
+        resting.cycle = Some(cycle);
+        resting.end = None;
+        Some((resting, cycle))
     }
 }
 
@@ -127,10 +168,14 @@ pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term, interru
     taken.extend(period.phases.iter().flat_map(|phase| phase.variables.iter().cloned()));
     let index = ["i", "j", "k", "n"].into_iter().map(Name::new).find(|name| !taken.contains(name));
     let index = index.unwrap_or_else(|| Name::new("index"));
-    let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted };
-    let mut trajectory = Trajectory::default();
+    let partial = RefCell::new(None);
+    let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted, partial };
+    let edges = || period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let unending = edges().all(|edge| matches!(edge.next, Next::Phase(_)));
+    let mut trajectory = Trajectory { unending, ..Trajectory::default() };
     if let Err(Unsure(reasons)) = walker.run(&mut trajectory) {
         trajectory.open = reasons;
+        trajectory.legs.extend(walker.partial.take());
     }
     if let (Some(orbit), Some(cycle)) = (&trajectory.orbit, trajectory.cycle) {
         without_moving(&mut trajectory.legs[cycle..], orbit, &observers(property));
@@ -143,7 +188,7 @@ impl Walker<'_> {
     fn run(&mut self, trajectory: &mut Trajectory) -> Result<(), Unsure> {
         let edge = self.choose(&self.period.initial, &Values::new(), &self.assumptions)?;
         trajectory.opening = self.units_once(edge, &Values::new())?;
-        let mut next = edge.next.clone();
+        let mut next = self.onward(edge, &Values::new())?;
         let mut values = self.image(edge, &Values::new())?;
         let mut history: Vec<(usize, Values)> = Vec::new();
         let mut changes = 0usize;
@@ -240,20 +285,26 @@ impl Walker<'_> {
                 break Next::Phase(phase);
             }
             if rounds.len() >= MOST_ROUNDS || now.values().any(is_long) {
+                *self.partial.borrow_mut() = Some(self.stepped(phase, values, &rounds)?);
                 return Err(Unsure(vec![format!("after {} rounds of one phase nothing has repeated", rounds.len())]));
             }
             let edge = self.choose(&here.edges, &now, &self.assumptions)?;
             let onward = self.image(edge, &now)?;
             rounds.push((edge, std::mem::replace(&mut now, onward)));
             if edge.next != Next::Phase(phase) {
-                break edge.next.clone();
+                break self.onward(edge, &rounds[rounds.len() - 1].1)?;
             }
             // Symbols are followed one round at a time.
             if !now.values().all(is_number) {
                 break Next::Phase(phase);
             }
         };
-        let leg = Leg {
+        Ok((self.stepped(phase, values, &rounds)?, (next, now)))
+    }
+
+    /// Rounds that were followed one by one, as a leg.
+    fn stepped(&self, phase: usize, values: &Values, rounds: &[(&Edge, Values)]) -> Result<Leg, Unsure> {
+        Ok(Leg {
             phase,
             rounds: Rounds::Count(Value::integer(rounds.len() as i64)),
             start: values.clone(),
@@ -261,10 +312,9 @@ impl Walker<'_> {
             index: self.index.clone(),
             conditions: Vec::new(),
             continues: false,
-            units: self.compressed(&rounds)?,
-            kept: self.kept(phase),
-        };
-        Ok((leg, (next, now)))
+            units: self.compressed(rounds)?,
+            kept: self.always_kept(phase, rounds),
+        })
     }
 
     /// Rounds as stretches: where every variable changes by the same step, in one.
@@ -319,7 +369,7 @@ impl Walker<'_> {
             conditions: count.conditions.clone(),
             continues: false,
             units: Vec::new(),
-            kept: self.kept(phase),
+            kept: count.stays.is_none().then(|| self.kept(phase, round)).flatten(),
         };
         let Some(stays) = count.stays else {
             if let Some(some) = self.until_it_repeats(values, &count) {
@@ -359,7 +409,7 @@ impl Walker<'_> {
             let said = names.filter_map(|name| Some((name.clone(), after.get(name)?.clone())));
             onward.extend(said.collect::<Values>());
         }
-        let next = edge.next.clone();
+        let next = self.onward(edge, &last)?;
         self.assumptions = assumptions;
         Ok((leg, (next, onward)))
     }

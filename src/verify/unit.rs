@@ -11,7 +11,7 @@ use crate::period::{Segment, stretch};
 use crate::recurrence::{Closed, Goal, Piece, Reach, first};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value, ValueError};
+use crate::value::{Relation, Sort, Value, ValueError};
 
 /// Rounds that are looked at one by one.
 const MOST_ROUNDS: i64 = 2_000;
@@ -307,9 +307,15 @@ fn first_of_form(
     let one = form.sub(value).ok().and_then(|difference| one_difference(&difference, index, assumptions));
     let Some(difference) = one else { return Reach::Unknown(format!("whether ever {form} = {value}")) };
     let variable = Name::new("[difference]");
-    let pieces = vec![Piece { from: Value::zero(), until: count.cloned(), form: difference }];
+    // Of a number the form itself is asked, so that a reason speaks of it and not of a difference.
+    let number = !matches!(form.sort(), Sort::Vector(_));
+    let (form_asked, goal) = if number { (form.clone(), value.clone()) } else { (difference, Value::zero()) };
+    let pieces = vec![Piece { from: Value::zero(), until: count.cloned(), form: form_asked }];
     let closed = Closed { variable, pieces, conditions: Vec::new() };
-    let found = first(&closed, index, &Goal::Equals(Value::zero()), assumptions);
+    let found = match first(&closed, index, &Goal::Equals(goal), assumptions) {
+        Reach::Never(reason) if !number => Reach::Never(format!("of what lies between them, {reason}")),
+        found => found,
+    };
     let number = count.and_then(Value::as_rational).and_then(|count| count.to_integer().to_i64());
     let (Reach::Unknown(_), Some(number)) = (&found, number.filter(|number| *number <= MOST_ROUNDS)) else {
         return found;

@@ -1,0 +1,87 @@
+//! `Sys always C` with parameters that have no values: small values that meet what is assumed of them, and a run of the
+//! system with these values that breaks the claim, which is made for all of them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::assumption::Assumptions;
+use crate::invariant::Claim;
+use crate::lower::Environment;
+use crate::name::Name;
+use crate::period::Test;
+use crate::safety::orbit::{self, Limits, Orbit, follow};
+use crate::sample::{Closed, close};
+use crate::scope::read_names;
+use crate::substitution::substitute_values;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// Instances that are followed.
+const MOST_INSTANCES: usize = 12;
+/// States of one instance.
+const MOST_STATES: usize = 600;
+
+/// A run of an instance that breaks a claim.
+pub(super) struct Instance {
+    /// The system with values, and the values.
+    pub(super) closed: Closed,
+    /// The claim with these values.
+    pub(super) claim: Claim,
+    /// The run.
+    pub(super) run: orbit::Run,
+}
+
+/// The first instance with a run that breaks the claim; else how many were followed.
+pub(super) fn broken_instance(
+    system: &Term,
+    claim: &Claim,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Box<Instance>, usize> {
+    // The parameters of the claim need values too; beside the system they are found with its own.
+    let beside = Term::par([system.clone(), Term::new(Node::Observe(Name::new("Asked"), asked(claim, environment)))]);
+    let Ok(first) = close(&beside, environment, &[]) else { return Err(0) };
+    let chosen: Vec<(Name, Value)> =
+        first.values.iter().map(|(name, value, _)| (name.clone(), value.clone())).collect();
+    if chosen.is_empty() {
+        return Err(0);
+    }
+    let half = Value::fraction(1, 2).unwrap_or_else(|_| Value::one());
+    let others = || [Value::integer(2), half.clone(), Value::integer(3), Value::integer(10), Value::zero()].into_iter();
+    let changed = others().flat_map(|value| chosen.iter().map(move |(name, _)| vec![(name.clone(), value.clone())]));
+    let mut tried: BTreeSet<Vec<(Name, Value)>> = BTreeSet::new();
+    for given in std::iter::once(Vec::new()).chain(changed) {
+        if tried.len() == MOST_INSTANCES || interrupted() {
+            break;
+        }
+        // One value may ask for others than those found at first.
+        let Ok(values) = close(&beside, environment, &given).map(|closed| closed.values) else { continue };
+        let values: Vec<(Name, Value)> = values.into_iter().map(|(name, value, _)| (name, value)).collect();
+        if !tried.insert(values.clone()) {
+            continue;
+        }
+        let Some(claim) = with_values(claim, &values.iter().cloned().collect()) else { continue };
+        let Ok(closed) = close(system, environment, &values) else { continue };
+        let limits = Limits { states: MOST_STATES, interrupted };
+        let found = follow(&closed.term, &closed.definitions, &Assumptions::default(), &claim, &limits);
+        if let Orbit::Broken(run) = found {
+            return Ok(Box::new(Instance { closed, claim, run }));
+        }
+    }
+    Err(tried.len())
+}
+
+/// The parameters that a claim reads.
+fn asked(claim: &Claim, environment: &Environment) -> Vec<Value> {
+    let tests = claim.tests.iter().flat_map(|test| [&test.left, &test.right]).flat_map(Value::variables);
+    let names: BTreeSet<Name> = claim.shown.iter().flat_map(read_names).chain(tests).collect();
+    let parameter = |name: &&Name| environment.quantity(name).is_some() && !claim.variables.contains(*name);
+    names.iter().filter(parameter).map(Value::variable).collect()
+}
+
+fn with_values(claim: &Claim, values: &BTreeMap<Name, Value>) -> Option<Claim> {
+    let mut values = values.clone();
+    values.retain(|name, _| !claim.variables.contains(name));
+    let shown = claim.shown.iter().map(|term| substitute_values(term, &values).ok()).collect::<Option<_>>()?;
+    let tests: Vec<Test> = claim.tests.iter().map(|test| test.substitute(&values).ok()).collect::<Option<_>>()?;
+    Some(Claim { shown, tests, ..claim.clone() })
+}
