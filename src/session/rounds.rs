@@ -203,3 +203,35 @@ impl Rounds<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn test(name: &str, relation: Relation, right: i64) -> Test {
+        Test { relation, left: Value::variable(&Name::new(name)), right: Value::integer(right) }
+    }
+
+    fn one(ways: &[Vec<Test>], known: &Assumptions) -> bool {
+        let mut cases = MOST_CASES;
+        one_holds(ways, known, &mut cases)
+    }
+
+    #[test]
+    fn some_way_is_taken_where_no_case_is_left_out() {
+        let mut known = Assumptions::default();
+        let (less, more) = (|at| vec![test("x", Relation::Lss, at)], |at| vec![test("x", Relation::Gte, at)]);
+        assert!(one(&[less(3), more(3)], &known) && one(&[more(2), less(3)], &known) && one(&[vec![]], &known));
+        assert!(!one(&[less(3), more(4)], &known), "between 3 and 4");
+        assert!(!one(&[less(3), vec![test("x", Relation::Gtr, 3)]], &known), "3 itself");
+        assert!(!one(&[], &known) && !one(&[less(3)], &known));
+        let both = vec![test("x", Relation::Gtr, 0), test("y", Relation::Gtr, 0)];
+        let (first, second) = (vec![test("x", Relation::Lte, 0)], vec![test("y", Relation::Lte, 0)]);
+        assert!(one(&[both.clone(), first.clone(), second.clone()], &known));
+        assert!(!one(&[both.clone(), first.clone()], &known) && !one(&[both, second], &known));
+        known.assume(Relation::Lss, &Value::variable(&Name::new("x")), &Value::integer(3));
+        assert!(one(&[less(3)], &known));
+        let mut none = 0;
+        assert!(!one_holds(&[more(1), less(1)], &known, &mut none), "within the cases that are looked at");
+    }
+}
