@@ -155,9 +155,8 @@ fn arrivals_and_other_numbers() {
     holds("Exp(rate: 10^12)", "showing At_p where p <= 1/10^12 at 1", 0.632_120_558_828_557_7);
     holds("Exp(rate: 1/10^12)", "showing At_p where p > 10^12 at 1", 0.367_879_441_171_442_3);
     holds("Uniform(2, 2)", "showing At_2 at 1", 1.0);
-    // Two exponential numbers have a sum without a name here.
-    let two = sums("Exp(rate: 2)", "showing At_p where p <= 1 at 2");
-    assert!(exact::exact(&two.0, &two.1).is_err());
+    // Two exponential numbers: 1 - 3 e^-2.
+    holds("Exp(rate: 2)", "showing At_p where p <= 1 at 2", 0.593_994_150_290_161_9);
 }
 
 #[test]

@@ -259,7 +259,7 @@ system Sys = Env_0 | ({} ; Done)
 prove probability of Sys reaching Done within {time}",
             legs.join(" ; ")
         ));
-        *enclosed::enclosed(&asked.0, &asked.1, 1e-7).expect("enclosed")
+        *enclosed::enclosed(&asked.0, &asked.1, 1e-8).expect("enclosed")
     };
     // By a dense quadrature elsewhere, with steps of 1/50 and of 1/100, which agree to 12 digits.
     let holds =
