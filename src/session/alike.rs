@@ -49,6 +49,9 @@ impl Answered {
     }
 }
 
+/// States of a process that is compared with itself.
+const MOST_OF_ITSELF: usize = 2_000;
+
 /// The bounds that were asked for.
 fn bounds(limits: Limits) -> Bounds {
     let usual = Bounds::default();
@@ -88,7 +91,18 @@ impl Run<'_, '_> {
         let stop = || self.surroundings.interrupted();
         let definitions = &waiting.environment.definitions;
         let [left, right] = terms;
-        let answer = match compare_processes(left, right, definitions, relation, &bounds(limits), &stop) {
+        // Every relation holds between a process and itself, which is looked at for its meaning alone.
+        let same = left == right;
+        let mut bounds = bounds(limits);
+        if same {
+            bounds.states = bounds.states.min(MOST_OF_ITSELF);
+        }
+        let itself = || {
+            let line = format!("yes: {}: both sides are one process", relation.says(true));
+            Answered { lines: vec![line], verdict: Some("yes"), diagnostics: Vec::new() }
+        };
+        let answer = match compare_processes(left, right, definitions, relation, &bounds, &stop) {
+            Err(Trouble::Draws) if same => return itself(),
             Err(Trouble::Draws) => {
                 let line =
                     "unknown: what a side does depends on a value drawn from a continuous distribution".to_string();
@@ -117,6 +131,7 @@ impl Run<'_, '_> {
                 }
                 ("no", lines)
             }
+            Verdict::Unknown(_) if same => return itself(),
             Verdict::Unknown(why) => ("unknown", vec![format!("unknown: {why}")]),
         };
         Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() }
