@@ -214,7 +214,9 @@ impl Assumptions {
         match need {
             Need::Nonzero(value) => self.decide(Relation::Neq, value, &Value::zero()),
             Need::Nonnegative(value) => self.decide(Relation::Gte, value, &Value::zero()),
-            Need::Natural(value) => self.is_natural(value),
+            // Term by term: what is said of a sum alone says nothing of the powers that a normal form makes of it.
+            Need::Natural(value) if self.all_terms_integral(value) => self.is_natural(value),
+            Need::Natural(_) => None,
         }
     }
 
@@ -274,6 +276,16 @@ impl Assumptions {
         });
         let constant = numerator.constant_term();
         integral.then(|| &constant - constant.floor())
+    }
+
+    /// Whether every term of a polynomial is an integer, by what its variables are themselves.
+    fn all_terms_integral(&self, value: &Value) -> bool {
+        value.polynomials().is_some_and(|(numerator, denominator)| {
+            let integral = |(monomial, number): &(crate::polynomial::Monomial<Atom>, BigRational)| {
+                number.is_integer() && self.all_integral(monomial)
+            };
+            denominator.is_one() && numerator.terms().iter().all(integral)
+        })
     }
 
     /// Whether all factors of a monomial are integers.

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use super::scope::{Lowerer, Metas, words};
 use super::{Class, Quantity};
+use num_traits::One;
+
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
@@ -35,9 +37,12 @@ impl Lowerer<'_> {
             ValueKind::Sum(parts) => return self.fold(parts, written.span, Value::add, Value::sub),
             ValueKind::Product(parts) => return self.fold(parts, written.span, Value::mul, Value::div),
             ValueKind::Power(base, exponent) => {
-                let base = self.number(base);
-                let exponent = self.number(exponent)?;
-                base?.power(&exponent)
+                let (base, exponent) = (self.number(base), self.number(exponent)?);
+                let base = base?;
+                if base.has_sign() && !self.counts(&exponent) {
+                    return self.no_count(&exponent, written.span);
+                }
+                base.power(&exponent)
             }
             ValueKind::Negative(inner) => self.number(inner)?.neg(),
             ValueKind::Absolute(inner) => self.number(inner)?.abs(),
@@ -53,6 +58,29 @@ impl Lowerer<'_> {
             ValueKind::Call(name, arguments) => return self.call(name, arguments, written.span),
         };
         self.valid(result, written.span)
+    }
+
+    /// Whether an exponent of a negative number is a number, a name that is counted up or down from a number, or made of
+    /// natural numbers: `(-1)^(2*q)` is 1 for whole numbers q, and -1 for 1/2.
+    fn counts(&self, exponent: &Value) -> bool {
+        let names = exponent.variables();
+        let single = || {
+            names.first().zip(exponent.numerator()).is_some_and(|(name, own)| {
+                let steps = own.linear_in(name).and_then(|(factor, rest)| factor.as_rational().zip(rest.as_rational()));
+                own == *exponent && steps.is_some_and(|(by, from)| (by.is_one() || (-by).is_one()) && from.is_integer())
+            })
+        };
+        let natural = |name: &Name| self.environment.assumptions.is_natural(&Value::variable(name)) == Some(true);
+        names.is_empty() || (names.len() == 1 && single()) || names.iter().all(natural)
+    }
+
+    fn no_count<T>(&mut self, exponent: &Value, span: Span) -> Option<T> {
+        let name = exponent.variables().first().map(ToString::to_string).unwrap_or_default();
+        self.fail(
+            Diagnostic::error("P0402", format!("a negative number to the power `{exponent}` is not known to exist"))
+                .label(span, "in this value")
+                .help(format!("say that it counts: `param {name} : natural`; `(-1)^{name}` alone needs no more")),
+        )
     }
 
     fn valid(&mut self, result: Result<Value, ValueError>, span: Span) -> Option<Value> {

@@ -51,6 +51,9 @@ impl Answered {
     }
 }
 
+/// States of a process that is compared with itself.
+const MOST_OF_ITSELF: usize = 2_000;
+
 /// The bounds that were asked for.
 fn bounds(limits: Limits) -> Bounds {
     let usual = Bounds::default();
@@ -127,7 +130,18 @@ impl Run<'_, '_> {
         let stop = || self.surroundings.interrupted();
         let instance = Instance::of(terms, waiting);
         let (definitions, [left, right]) = (&instance.definitions, [&instance.terms[0], &instance.terms[1]]);
-        let answer = match compare_processes(left, right, definitions, relation, &bounds(limits), &stop) {
+        // Every relation holds between a process and itself, which is looked at for its meaning alone.
+        let same = terms[0] == terms[1];
+        let mut bounds = bounds(limits);
+        if same {
+            bounds.states = bounds.states.min(MOST_OF_ITSELF);
+        }
+        let itself = || {
+            let line = format!("yes: {}: both sides are one process", relation.says(true));
+            Answered { lines: vec![line], verdict: Some("yes"), diagnostics: Vec::new() }
+        };
+        let answer = match compare_processes(left, right, definitions, relation, &bounds, &stop) {
+            Err(Trouble::Draws) if same => return itself(),
             Err(Trouble::Draws) => {
                 let line =
                     "unknown: what a side does depends on a value drawn from a continuous distribution".to_string();
@@ -138,6 +152,7 @@ impl Run<'_, '_> {
         };
         let sizes = format!("{} and {} states", answer.sizes[0], answer.sizes[1]);
         let (verdict, lines) = match &answer.verdict {
+            Verdict::Yes if same && !instance.values.is_empty() => return itself(),
             Verdict::Yes => ("yes", {
                 let (one, other) = match instance.values.is_empty() {
                     true => ("yes", ""),
@@ -160,6 +175,7 @@ impl Run<'_, '_> {
                 }
                 ("no", lines)
             }
+            Verdict::Unknown(_) if same => return itself(),
             Verdict::Unknown(why) => ("unknown", vec![format!("unknown: {why}")]),
         };
         let Some(line) = instance.line() else {

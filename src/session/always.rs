@@ -4,11 +4,10 @@ use super::claim::Found;
 use super::instances::broken_instance;
 use super::reading::{Run, Waiting};
 use super::rounds::{all_checked, one_is_taken};
-use super::satisfies::said;
+use super::satisfies::{phase_lines, said};
 use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
 use crate::definition::Definitions;
-use crate::flow::flows;
 use crate::invariant::{Claim, Safe};
 use crate::lower::{Environment, Pattern};
 use crate::name::Name;
@@ -55,7 +54,7 @@ impl Run<'_, '_> {
         );
         let refuted = matches!(outcome.verdict, safety::Verdict::Refuted(_));
         if let Some(period) = outcome.period.as_ref().filter(|_| !refuted) {
-            found.trace.extend(flows(period).iter().flat_map(|flow| flow.lines()));
+            found.trace.extend(phase_lines(period, &system.name));
         }
         found.trace.extend(outcome.diagnostics.iter().map(|failure| format!("note: {failure}")));
         match &outcome.verdict {

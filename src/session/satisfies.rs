@@ -26,6 +26,8 @@ use crate::verify::{self, Outcome};
 
 /// The legs that are printed, before those that repeat.
 const MOST_LEGS: usize = 12;
+/// Phases that are printed beside a verdict.
+const MOST_PHASES: usize = 12;
 /// The longest closed formula that is printed whole, in characters.
 const WIDE: usize = 160;
 /// The longest reason.
@@ -270,13 +272,26 @@ fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec
     let mut lines = Vec::new();
     if let Some(period) = &outcome.period {
         lines.extend(components(system, environment));
-        lines.extend(flows(period).iter().flat_map(|flow| flow.lines()));
+        lines.extend(phase_lines(period, &system.name));
     }
     lines.extend(legs(outcome));
     if let Some(run) = &outcome.trajectory_term {
         lines.push(format!("projected: {}", short(&run.to_string())));
     }
     lines.extend(outcome.diagnostics.iter().map(|failure| format!("note: {failure}")));
+    lines
+}
+
+/// The phases with their flow functions, the first of them where there are many.
+pub(super) fn phase_lines(period: &Period, system: &Name) -> Vec<String> {
+    let all = flows(period);
+    let mut lines: Vec<String> = Vec::new();
+    for flow in all.iter().take(MOST_PHASES) {
+        lines.extend(flow.lines().iter().map(|line| said(line)));
+    }
+    if let more @ 1.. = all.len().saturating_sub(MOST_PHASES) {
+        lines.push(format!("… and {more} more phases: `flow {system}` shows them all"));
+    }
     lines
 }
 

@@ -51,6 +51,12 @@ impl Value {
         }
     }
 
+    /// Whether a power of it holds a power of -1.
+    pub fn has_sign(&self) -> bool {
+        let negative = |part: &Real| !part.is_zero() && part.leading().is_negative();
+        self.real().is_ok_and(|(numerator, denominator)| negative(numerator) || negative(denominator))
+    }
+
     fn symbolic_power(&self, exponent: &Value) -> Outcome {
         let (numerator, denominator) = self.real()?;
         if denominator.is_one() {

@@ -361,7 +361,13 @@ impl Matcher<'_> {
                 *rest = queue.into();
                 return Ok(Some(taken));
             }
-            let Some(unit) = queue.pop_front() else { return Ok(None) };
+            let Some(mut unit) = queue.pop_front() else { return Ok(None) };
+            if let Some(observed) = at_rest(&unit).map(<[Term]>::to_vec) {
+                queue.push_front(std::mem::replace(
+                    &mut unit,
+                    Unit::Single(Segment { duration: left.clone(), observed }),
+                ));
+            }
             match unit {
                 Unit::Single(segment) => {
                     if !shows(&segment.observed, shown, self.assumptions).map_err(Missed::Unsure)? {
@@ -382,15 +388,6 @@ impl Matcher<'_> {
                     }
                 }
                 Unit::Repeat { ref segments, .. } => {
-                    if let Some(observed) = at_rest(&unit).map(<[Term]>::to_vec) {
-                        if !shows(&observed, shown, self.assumptions).map_err(Missed::Unsure)? {
-                            return Ok(None);
-                        }
-                        taken.push(Unit::Single(Segment { duration: left, observed }));
-                        left = Value::zero();
-                        queue.push_front(unit);
-                        continue;
-                    }
                     let whole = unit.duration()?;
                     let plain = shown.is_empty()
                         || segments.iter().all(|s| shows(&s.observed, shown, self.assumptions) == Ok(true));

@@ -9,7 +9,7 @@ use super::orbit::{Orbit, observers, without_moving};
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::{Edge, End, Next, Period, Segment, Test, in_case};
+use crate::period::{Edge, End, Next, Period, Phase, Segment, Test, in_case};
 use crate::recurrence::{Closed, NoClosedForm};
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
@@ -170,8 +170,7 @@ pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term, interru
     let index = index.unwrap_or_else(|| Name::new("index"));
     let partial = RefCell::new(None);
     let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted, partial };
-    let edges = || period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
-    let unending = edges().all(|edge| matches!(edge.next, Next::Phase(_)));
+    let unending = unending(period);
     let mut trajectory = Trajectory { unending, ..Trajectory::default() };
     if let Err(Unsure(reasons)) = walker.run(&mut trajectory) {
         trajectory.open = reasons;
@@ -182,6 +181,17 @@ pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term, interru
     }
     trajectory.assumptions = walker.assumptions;
     trajectory
+}
+
+/// Whether every run goes on for ever, and time with it: no way ends or draws, and what a way lasts is the same in every
+/// round, so that it does not shrink.
+fn unending(period: &Period) -> bool {
+    let goes_on = |edge: &Edge| matches!(edge.next, Next::Phase(_)) && edge.draws.is_empty();
+    let steady = |phase: &Phase| {
+        let fixed = |segment: &Segment| !phase.variables.iter().any(|name| segment.duration.mentions(name));
+        phase.edges.iter().all(|edge| goes_on(edge) && edge.segments.iter().all(fixed))
+    };
+    period.initial.iter().all(goes_on) && period.phases.iter().all(steady)
 }
 
 impl Walker<'_> {
