@@ -362,22 +362,20 @@ fn hurries(step: &Move, place: usize) -> Option<String> {
     }
 }
 
-/// What a running part waits for.
+/// What a running part waits for, or how it has ended.
 fn waits(term: &Term) -> String {
-    let leaves = running(term);
-    let each: Vec<String> = leaves
-        .iter()
-        .map(|leaf| match leaf.node() {
+    let mut unique: Vec<String> = Vec::new();
+    for leaf in running(term) {
+        let text = match leaf.node() {
             Node::Delay(time) => format!("still waits for {time} of time"),
             Node::In(port, _) => format!("waits for a value from {port}"),
             Node::Out(port, _) => format!("waits for a reader of {port}"),
             Node::Idle | Node::Observe(..) => "never ends".to_string(),
             Node::Ran(..) => "is about to draw".to_string(),
+            Node::Set(..) | Node::Stop => "has stopped".to_string(),
+            Node::Abort => "has aborted".to_string(),
             _ => "still runs".to_string(),
-        })
-        .collect();
-    let mut unique: Vec<String> = Vec::new();
-    for text in each {
+        };
         if !unique.contains(&text) {
             unique.push(text);
         }

@@ -16,7 +16,7 @@ use crate::substitution::{Substitution, instantiate, substitute_values};
 use crate::term::Term;
 use crate::value::Value;
 
-pub use counterexample::{instance, run_lines};
+pub use counterexample::{claim_lines, instance, run_lines};
 
 /// A chain longer than this is cut.
 pub const MOST_LINES: usize = 2_000;

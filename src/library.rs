@@ -37,6 +37,11 @@ pub fn embedded(name: &str) -> Option<Source> {
     FILES.iter().find(|(known, _)| *known == name).map(|(name, text)| Source::new(*name, *text))
 }
 
+/// The rule files that are part of the program.
+pub fn rules() -> Vec<Source> {
+    FILES.iter().filter(|(name, _)| name.ends_with(".rules")).map(|(name, text)| Source::new(*name, *text)).collect()
+}
+
 /// What every session starts with: the prelude, and with it the laws.
 ///
 /// # Errors

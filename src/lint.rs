@@ -9,7 +9,13 @@ mod subsume;
 mod unify;
 mod trap;
 
+<<<<<<< HEAD
 use crate::admission::{endless_term, untried};
+=======
+use std::collections::BTreeSet;
+
+use crate::admission::endless_term;
+>>>>>>> walk3
 use crate::ast::{Item, ItemKind};
 use crate::diagnostic::{Diagnostic, Severity, Source, Span, render_all};
 use crate::explain::run_lines;
@@ -93,8 +99,11 @@ pub fn lint(
                     other < place || (other > place && subsume::subsumes(law, &one.law, &environment).is_none());
                 (other != place && earlier).then(|| one.law.clone())
             }));
-        lint.findings.extend(subsume::finding(law, entry.span, others, &environment));
-        if !loops && !unsound {
+        let subsumed = subsume::finding(law, entry.span, others, &environment);
+        // What it overlaps with, the law that it follows from does too.
+        let follows = subsumed.is_some();
+        lint.findings.extend(subsumed);
+        if !loops && !unsound && !follows {
             let tame_theory = Theory { laws: tame.clone(), ..Theory::default() };
             lint.findings.extend(overlap::findings(law, entry.span, &tame_theory, &environment, interrupted));
         }
@@ -130,12 +139,13 @@ pub fn report(source: &Source, surroundings: &dyn Surroundings, colour: bool) ->
 fn laws_of(source: &Source, find: impl FnMut(&str, &str) -> Result<Source, String>) -> Result<Read, Vec<Failure>> {
     let mut find = find;
     let mut environment = library::standard()?;
-    let own = environment.laws.clone();
     let failure = |diagnostics| Failure { source: source.clone(), diagnostics };
     let parsed = parse(&source.text);
     if !parsed.diagnostics.is_empty() {
         return Err(vec![failure(parsed.diagnostics)]);
     }
+    stand_aside(&mut environment, &parsed.items);
+    let own = environment.laws.clone();
     let mut entries = Vec::new();
     let mut timeless = Vec::new();
     let mut failures = Vec::new();
@@ -164,6 +174,24 @@ fn laws_of(source: &Source, find: impl FnMut(&str, &str) -> Result<Source, Strin
         }
     }
     if failures.is_empty() { Ok(Read { environment, own, entries, timeless }) } else { Err(failures) }
+}
+
+/// A file with most of the laws of one that is part of the program is looked at in its place.
+fn stand_aside(environment: &mut Environment, items: &[Item]) {
+    let here = names_of(items);
+    for source in library::rules() {
+        let own = names_of(&parse(&source.text).items);
+        if 2 * own.intersection(&here).count() > own.len() {
+            own.iter().for_each(|name| environment.laws = without(&environment.laws, name));
+        }
+    }
+}
+
+fn names_of(items: &[Item]) -> BTreeSet<Name> {
+    items
+        .iter()
+        .filter_map(|item| if let ItemKind::Law(law) = &item.kind { Some(law.name.name.clone()) } else { None })
+        .collect()
 }
 
 /// One item; a law that plainly loops is looked at without its direction.

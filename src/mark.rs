@@ -1,9 +1,13 @@
 //! What changed between two terms, and terms written with only that marked.
 
+mod order;
+
 use std::ops::Range;
 
-use crate::printer::placed;
+use crate::printer::{Order, placed};
 use crate::term::{Node, Term};
+
+pub use order::kept;
 
 /// A text longer than this is shown around its first mark only.
 const WIDEST: usize = 2_000;
@@ -67,7 +71,12 @@ impl Marked {
 
 /// The second term with what is new in it marked: the smallest parts in which it differs from the first.
 pub fn marked(before: &Term, after: &Term) -> Marked {
-    let (text, places) = placed(after, &changes(before, after));
+    marked_in_order(before, after, &Order::new())
+}
+
+/// The same, with the parts of the lists written in this order.
+pub fn marked_in_order(before: &Term, after: &Term, order: &Order) -> Marked {
+    let (text, places) = placed(after, &changes(before, after), order);
     Marked { text, places: outermost(places) }
 }
 

@@ -36,10 +36,9 @@ pub struct Polynomial<A: Ord>(Vec<(Monomial<A>, BigRational)>);
 /// By the digits of the coefficients, which are in lowest terms.
 impl<A: Ord> PartialEq for Polynomial<A> {
     fn eq(&self, other: &Self) -> bool {
-        let same = |((one, number), (two, given)): (&(Monomial<A>, BigRational), &(Monomial<A>, BigRational))| {
-            number.numer() == given.numer() && number.denom() == given.denom() && one == two
-        };
-        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(same)
+        let number = |one: &BigRational, two: &BigRational| one.numer() == two.numer() && one.denom() == two.denom();
+        let mut pairs = self.0.iter().zip(&other.0);
+        self.0.len() == other.0.len() && pairs.all(|(one, two)| number(&one.1, &two.1) && one.0 == two.0)
     }
 }
 

@@ -30,6 +30,7 @@ enum Place {
 }
 
 /// What is still to be written.
+#[derive(Clone)]
 enum Piece<'t> {
     Text(String),
     Part(&'t Term, Place),
@@ -56,12 +57,8 @@ fn write_term(term: &Term, f: &mut fmt::Formatter<'_>) -> fmt::Result {
 
 /// The text of a term, and where in it some runs of neighbouring parts stand. A run is given by the numbers of its first
 /// and last part, where the whole term is 0 and the parts of each term follow it in order. A run that is not written
-/// (the `Stop` of `try`) is left out.
-pub fn placed(term: &Term, runs: &[(usize, usize)]) -> (String, Vec<Range<usize>>) {
-    enum Next<'t> {
-        Piece(Piece<'t>, usize),
-        End(usize),
-    }
+/// (the `Stop` of `try`) is left out. The parts of a list are numbered as the term keeps them, and written in this order.
+pub fn placed(term: &Term, runs: &[(usize, usize)], order: &Order) -> (String, Vec<Range<usize>>) {
     let (mut text, mut places) = (String::new(), Vec::new());
     let mut starts: BTreeMap<usize, usize> = BTreeMap::new();
     let mut rest = vec![Next::Piece(Piece::Part(term, Place::Free), 0)];
@@ -92,12 +89,35 @@ pub fn placed(term: &Term, runs: &[(usize, usize)]) -> (String, Vec<Range<usize>
                     }
                     numbered.push(Next::Piece(piece, own));
                 }
+                if let Some(places) = order.get(&number) {
+                    reorder(&mut numbered, places);
+                }
                 rest.extend(numbered.into_iter().rev());
             }
         }
     }
     places.sort_by_key(|place| (place.start, place.end));
     (text, places)
+}
+
+/// What is still to be written: a piece with its number, or the end of the part that has this number.
+#[derive(Clone)]
+enum Next<'t> {
+    Piece(Piece<'t>, usize),
+    End(usize),
+}
+
+/// For the number of a list, the places of its parts in the order in which they are written.
+pub type Order = BTreeMap<usize, Vec<usize>>;
+
+/// Puts the parts of a list in this order; the operators between them stay.
+fn reorder(pieces: &mut [Next<'_>], order: &[usize]) {
+    let before = pieces.to_vec();
+    for (to, from) in order.iter().enumerate() {
+        if let (Some(slot), Some(piece)) = (pieces.get_mut(2 * to), before.get(2 * from)) {
+            *slot = piece.clone();
+        }
+    }
 }
 
 /// The tightest place where a process can stand without brackets.

@@ -10,6 +10,8 @@ use serde_json::{Map, Value as Json, json};
 use crate::diagnostic::{Diagnostic, Severity, Source, render_all};
 use crate::name::Name;
 use crate::picture::Picture;
+use crate::sample::reached;
+use crate::stepper::{Apart, Route};
 use crate::value::Value;
 
 pub use assessment::Assessment;
@@ -132,6 +134,8 @@ pub struct Report {
     pub links: Option<String>,
     /// What was assumed of parameters.
     pub assumed: Vec<String>,
+    /// The sides of what refutes it, for the stepper.
+    pub apart: Option<Arc<Apart>>,
 }
 
 /// One answer of a session.
@@ -166,6 +170,8 @@ pub struct Answer {
     pub expected: Vec<Expected>,
     /// `yes`, `no` or `unknown`, where the question asks for that.
     pub verdict: Option<&'static str>,
+    /// The sides of what shows a `no`, for the stepper.
+    pub apart: Option<Arc<Apart>>,
 }
 
 impl Report {
@@ -202,6 +208,15 @@ impl Output {
                 if wrong { 3 } else { 0 }
             }
             Output::Declared(_) | Output::Note(_) => 0,
+        }
+    }
+
+    /// The two sides of a counterexample, where it is one.
+    pub fn apart(&self) -> Option<&Arc<Apart>> {
+        match self {
+            Output::Claim(report) => report.apart.as_ref(),
+            Output::Answer(answer) => answer.apart.as_ref(),
+            _ => None,
         }
     }
 
@@ -371,6 +386,7 @@ impl Report {
         put("feedback", json!(self.feedback));
         let diagnostics: Vec<Json> = self.diagnostics.iter().map(|(source, one)| one.to_json(source)).collect();
         put("diagnostics", json!(diagnostics));
+        put("run", self.apart.as_ref().map_or_else(|| json!({}), |apart| run(apart)));
         put("criteria", self.assessment.as_ref().map_or_else(|| json!([]), |assessment| assessment.json()));
         Json::Object(object)
     }
@@ -378,6 +394,22 @@ impl Report {
 
 fn expected(expected: &[Expected]) -> String {
     expected.iter().map(|expected| expected.text.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Both sides of a run that tells them apart, each with what it refers to.
+fn run(apart: &Apart) -> Json {
+    let side = |route: &Route| {
+        let steps: Vec<String> = route.choices.iter().map(ToString::to_string).collect();
+        let mut object = json!({ "process": route.term.to_string(), "steps": steps });
+        let called = reached(&route.term, &route.definitions);
+        let definitions = called.iter().filter_map(|name| route.definitions.get(name));
+        let definitions: Vec<String> = definitions.map(ToString::to_string).collect();
+        if let (false, Some(map)) = (definitions.is_empty(), object.as_object_mut()) {
+            map.insert("definitions".to_string(), json!(definitions));
+        }
+        object
+    };
+    json!({ "left": side(&apart.left), "right": side(&apart.right) })
 }
 
 fn pairs(values: &[(Name, Value)]) -> Json {
@@ -419,6 +451,9 @@ impl Answer {
         }
         if let (Some(verdict), Some(map)) = (self.verdict, object.as_object_mut()) {
             map.insert("verdict".to_string(), json!(verdict));
+        }
+        if let (Some(apart), Some(map)) = (&self.apart, object.as_object_mut()) {
+            map.insert("run".to_string(), run(apart));
         }
         object
     }

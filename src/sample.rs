@@ -108,7 +108,7 @@ fn closed(
 }
 
 /// The definitions that a term refers to, directly or through others.
-fn reached(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
+pub fn reached(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
     let mut all = BTreeSet::new();
     let mut open: Vec<Name> = calls(term).into_iter().collect();
     while let Some(name) = open.pop() {

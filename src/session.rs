@@ -40,6 +40,7 @@ use crate::proof::Proof;
 use crate::proof_file;
 use crate::prove::{By, Earlier};
 use crate::report::{Output, Report, Verdict};
+use crate::stepper::Apart;
 use crate::term::Term;
 
 pub use alike::evidence_lines;
@@ -112,6 +113,8 @@ struct State {
     uses: Arc<BTreeMap<Name, BTreeSet<Name>>>,
     it: Option<Term>,
     exercises: Arc<Vec<(Exercise, Environment)>>,
+    /// What refuted the last claim that was refuted, or showed the last `no`.
+    apart: Option<Arc<Apart>>,
 }
 
 /// Takes each answer, with the record of the claim if it is one.
@@ -167,6 +170,11 @@ impl Session {
         &self.state.exercises
     }
 
+    /// The two sides of the last counterexample, with the run that tells them apart.
+    pub fn apart(&self) -> Option<&Apart> {
+        self.state.apart.as_deref()
+    }
+
     /// The last process that was simplified or found.
     pub fn it(&self) -> Option<&Term> {
         self.state.it.as_ref()
@@ -213,14 +221,12 @@ impl Session {
             None => finder.find(importer, path),
         });
         let mut run = Run::new(&mut self.state, &self.own, &*surroundings, &environment, emit);
+        run.keep();
         let failures = reader.read(&mut environment, source, &mut |environment, source, item, lowered| {
             run.visit(environment, source, item, lowered);
         });
         run.finish();
-        for failure in failures {
-            run.trouble(&failure.source, failure.diagnostics);
-        }
-        run.unshown();
+        run.show_kept(failures);
         self.state.environment = environment;
     }
 

@@ -1,5 +1,7 @@
 //! Running a closed term by hand: numbered moves, time as a move, undo and redo, and traces that replay.
 
+mod route;
+
 use std::fmt;
 
 use num_rational::BigRational;
@@ -12,6 +14,8 @@ use crate::parser::parse_value;
 use crate::term::Term;
 use crate::value::{Sort, Value};
 
+pub use route::{Apart, Route};
+
 /// One step that was taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
@@ -19,6 +23,17 @@ pub enum Choice {
     Take(usize, Option<Value>),
     /// This much time.
     Wait(BigRational),
+}
+
+/// As it is typed: `1`, `2 = 5/2`, `wait 1/2`.
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Choice::Take(number, None) => write!(f, "{}", number + 1),
+            Choice::Take(number, Some(value)) => write!(f, "{} = {value}", number + 1),
+            Choice::Wait(time) => write!(f, "wait {time}"),
+        }
+    }
 }
 
 /// A step that was taken, with what came of it.
@@ -209,9 +224,8 @@ impl Stepper {
     /// The steps as text, one a line, the first move being 1: `1: write 0 to c`, `2 = 5/2: read 5/2 from c`, `wait 1/2`.
     pub fn save(&self) -> String {
         let line = |taken: &Taken| match &taken.choice {
-            Choice::Take(number, None) => format!("{} : {}\n", number + 1, taken.did),
-            Choice::Take(number, Some(value)) => format!("{} = {value} : {}\n", number + 1, taken.did),
-            Choice::Wait(time) => format!("wait {time}\n"),
+            Choice::Take(..) => format!("{} : {}\n", taken.choice, taken.did),
+            Choice::Wait(_) => format!("{}\n", taken.choice),
         };
         self.history.iter().map(line).collect()
     }
@@ -268,6 +282,11 @@ pub fn did(action: &Action, value: Option<&Value>) -> String {
         (Action::Draw(from, None), Some(value)) => format!("draw {value} from {}", list(from)),
         (Action::Draw(from, None), None) => format!("draw from {}", list(from)),
     }
+}
+
+/// A step as it is typed, or as a trace holds it.
+pub fn choice_of(text: &str) -> Option<Choice> {
+    read(text).map(|(choice, _)| choice)
 }
 
 /// One line of a saved trace: the step, and what it is said to do.

@@ -355,6 +355,11 @@ impl Builder {
         self.mark_places = self.marks.iter().cloned().enumerate().map(|(at, mark)| (mark, number(at))).collect();
     }
 
+    /// How many labels and marks there are.
+    pub fn texts(&self) -> usize {
+        self.labels.len() + self.marks.len()
+    }
+
     /// The number of a label.
     pub fn label(&mut self, label: Label) -> u32 {
         if let Some(place) = self.label_places.get(&label) {

@@ -12,8 +12,10 @@ use crate::absence::{Direction, Query, why_not};
 use crate::lower::Environment;
 use crate::model::Patience;
 use crate::name::Name;
+use crate::printer::Order;
 use crate::script::read_file;
 use crate::stepper::{Choice, LoadError, Stepper, rational, value_of};
+use crate::term::Term;
 use crate::value::Value;
 
 pub use start::{assignments, declarations, only_process};
@@ -22,6 +24,7 @@ pub use trace::{Saved, saved};
 /// What can be typed.
 pub const HELP: &str = "N              take move N
 N V            take move N, in which V is read or drawn: `1 5`
+1, wait 1, 2   several steps on one line
 wait [T]       let time pass: to the next event, or T, as in `wait 3/2`
 why not N      why this is not possible; also `why not c?` (read), `c!` (write), `c`, `wait 2`, `stop`, `abort`, `At`
 moves          what is possible here
@@ -70,15 +73,17 @@ pub struct Walk {
     origin: Origin,
     /// As it was typed, without `with`.
     subject: String,
-    term: crate::term::Term,
+    term: Term,
     values: Vec<(Name, Value, bool)>,
     asked: Option<usize>,
     colour: bool,
+    /// The states so far, each with the order in which its parts are written.
+    orders: Vec<(Term, Order)>,
 }
 
 impl Walk {
     /// What is shown at the start.
-    pub fn opening(&self) -> String {
+    pub fn opening(&mut self) -> String {
         let mut text = String::new();
         for (name, value, chosen) in &self.values {
             let how = if *chosen { " (chosen here; `with` gives another)" } else { "" };
@@ -87,8 +92,31 @@ impl Walk {
         text + &self.show()
     }
 
-    /// Answers one line.
+    /// Answers one line: an input, or several with commas between them, of which the first that fails is the last.
     pub fn answer(&mut self, line: &str) -> Answer {
+        let line = line.trim();
+        let parts = inputs(line);
+        if parts.len() < 2 || (self.asked.is_some() && value_of(line).is_some()) {
+            return self.one(line);
+        }
+        let mut text = String::new();
+        for (place, part) in parts.iter().enumerate() {
+            let before = self.stepper.trace().len();
+            let answer = self.one(part);
+            let moved = self.stepper.trace().len() > before;
+            match answer.text.lines().next() {
+                Some(did) if moved && place + 1 < parts.len() => text.push_str(&format!("{did}\n")),
+                _ => text.push_str(&answer.text),
+            }
+            if answer.failed || answer.quit {
+                let state = if place > 0 && answer.failed { self.show() } else { String::new() };
+                return Answer { text: text + &state, ..answer };
+            }
+        }
+        Answer::said(text)
+    }
+
+    fn one(&mut self, line: &str) -> Answer {
         let line = line.trim();
         if let Some(number) = self.asked.take()
             && let Some(value) = value_of(line)
@@ -252,6 +280,28 @@ impl Walk {
     pub fn run(&self) -> &Stepper {
         &self.stepper
     }
+}
+
+/// The inputs of a line: it is divided at commas outside brackets, unless it names a file.
+fn inputs(line: &str) -> Vec<&str> {
+    let word = line.trim_start_matches(':').split_whitespace().next().unwrap_or_default();
+    if ["save", "load", "why"].contains(&word) {
+        return vec![line];
+    }
+    let (mut parts, mut depth, mut start) = (Vec::new(), 0usize, 0);
+    for (place, letter) in line.char_indices() {
+        match letter {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
+            ',' if depth == 0 => {
+                parts.push(line.get(start..place).unwrap_or(""));
+                start = place + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(line.get(start..).unwrap_or(""));
+    parts
 }
 
 fn listed(lines: &[String]) -> String {

@@ -395,3 +395,23 @@ fn commands_in_standard_input_are_answered_in_their_place() {
     let output = script(format!("{PROVED}:why\n"));
     assert!(code(&output) == 3 && errors(&output).contains("at the prompt"), "{}", errors(&output));
 }
+
+#[test]
+fn what_is_wrong_comes_in_the_order_of_the_text_and_a_refuted_claim_has_its_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.pars");
+    let text = "param t\nprove Nowhere = Stop\nlts Delay_t\nprove Stop = Nothing\nstep Stop\n";
+    std::fs::write(&path, text).expect("a file");
+    let output = run(&["run", path.to_str().expect("a path")]);
+    let lines: Vec<String> =
+        errors(&output).lines().filter(|line| line.contains("a.pars:")).map(str::to_string).collect();
+    let number = |line: &String| line.rsplit(':').nth(1).and_then(|number| number.trim().parse::<usize>().ok());
+    let places: Vec<usize> = lines.iter().filter_map(number).collect();
+    assert!(places == [2, 3, 5], "{}", errors(&output));
+    assert!(errors(&output).contains("`:step` is a command"), "{}", errors(&output));
+    std::fs::write(&path, "prove Delay_1 ; Out_{c,0} = Delay_1 ; Out_{c,1}").expect("a file");
+    let output = run(&["run", "--json", path.to_str().expect("a path")]);
+    let claim: serde_json::Value = serde_json::from_str(out(&output).lines().next().expect("a line")).expect("JSON");
+    assert_eq!(claim["run"]["left"]["process"], "Delay_1 ; Out_{c,0}");
+    assert_eq!(claim["run"]["right"]["steps"], serde_json::json!(["wait 1"]));
+}

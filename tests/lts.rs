@@ -134,3 +134,34 @@ fn a_text_with_many_errors_shows_the_first_hundred() {
     let source = "proc P = Delay_1 ; Abort ; Stop\n".repeat(200) + "prove Foo = Stop\n";
     assert_eq!(pars(&["run", "-"], source.as_bytes()).status.code(), Some(3));
 }
+
+#[test]
+fn memory_that_is_not_enough_is_an_answer() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let chain = |name: &str, states: usize| {
+        let steps: String = (1..states).map(|state| format!("({}, \"a\", {state})\n", state - 1)).collect();
+        let path = folder.path().join(name);
+        std::fs::write(&path, format!("des (0, {}, {states})\n{steps}", states - 1)).expect("a file");
+        path.display().to_string()
+    };
+    let (long, longer) = (chain("long.aut", 20_000), chain("longer.aut", 20_001));
+    // The file alone, then its partition, then the pair, then the evidence.
+    for (arguments, word) in [
+        (&["lts", &long, "--memory", "0"][..], "are not enough for `"),
+        (&["lts", &long, "--memory", "2", "--minimise"], "to minimise 20000 states"),
+        (&["compare", &long, &long, "--memory", "0"], "unknown: 0 MiB"),
+        (&["compare", &long, &long, "--memory", "4"], "unknown: 4 MiB of memory are not enough for 40000 states"),
+        (&["compare", &long, &long, "--memory", "12", "--as", "branching"], "unknown: 12 MiB of memory"),
+        (&["compare", &long, &longer, "--memory", "15"], "a difference was found, but no run that shows it in 15 MiB"),
+    ] {
+        let output = pars(arguments, b"");
+        let all = text(&output) + &String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(4) && all.contains(word), "{arguments:?}: {all}");
+    }
+    let output = pars(&["compare", &long, &longer, "--memory", "1", "--json"], b"");
+    let json: Json = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((json["verdict"].as_str(), output.status.code()), (Some("unknown"), Some(4)));
+    assert_eq!(pars(&["compare", &long, &long, "--memory", "10"], b"").status.code(), Some(0));
+    assert_eq!(pars(&["compare", &long, &longer, "--memory", "40"], b"").status.code(), Some(1));
+    assert_eq!(pars(&["lts", &long, "--memory", "10", "--minimise"], b"").status.code(), Some(0));
+}

@@ -250,3 +250,49 @@ fn what_waits_can_be_forgotten_typed_anew_and_is_no_slip_of_the_pen() {
     assert_eq!(answer(&mut prompt, &["proc Right = Delay_1"]), "Right declared\n");
     assert!(answer(&mut prompt, &["simplify Left"]).contains("there is no process `Left`"));
 }
+
+#[test]
+fn a_counterexample_is_walked() {
+    let mut prompt = prompt();
+    assert!(answer(&mut prompt, &[":step"]).contains("say what to step") && !prompt.stepping());
+    let text =
+        answer(&mut prompt, &["param t > 0, g > t", "prove loop(Delay_t ; Out_{c,0}) = loop(Delay_t ; Out_{c,1})"]);
+    assert!(text.contains("the left side writes 0 to c") && text.contains("`:step` takes this run"), "{text}");
+    // A parameter that assumptions alone tie to the claim's is not spoken of.
+    assert!(text.contains("take t = ") && !text.contains("g = "), "{text}");
+    assert!(text.contains("for the stepper, left: wait "), "{text}");
+    let text = answer(&mut prompt, &[":step"]);
+    assert!(text.starts_with("the left side of the last counterexample") && text.contains("write 0 to c"), "{text}");
+    assert!(text.contains("step 1, time "), "{text}");
+    assert!(answer(&mut prompt, &["undo"]).contains("step 0, time 0"));
+    assert!(answer(&mut prompt, &["redo", "quit", "step right"]).contains("write 1 to c"));
+    assert!(answer(&mut prompt, &["undo", "undo"]).contains("nothing to undo"));
+    answer(&mut prompt, &["quit"]);
+    // An instance with an observer that was made up for it, kept as a trace that stands by itself.
+    let text = answer(
+        &mut prompt,
+        &["prove ?P ; ?Q <= ?P when never_ends(?P)", "prove Delay_1 # ?P = Delay_1 when observer(?P)"],
+    );
+    assert!(text.contains("refuted"), "{text}");
+    let text = answer(&mut prompt, &[":step left"]);
+    assert!(text.contains("shows "), "{text}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.trace").display().to_string();
+    answer(&mut prompt, &[&format!("save {path}"), "quit"]);
+    let trace = pars::walk::saved(&std::fs::read_to_string(path).expect("a trace"));
+    let head = Source::new("run.trace", trace.head.clone());
+    let environment = pars::walk::declarations(&head, |_, _| Err("none".to_string())).expect("declarations");
+    let start = trace.start.clone().expect("a start");
+    let mut walk = pars::walk::Walk::new(&environment, &start, pars::walk::Origin::Prompt, false).expect("a meaning");
+    walk.replay(&trace).expect("all steps");
+    // A comparison leads there too.
+    let text = answer(&mut prompt, &["compare In_c<x> ; Out_{d,x} ~ In_c<x> ; Out_{d,0}", ":step"]);
+    assert!(text.contains("step 1, time 0") && text.contains("Out_{d,1}"), "{text}");
+}
+
+#[test]
+fn only_what_matters_is_taken() {
+    let mut prompt = prompt();
+    let text = answer(&mut prompt, &["prove In_c<x> ; Out_{d,x} = In_c<x> ; Out_{d,0}"]);
+    assert!(text.contains("refuted") && !text.contains("take x") && !text.contains(":= "), "{text}");
+}

@@ -260,3 +260,44 @@ fn a_damaged_or_foreign_trace_is_refused_with_its_line() {
         assert!(found == Some(code) && why.contains(said), "{text}\ngives {found:?}: {why}\nnot {code}: {said}");
     }
 }
+
+#[test]
+fn several_steps_stand_on_one_line() {
+    let mut run = walk("", "Out_{c,0} ; Delay_2 ; In_c<y>").expect("a meaning");
+    let text = answers(&mut run, &["1, wait 2, 1 (1,2)"]);
+    assert!(text.starts_with("write 0 to c\nwait 2\nread (1,2) from c\nstep 3, time 2\n"), "{text}");
+    assert!(answers(&mut run, &["undo, undo"]).contains("step 1, time 0"));
+    let text = answers(&mut run, &["wait 1, 7, wait 1"]);
+    assert!(text.starts_with("wait 1\nthere is no move 7") && text.contains("step 2, time 1"), "{text}");
+    let text = answers(&mut run, &["initial, 1, 1 , , quit"]);
+    assert!(text.contains("step 2, time 2"), "{text}");
+}
+
+#[test]
+fn what_stands_beside_stays_where_it_stood() {
+    let mut run = walk("", "(Delay_9 ; Out_{d,0}) | Out_{c,0} ; Delay_20 ; Delay_3 | In_e<y>").expect("a meaning");
+    let place = |text: &str, what: &str| text.lines().nth(1).and_then(|line| line.find(what)).expect("a part");
+    let text = answers(&mut run, &[""]);
+    assert!(place(&text, "Delay_9") < place(&text, "Out_{c,0}") || place(&text, "In_e") < place(&text, "Out_{c,0}"));
+    let order = |text: &str, parts: [&str; 3]| {
+        let mut places = parts.map(|part| (place(text, part), part));
+        places.sort_unstable();
+        places.map(|(_, part)| parts.iter().position(|one| *one == part))
+    };
+    let before = order(&text, ["Delay_9", "Out_{c,0}", "In_e"]);
+    let moves = answers(&mut run, &[""]);
+    let number = moves.lines().find(|line| line.contains("write 0 to c")).expect("a move").trim_start();
+    let text = answers(&mut run, &[&number[..1]]);
+    let state = text.split_once('\n').expect("lines").1;
+    assert_eq!(order(state, ["Delay_9", "Delay_20", "In_e"]), before, "{text}");
+    // Back and on again, and after another step, it is the same.
+    let again = answers(&mut run, &["undo", "redo"]);
+    assert!(state.starts_with(&again) || again.contains(state.lines().nth(1).expect("a state")), "{again}");
+}
+
+#[test]
+fn what_has_stopped_does_not_still_run() {
+    let mut run = walk("", "Set_{(1,2)}<x> | Delay_1").expect("a meaning");
+    let text = answers(&mut run, &["why not abort"]);
+    assert!(text.contains("`Set_{(1,2)}<x>` has stopped") && text.contains("`Delay_1` still waits"), "{text}");
+}

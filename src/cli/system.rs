@@ -8,12 +8,13 @@ use serde_json::{Value as Json, json};
 
 use crate::definition::Definitions;
 use crate::diagnostic::{Diagnostic, Source, Span, render_all};
-use crate::equivalence::{Evidence, Preorder, Verdict, compare, minimised_system, strong_partition, system_of};
+use crate::equivalence::{Evidence, Preorder, Verdict, compare, minimised_system, strong_classes, system_of};
 use crate::library::{self, Failure, Reader};
 use crate::lower::{Entity, Environment};
 use crate::name::Name;
 use crate::parser::parse_term;
 use crate::progress::Watch;
+use crate::report::worse;
 use crate::sample::close;
 use crate::script::{Printer, World, complain, read_file, read_input};
 use crate::session::{Surroundings, evidence_lines};
@@ -72,14 +73,24 @@ pub(super) fn read(path: &Path, colour: bool) -> Result<Source, Refused> {
     read.map_err(|trouble| format!("{}\n", trouble.1.render(&trouble.0, colour)))
 }
 
-fn aut_file(source: &Source, colour: bool) -> Result<TransitionSystem, Refused> {
+/// The system of a file; in an error the exit code comes first.
+fn aut_file(source: &Source, bytes: usize, colour: bool) -> Result<TransitionSystem, (u8, Refused)> {
+    if let Some(need) = aut::need(&source.text).map(|need| need.saturating_add(source.text.len()))
+        && need > bytes
+    {
+        let (most, need) = (bytes >> 20, need.div_ceil(1 << 20));
+        return Err((
+            4,
+            format!("unknown: {most} MiB of memory are not enough for `{}`, which takes {need} MiB\n", source.name),
+        ));
+    }
     aut::read(&source.text).map_err(|wrong| {
         let place = Span::new(wrong.offset, wrong.offset);
         let text = format!("line {}, column {}: {}", wrong.line, wrong.column, wrong.what);
         let diagnostic = Diagnostic::error("P0925", text)
             .label(place, "here")
             .help("a system is written `des (0, 1, 2)`, then a transition a line: `(0, \"a\", 1)`");
-        format!("{}\n", diagnostic.render(source, colour))
+        (3, format!("{}\n", diagnostic.render(source, colour)))
     })
 }
 
@@ -133,9 +144,9 @@ pub(super) fn lts(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     watch.ends();
     let (system, states) = match made {
         Ok(made) => made,
-        Err(text) => {
+        Err((code, text)) => {
             complain(&text);
-            return 3;
+            return code;
         }
     };
     let text = match request.format {
@@ -184,24 +195,31 @@ pub(super) fn written(path: &Path, text: &str) -> Result<(), Refused> {
 
 type Names = Box<dyn Fn(u32) -> Option<String>>;
 
-fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<(TransitionSystem, Names), Refused> {
-    let source = read(&request.file, colour)?;
+fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<(TransitionSystem, Names), (u8, Refused)> {
+    let wrong = |text: Refused| (3, text);
+    let source = read(&request.file, colour).map_err(wrong)?;
     let unnamed: Names = Box::new(|_| None);
     let stop = || watch.interrupted();
     let bounds = bounds(request.bound, request.memory);
     let script = request.file.extension().is_some_and(|extension| extension == "pars" || extension == "rules");
     if !script {
         if request.term.is_some() {
-            return Err("a process belongs to a `.pars` file; an `.aut` file is a system itself\n".to_string());
+            return Err(wrong("a process belongs to a `.pars` file; an `.aut` file is a system itself\n".to_string()));
         }
-        let system = aut_file(&source, colour)?;
-        let small = request.minimise.then(|| system.quotient(&strong_partition(&system), false).reachable());
-        return Ok((small.unwrap_or(system), unnamed));
+        let system = aut_file(&source, bounds.bytes, colour)?;
+        if !request.minimise {
+            return Ok((system, unnamed));
+        }
+        let Some(classes) = strong_classes(&system, bounds.bytes) else {
+            let (most, states) = (bounds.bytes >> 20, system.states());
+            return Err((4, format!("unknown: {most} MiB of memory are not enough to minimise {states} states\n")));
+        };
+        return Ok((system.quotient(&classes, false).reachable(), unnamed));
     }
-    let environment = declared(&source, watch, colour)?;
-    let term = meant(&environment, request.term.as_deref(), colour)?;
-    let (term, definitions) = instance(&term, &environment, request.with.as_deref(), colour)?;
-    let refuse = |trouble| format!("this process has no transition system: {trouble}\n");
+    let environment = declared(&source, watch, colour).map_err(wrong)?;
+    let term = meant(&environment, request.term.as_deref(), colour).map_err(wrong)?;
+    let (term, definitions) = instance(&term, &environment, request.with.as_deref(), colour).map_err(wrong)?;
+    let refuse = |trouble| wrong(format!("this process has no transition system: {trouble}\n"));
     if request.minimise {
         let (system, _) = minimised_system(&term, &definitions, &bounds, &stop).map_err(refuse)?;
         return Ok((system, unnamed));
@@ -238,17 +256,30 @@ pub(super) fn compare_files(
     watch: &Rc<Watch>,
     colour: bool,
 ) -> u8 {
-    let load = |path: &Path| read(path, colour).and_then(|source| aut_file(&source, colour));
+    let bounds = bounds(None, memory);
+    let load = |path: &Path| {
+        let source = read(path, colour).map_err(|text| (3, text))?;
+        aut_file(&source, bounds.bytes, colour)
+    };
     let (left, right) = match (load(files[0]), load(files[1])) {
         (Ok(left), Ok(right)) => (left, right),
         (left, right) => {
-            let errors = [left.err(), right.err()];
-            errors.into_iter().flatten().for_each(|text| complain(&text));
-            return 3;
+            let errors: Vec<(u8, Refused)> = [left.err(), right.err()].into_iter().flatten().collect();
+            let code = errors.iter().fold(0, |worst, (code, _)| worse(worst, *code));
+            if code != 4 {
+                errors.iter().for_each(|(_, text)| complain(text));
+                return code;
+            }
+            let texts: Vec<&str> = errors.iter().map(|(_, text)| text.trim_end()).collect();
+            let names = files.map(|path| path.display().to_string());
+            let object = json!({ "files": names, "kind": relation.name(), "verdict": "unknown", "trace": texts });
+            let text = if json { object.to_string() } else { texts.join("\n") };
+            Printer::default().print(&format!("{text}\n"));
+            return code;
         }
     };
     watch.begins("the comparison");
-    let verdict = compare(&left, &right, relation, &bounds(None, memory), &|| watch.interrupted());
+    let verdict = compare(&left, &right, relation, &bounds, &|| watch.interrupted());
     watch.ends();
     let sizes = format!("{} and {} states", left.states(), right.states());
     let (code, word, lines) = match &verdict {

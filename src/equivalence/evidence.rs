@@ -96,10 +96,15 @@ pub(super) struct Lost<'a, R: Ranks> {
     pub(super) weak: bool,
     /// Whether internal steps within a class do not count: the rounds are those of branching bisimilarity.
     pub(super) branching: Option<&'a History>,
+    /// The most bytes for it.
+    pub(super) bytes: usize,
 }
 
+/// The bytes that a pair takes that is told apart, with its formula and its step of the run, by the peak on chains.
+const PAIR_BYTES: usize = 800;
+
 impl<R: Ranks> Lost<'_, R> {
-    /// The evidence; none if the pair has no rank.
+    /// The evidence; none if the pair has no rank, or where it takes too much memory.
     pub(super) fn evidence(&self, left: u32, right: u32) -> Option<Found> {
         let mut plans: HashMap<(u32, u32), Plan> = HashMap::new();
         let mut order: Vec<(u32, (u32, u32))> = Vec::new();
@@ -107,6 +112,9 @@ impl<R: Ranks> Lost<'_, R> {
         while let Some(pair) = open.pop() {
             if plans.contains_key(&pair) {
                 continue;
+            }
+            if plans.len() >= self.bytes / PAIR_BYTES {
+                return None;
             }
             let rank = self.ranks.rank(pair.0, pair.1)?;
             let plan = if rank == 0 { Plan::nothing() } else { self.plan(pair, rank)? };

@@ -13,7 +13,7 @@ use crate::definition::Definitions;
 use crate::model::{Model, State};
 use crate::term::Term;
 use crate::transition_system::{
-    Behaviour, Bounds, Clock, Generated, Inputs, Process, TransitionSystem, Trouble, generate, generate_pair,
+    Behaviour, Bounds, Clock, Cut, Generated, Inputs, Process, TransitionSystem, Trouble, generate, generate_pair,
 };
 
 /// How many foreign values are tried first for what is read from outside, and at most.
@@ -71,8 +71,14 @@ pub fn minimised_system(
     let stopped = Term::stop();
     let (_, [found, _]) = generate_pair([term, &stopped], definitions, &inputs, bounds, 0, stop)?;
     let classes = strong_classes(&found.system, bounds.bytes);
-    let small = classes.map_or_else(|| found.system.clone(), |classes| found.system.quotient(&classes, false));
-    Ok((small.with_time_together(), found.system.states()))
+    let mut small = match &classes {
+        Some(classes) => found.system.quotient(classes, false).with_time_together(),
+        None => found.system.clone(),
+    };
+    if classes.is_none() {
+        small.cut = small.cut.or(Some(Cut::Memory(bounds.bytes)));
+    }
+    Ok((small, found.system.states()))
 }
 
 /// Compares two closed processes: both in the same ticks, and what they read from outside is one of a few values. Where

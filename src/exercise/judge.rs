@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Attempt, Done};
-use crate::explain::run_lines;
+use crate::explain::claim_lines;
 use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::Laws;
@@ -112,7 +112,7 @@ impl Attempt {
         interrupted: &dyn Fn() -> bool,
     ) -> String {
         let mut text = "no, this step does not hold:\n".to_string();
-        for line in run_lines(found, statement.connective) {
+        for line in claim_lines(found, statement, &self.theory.definitions) {
             let _ = writeln!(text, "    {line}");
         }
         let missed = self.missed(statement, step);

@@ -1,26 +1,67 @@
 //! A counterexample in words: what was taken, what both sides then do, and where they part.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::bisimulation::{Difference, Side};
+use crate::definition::Definitions;
 use crate::law::Connective;
 use crate::model::explore::Label;
-use crate::model::{Action, Outcome, State};
+use crate::model::{Action, Model, Outcome, State};
 use crate::name::Name;
+use crate::proof::Statement;
 use crate::refute::Counterexample;
+use crate::sample::reached;
+use crate::scope::{condition_mentions, read_names};
 use crate::term::{Node, Term};
 use crate::value::Value;
 
+/// The counterexample to a claim as a story; of parameters that assumptions alone tie to the claim's nothing is said.
+pub fn claim_lines(found: &Counterexample, statement: &Statement, definitions: &Definitions) -> Vec<String> {
+    let mut names = BTreeSet::new();
+    for term in [&statement.left, &statement.right] {
+        names.extend(read_names(term));
+        for definition in reached(term, definitions).iter().filter_map(|name| definitions.get(name)) {
+            names.extend(read_names(&definition.body));
+        }
+    }
+    let mut found = found.clone();
+    found.values.retain(|name, _| {
+        let supposed = statement.hypotheses.iter().any(|condition| condition_mentions(condition, name));
+        name.is_meta() || names.contains(name) || supposed
+    });
+    run_lines(&found, statement.connective)
+}
+
+/// A side without the names that it does not read from its surroundings, and those that it does.
+fn shorn(side: &Term) -> (Term, BTreeSet<Name>) {
+    let none = Definitions::default();
+    let model = Model::new(&none);
+    let (mut inner, mut read) = (side, Vec::new());
+    while let Node::Replace(body, name, value) = inner.node() {
+        let known = BTreeMap::from([(name.clone(), value.clone())]);
+        if !matches!(model.put_in(body, &known, 0), Ok(same) if same == *body) {
+            read.push((name.clone(), value.clone()));
+        }
+        inner = body;
+    }
+    let names = read.iter().map(|(name, _)| name.clone()).collect();
+    let around = |term: Term, (name, value): (Name, Value)| Term::new(Node::Replace(term, name, value));
+    (read.into_iter().rev().fold(inner.clone(), around), names)
+}
+
 /// The counterexample as a story.
 pub fn run_lines(found: &Counterexample, connective: Connective) -> Vec<String> {
+    let ((left, mut read), (right, more)) = (shorn(&found.left), shorn(&found.right));
+    read.extend(more);
     let mut lines = Vec::new();
     let mut chosen = instance(&found.processes, &found.values);
     chosen.extend(found.names.iter().map(|(name, image)| format!("{name} = {image}")));
-    chosen.extend(found.surroundings.iter().map(|(name, value)| format!("{name} = {value}")));
+    let around = found.surroundings.iter().filter(|(name, _)| read.contains(*name));
+    chosen.extend(around.map(|(name, value)| format!("{name} = {value}")));
     if !chosen.is_empty() {
         lines.push(format!("take {}", chosen.join(", ")));
     }
-    lines.push(format!("then it says {} {connective} {}", found.left, found.right));
+    lines.push(format!("then it says {left} {connective} {right}"));
     for step in &found.run.steps {
         let who = match step.side {
             Side::Left => "left:  ",

@@ -10,7 +10,7 @@ use super::warning;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::fact::Context;
 use crate::kernel::Theory;
-use crate::law::{Condition, Connective, Law};
+use crate::law::{Condition, Connective, Fact, Law};
 use crate::lower::Environment;
 use crate::name::Name;
 use crate::proof::{Statement, hole};
@@ -18,7 +18,7 @@ use crate::prove::{Answer, By, prove};
 use crate::refute::{Limits, Refutation, refute};
 use crate::remedy::places;
 use crate::rewrite;
-use crate::scope::{condition_metavariables, fill, metavariables};
+use crate::scope::{bound_names, condition_metavariables, fill, metavariables, subterms};
 use crate::simplify::Simplifier;
 use crate::substitution::Substitution;
 use crate::term::{Node, Term};
@@ -140,7 +140,7 @@ fn parted(
         if plain.holds(&condition) {
             continue;
         }
-        if condition_metavariables(&condition).is_empty() {
+        if condition_metavariables(&condition).is_empty() || hopeless(&condition, &plain) {
             return None;
         }
         if !hypotheses.contains(&condition) {
@@ -166,6 +166,21 @@ fn parted(
     let limits = rewrite::Limits { rounds: 2, nodes: 500, ..rewrite::Limits::default() };
     let equal = matches!(prove(theory, &statement, &By::Search, limits, interrupted), Answer::Proved(..));
     Some((hypotheses, forms, equal))
+}
+
+/// Whether a condition that does not hold of a process holds of no instance of it, as laws decide their conditions.
+fn hopeless(condition: &Condition, context: &Context<'_>) -> bool {
+    let meta = |term: &Term| matches!(term.node(), Node::Meta(..) | Node::Replace(..));
+    match condition {
+        Condition::Complementary(one, two) => {
+            [one, two].into_iter().any(|term| !meta(term) && !matches!(term.node(), Node::Guard(..)))
+        }
+        Condition::Is(Fact::Guard | Fact::Observer | Fact::Silent | Fact::DrawsNothing | Fact::BindsNothing, term) => {
+            !subterms(term).into_iter().any(meta)
+        }
+        Condition::Compare(relation, left, right) => context.assumptions.decide(*relation, left, right) == Some(false),
+        _ => false,
+    }
 }
 
 /// The law with metavariables that are not among these.
@@ -194,6 +209,7 @@ fn renamed(law: &Law, taken: &BTreeSet<Name>) -> Law {
 /// The peaks at which `law` is used on the whole and `other` on a part, and those at which they share parts of a list.
 fn peaks(law: &Law, other: &Law, same: bool) -> Vec<(Substitution, Peak)> {
     let mut all = Vec::new();
+    let results = results(law, other);
     for (part, around) in places(&law.left) {
         if matches!(part.node(), Node::Meta(..)) || (same && part == law.left) {
             continue;
@@ -203,24 +219,30 @@ fn peaks(law: &Law, other: &Law, same: bool) -> Vec<(Substitution, Peak)> {
             let second = fill(&around, &[(hole(1), replaced)].into());
             Peak { term: term.clone(), first: first.clone(), second }
         };
-        for way in unify(vec![Goal::Terms(part.clone(), other.left.clone())]) {
+        for way in unify(vec![Goal::Terms(part.clone(), other.left.clone())], &results) {
             all.push((way, peak(other.right.clone())));
         }
-        for (way, replaced) in inside(&part, other) {
+        for (way, replaced) in inside(&part, other, &results) {
             all.push((way, peak(replaced)));
         }
     }
     match (law.left.node(), other.left.node()) {
-        (Node::Seq(one), Node::Seq(two)) => chained(law, other, one, two, &mut all),
-        (Node::Par(one), Node::Par(two)) => sharing(law, other, one, two, Term::par, &mut all),
-        (Node::Disable(one), Node::Disable(two)) => sharing(law, other, one, two, Term::disable, &mut all),
+        (Node::Seq(one), Node::Seq(two)) => chained(law, other, one, two, &results, &mut all),
+        (Node::Par(_), Node::Par(_)) => sharing(law, other, Term::par, &results, &mut all),
+        (Node::Disable(_), Node::Disable(_)) => sharing(law, other, Term::disable, &results, &mut all),
         _ => {}
     }
     all
 }
 
+/// What stands for the names of results in two laws.
+fn results(law: &Law, other: &Law) -> BTreeSet<Name> {
+    let sides = [&law.left, &law.right, &other.left, &other.right];
+    sides.into_iter().flat_map(bound_names).filter(Name::is_meta).collect()
+}
+
 /// Uses of a law on some, not all, of the parts of a sequence or list, with what it becomes.
-fn inside(part: &Term, law: &Law) -> Vec<(Substitution, Term)> {
+fn inside(part: &Term, law: &Law, results: &BTreeSet<Name>) -> Vec<(Substitution, Term)> {
     let mut all = Vec::new();
     match (part.node(), law.left.node()) {
         (Node::Seq(parts), Node::Seq(_)) => {
@@ -230,25 +252,28 @@ fn inside(part: &Term, law: &Law) -> Vec<(Substitution, Term)> {
                     let after = parts[end..].iter().cloned();
                     let replaced = parts[..start].iter().cloned().chain([law.right.clone()]).chain(after);
                     let replaced = Term::seq(replaced);
-                    let ways = unify(vec![Goal::Terms(window, law.left.clone())]).into_iter();
+                    let ways = unify(vec![Goal::Terms(window, law.left.clone())], results).into_iter();
                     all.extend(ways.map(|way| (way, replaced.clone())));
                 }
             }
         }
-        (Node::Par(parts), Node::Par(own)) => within(parts, own, law, Term::par, &mut all),
-        (Node::Disable(parts), Node::Disable(own)) => within(parts, own, law, Term::disable, &mut all),
+        (Node::Par(parts), Node::Par(_)) => within(parts, law, Term::par, results, &mut all),
+        (Node::Disable(parts), Node::Disable(_)) => within(parts, law, Term::disable, results, &mut all),
         _ => {}
     }
     all
 }
 
-fn within(parts: &[Term], own: &[Term], law: &Law, join: fn(Vec<Term>) -> Term, all: &mut Vec<(Substitution, Term)>) {
-    let taken: BTreeSet<Name> = parts.iter().chain(own).flat_map(metavariables).collect();
+type Join = fn(Vec<Term>) -> Term;
+
+fn within(parts: &[Term], law: &Law, join: Join, results: &BTreeSet<Name>, all: &mut Vec<(Substitution, Term)>) {
+    let own: Vec<Term> = law.left.children().into_iter().cloned().collect();
+    let taken: BTreeSet<Name> = parts.iter().chain(&own).flat_map(metavariables).collect();
     let rest = fresh("?Y", &taken);
     let longer: Vec<Term> = own.iter().cloned().chain([rest.clone()]).collect();
     for goals in lists(parts, &longer, &taken, None, Some(own.len()), join) {
         let replaced = join(vec![law.right.clone(), rest.clone()]);
-        all.extend(unify(goals).into_iter().map(|way| (way, replaced.clone())));
+        all.extend(unify(goals, results).into_iter().map(|way| (way, replaced.clone())));
     }
 }
 
@@ -262,7 +287,14 @@ fn fresh(text: &str, taken: &BTreeSet<Name>) -> Term {
 }
 
 /// `A ; B ; C`, where one law fits `A ; B` and the other `B ; C`.
-fn chained(law: &Law, other: &Law, one: &[Term], two: &[Term], all: &mut Vec<(Substitution, Peak)>) {
+fn chained(
+    law: &Law,
+    other: &Law,
+    one: &[Term],
+    two: &[Term],
+    results: &BTreeSet<Name>,
+    all: &mut Vec<(Substitution, Peak)>,
+) {
     for (start, end) in (1..one.len()).flat_map(|start| (1..two.len()).map(move |end| (start, end))) {
         let ((before, tail), (head, after)) = (one.split_at(start), two.split_at(end));
         for goals in sequences(tail, head) {
@@ -270,7 +302,7 @@ fn chained(law: &Law, other: &Law, one: &[Term], two: &[Term], all: &mut Vec<(Su
             if !goals.iter().any(solid) {
                 continue;
             }
-            for way in unify(goals) {
+            for way in unify(goals, results) {
                 let term = Term::seq(one.iter().chain(after).cloned());
                 let first = Term::seq([law.right.clone()].into_iter().chain(after.iter().cloned()));
                 let second = Term::seq(before.iter().cloned().chain([other.right.clone()]));
@@ -281,20 +313,15 @@ fn chained(law: &Law, other: &Law, one: &[Term], two: &[Term], all: &mut Vec<(Su
 }
 
 /// Two uses beside each other in a list that share some of its parts, with whatever else stands there.
-fn sharing(
-    law: &Law,
-    other: &Law,
-    one: &[Term],
-    two: &[Term],
-    join: fn(Vec<Term>) -> Term,
-    all: &mut Vec<(Substitution, Peak)>,
-) {
+fn sharing(law: &Law, other: &Law, join: Join, results: &BTreeSet<Name>, all: &mut Vec<(Substitution, Peak)>) {
+    let (one, two) = (law.left.children(), other.left.children());
     let taken: BTreeSet<Name> = metavariables(&law.left).into_iter().chain(metavariables(&other.left)).collect();
     let (here, there) = (fresh("?X", &taken), fresh("?Y", &taken));
-    let with = |parts: &[Term], more: &Term| -> Vec<Term> { parts.iter().cloned().chain([more.clone()]).collect() };
-    let (a, b) = (with(one, &here), with(two, &there));
+    let with =
+        |parts: &[&Term], more: &Term| -> Vec<Term> { parts.iter().copied().cloned().chain([more.clone()]).collect() };
+    let (a, b) = (with(&one, &here), with(&two, &there));
     for goals in lists(&a, &b, &taken, Some(one.len()), Some(two.len()), join) {
-        for way in unify(goals) {
+        for way in unify(goals, results) {
             let term = join(a.clone());
             let first = join(vec![law.right.clone(), here.clone()]);
             let second = join(vec![other.right.clone(), there.clone()]);

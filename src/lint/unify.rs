@@ -31,7 +31,9 @@ pub(super) enum Goal {
 }
 
 /// Substitutions that make all goals equal, to be applied again and again; at most [`MOST_WAYS`].
-pub(super) fn unify(goals: Vec<Goal>) -> Vec<Substitution> {
+///
+/// What stands for the name of a result stands for no other value.
+pub(super) fn unify(goals: Vec<Goal>, results: &BTreeSet<Name>) -> Vec<Substitution> {
     let mut ways = Vec::new();
     let mut open = vec![(goals, Substitution::default())];
     for _ in 0..MOST_STEPS {
@@ -45,7 +47,9 @@ pub(super) fn unify(goals: Vec<Goal>) -> Vec<Substitution> {
         };
         let next = match goal {
             Goal::Terms(one, two) => terms(&one, &two, way),
-            Goal::Values(one, two) => values(&one, &two, way).into_iter().map(|way| (Vec::new(), way)).collect(),
+            Goal::Values(one, two) => {
+                values(&one, &two, way, results).into_iter().map(|way| (Vec::new(), way)).collect()
+            }
             Goal::Names(one, two) => names(&one, &two, way).into_iter().map(|way| (Vec::new(), way)).collect(),
         };
         for (more, way) in next {
@@ -294,13 +298,18 @@ fn heads(one: &Term, two: &Term) -> Option<Vec<Goal>> {
     Some(goals)
 }
 
-fn values(one: &Value, two: &Value, mut way: Substitution) -> Option<Substitution> {
+fn values(one: &Value, two: &Value, mut way: Substitution, results: &BTreeSet<Name>) -> Option<Substitution> {
     let (mut one, mut two) = (one.clone(), two.clone());
     for _ in 0..10 {
         (one, two) = (way.value(&one).ok()?, way.value(&two).ok()?);
     }
     if one == two {
         return Some(way);
+    }
+    let bound =
+        |value: &Value| value.variables().iter().any(|name| results.contains(name) || way.names.contains_key(name));
+    if bound(&one) || bound(&two) {
+        return names(one.as_variable()?, two.as_variable()?, way);
     }
     for (meta, image) in [(&one, &two), (&two, &one)] {
         if let Some(name) = meta.as_variable().filter(|name| name.is_meta() && !image.mentions(name)) {

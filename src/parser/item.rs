@@ -8,6 +8,13 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind};
 use crate::name::Name;
 
+fn as_command(diagnostic: Diagnostic, text: &str, span: Span) -> Diagnostic {
+    diagnostic.edit(format!("at the prompt and on standard input `:{text}` is a command"), span, format!(":{text}"))
+}
+
+/// Commands of the prompt that may be typed where an item is expected.
+const COMMANDS: [&str; 9] = ["step", "why", "show", "undo", "load", "save", "help", "quit", "lint"];
+
 impl Parser<'_> {
     /// The next item, up to where another one begins.
     pub(super) fn item(&mut self) -> Parse<Item> {
@@ -116,6 +123,7 @@ impl Parser<'_> {
         let span = self.token().span;
         let diagnostic = self.wrong("an item");
         let diagnostic = match near {
+            _ if COMMANDS.contains(&text.as_str()) => as_command(diagnostic, &text, span),
             Some(word) => diagnostic.edit(format!("did you mean `{word}`?"), span, word),
             None if self.begins_term() => {
                 diagnostic.help("to simplify a process write `simplify P`; to define one, `proc Name = P`")
@@ -129,7 +137,9 @@ impl Parser<'_> {
     /// Reports what follows an item that was complete.
     fn left_over<T>(&mut self, kind: &ItemKind) -> Parse<T> {
         let diagnostic = self.wrong("an operator or the next item");
+        let text = self.spelling();
         let diagnostic = match self.kind() {
+            _ if COMMANDS.contains(&text) => as_command(diagnostic, text, self.token().span),
             Kind::CloseRound | Kind::CloseCurly | Kind::CloseSquare => {
                 diagnostic.note("no bracket of this kind is open here")
             }

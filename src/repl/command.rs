@@ -34,7 +34,11 @@ pub const COMMANDS: [(&str, &str, &str); 14] = [
     ),
     ("lint", "file", "what is wrong with the laws of a rule file, or unwise; `lint \"file\"` does the same"),
     ("exercise", "[name]", "do an exercise of those that were read; without a name, lists them"),
-    ("step", "process [with t = 1]", "run a process by hand, step by step; `step process` does the same"),
+    (
+        "step",
+        "[process] [with t = 1]",
+        "run a process by hand, step by step; alone, along the last counterexample (`left`, `right`)",
+    ),
     ("quit", "", "leave; Ctrl-D does the same"),
 ];
 

@@ -9,6 +9,7 @@ use crate::exercise::Attempt;
 use crate::report::{Output, PROMPT, worse};
 use crate::script::{Printer, complain};
 use crate::session::{Session, Surroundings};
+use crate::stepper::Apart;
 use crate::walk::{Origin, Walk};
 
 /// What came of an input.
@@ -106,7 +107,8 @@ impl Prompt {
         } else if let Some(path) = text.strip_prefix("lint ") {
             let text = command::lint(self, path.trim());
             self.print(&text);
-        } else if let Some(subject) = text.strip_prefix("step ") {
+        } else if let Some(subject) = text.strip_prefix("step").filter(|rest| rest.is_empty() || rest.starts_with(' '))
+        {
             self.walk(subject);
         } else if let Some(command) = text.strip_prefix(':') {
             quit = command::run(self, command);
@@ -144,7 +146,10 @@ impl Prompt {
         work(&mut self.session, &mut |output, _| {
             let wrong = |one: &crate::diagnostic::Diagnostic| one.severity == Severity::Error;
             useful |= !matches!(output, Output::Trouble(_, diagnostics) if diagnostics.iter().any(wrong));
-            let text = output.text(colour);
+            let mut text = output.text(colour);
+            if output.apart().is_some() {
+                text.push_str("    `:step` takes this run into the stepper\n");
+            }
             shown.push_str(&text);
             printer.print(&text);
         });
@@ -212,10 +217,20 @@ impl Prompt {
         self.print(&text);
     }
 
-    /// Begins to step a process.
+    /// Begins to step a process: one that is named or written, or a side of the last counterexample, along its run.
     pub(super) fn walk(&mut self, subject: &str) {
+        let subject = subject.trim();
+        if let "" | "left" | "right" = subject {
+            let text = match self.session.apart().cloned() {
+                Some(apart) => self.walk_along(&apart, subject),
+                None => "say what to step: a process, or the name of a system; when a claim was refuted, or a \
+                         comparison answered with `no`, `:step` takes its run into the stepper\n"
+                    .to_string(),
+            };
+            return self.print(&text);
+        }
         let text = match Walk::new(self.session.environment(), subject, Origin::Prompt, self.colour) {
-            Ok(walk) => {
+            Ok(mut walk) => {
                 let text = walk.opening();
                 self.walk = Some(walk);
                 text + "`help` lists what can be typed, `quit` leaves the run\n"
@@ -223,6 +238,21 @@ impl Prompt {
             Err(why) => why,
         };
         self.print(&text);
+    }
+
+    fn walk_along(&mut self, apart: &Apart, side: &str) -> String {
+        let right = side == "right" || (side.is_empty() && apart.right_first);
+        let (route, side, other) = if right { (&apart.right, "right", "left") } else { (&apart.left, "left", "right") };
+        match Walk::along(self.session.environment(), route, self.colour) {
+            Ok(mut walk) => {
+                let head =
+                    format!("the {side} side of the last counterexample, along its run (`:step {other}`: the other)\n");
+                let text = head + &walk.opening() + "`help` lists what can be typed, `quit` leaves the run\n";
+                self.walk = Some(walk);
+                text
+            }
+            Err(why) => why,
+        }
     }
 
     /// Forgets the last input, first of those that wait; false if there is none.

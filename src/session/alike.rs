@@ -1,5 +1,7 @@
 //! Questions answered by transition systems: `lts P`, `minimise P`, `compare P ~ Q`.
 
+use std::sync::Arc;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 
@@ -11,7 +13,11 @@ use crate::equivalence::{Difference, Evidence, Preorder, Verdict, compare_proces
 use crate::lower::Expectation;
 use crate::model::State;
 use crate::report::Expected;
+<<<<<<< HEAD
 use crate::sample::close;
+=======
+use crate::stepper::{Apart, Route, choice_of};
+>>>>>>> walk3
 use crate::term::Term;
 use crate::transition_system::{Bounds, Label, Trouble, look, summary, told};
 
@@ -22,6 +28,8 @@ pub(super) struct Answered {
     pub(super) verdict: Option<&'static str>,
     /// Why there is no answer.
     pub(super) diagnostics: Vec<Diagnostic>,
+    /// For "no": the sides, for the stepper.
+    pub(super) apart: Option<Arc<Apart>>,
 }
 
 impl Answered {
@@ -145,12 +153,13 @@ impl Run<'_, '_> {
             Err(Trouble::Draws) => {
                 let line =
                     "unknown: what a side does depends on a value drawn from a continuous distribution".to_string();
-                return Answered { lines: vec![line], verdict: Some("unknown"), diagnostics: Vec::new() };
+                return Answered { lines: vec![line], verdict: Some("unknown"), ..Answered::default() };
             }
             Err(trouble) => return Answered::trouble(&trouble, waiting),
             Ok(answer) => answer,
         };
         let sizes = format!("{} and {} states", answer.sizes[0], answer.sizes[1]);
+        let mut apart = None;
         let (verdict, lines) = match &answer.verdict {
             Verdict::Yes if same && !instance.values.is_empty() => return itself(),
             Verdict::Yes => ("yes", {
@@ -168,16 +177,21 @@ impl Run<'_, '_> {
                 let mut lines = vec![format!("no: {} ({sizes})", relation.says(false))];
                 let name = |side: usize, state: u32| named(answer.states[side].get(state as usize));
                 lines.extend(evidence_lines(evidence, &name));
-                for (side, choices) in ["left", "right"].into_iter().zip(&answer.choices) {
-                    if !choices.is_empty() && choices.len() <= MOST_TOLD {
-                        lines.push(format!("for the stepper, {side}: {}", choices.join(", ")));
-                    }
-                }
+                let route = |side: usize| Route {
+                    term: terms[side].clone(),
+                    definitions: definitions.clone(),
+                    choices: answer.choices[side].iter().map_while(|text| choice_of(text)).collect(),
+                };
+                let right_first = matches!(evidence.difference, Difference::Step(false, _));
+                let found = Apart { left: route(0), right: route(1), right_first };
+                lines.extend(found.lines());
+                apart = Some(Arc::new(found));
                 ("no", lines)
             }
             Verdict::Unknown(_) if same => return itself(),
             Verdict::Unknown(why) => ("unknown", vec![format!("unknown: {why}")]),
         };
+<<<<<<< HEAD
         let Some(line) = instance.line() else {
             return Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() };
         };
@@ -185,6 +199,9 @@ impl Run<'_, '_> {
         let verdict = if verdict == "yes" { "unknown" } else { verdict };
         let lines = [line].into_iter().chain(lines).collect();
         Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() }
+=======
+        Answered { lines, verdict: Some(verdict), diagnostics: Vec::new(), apart }
+>>>>>>> walk3
     }
 }
 

@@ -7,6 +7,7 @@ use super::{Evidence, Record};
 use crate::lower::{Claim, ClaimKind, Environment, Expectation};
 use crate::name::Name;
 use crate::report::{Expected, Report, Verdict};
+use crate::stepper::Apart;
 use crate::value::Relation;
 
 /// The name under which the round of a loop is expected: `t1` for `?t1`.
@@ -58,6 +59,8 @@ pub(super) struct Found {
     pub(super) chance: Option<crate::report::Chance>,
     pub(super) diagnostics: Vec<(crate::diagnostic::Source, crate::diagnostic::Diagnostic)>,
     pub(super) it: Option<crate::term::Term>,
+    /// The sides of what refutes it, for the stepper.
+    pub(super) apart: Option<Arc<Apart>>,
 }
 
 impl Run<'_, '_> {
@@ -103,6 +106,7 @@ impl Run<'_, '_> {
             feedback: found.feedback,
             remains: found.remains,
             diagnostics: found.diagnostics,
+            apart: found.apart,
             interrupted: verdict == Verdict::Open && self.surroundings.interrupted(),
             ..Report::default()
         };

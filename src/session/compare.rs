@@ -1,10 +1,12 @@
 //! `P = Q` and `P <= Q`: proved, refuted by a small instance, or open with what remains.
 
+use std::sync::Arc;
+
 use super::claim::Found;
 use super::reading::{Run, Waiting};
 use super::{Evidence, at};
 use crate::diagnostic::{Severity, Span};
-use crate::explain::run_lines;
+use crate::explain::claim_lines;
 use crate::kernel::Theory;
 use crate::law::Connective;
 use crate::lower::{By, CalcStep, Environment};
@@ -14,6 +16,7 @@ use crate::prove::{self, Answer, Gap, prove_from};
 use crate::refute::{self, Counterexample, Refutation};
 use crate::report::Verdict;
 use crate::rewrite::{Ended, Limits};
+use crate::stepper::Apart;
 use crate::term::Term;
 
 /// What a theorem may rest on in this environment.
@@ -42,7 +45,7 @@ impl Run<'_, '_> {
         if !matches!(by, prove::By::Calculation(_)) {
             let limits = refute::Limits { instances: 200, choices: 4_000, cost: 6, pairs: 100 };
             if let Some(found) = refuted(&statement, waiting, &limits).counterexample() {
-                return contradicted(found, &statement);
+                return contradicted(found, &statement, waiting);
             }
         }
         let proved = match self.state.earlier(&by, &theory) {
@@ -73,7 +76,7 @@ impl Run<'_, '_> {
         }
         let refutation = refuted(statement, waiting, &refute::Limits::default());
         let mut found = match refutation.counterexample() {
-            Some(counterexample) => contradicted(counterexample, statement),
+            Some(counterexample) => contradicted(counterexample, statement, waiting),
             None => Found { remains: remains(gap, Some(&refutation), named(waiting)), ..Found::default() },
         };
         if let (Some(number), Some(steps)) = (gap.step, calculation(waiting)) {
@@ -89,9 +92,11 @@ fn refuted(statement: &Statement, waiting: &Waiting, limits: &refute::Limits) ->
     refute::refute(left, right, *connective, hypotheses, &environment.definitions, &environment.assumptions, limits)
 }
 
-fn contradicted(found: &Counterexample, statement: &Statement) -> Found {
-    let trace = run_lines(found, statement.connective);
-    Found { verdict: Some(Verdict::Refuted), trace, ..Found::default() }
+fn contradicted(found: &Counterexample, statement: &Statement, waiting: &Waiting) -> Found {
+    let mut trace = claim_lines(found, statement, &waiting.environment.definitions);
+    let apart = Apart::of(found, statement.connective);
+    trace.extend(apart.lines());
+    Found { verdict: Some(Verdict::Refuted), trace, apart: Some(Arc::new(apart)), ..Found::default() }
 }
 
 /// Whether the claim says by which laws.

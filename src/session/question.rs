@@ -55,8 +55,8 @@ impl Run<'_, '_> {
         if !answered.diagnostics.is_empty() {
             return Output::Trouble(waiting.source.clone(), answered.diagnostics);
         }
-        let verdict = answered.verdict;
-        Output::Answer(Box::new(Answer { file, line, kind, question, lines, expected, verdict }))
+        let (verdict, apart) = (answered.verdict, answered.apart);
+        Output::Answer(Box::new(Answer { file, line, kind, question, lines, expected, verdict, apart }))
     }
 
     fn simplified(

@@ -9,6 +9,7 @@ use crate::ast::{Item, Limits};
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
+use crate::library::Failure;
 use crate::lower::{By, Claim, ClaimKind, Environment, Exercise, Expectation, Likelihood, Lowered, Subject};
 use crate::name::Name;
 use crate::preorder::Preorder;
@@ -74,6 +75,8 @@ pub(super) struct Run<'r, 'e> {
     stopped: bool,
     /// How much was wrong so far.
     wrong: usize,
+    /// What is wrong, while it is kept to be shown in the order of the text.
+    kept: Option<Vec<Failure>>,
 }
 
 /// The most of what is wrong in one text that is shown.
@@ -89,7 +92,7 @@ impl<'r, 'e> Run<'r, 'e> {
     ) -> Run<'r, 'e> {
         let laws = environment.laws.clone();
         let place = (String::new(), 0, 1);
-        Run { state, own, surroundings, emit, waiting: None, laws, place, stopped: false, wrong: 0 }
+        Run { state, own, surroundings, emit, waiting: None, laws, place, stopped: false, wrong: 0, kept: None }
     }
 
     pub(super) fn emit(&mut self, output: &Output, record: Option<&Record>) {
@@ -241,8 +244,32 @@ impl<'r, 'e> Run<'r, 'e> {
         self.emit(&Output::Declared(names), None);
     }
 
+    /// Keeps from now on what is wrong.
+    pub(super) fn keep(&mut self) {
+        self.kept = Some(Vec::new());
+    }
+
+    /// Shows what is wrong in a text that has been read and what was kept, file by file in the order of their lines.
+    pub(super) fn show_kept(&mut self, failures: Vec<Failure>) {
+        let mut files: Vec<Failure> = Vec::new();
+        for one in failures.into_iter().chain(self.kept.take().unwrap_or_default()) {
+            match files.iter_mut().find(|file| file.source.name == one.source.name) {
+                Some(file) => file.diagnostics.extend(one.diagnostics),
+                None => files.push(one),
+            }
+        }
+        for mut file in files {
+            file.diagnostics.sort_by_key(|one| one.labels.first().map_or(0, |label| label.span.start));
+            self.trouble(&file.source, file.diagnostics);
+        }
+        self.unshown();
+    }
+
     /// Shows what is wrong, errors before warnings where it is too much to show all.
     pub(super) fn trouble(&mut self, source: &Source, mut diagnostics: Vec<Diagnostic>) {
+        if let Some(kept) = &mut self.kept {
+            return kept.push(Failure { source: source.clone(), diagnostics });
+        }
         let room = MOST_WRONG.saturating_sub(self.wrong);
         self.wrong += diagnostics.len();
         if diagnostics.len() > room {
@@ -284,7 +311,13 @@ impl<'r, 'e> Run<'r, 'e> {
         };
         self.surroundings.ends();
         self.stopped = self.surroundings.interrupted();
-        self.emit(&output, record.as_ref());
+        if let Some(apart) = output.apart() {
+            self.state.apart = Some(apart.clone());
+        }
+        match output {
+            Output::Trouble(source, diagnostics) => self.trouble(&source, diagnostics),
+            output => self.emit(&output, record.as_ref()),
+        }
         if let Some(record) = record {
             self.state.records.push(Arc::new(record));
         }

@@ -39,6 +39,19 @@ pub fn read(text: &str) -> Result<TransitionSystem, Wrong> {
     })
 }
 
+/// The bytes that reading a text takes besides the text itself, from what its first line announces; none if that line
+/// cannot be read.
+pub fn need(text: &str) -> Option<usize> {
+    let (_, transitions, states) = Reader { text, at: 0 }.header().ok()?;
+    usize::try_from(STATE_BYTES.saturating_mul(states).saturating_add(TRANSITION_BYTES.saturating_mul(transitions)))
+        .ok()
+}
+
+/// The bytes that a state takes: its mark, whether it is whole, and where its transitions begin.
+const STATE_BYTES: u64 = 12;
+/// The bytes that a transition takes while the system is put together.
+const TRANSITION_BYTES: u64 = 20;
+
 type Failure = (usize, String);
 
 struct Reader<'t> {

@@ -1,7 +1,7 @@
 //! Systems from behaviours, breadth first, up to a bound; closed processes are behaviours.
 
 use std::cell::{Cell, RefCell};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt;
 use std::hash::Hash;
 
@@ -77,8 +77,8 @@ pub trait Behaviour {
     /// [`Trouble`] where one leads to a state without a meaning.
     fn steps(&self, state: &Self::State) -> Result<Vec<(Label, Self::State)>, Trouble>;
 
-    /// The bytes that a state takes, estimated from above.
-    fn weight(&self, state: &Self::State) -> usize;
+    /// The bytes that a state takes besides those before it, estimated from above; `known` holds where their parts lie.
+    fn weight(&self, state: &Self::State, known: &mut HashSet<usize>) -> usize;
 
     /// How far the chances of one instant, all together, may be from those that are said.
     fn slack(&self) -> BigRational {
@@ -101,7 +101,7 @@ impl Behaviour for TransitionSystem {
         Ok(TransitionSystem::steps(self, *state).iter().map(|(label, to)| (self.label(*label).clone(), *to)).collect())
     }
 
-    fn weight(&self, _: &u32) -> usize {
+    fn weight(&self, _: &u32, _: &mut HashSet<usize>) -> usize {
         4
     }
 
@@ -288,20 +288,41 @@ impl Behaviour for Process<'_> {
         Ok(all)
     }
 
-    fn weight(&self, state: &State) -> usize {
-        // A node of a term with its shared header, a value, and its place in the table of states.
-        let nodes = match state {
-            State::Running(term) => term.size(),
-            State::Stopped(results) => 1 + results.len(),
-            State::Aborted => 1,
-        };
-        nodes.saturating_mul(256).saturating_add(128)
+    fn weight(&self, state: &State, known: &mut HashSet<usize>) -> usize {
+        let mut bytes = STATE_BYTES;
+        let mut open = Vec::new();
+        match state {
+            State::Running(term) => open.push(term),
+            State::Stopped(results) => bytes = bytes.saturating_add(results.len().saturating_mul(VALUE_BYTES)),
+            State::Aborted => {}
+        }
+        while let Some(term) = open.pop() {
+            if !known.insert(std::ptr::from_ref(term.node()).addr()) {
+                continue;
+            }
+            let values = term.values().len().saturating_mul(VALUE_BYTES);
+            bytes = bytes.saturating_add(NODE_BYTES).saturating_add(values);
+            open.extend(term.children());
+        }
+        bytes
     }
 
     fn slack(&self) -> BigRational {
         self.draws.slack()
     }
 }
+
+// By the peak of the release build on up to 40,000 states of counters, of clocks and of timed loops beside each other.
+/// The bytes that a state takes in the tables, without its term.
+const STATE_BYTES: usize = 200;
+/// The bytes that a part of a term takes with its place among its neighbours, without its values.
+const NODE_BYTES: usize = 180;
+/// The bytes that a value takes.
+const VALUE_BYTES: usize = 450;
+/// The bytes that a transition takes.
+const TRANSITION_BYTES: usize = 20;
+/// The bytes that a label, or what is seen of a state, takes where there was none like it.
+const TEXT_BYTES: usize = 400;
 
 /// A system with the states from which it was made.
 #[derive(Clone, Debug)]
@@ -310,6 +331,12 @@ pub struct Generated<S> {
     pub system: TransitionSystem,
     /// What each of its states is.
     pub states: Vec<S>,
+}
+
+/// The bytes that transitions, labels and marks take.
+fn taken(builder: &Builder) -> usize {
+    let texts = builder.texts().saturating_mul(TEXT_BYTES);
+    texts.saturating_add(builder.transitions().saturating_mul(TRANSITION_BYTES))
 }
 
 /// Explores a behaviour breadth first, up to the bounds or until `stop` says so.
@@ -325,7 +352,8 @@ pub fn generate<B: Behaviour>(
     let mut builder = Builder::new();
     let start = behaviour.start()?;
     builder.state(Mark::plain());
-    let mut bytes = behaviour.weight(&start);
+    let mut known = HashSet::new();
+    let mut bytes = behaviour.weight(&start, &mut known);
     let mut states = vec![start.clone()];
     let mut places: HashMap<B::State, u32> = HashMap::from([(start, 0)]);
     let (mut next, mut cut) = (0, None);
@@ -343,12 +371,12 @@ pub fn generate<B: Behaviour>(
                     cut = Some(Cut::States(bounds.states));
                     break;
                 }
-                None if bytes.saturating_add(12 * builder.transitions()) >= bounds.bytes => {
+                None if bytes.saturating_add(taken(&builder)) >= bounds.bytes => {
                     cut = Some(Cut::Memory(bounds.bytes));
                     break;
                 }
                 None => {
-                    bytes = bytes.saturating_add(behaviour.weight(&target));
+                    bytes = bytes.saturating_add(behaviour.weight(&target, &mut known));
                     let place = builder.state(Mark::plain());
                     places.insert(target.clone(), place);
                     states.push(target);

@@ -6,8 +6,9 @@ use num_traits::Zero;
 
 use super::Walk;
 use crate::absence::blocked;
-use crate::mark::marked;
+use crate::mark::{kept, marked_in_order};
 use crate::model::{Action, Move, Patience, State};
+use crate::printer::Order;
 use crate::report::abbreviated;
 use crate::stepper::{Choice, did};
 use crate::term::{Node, Term};
@@ -15,12 +16,13 @@ use crate::value::Value;
 
 impl Walk {
     /// The state with its numbered moves, each with its rule and the whole next term.
-    pub(super) fn show(&self) -> String {
+    pub(super) fn show(&mut self) -> String {
         let mut out = String::new();
+        self.put_in_order();
         let state = self.stepper.state();
         let term = state.term();
         let _ = writeln!(out, "step {}, time {}", self.stepper.trace().len(), self.stepper.time());
-        let _ = writeln!(out, "    {}", abbreviated(&term.to_string()));
+        let _ = writeln!(out, "    {}", abbreviated(&marked_in_order(&term, &term, self.order()).text));
         let shown: Vec<String> = state
             .observations()
             .into_iter()
@@ -60,7 +62,7 @@ impl Walk {
                 number += 1;
                 let _ = writeln!(out, "  {number}. wait {time}   [time passes, up to the next event]");
                 let next = match self.stepper.after_time(&time) {
-                    Ok(Some(next)) => marked(term, &next.term()).shown(self.colour),
+                    Ok(Some(next)) => self.marked(term, &next.term()),
                     Ok(None) => "no time can pass".to_string(),
                     Err(error) => format!("then it has no meaning: {error}"),
                 };
@@ -80,11 +82,35 @@ impl Walk {
     fn after(&self, term: &Term, step: &Move) -> String {
         if step.needs_value() {
             let open = step.with(&Value::variable(&crate::name::Name::new("value")));
-            return marked(term, &open).shown(self.colour);
+            return self.marked(term, &open);
         }
         match self.stepper.after(step) {
-            Ok(next) => marked(term, &next.term()).shown(self.colour),
+            Ok(next) => self.marked(term, &next.term()),
             Err(error) => format!("then it has no meaning: {error}"),
+        }
+    }
+
+    /// What a step makes of a term, with what is new marked; the parts of `|` and `#` stay where they stand.
+    fn marked(&self, term: &Term, next: &Term) -> String {
+        let order = kept(term, self.order(), next);
+        marked_in_order(term, next, &order).shown(self.colour)
+    }
+
+    /// The order in which the present state is written.
+    fn order(&self) -> &Order {
+        static SORTED: Order = Order::new();
+        self.orders.last().map_or(&SORTED, |(_, order)| order)
+    }
+
+    /// Finds the order for each state so far that has none yet.
+    fn put_in_order(&mut self) {
+        let before = self.stepper.trace().iter().map(|taken| taken.before.term());
+        let states: Vec<Term> = before.chain([self.stepper.state().term()]).collect();
+        let same = self.orders.iter().zip(&states).take_while(|((known, _), state)| known == *state).count();
+        self.orders.truncate(same);
+        for state in states.into_iter().skip(same) {
+            let order = self.orders.last().map_or_else(Order::new, |(last, order)| kept(last, order, &state));
+            self.orders.push((state, order));
         }
     }
 

@@ -2,15 +2,17 @@
 
 use super::{Origin, Walk};
 use crate::ast::{Expect, ItemKind};
+use crate::definition::Definitions;
 use crate::diagnostic::{Diagnostic, Source, nearest, render_all};
 use crate::lexer::lex;
 use crate::library::{self, Failure, Reader};
 use crate::lower::{Entity, Environment};
 use crate::name::Name;
 use crate::parser::{parse, parse_term};
-use crate::sample::{Closed, close};
-use crate::stepper::Stepper;
-use crate::term::Term;
+use crate::sample::{Closed, close, reached};
+use crate::scope::subterms;
+use crate::stepper::{Route, Stepper};
+use crate::term::{Node, Term};
 use crate::value::Value;
 
 /// What a file declares, with all that it imports; nothing in it is proved or admitted.
@@ -79,8 +81,48 @@ impl Walk {
             .map_err(|error| format!("`{}` has no meaning: {error}\n", subject.trim()))?;
         let environment = environment.clone();
         let subject = subject.trim().to_string();
-        Ok(Walk { stepper, environment, origin, subject, term, values, asked: None, colour })
+        Ok(Walk { stepper, environment, origin, subject, term, values, asked: None, colour, orders: Vec::new() })
     }
+
+    /// Along the steps of a route, as far as they are possible; each can be undone.
+    ///
+    /// # Errors
+    /// Why its process has no meaning, as text.
+    pub fn along(environment: &Environment, route: &Route, colour: bool) -> Result<Walk, String> {
+        let mut definitions = Definitions::default();
+        for name in reached(&route.term, &route.definitions) {
+            if let Some(definition) = route.definitions.get(&name) {
+                definitions.insert(definition.clone());
+            }
+        }
+        let subject = route.term.to_string();
+        let mut stepper = Stepper::new(&route.term, &definitions)
+            .map_err(|error| format!("`{subject}` has no meaning: {error}\n"))?;
+        for choice in &route.choices {
+            if stepper.step(choice.clone()).is_err() {
+                break;
+            }
+        }
+        let environment = with_observers(environment, &route.term);
+        let (term, origin) = (route.term.clone(), Origin::Prompt);
+        let (values, orders) = (Vec::new(), Vec::new());
+        Ok(Walk { stepper, environment, origin, subject, term, values, asked: None, colour, orders })
+    }
+}
+
+/// With the observers of a process declared that were made up for it.
+fn with_observers(environment: &Environment, term: &Term) -> Environment {
+    let mut environment = environment.clone();
+    for part in subterms(term) {
+        let Node::Observe(name, values) = part.node() else { continue };
+        if environment.entity(name).is_none() {
+            let names: Vec<String> = (1..=values.len()).map(|number| format!("x{number}")).collect();
+            let parameters = if names.is_empty() { String::new() } else { format!("({})", names.join(", ")) };
+            let text = format!("observer {name}{parameters}");
+            environment.declare(&parse(&text).items, &text);
+        }
+    }
+    environment
 }
 
 /// What stands before and behind the word `with`.
