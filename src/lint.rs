@@ -9,13 +9,9 @@ mod subsume;
 mod unify;
 mod trap;
 
-<<<<<<< HEAD
-use crate::admission::{endless_term, untried};
-=======
 use std::collections::BTreeSet;
 
-use crate::admission::endless_term;
->>>>>>> walk3
+use crate::admission::{endless_term, untried};
 use crate::ast::{Item, ItemKind};
 use crate::diagnostic::{Diagnostic, Severity, Source, Span, render_all};
 use crate::explain::run_lines;

@@ -13,11 +13,8 @@ use crate::equivalence::{Difference, Evidence, Preorder, Verdict, compare_proces
 use crate::lower::Expectation;
 use crate::model::State;
 use crate::report::Expected;
-<<<<<<< HEAD
 use crate::sample::close;
-=======
 use crate::stepper::{Apart, Route, choice_of};
->>>>>>> walk3
 use crate::term::Term;
 use crate::transition_system::{Bounds, Label, Trouble, look, summary, told};
 
@@ -146,7 +143,7 @@ impl Run<'_, '_> {
         }
         let itself = || {
             let line = format!("yes: {}: both sides are one process", relation.says(true));
-            Answered { lines: vec![line], verdict: Some("yes"), diagnostics: Vec::new() }
+            Answered { lines: vec![line], verdict: Some("yes"), ..Answered::default() }
         };
         let answer = match compare_processes(left, right, definitions, relation, &bounds, &stop) {
             Err(Trouble::Draws) if same => return itself(),
@@ -178,7 +175,7 @@ impl Run<'_, '_> {
                 let name = |side: usize, state: u32| named(answer.states[side].get(state as usize));
                 lines.extend(evidence_lines(evidence, &name));
                 let route = |side: usize| Route {
-                    term: terms[side].clone(),
+                    term: instance.terms[side].clone(),
                     definitions: definitions.clone(),
                     choices: answer.choices[side].iter().map_while(|text| choice_of(text)).collect(),
                 };
@@ -191,17 +188,13 @@ impl Run<'_, '_> {
             Verdict::Unknown(_) if same => return itself(),
             Verdict::Unknown(why) => ("unknown", vec![format!("unknown: {why}")]),
         };
-<<<<<<< HEAD
         let Some(line) = instance.line() else {
-            return Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() };
+            return Answered { lines, verdict: Some(verdict), diagnostics: Vec::new(), apart };
         };
         // One instance refutes; it proves nothing of the others.
         let verdict = if verdict == "yes" { "unknown" } else { verdict };
         let lines = [line].into_iter().chain(lines).collect();
-        Answered { lines, verdict: Some(verdict), diagnostics: Vec::new() }
-=======
         Answered { lines, verdict: Some(verdict), diagnostics: Vec::new(), apart }
->>>>>>> walk3
     }
 }
 
