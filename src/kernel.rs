@@ -280,7 +280,12 @@ impl Checker<'_> {
                 self.rounds(*lemma, variable, round, (index, count))
             }
             Step::Turns { lemma, turn, moving } => self.turns(*lemma, turn, moving),
-            Step::Trust(_, _, _, why) if why.trim().is_empty() => Err(Reason::Empty),
+            // What is taken on trust is shown: it must be there to be read, and not move what stands around it.
+            Step::Trust(_, _, _, why)
+                if !why.chars().any(char::is_alphanumeric) || why.chars().any(char::is_control) =>
+            {
+                Err(Reason::Empty)
+            }
             Step::Trust(left, connective, right, why) => {
                 self.trusted.insert(why.clone());
                 let (left, right) = (left.clone(), right.clone());

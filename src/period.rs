@@ -25,6 +25,8 @@ mod vector;
 use std::collections::BTreeMap;
 use std::fmt;
 
+use num_bigint::BigInt;
+
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -118,6 +120,8 @@ pub enum Failure {
         writer: (String, usize),
         /// Who reads, and how often a round.
         reader: (String, usize),
+        /// How many rounds of the writer go with how many of the reader, by the other ports.
+        rounds: (BigInt, BigInt),
     },
     /// The third failure.
     NoPeriod {
@@ -176,10 +180,11 @@ impl fmt::Display for Failure {
                 let place = if phases.is_empty() { "the start".to_string() } else { phases.join(" or ") };
                 write!(f, "unmatched communication, if the run comes from {place} to where {blocked}")
             }
-            Failure::RateMismatch { port, writer, reader } => write!(
+            Failure::RateMismatch { port, writer, reader, rounds } => write!(
                 f,
-                "rates do not match on port {port}: {} writes {} a round, {} reads {} a round",
-                writer.0, writer.1, reader.0, reader.1
+                "rates do not match on port {port}: {} writes {} a round, {} reads {} a round, but by the other ports \
+                 {} of its rounds go with {} of {}",
+                writer.0, writer.1, reader.0, reader.1, rounds.1, rounds.0, writer.0
             ),
             Failure::NoPeriod { reason } => write!(f, "no period: {reason}"),
             Failure::Drift { one, other } => {

@@ -362,8 +362,11 @@ fn a_number_of_rounds_is_not_read_from_what_they_write() {
 
 #[test]
 fn nothing_is_trusted_without_a_reason() {
-    let steps = vec![Step::Trust(delay(1), Connective::Equal, delay(2), " ".into())];
-    assert_eq!(reason(&theory(), claim(delay(1), delay(2)), steps), Reason::Empty);
+    // Nothing to be read, and what would hide itself at a terminal.
+    for why in [" ", "\u{200b}", "-", "so it is\u{1b}[2K", "so it is\nby seq-stop-right"] {
+        let steps = vec![Step::Trust(delay(1), Connective::Equal, delay(2), why.into())];
+        assert_eq!(reason(&theory(), claim(delay(1), delay(2)), steps), Reason::Empty, "{why:?}");
+    }
 }
 
 #[test]

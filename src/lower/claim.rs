@@ -57,7 +57,7 @@ impl Lowerer<'_> {
             }
         };
         let name = claim.name.as_ref().map(|name| name.name.clone());
-        Some(Claim { name, span, text: span.of(text).to_string(), kind })
+        Some(Claim { name, span, text: without_comments(span.of(text)), kind })
     }
 
     /// The name of a system or a property.
@@ -386,4 +386,10 @@ fn processes(condition: &ast::Condition) -> Vec<&Written> {
         | ConditionKind::Unread(process, _) => vec![process],
         ConditionKind::Complementary(left, right) | ConditionKind::Apart(left, right) => vec![left, right],
     }
+}
+
+/// What was written, line by line, without the comments behind it.
+fn without_comments(text: &str) -> String {
+    let lines = text.lines().map(|line| line.split("//").next().unwrap_or("").trim_end());
+    lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
 }

@@ -160,7 +160,8 @@ impl Parser<'_> {
             .trim_matches('"')
             .to_string();
         let source = if self.at(Kind::Origin) {
-            self.take(Role::Line).span.of(self.text).trim().to_string()
+            let line = self.take(Role::Line).span.of(self.text).trim();
+            line.chars().filter(|letter| !letter.is_control()).collect()
         } else {
             String::new()
         };
