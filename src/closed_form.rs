@@ -259,7 +259,9 @@ impl Solved {
     /// When there is no such sequence or term, or it is too large.
     pub fn at(&self, name: &Name, at: i64) -> Result<Value, ValueError> {
         let form = self.form(name).ok_or_else(|| error("there is no such sequence"))?;
-        form.at(&self.recurrence.index, self.recurrence.from, at, &self.known)
+        let value = form.at(&self.recurrence.index, self.recurrence.from, at, &self.known)?;
+        // Squares of roots become what they are under the conditions.
+        Ok(self.known.simplify(&value))
     }
 }
 

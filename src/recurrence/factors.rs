@@ -16,7 +16,7 @@ use crate::value::{Atom, Value};
 type Parameters = Polynomial<Atom>;
 
 /// The most bits of an image.
-const MOST_BITS: u64 = 12_000;
+const MOST_BITS: u64 = 40_000;
 /// The work that may go into common divisors and exact quotients.
 const WORK: u64 = 200_000;
 /// How many images are tried: in a few of them a factor comes apart that does not in the parameters.

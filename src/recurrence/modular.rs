@@ -42,7 +42,9 @@ enum Slot {
     Power(BigRational),
 }
 
-type Sum = Vec<(BigRational, Vec<(usize, u32)>)>;
+/// A sum of multiples of products of powers of slots.
+type Terms<T> = Vec<(T, Vec<(usize, u32)>)>;
+type Sum = Terms<BigRational>;
 
 /// The next terms, in the order of the sequences, and the difference, as polynomials in the slots.
 fn read(recurrence: &Recurrence, difference: &Value) -> Option<(Vec<Sum>, Vec<Slot>)> {
@@ -81,7 +83,7 @@ fn slot(atom: &Atom, recurrence: &Recurrence, slots: &mut Vec<Slot>) -> Option<u
 /// A recurrence modulo a number.
 struct Round {
     modulus: u64,
-    sums: Vec<Vec<(u64, Vec<(usize, u32)>)>>,
+    sums: Vec<Terms<u64>>,
     /// The offsets of each sequence's terms.
     orders: Vec<usize>,
     /// By what a slot of a power is multiplied in a step.

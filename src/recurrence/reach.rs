@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use num_traits::ToPrimitive;
+
 use super::classes::Classes;
 use super::descent::descends;
 use super::late::late;
@@ -19,6 +21,8 @@ use crate::value::{Relation, Value};
 
 /// The terms that are compared one by one, at most, and the bits that they may have together.
 const MOST_TERMS: u64 = 20_000;
+/// Those that are compared before anything is known of later ones.
+const FEW_TERMS: u64 = 100;
 const MOST_BITS: u64 = 1 << 26;
 /// The bits that they may have together where nothing is known of later ones.
 const FEW_BITS: u64 = 1 << 22;
@@ -53,6 +57,11 @@ pub fn reach(
     if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
         return found;
     }
+    // Most first indices are early ones, and to find these nothing need be known of later terms.
+    let early = tried(recurrence, wanted, &Tail::Unknown(String::new()), known, stop, FEW_TERMS);
+    if let Reach::At(..) = early {
+        return early;
+    }
     let mut tail = match (classes, solved) {
         (Some(classes), _) => classes.tail(),
         (None, Some(solved)) => late(solved, wanted),
@@ -66,7 +75,7 @@ pub fn reach(
     {
         return found;
     }
-    match tried(recurrence, wanted, &tail, known, stop) {
+    match tried(recurrence, wanted, &tail, known, stop, MOST_TERMS) {
         Reach::Unknown(why) => match reason {
             Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
             _ => Reach::Unknown(why),
@@ -141,27 +150,25 @@ pub(super) fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>>
     Some(all)
 }
 
-/// Term by term, as far as the tail needs it.
+/// Term by term, as far as the tail needs it, and so many at most.
 fn tried(
     recurrence: &Recurrence,
     (relation, left, right): Wanted<'_>,
     tail: &Tail,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
+    most_terms: u64,
 ) -> Reach {
     let variables = recurrence.terms();
     let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
-    let mut at = recurrence.from;
-    let mut bits = 0u64;
-    let until = match tail {
-        Tail::Never(until, _) => Some(*until),
-        Tail::Unknown(_) => None,
-    };
-    for count in 0..=MOST_TERMS {
+    let (mut at, mut bits) = (recurrence.from, 0u64);
+    for count in 0..=most_terms {
         if stop() {
             return Reach::Unknown(format!("not before {} = {at}; interrupted", recurrence.index));
         }
-        if let (Tail::Never(_, reason), Some(true)) = (tail, until.map(|until| at.unsigned_abs() >= until && at >= 0)) {
+        if let Tail::Never(until, reason) = tail
+            && at.to_u64().is_some_and(|at| at >= *until)
+        {
             return Reach::Never(match count {
                 0 => reason.clone(),
                 _ => format!("no term before {} = {at} is, and {reason}", recurrence.index),
@@ -170,8 +177,7 @@ fn tried(
         let mut images: BTreeMap<Name, Value> =
             variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();
         images.insert(recurrence.index.clone(), Value::integer(at));
-        let sides = [left, right].map(|side| side.substitute(&images));
-        let [Ok(one), Ok(other)] = sides else {
+        let [Ok(one), Ok(other)] = [left, right].map(|side| side.substitute(&images)) else {
             return Reach::Unknown(format!("it is not defined at {} = {at}", recurrence.index));
         };
         match known.decide(relation, &one, &other) {
@@ -192,10 +198,10 @@ fn tried(
             Err(error) => return Reach::Unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
         };
         at += 1;
-        let most = if until.is_some() { MOST_BITS } else { FEW_BITS };
+        let most = if matches!(tail, Tail::Never(..)) { MOST_BITS } else { FEW_BITS };
         let longest =
             state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits().max(one.denom().bits())).max();
-        if bits > most || longest.is_some_and(|longest| longest > LONGEST) || count == MOST_TERMS {
+        if bits > most || longest.is_some_and(|longest| longest > LONGEST) || count == most_terms {
             break;
         }
     }

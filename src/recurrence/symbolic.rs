@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use super::factors::factors;
+use super::sequences::Found;
 use super::{Comparison, NoClosedForm};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence};
@@ -23,6 +24,9 @@ const WORK: u64 = 20_000;
 /// The coefficients of a polynomial in x, from the constant up, or of an element modulo one.
 type Row = Vec<Value>;
 
+/// A base c of the powers `c^n` in an input, and how often it counts: one more than the highest power of n with it.
+type Base = (Value, usize);
+
 /// A factor of the characteristic polynomial, of degree 1 or 2: its lower coefficients, how often it divides.
 struct Factor {
     modulus: Row,
@@ -31,10 +35,7 @@ struct Factor {
 
 /// The forms of a linear recurrence that begins at 0, with what must hold; nothing if it is not linear with coefficients that are
 /// the same for all n.
-pub(super) fn symbolic(
-    recurrence: &Recurrence,
-    known: &Assumptions,
-) -> Result<Option<(Vec<Form>, Vec<Comparison>)>, NoClosedForm> {
+pub(super) fn symbolic(recurrence: &Recurrence, known: &Assumptions) -> Result<Option<Found>, NoClosedForm> {
     let Some((matrix, inputs)) = system(recurrence) else { return Ok(None) };
     if matrix.len() > MOST_VARIABLES {
         return Err(NoClosedForm(format!("{} terms depend on each other, with symbols: too many", matrix.len())));
@@ -67,10 +68,10 @@ pub(super) fn symbolic(
 }
 
 /// The matrix, and the bases of the inputs with how often each counts.
-fn system(recurrence: &Recurrence) -> Option<(Vec<Row>, Vec<(Value, usize)>)> {
+fn system(recurrence: &Recurrence) -> Option<(Vec<Row>, Vec<Base>)> {
     let index = &recurrence.index;
     let variables = recurrence.terms();
-    let (mut matrix, mut inputs): (Vec<Row>, Vec<(Value, usize)>) = (Vec::new(), Vec::new());
+    let (mut matrix, mut inputs): (Vec<Row>, Vec<Base>) = (Vec::new(), Vec::new());
     for (at, (_, place, offset)) in variables.iter().enumerate() {
         let sequence = &recurrence.sequences[*place];
         let mut row = vec![Value::zero(); variables.len()];
