@@ -130,7 +130,9 @@ fn laws_of_sequence_stand() {
     stands(seq([p("P"), p("Q")]), p("P"), &[is(Fact::NeverStops, "P")]);
     let bind = Term::new(Node::Set(var("?x"), name("?y")));
     let replaced = Term::new(Node::Replace(p("P"), name("?y"), var("?x")));
-    stands(seq([bind.clone(), p("P")]), seq([bind, replaced]), &[]);
+    // Where x reads y, P would read it anew.
+    let unread = [Condition::Unread(bind.clone(), name("?y"))];
+    stands(seq([bind.clone(), p("P")]), seq([bind, replaced]), &unread);
     let silent = vec![
         is(Fact::Silent, "R"),
         is(Fact::DrawsNothing, "R"),
