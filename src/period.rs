@@ -121,7 +121,7 @@ pub enum Failure {
         /// Who reads, and how often a round.
         reader: (String, usize),
         /// How many rounds of the writer go with how many of the reader, by the other ports.
-        rounds: (BigInt, BigInt),
+        rounds: Box<(BigInt, BigInt)>,
     },
     /// The third failure.
     NoPeriod {

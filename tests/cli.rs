@@ -400,7 +400,8 @@ fn commands_in_standard_input_are_answered_in_their_place() {
 fn what_is_wrong_comes_in_the_order_of_the_text_and_a_refuted_claim_has_its_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.pars");
-    let text = "param t\nprove Nowhere = Stop\nlts Ran_{Normal(t, sd: 1)}<y>\nprove Stop = Nothing\nstep Stop\n";
+    let text =
+        "param t\nprove Nowhere = Stop\nlts Ran_{Normal(t, sd: 1)}<y> ; Delay_y\nprove Stop = Nothing\nstep Stop\n";
     std::fs::write(&path, text).expect("a file");
     let output = run(&["run", path.to_str().expect("a path")]);
     let lines: Vec<String> =

@@ -197,6 +197,6 @@ fn a_copy_of_a_file_of_the_program_stands_in_its_place() {
     // One law of the name of another is no such copy.
     let text = "law delay-sum \"Mine.\"\n  ours\n  Delay_?a ; Delay_?a = Delay_{2*?a}\n";
     let none = |_: &str, _: &str| Err("nothing to import".to_string());
-    let refused = lint(&Source::new("mine.rules", text), none, &|| false).err().expect("refused");
+    let refused = lint(&Source::new("mine.rules", text), none, &|| false).expect_err("refused");
     assert_eq!(refused[0].diagnostics[0].code, "P0705");
 }

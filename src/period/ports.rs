@@ -186,7 +186,7 @@ impl System {
                     (Some(one), Some(other)) if one.clone() * ratio.clone() != other => {
                         let rounds = &one / &other;
                         return Err(Failure::RateMismatch {
-                            rounds: (rounds.numer().clone(), rounds.denom().clone()),
+                            rounds: Box::new((rounds.numer().clone(), rounds.denom().clone())),
                             port: equation.port.clone(),
                             writer: (self.names[writer].clone(), written),
                             reader: (self.names[reader].clone(), read),

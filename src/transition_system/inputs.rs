@@ -144,7 +144,7 @@ impl Walk {
                 let alike = matches!(relation, Relation::Eq | Relation::Neq);
                 self.symmetric &= closed || alike;
                 let plain = |value: &Value| value.variables().is_empty() || value.as_variable().is_some();
-                if !closed && !(plain(left) && plain(right)) {
+                if !(closed || plain(left) && plain(right)) {
                     self.numbers.extend(left.sub(right).map(|difference| difference.numbers()).unwrap_or_default());
                 }
                 if !closed && !alike {

@@ -68,6 +68,8 @@ fn values_of(sets: Vec<(Name, Value)>) -> Vec<Value> {
 
 /// The values at one place in three turns, one after the other.
 type Three = [Value; 3];
+/// What moves: its name, where it begins, and its first three values.
+type Followed = (Name, Value, Three);
 
 /// What moves on, in which three turns it was seen, and what is supposed of it.
 struct Base {
@@ -180,12 +182,7 @@ impl Follower<'_> {
     }
 
     /// The states at the start of three turns, and the values that the run carries on.
-    fn three(
-        &self,
-        turn: &Turn,
-        starts: &[(Name, Value)],
-        state: &Term,
-    ) -> Result<([Term; 3], Vec<(Name, Value, Three)>), Lost> {
+    fn three(&self, turn: &Turn, starts: &[(Name, Value)], state: &Term) -> Result<([Term; 3], Vec<Followed>), Lost> {
         let mut values: Vec<Value> = starts.iter().map(|(_, start)| start.clone()).collect();
         let mut seen = vec![values.clone()];
         let mut states = vec![state.clone()];
