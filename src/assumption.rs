@@ -247,6 +247,33 @@ impl Assumptions {
         }
     }
 
+    /// A value with others put in for names, where no exponent is lost of which it is not known that it counts: with 2*p
+    /// for q, `(-1)^q` is 1 for natural numbers p, and -1 for 1/2.
+    ///
+    /// # Errors
+    /// When the result is not defined, or may be another.
+    pub fn put_in_powers(&self, value: &Value, images: &BTreeMap<Name, Value>) -> Result<Value, ValueError> {
+        let image = value.substitute(images)?;
+        let powers: Vec<Need> = value.needs().into_iter().filter(|need| matches!(need, Need::Natural(_))).collect();
+        if powers.is_empty() || !images.keys().any(|name| value.mentions(name)) {
+            return Ok(image);
+        }
+        let shown = image.needs();
+        let mut known = self.clone();
+        for need in &shown {
+            if let (Need::Natural(_), Some(name)) = (need, need.value().as_variable()) {
+                known.assume_natural(name);
+            }
+        }
+        for need in powers {
+            let need = need.substitute(images)?;
+            if !need.follows_from(&shown) && !known.all_terms_integral(need.value()) {
+                return Err(ValueError::new(need.to_string()));
+            }
+        }
+        Ok(image)
+    }
+
     /// Whether a value is 0, 1, 2, …
     pub fn is_natural(&self, value: &Value) -> Option<bool> {
         if value.sort() != Sort::Real {

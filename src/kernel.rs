@@ -26,7 +26,7 @@ use crate::proof::{Proof, Statement, Step, StepId, hole, successor};
 use crate::scope::{
     bound_names, calls, condition_mentions, condition_parts, fill, reaches, read_names, subterms, written,
 };
-use crate::substitution::{Stuck, Substitution, instantiate, substitute_values};
+use crate::substitution::{Stuck, Substitution, instantiate, substitute_known};
 use crate::term::{Node, Term, TermSet};
 use crate::value::{Need, Relation, Value};
 
@@ -456,7 +456,7 @@ impl Checker<'_> {
             return Err(Reason::NotNatural(variable.clone()));
         }
         let at = |term: &Term, value: Value| {
-            substitute_values(term, &BTreeMap::from([(variable.clone(), value)]))
+            substitute_known(term, &BTreeMap::from([(variable.clone(), value)]), &self.context.assumptions)
                 .map_err(|stuck| Reason::Stuck(stuck.0))
         };
         let zero = self.equation(base)?;

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::assumption::Assumptions;
 use crate::fact::{Context, Facts};
 use crate::law::Condition;
 use crate::name::Name;
@@ -57,7 +58,7 @@ impl Substitution {
 
     fn apply_shallow(&self, shape: &Term, context: &Context<'_>) -> Result<Term, Stuck> {
         let name = |name: &Name| self.names.get(name).cloned().unwrap_or_else(|| name.clone());
-        let shape = shape.map_values(&mut |value| self.value(value))?;
+        let shape = shape.map_values(&mut |value| self.value(value, context))?;
         Ok(Term::new(match shape.node().clone() {
             Node::Meta(meta, arguments) if arguments.is_empty() => match self.processes.get(&meta) {
                 Some(process) => return Ok(process.clone()),
@@ -79,7 +80,7 @@ impl Substitution {
     ///
     /// # Errors
     /// When the instance has no normal form.
-    pub fn value(&self, value: &Value) -> Result<Value, Stuck> {
+    pub fn value(&self, value: &Value, context: &Context<'_>) -> Result<Value, Stuck> {
         if let Some(name) = value.as_variable() {
             let known = self.values.get(name).cloned().or_else(|| self.names.get(name).map(Value::variable));
             return Ok(known.unwrap_or_else(|| value.clone()));
@@ -91,7 +92,7 @@ impl Substitution {
         for (meta, name) in &self.names {
             map.entry(meta.clone()).or_insert_with(|| Value::variable(name));
         }
-        Ok(value.substitute(&map)?)
+        Ok(context.assumptions.put_in_powers(value, &map)?)
     }
 
     fn set(&self, names: &BTreeSet<Name>) -> BTreeSet<Name> {
@@ -110,11 +111,11 @@ impl Substitution {
         let term = |term: &Term| self.apply(term, context);
         Ok(match condition {
             Condition::Compare(relation, left, right) => {
-                Condition::Compare(*relation, self.value(left)?, self.value(right)?)
+                Condition::Compare(*relation, self.value(left, context)?, self.value(right, context)?)
             }
-            Condition::Natural(value) => Condition::Natural(self.value(value)?),
+            Condition::Natural(value) => Condition::Natural(self.value(value, context)?),
             Condition::Is(fact, subject) => Condition::Is(*fact, term(subject)?),
-            Condition::Lasts(subject, time) => Condition::Lasts(term(subject)?, self.value(time)?),
+            Condition::Lasts(subject, time) => Condition::Lasts(term(subject)?, self.value(time, context)?),
             Condition::Complementary(first, second) => Condition::Complementary(term(first)?, term(second)?),
             Condition::NoPort(subject, port) => Condition::NoPort(term(subject)?, name(port)),
             Condition::Unread(subject, result) => Condition::Unread(term(subject)?, name(result)),
@@ -311,4 +312,15 @@ pub fn substitute_values(term: &Term, map: &BTreeMap<Name, Value>) -> Result<Ter
     let parts: Result<Vec<Term>, Stuck> =
         term.children().into_iter().map(|part| substitute_values(part, map)).collect();
     Ok(shape.with_children(parts?))
+}
+
+/// The same where no exponent is lost of which it is not known that it counts: see [`Assumptions::put_in_powers`].
+///
+/// # Errors
+/// As for [`substitute_values`], and where a power may come out as another.
+pub fn substitute_known(term: &Term, map: &BTreeMap<Name, Value>, known: &Assumptions) -> Result<Term, Stuck> {
+    for value in subterms(term).into_iter().flat_map(Term::values) {
+        known.put_in_powers(value, map)?;
+    }
+    substitute_values(term, map)
 }

@@ -432,3 +432,14 @@ fn what_moves_on_has_a_name_of_its_own_and_a_value() {
     assert!(matches!(two(["v", "v1"], ["?n", "?nn"], "?nn"), Err(Reason::Name(_))));
     assert!(two(["v", "w"], ["?n", "?n"], "?nn").is_err());
 }
+
+/// `(-1)^(2*p)` is 1 for natural numbers p, and -1 for 1/2: neither an instance of a lemma nor rounds may lose it. One of
+/// these proves `Stop = Abort`.
+#[test]
+fn no_power_of_minus_one_is_lost() {
+    for text in [include_str!("proofs/power_of_minus_one.json"), include_str!("proofs/power_in_rounds.json")] {
+        let rejected = pars::proof_file::check_file(text.as_bytes()).expect_err("a falsehood");
+        assert!(rejected.to_string().contains("2*"), "{rejected}");
+        assert!(rejected.to_string().contains("need not be a natural number"), "{rejected}");
+    }
+}

@@ -7,7 +7,7 @@ use super::{MOST_DEPTH, active, context_reads, is_set, stuck};
 use crate::fact::{Context, Facts};
 use crate::name::Name;
 use crate::scope::{bound_names, written};
-use crate::substitution::{Stuck, instantiate, replace, substitute_values};
+use crate::substitution::{Stuck, instantiate, replace, substitute_known};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
 
@@ -278,7 +278,9 @@ impl<'c, 'd> Runner<'c, 'd> {
         let left = count.sub(&Value::one())?;
         let (first, others) = match index {
             Some(index) => {
-                let at = |value: Value| substitute_values(body, &BTreeMap::from([(index.clone(), value)]));
+                let at = |value: Value| {
+                    substitute_known(body, &BTreeMap::from([(index.clone(), value)]), &self.context.assumptions)
+                };
                 // The index of the copies left starts again at 0, so they read it one higher.
                 let shifted = at(Value::variable(index).add(&Value::one())?)?;
                 (at(Value::zero())?, shifted)

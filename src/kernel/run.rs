@@ -9,7 +9,7 @@ use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{StepId, successor};
 use crate::scope::{bound_names, condition_mentions, metavariables, read_names, written};
-use crate::substitution::{Stuck, substitute_values};
+use crate::substitution::{Stuck, substitute_known};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -48,7 +48,7 @@ impl Checker<'_> {
         }
         let at = |term: &Term, value: Value| {
             let map = BTreeMap::from([(variable.clone(), value)]);
-            substitute_values(term, &map).map_err(|stuck: Stuck| Reason::Stuck(stuck.0))
+            substitute_known(term, &map, &inside.assumptions).map_err(|stuck: Stuck| Reason::Stuck(stuck.0))
         };
         let next = successor(&Value::variable(variable)).ok_or(Reason::TooLarge)?;
         same(&statement.right, &Term::seq([round.clone(), at(&statement.left, next)?]))?;

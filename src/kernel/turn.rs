@@ -9,7 +9,7 @@ use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{Moving, carried_on};
 use crate::scope::{bound_names, condition_mentions, condition_parts, metavariables, read_names, subterms, written};
-use crate::substitution::{Stuck, substitute_values};
+use crate::substitution::{Stuck, substitute_known};
 use crate::term::{Node, Term};
 use crate::value::{Need, Sort, Value};
 
@@ -39,6 +39,9 @@ impl Checker<'_> {
             let at = |values| at(hypothesis, values).map_err(stuck);
             for (values, context) in [(&starts, &self.context), (&nexts, &inside)] {
                 let instance = at(values)?;
+                for value in condition_parts(hypothesis).1 {
+                    context.assumptions.put_in_powers(value, values).map_err(|error| Reason::Stuck(error.0))?;
+                }
                 if !context.holds(&instance) {
                     return Err(Reason::Condition(Box::new(instance)));
                 }
@@ -55,9 +58,9 @@ impl Checker<'_> {
         if moves(&lasts(turn, &inside)?) {
             return Err(Reason::Untimed(Box::new(turn.clone())));
         }
-        let onward = substitute_values(&statement.left, &nexts).map_err(stuck)?;
+        let onward = substitute_known(&statement.left, &nexts, &inside.assumptions).map_err(stuck)?;
         same(&statement.right, &Term::seq([turn.clone(), onward]))?;
-        let left = substitute_values(&statement.left, &starts).map_err(stuck)?;
+        let left = substitute_known(&statement.left, &starts, &self.context.assumptions).map_err(stuck)?;
         let right = carried_on(turn, moving).map_err(stuck)?;
         if theorem.advanced {
             self.speaks_of_known([&left, &right])?;

@@ -6,6 +6,8 @@
 
 use std::collections::BTreeSet;
 
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
 use crate::fact::Context;
 use crate::name::Name;
 use crate::scope::metavariables;
@@ -300,8 +302,10 @@ fn heads(one: &Term, two: &Term) -> Option<Vec<Goal>> {
 
 fn values(one: &Value, two: &Value, mut way: Substitution, results: &BTreeSet<Name>) -> Option<Substitution> {
     let (mut one, mut two) = (one.clone(), two.clone());
+    let definitions = Definitions::default();
+    let context = Context::new(&Assumptions::default(), &definitions, &[]);
     for _ in 0..10 {
-        (one, two) = (way.value(&one).ok()?, way.value(&two).ok()?);
+        (one, two) = (way.value(&one, &context).ok()?, way.value(&two, &context).ok()?);
     }
     if one == two {
         return Some(way);

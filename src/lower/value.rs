@@ -241,7 +241,8 @@ impl Lowerer<'_> {
         }
         let result = match function {
             Some((parameters, Some(body))) => {
-                body.substitute(&parameters.into_iter().zip(values).collect::<BTreeMap<_, _>>())
+                let images = parameters.into_iter().zip(values).collect::<BTreeMap<_, _>>();
+                environment.assumptions.put_in_powers(&body, &images)
             }
             Some((_, None)) => Value::apply(&name.name, &values),
             None => basic_function(text, &values),
