@@ -22,6 +22,7 @@ mod run;
 mod stutter;
 mod told;
 mod trace;
+pub(crate) mod way;
 mod weak;
 
 use crate::transition_system::{Bounds, TransitionSystem};

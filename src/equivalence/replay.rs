@@ -1,10 +1,9 @@
 //! Separating runs as traces for the stepper: `take 0`, `take 1 = 5`, `wait 1/2`, each line a choice.
 
-use std::collections::{HashMap, VecDeque};
-
 use num_rational::BigRational;
 
 use super::run::RunStep;
+use super::way::{Node, shortest};
 use crate::model::{Action, Model, State};
 use crate::transition_system::{Inputs, Label};
 use crate::value::Value;
@@ -50,65 +49,42 @@ pub(super) fn choices(
     Some(all.iter().map(text).collect())
 }
 
-/// A state on the way, with whether the step itself has been taken.
-type Node = (State, bool);
-
 /// A shortest way from one state to another that takes one step with this label, and internal steps if `weak`.
 fn way(model: &Model, inputs: &Inputs, from: &State, to: &State, label: &Label, weak: bool) -> Option<Vec<Choice>> {
     // An internal step of a weak comparison may be none, and a look at what is shown is no step.
     let at_once = matches!(label, Label::Shows(_)) || (weak && *label == Label::Tau);
-    let start: Node = (from.clone(), at_once);
-    let mut came: HashMap<Node, Option<(Node, Choice)>> = HashMap::from([(start.clone(), None)]);
-    let mut open = VecDeque::from([start]);
-    while let Some(node) = open.pop_front() {
-        if node.1 && node.0 == *to {
-            let mut way = Vec::new();
-            let mut at = node;
-            while let Some(Some((before, choice))) = came.get(&at) {
-                way.push(choice.clone());
-                at = before.clone();
+    shortest((from.clone(), at_once), to, MOST_STATES, |node| nexts(model, inputs, node, label, weak))
+}
+
+fn nexts(model: &Model, inputs: &Inputs, node: &Node, label: &Label, weak: bool) -> Option<Vec<(Node, Choice)>> {
+    let mut found: Vec<(Node, Choice)> = Vec::new();
+    for (number, step) in node.0.moves().ok()?.iter().enumerate() {
+        let values: Vec<Option<&Value>> =
+            if step.needs_value() { inputs.values.iter().map(Some).collect() } else { vec![None] };
+        for value in values {
+            let drawn = matches!(&step.action, Action::Draw(_, Some(_)));
+            let made = match (&step.action, value) {
+                // A draw that comes out in one way is no step.
+                (Action::Draw(_, Some(_)), _) => Label::Tau,
+                (Action::Tau(..), _) => Label::Tau,
+                (Action::Out(port, sent), _) => Label::Act(format!("{port}!{sent}")),
+                (Action::In(port), Some(value)) => Label::Act(format!("{port}?{value}")),
+                _ => continue,
+            };
+            let taken = !node.1 && !drawn && made == *label;
+            let between = drawn || (weak && made == Label::Tau);
+            if !taken && !between {
+                continue;
             }
-            way.reverse();
-            return Some(way);
-        }
-        if came.len() > MOST_STATES {
-            return None;
-        }
-        let mut found: Vec<(Node, Choice)> = Vec::new();
-        for (number, step) in node.0.moves().ok()?.iter().enumerate() {
-            let values: Vec<Option<&Value>> =
-                if step.needs_value() { inputs.values.iter().map(Some).collect() } else { vec![None] };
-            for value in values {
-                let drawn = matches!(&step.action, Action::Draw(_, Some(_)));
-                let made = match (&step.action, value) {
-                    // A draw that comes out in one way is no step.
-                    (Action::Draw(_, Some(_)), _) => Label::Tau,
-                    (Action::Tau(..), _) => Label::Tau,
-                    (Action::Out(port, sent), _) => Label::Act(format!("{port}!{sent}")),
-                    (Action::In(port), Some(value)) => Label::Act(format!("{port}?{value}")),
-                    _ => continue,
-                };
-                let taken = !node.1 && !drawn && made == *label;
-                let between = drawn || (weak && made == Label::Tau);
-                if !taken && !between {
-                    continue;
-                }
-                let next = value.map_or_else(|| step.next.clone(), |value| step.with(value));
-                let next = model.state(&next).ok()?;
-                found.push(((next, node.1 || taken), Choice::Take(number, value.cloned())));
-            }
-        }
-        if let (Label::Wait(time), false) = (label, node.1)
-            && let Some(next) = model.wait_state(&node.0, time).ok()?
-        {
-            found.push(((next, true), Choice::Wait(time.clone())));
-        }
-        for (next, choice) in found {
-            if !came.contains_key(&next) {
-                came.insert(next.clone(), Some((node.clone(), choice)));
-                open.push_back(next);
-            }
+            let next = value.map_or_else(|| step.next.clone(), |value| step.with(value));
+            let next = model.state(&next).ok()?;
+            found.push(((next, node.1 || taken), Choice::Take(number, value.cloned())));
         }
     }
-    None
+    if let (Label::Wait(time), false) = (label, node.1)
+        && let Some(next) = model.wait_state(&node.0, time).ok()?
+    {
+        found.push(((next, true), Choice::Wait(time.clone())));
+    }
+    Some(found)
 }

@@ -1,10 +1,9 @@
 //! Runs that tell two processes apart, as steps that the stepper takes.
 
-use std::collections::{HashMap, VecDeque};
-
 use super::Choice;
 use crate::bisimulation::{Difference, Side};
 use crate::definition::Definitions;
+use crate::equivalence::way::{Node, shortest};
 use crate::law::Connective;
 use crate::model::explore::Label;
 use crate::model::{Action, Model, State};
@@ -81,38 +80,11 @@ impl Apart {
     }
 }
 
-/// A state on the way, with whether the step itself has been taken.
-type Node = (State, bool);
-
 /// A shortest way from one state to another by one step with this label, with internal steps around it if `weak`.
 fn way(model: &Model<'_>, from: &State, to: &State, label: &Label, weak: bool) -> Option<Vec<Choice>> {
     // An internal step of a weak comparison may be answered by none.
     let at_once = weak && matches!(label, Label::Act(Action::Tau(..), _));
-    let start: Node = (from.clone(), at_once);
-    let mut came: HashMap<Node, Option<(Node, Choice)>> = HashMap::from([(start.clone(), None)]);
-    let mut open = VecDeque::from([start]);
-    while let Some(node) = open.pop_front() {
-        if node.1 && node.0 == *to {
-            let mut way = Vec::new();
-            let mut at = node;
-            while let Some(Some((before, choice))) = came.get(&at) {
-                way.push(choice.clone());
-                at = before.clone();
-            }
-            way.reverse();
-            return Some(way);
-        }
-        if came.len() > MOST_STATES {
-            return None;
-        }
-        for (next, choice) in nexts(model, &node, label, weak)? {
-            if !came.contains_key(&next) {
-                came.insert(next.clone(), Some((node.clone(), choice)));
-                open.push_back(next);
-            }
-        }
-    }
-    None
+    shortest((from.clone(), at_once), to, MOST_STATES, |node| nexts(model, node, label, weak))
 }
 
 fn nexts(model: &Model<'_>, node: &Node, label: &Label, weak: bool) -> Option<Vec<(Node, Choice)>> {
