@@ -461,6 +461,10 @@ pub enum ValueKind {
     Vector(Vec<Value>),
     /// `s(x)`, `Normal(0, sd: 1)`
     Call(Ident, Vec<Argument>),
+    /// `f^n(p)`, `f^m o f^n(p)`: functions with how often each is applied, the last one first
+    Iterate(Vec<(Ident, Option<Value>)>, Vec<Argument>),
+    /// `{x if a < b; y if a >= b}`: each value with when it counts; no condition for `otherwise`
+    Cases(Vec<(Value, Option<Comparison>)>),
 }
 
 /// `x`, or `sd: x`, or `1/2: Normal(…)`

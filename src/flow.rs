@@ -1,6 +1,10 @@
 //! Periods and flow functions as the paper prints them (§V.A): the components' periods, and one table a phase.
 
+mod carried;
+
 use std::collections::{BTreeMap, BTreeSet};
+
+pub use carried::Carried;
 
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, term};
@@ -100,6 +104,8 @@ pub struct PhaseFlow {
     pub duration: Option<Value>,
     /// The flow function of a round that comes back; several where guards branch, each with its tests.
     pub maps: Vec<(Vec<Test>, BTreeMap<Name, Value>)>,
+    /// What the parameters of its processes are before and after, where the phase does not come back to itself.
+    pub carried: Vec<Carried>,
     /// Random draws of a round: names for what is drawn, with the distribution.
     pub draws: Vec<(Name, Value)>,
     /// Ports with the values that pass in a round.
@@ -109,7 +115,7 @@ pub struct PhaseFlow {
 }
 
 /// The table of every phase.
-pub fn flows(period: &Period) -> Vec<PhaseFlow> {
+pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
     period
         .phases
         .iter()
@@ -117,6 +123,8 @@ pub fn flows(period: &Period) -> Vec<PhaseFlow> {
         .map(|(number, phase)| {
             let rounds: Vec<&Edge> = phase.rounds(number).collect();
             let shown = rounds.first().copied().or(phase.edges.first());
+            let mut ways = phase.edges.iter().filter(|edge| matches!(edge.next, Next::Phase(_)));
+            let only = ways.next().filter(|_| rounds.is_empty() && ways.next().is_none());
             PhaseFlow {
                 phase: number,
                 control: phase.control.clone(),
@@ -125,6 +133,9 @@ pub fn flows(period: &Period) -> Vec<PhaseFlow> {
                 segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
                 duration: shown.and_then(|edge| edge.duration().ok()),
                 maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
+                carried: only.map_or_else(Vec::new, |edge| {
+                    carried::carried(phase, edge, &period.phases, definitions)
+                }),
                 draws: shown.map(|edge| edge.draws.clone()).unwrap_or_default(),
                 communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
                 exits: phase
@@ -194,6 +205,14 @@ impl PhaseFlow {
             let images = if map.len() == 1 { images } else { format!("({images})") };
             let when = if self.maps.len() > 1 { crate::period::in_case(tests) } else { String::new() };
             lines.push(format!("  flow      f({list}) = {images}{when}"));
+        }
+        if !self.carried.is_empty() {
+            let all = |side: fn(&Carried) -> &Value| {
+                self.carried.iter().map(|one| side(one).to_string()).collect::<Vec<_>>().join(", ")
+            };
+            let (before, after) = (all(|one| &one.before), all(|one| &one.after));
+            let after = if self.carried.len() == 1 { after } else { format!("({after})") };
+            lines.push(format!("  flow      f({before}) = {after}"));
         }
         for (name, distribution) in &self.draws {
             lines.push(format!("  draws     {name} from {distribution}"));

@@ -483,6 +483,7 @@ fn single(letter: char) -> Kind {
         '+' => Kind::Plus,
         '-' | '−' => Kind::Minus,
         '*' | '·' | '×' | '⋅' => Kind::Star,
+        '∘' => Kind::Lower,
         '/' => Kind::Slash,
         '~' => Kind::Tilde,
         '%' => Kind::Percent,

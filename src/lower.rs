@@ -12,6 +12,7 @@ mod direction;
 mod exercise;
 mod flow;
 mod graph;
+mod iterate;
 mod marking;
 mod network;
 mod process;
@@ -412,6 +413,17 @@ impl Environment {
     /// What a name of a value or a function stands for.
     pub fn quantity(&self, name: &Name) -> Option<&Quantity> {
         self.quantities.get(name)
+    }
+
+    /// The name that keeps a result of this name apart from what is declared for the whole text: with primes; none when
+    /// nothing is declared under it.
+    pub(crate) fn apart(&self, name: &Name) -> Option<Name> {
+        self.quantity(name)?;
+        let mut apart = format!("{name}'");
+        while self.quantities.contains_key(&Name::new(&apart)) {
+            apart.push('\'');
+        }
+        Some(Name::new(&apart))
     }
 
     /// All names of values and functions, in order.

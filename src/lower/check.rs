@@ -24,7 +24,7 @@ impl Lowerer<'_> {
     /// Reports what a declaration says it binds and does not.
     pub(super) fn check_results(&mut self, results: &[Ident], flow: &Flow) {
         for result in results {
-            if flow.stop.as_ref().is_some_and(|names| !names.contains(&result.name)) {
+            if flow.stop.as_ref().is_some_and(|names| !names.contains(self.result_name(&result.name))) {
                 self.report(
                     Diagnostic::error(
                         "P0506",

@@ -180,7 +180,10 @@ impl Lowerer<'_> {
                 self.port_name(port)?;
                 Condition::NoPort(self.process(process)?, port.name.clone())
             }
-            ConditionKind::Unread(process, name) => Condition::Unread(self.process(process)?, name.name.clone()),
+            ConditionKind::Unread(process, name) => {
+                let process = self.process(process)?;
+                Condition::Unread(process, self.result_name(&name.name).clone())
+            }
             ConditionKind::ShowsOnly(process, shown) => {
                 let process = self.process(process);
                 Condition::ShowsOnly(process?, self.shown(shown)?)

@@ -114,7 +114,7 @@ impl Walk<'_, '_> {
             TermKind::Replace(body, name, value) => {
                 self.reads(value, bound);
                 let mut inner = bound.clone();
-                inner.names.insert(name.name.clone());
+                inner.names.insert(self.lowerer.result_name(&name.name).clone());
                 self.flow(body, &inner)
             }
         }
@@ -223,11 +223,15 @@ impl Walk<'_, '_> {
                 if zero { Flow::stops().at_once() } else { Flow::stops() }
             }
             "Out" => Flow::stops(),
-            "In" => results.first().map_or(Flow::stops(), |result| Flow::binding(&result.name)),
-            "Set" | "Ran" => results.first().map_or(Flow::stops(), |result| Flow::binding(&result.name)).at_once(),
+            "In" => self.binding(results),
+            "Set" | "Ran" => self.binding(results).at_once(),
             text if guard(text).is_some() => Flow { aborts: true, quick_abort: true, ..Flow::stops().at_once() },
             _ => self.call(name),
         }
+    }
+
+    fn binding(&self, results: &[Ident]) -> Flow {
+        results.first().map_or(Flow::stops(), |result| Flow::binding(self.lowerer.result_name(&result.name)))
     }
 
     fn call(&self, name: &Ident) -> Flow {
@@ -311,13 +315,17 @@ impl Walk<'_, '_> {
 
     /// Reports what a value reads that is not bound whenever control gets there.
     fn reads(&mut self, value: &Written, bound: &Bound) {
-        if !self.report || bound.nowhere || self.lowerer.metas == Metas::Law {
+        if !self.report || bound.nowhere {
             return;
         }
         let mut idents = Vec::new();
         names(value, &mut idents);
         for ident in idents {
-            let name = &ident.name;
+            self.one_meaning(ident, bound);
+            if self.lowerer.metas == Metas::Law {
+                continue;
+            }
+            let name = &self.lowerer.result_name(&ident.name).clone();
             let known = name.is_meta() || self.lowerer.locals.contains_key(name) || bound.names.contains(name);
             if known || !self.lowerer.results.contains_key(name) {
                 continue;
@@ -326,14 +334,38 @@ impl Walk<'_, '_> {
                 continue;
             }
             let place = self.lowerer.results.get(name).copied().unwrap_or(ident.span);
-            self.lowerer.report(
-                Diagnostic::error("P0502", format!("`{name}` is not bound whenever control gets here"))
-                    .label(ident.span, "read here")
-                    .label(place, "bound here, but not always, or not before")
-                    .note("after `P | Q`, a name is bound only if every way in which it can stop binds it; after `P # Q`, only if every part that can stop binds it")
-                    .help(format!("bind it before: `Set_x<{name}>` or `In_c<{name}>`")),
-            );
+            let text = &ident.name;
+            let diagnostic = Diagnostic::error("P0502", format!("`{text}` is not bound whenever control gets here"))
+                .label(ident.span, "read here")
+                .label(place, "bound here, but not always, or not before")
+                .note("after `P | Q`, a name is bound only if every way in which it can stop binds it; after `P # Q`, only if every part that can stop binds it")
+                .help(format!("bind it before: `Set_x<{text}>` or `In_c<{text}>`"));
+            self.lowerer.report(if name == text {
+                diagnostic
+            } else {
+                diagnostic.note(format!(
+                    "`{text}` is a result here, so everywhere in this item it is not the `{text}` of the whole text"
+                ))
+            });
         }
+    }
+
+    /// Reports a name that could be the value of the whole text as well as a result of a process called before.
+    fn one_meaning(&mut self, ident: &Ident, bound: &Bound) {
+        let name = &ident.name;
+        let Some(apart) = self.lowerer.environment.apart(name).filter(|apart| bound.names.contains(apart)) else {
+            return;
+        };
+        if self.lowerer.apart.contains_key(name) || self.lowerer.locals.contains_key(name) {
+            return;
+        }
+        let place = self.lowerer.results.get(&apart).copied().unwrap_or(ident.span);
+        self.lowerer.report(
+            Diagnostic::error("P0503", format!("`{name}` is declared for the whole text, and a result of this name was bound before"))
+                .label(ident.span, "which of the two?")
+                .label(place, format!("binds a result `{name}`, kept as `{apart}`"))
+                .help(format!("to read the result write `{apart}`; to read the declared value give the result another name")),
+        );
     }
 }
 
@@ -400,5 +432,15 @@ pub(super) fn names<'v>(value: &'v Written, into: &mut Vec<&'v Ident>) {
         ValueKind::If(_, parts) => parts.iter().for_each(|part| names(part, into)),
         ValueKind::Vector(parts) => parts.iter().for_each(|part| names(part, into)),
         ValueKind::Call(_, arguments) => arguments.iter().for_each(|argument| names(&argument.value, into)),
+        ValueKind::Iterate(chain, arguments) => {
+            chain.iter().filter_map(|(_, count)| count.as_ref()).for_each(|count| names(count, into));
+            arguments.iter().for_each(|argument| names(&argument.value, into));
+        }
+        ValueKind::Cases(cases) => {
+            for (value, condition) in cases {
+                names(value, into);
+                condition.iter().flat_map(|one| [&one.left, &one.right]).for_each(|side| names(side, into));
+            }
+        }
     }
 }

@@ -60,7 +60,7 @@ impl Lowerer<'_> {
                 }
                 let body = self.process(body);
                 let value = self.number(value)?;
-                Term::new(Node::Replace(body?, name.name.clone(), value))
+                Term::new(Node::Replace(body?, self.result_name(&name.name).clone(), value))
             }
         })
     }
@@ -270,7 +270,7 @@ impl Lowerer<'_> {
             return Some(());
         }
         for result in results {
-            if !signature.flow.binds.contains(&result.name) {
+            if !signature.flow.binds.contains(self.result_name(&result.name)) {
                 let bound: Vec<&str> = signature.flow.binds.iter().map(Name::as_str).collect();
                 let text = &name.name;
                 let note = if bound.is_empty() {
@@ -301,7 +301,7 @@ impl Lowerer<'_> {
 
     fn one_result(&mut self, name: &Ident, results: &[Ident], span: Span, example: &str) -> Option<Name> {
         match results {
-            [result] => Some(result.name.clone()),
+            [result] => Some(self.result_name(&result.name).clone()),
             _ => self.fail(
                 Diagnostic::error(
                     "P0317",

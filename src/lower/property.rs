@@ -212,6 +212,14 @@ fn names_in(value: &Number, found: &mut impl FnMut(&Ident)) {
             ValueKind::If(_, parts) => rest.extend(parts.iter()),
             ValueKind::Vector(parts) => rest.extend(parts),
             ValueKind::Call(_, arguments) => rest.extend(arguments.iter().map(|argument| &argument.value)),
+            ValueKind::Iterate(chain, arguments) => {
+                rest.extend(chain.iter().filter_map(|(_, count)| count.as_ref()));
+                rest.extend(arguments.iter().map(|argument| &argument.value));
+            }
+            ValueKind::Cases(cases) => {
+                rest.extend(cases.iter().map(|(value, _)| value));
+                rest.extend(cases.iter().flat_map(|(_, one)| one).flat_map(|one| [&one.left, &one.right]));
+            }
         }
     }
 }

@@ -28,6 +28,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) locals: BTreeMap<Name, Span>,
     /// Every name that is bound somewhere in the item.
     pub(super) results: BTreeMap<Name, Span>,
+    /// Results that are also declared for the whole text, with the names they are kept apart by.
+    pub(super) apart: BTreeMap<Name, Name>,
     /// Every name that is used as a port somewhere in the item.
     pub(super) ports: BTreeMap<Name, Span>,
     /// What names must be, with the place that says so.
@@ -59,6 +61,7 @@ impl<'e> Lowerer<'e> {
             metas,
             locals: BTreeMap::new(),
             results: BTreeMap::new(),
+            apart: BTreeMap::new(),
             ports: BTreeMap::new(),
             classes: BTreeMap::new(),
             calls: Vec::new(),
@@ -109,10 +112,12 @@ impl<'e> Lowerer<'e> {
     /// Notes every name that these terms bind, and every port they use.
     pub(super) fn bind(&mut self, terms: &[&Term]) {
         let mut rest: Vec<&Term> = terms.to_vec();
+        let mut written = BTreeMap::new();
         while let Some(term) = rest.pop() {
             match &term.kind {
                 TermKind::Apply { name, arguments, results } => {
                     for result in results {
+                        written.entry(result.name.clone()).or_insert(result.span);
                         self.bind_one(result);
                     }
                     self.bind_called(name);
@@ -137,11 +142,11 @@ impl<'e> Lowerer<'e> {
                 TermKind::Meta(..) => {}
             }
         }
+        self.check_apart(&written);
     }
 
     fn bind_one(&mut self, result: &Ident) {
         let name = &result.name;
-        let global = self.environment.quantity(name).is_some();
         if let Some(place) = self.locals.get(name).copied() {
             self.report(
                 Diagnostic::error("P0503", format!("`{name}` is a parameter here, so no result can have this name"))
@@ -149,18 +154,31 @@ impl<'e> Lowerer<'e> {
                     .label(place, "the parameter")
                     .help(format!("give the result another name, such as `{name}1`")),
             );
-        } else if global {
-            self.report(
-                Diagnostic::error(
-                    "P0503",
-                    format!("`{name}` is declared for the whole text, so no result can have this name"),
-                )
-                .label(result.span, "bound as a result here")
-                .note("a process that reads the declared value would read the result instead")
-                .help(format!("give the result another name, such as `{name}1`")),
-            );
+        } else if let Some(apart) = self.environment.apart(name) {
+            self.results.entry(apart.clone()).or_insert(result.span);
+            self.apart.insert(name.clone(), apart);
+            return;
         }
         self.results.entry(name.clone()).or_insert(result.span);
+    }
+
+    /// The name under which a result is known: a result called like a value of the whole text is kept apart from it.
+    pub(super) fn result_name<'n>(&'n self, name: &'n Name) -> &'n Name {
+        self.apart.get(name).unwrap_or(name)
+    }
+
+    /// Reports results that would have one name once those are kept apart that are declared for the whole text.
+    fn check_apart(&mut self, written: &BTreeMap<Name, Span>) {
+        for (name, apart) in self.apart.clone() {
+            if let (Some(one), Some(other)) = (written.get(&name).copied(), written.get(&apart).copied()) {
+                self.report(
+                    Diagnostic::error("P0503", format!("`{name}` and `{apart}` cannot both be results here"))
+                        .label(other, "bound as a result here")
+                        .label(one, format!("this result is kept as `{apart}`, since `{name}` is declared for the whole text"))
+                        .help(format!("give one of them another name, such as `{name}1`")),
+                );
+            }
+        }
     }
 
     /// A call binds what the process it calls binds.

@@ -87,7 +87,8 @@ impl Search<'_> {
         for term in body.all() {
             if let TermKind::Apply { name, arguments, results } = &term.kind {
                 let result = results.first().map(|result| &result.name);
-                self.apply(&place, name.name.as_str(), arguments, result);
+                let apart = result.and_then(|result| self.environment.apart(result));
+                self.apply(&place, name.name.as_str(), arguments, apart.as_ref().or(result));
             }
         }
     }
@@ -188,6 +189,10 @@ impl Search<'_> {
                 vector.copied().unwrap_or(if shapes.contains(&Shape::Unknown) { Shape::Unknown } else { Shape::Number })
             }
             ValueKind::Name(name) => self.name(place, &name.name),
+            ValueKind::Cases(cases) => self.alike(place, &cases.iter().map(|(value, _)| value).collect::<Vec<_>>()),
+            ValueKind::Iterate(_, arguments) => {
+                self.alike(place, &arguments.iter().map(|argument| &argument.value).collect::<Vec<_>>())
+            }
             ValueKind::Call(name, arguments) => {
                 let arguments: Vec<&Written> = arguments.iter().map(|argument| &argument.value).collect();
                 match (name.name.as_str(), arguments.as_slice()) {
@@ -202,7 +207,9 @@ impl Search<'_> {
         if let Some(shape) = place.parameters.as_ref().and_then(|parameters| parameters.get(name)) {
             return *shape;
         }
-        if let (None, Some(length)) = (&place.parameters, self.local(place, name)) {
+        let apart = self.environment.apart(name);
+        let local = self.local(place, name).or_else(|| self.local(place, apart.as_ref()?));
+        if let (None, Some(length)) = (&place.parameters, local) {
             return Shape::Vector(length);
         }
         match self.environment.quantity(name) {
@@ -238,6 +245,7 @@ impl Search<'_> {
             ValueKind::Sum(parts) => parts.iter().for_each(|(_, part)| self.expect(place, part, length)),
             ValueKind::Negative(inner) => self.expect(place, inner, length),
             ValueKind::If(_, parts) => [&parts[2], &parts[3]].iter().for_each(|part| self.expect(place, part, length)),
+            ValueKind::Cases(cases) => cases.iter().for_each(|(value, _)| self.expect(place, value, length)),
             ValueKind::Product(parts) => {
                 let shapes: Vec<Shape> = parts.iter().map(|(_, part)| self.shape(place, part)).collect();
                 let open = |(_, (shape, (divides, _))): &(usize, (&Shape, &(bool, Written)))| {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_traits::ToPrimitive;
 
 use super::scope::Lowerer;
-use crate::ast::{self, Argument, Ident, Value as Written, ValueKind};
+use crate::ast::{self, Argument, Comparison, Ident, Value as Written, ValueKind};
 use crate::closed_form::{Recurrence, Sequence, term};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
@@ -93,7 +93,11 @@ impl Lowerer<'_> {
 
     /// Sorts one equation: a step, or a first value.
     fn equation<'a>(&mut self, left: &Written, right: &'a Written, found: &mut Equations<'a>) -> Option<()> {
-        let ValueKind::Call(name, arguments) = &left.kind else {
+        let call = match &left.kind {
+            ValueKind::Name(name) => subscripted(name).map(|(call, _)| call),
+            _ => None,
+        };
+        let ValueKind::Call(name, arguments) = &call.as_ref().unwrap_or(left).kind else {
             return self.wrong(left.span, "the left side of an equation is a term such as `r(n+1)` or `r(0)`");
         };
         let [Argument { label: None, value: place }] = arguments.as_slice() else {
@@ -249,7 +253,35 @@ impl Lowerer<'_> {
                 }
                 ValueKind::Call(name.clone(), images)
             }
-            ValueKind::Number(_) | ValueKind::Name(_) => written.kind.clone(),
+            ValueKind::Iterate(chain, arguments) => {
+                let mut images = Vec::new();
+                for argument in arguments {
+                    let value = self.with_terms(&argument.value, names, index, found)?;
+                    images.push(Argument { label: argument.label.clone(), value });
+                }
+                ValueKind::Iterate(chain.clone(), images)
+            }
+            ValueKind::Cases(cases) => {
+                let mut images = Vec::new();
+                for (value, condition) in cases {
+                    let value = self.with_terms(value, names, index, found)?;
+                    let condition = match condition {
+                        Some(one) => Some(Comparison {
+                            left: self.with_terms(&one.left, names, index, found)?,
+                            right: self.with_terms(&one.right, names, index, found)?,
+                            ..*one
+                        }),
+                        None => None,
+                    };
+                    images.push((value, condition));
+                }
+                ValueKind::Cases(images)
+            }
+            ValueKind::Name(name) => match subscripted(name).filter(|(_, suffix)| *suffix == index.as_str()) {
+                Some((call, _)) => return self.with_terms(&call, names, index, found),
+                None => written.kind.clone(),
+            },
+            ValueKind::Number(_) => written.kind.clone(),
         };
         Some(Written { span: written.span, kind })
     }
@@ -353,6 +385,20 @@ fn term_text(name: &Name, index: &Name, offset: i64) -> String {
 fn called(written: &Written) -> Option<Name> {
     match &written.kind {
         ValueKind::Call(name, _) => Some(name.name.clone()),
+        ValueKind::Name(name) => called(&subscripted(name)?.0),
         _ => None,
     }
+}
+
+/// `r_n` and `r_0`, which the paper writes for `r(n)` and `r(0)`, with what stands behind the `_`.
+fn subscripted(ident: &Ident) -> Option<(Written, &str)> {
+    let (base, suffix) = ident.name.as_str().rsplit_once('_')?;
+    let span = ident.span;
+    let kind = match suffix.parse::<u32>() {
+        Ok(number) => ValueKind::Number(num_rational::BigRational::from_integer(number.into())),
+        Err(_) => ValueKind::Name(Ident { name: Name::new(suffix), span }),
+    };
+    let place = Argument { label: None, value: Written { span, kind } };
+    let name = Ident { name: Name::new(base), span };
+    Some((Written { span, kind: ValueKind::Call(name, vec![place]) }, suffix))
 }

@@ -56,13 +56,15 @@ impl Lowerer<'_> {
                 Value::vector(values.into_iter().collect::<Option<Vec<_>>>()?)
             }
             ValueKind::Call(name, arguments) => return self.call(name, arguments, written.span),
+            ValueKind::Iterate(chain, arguments) => return self.iterated(chain, arguments, written.span),
+            ValueKind::Cases(cases) => return self.cases(cases, written.span),
         };
         self.valid(result, written.span)
     }
 
     /// Whether an exponent of a negative number is a number, a name that is counted up or down from a number, or made of
     /// natural numbers: `(-1)^(2*q)` is 1 for whole numbers q, and -1 for 1/2.
-    fn counts(&self, exponent: &Value) -> bool {
+    pub(super) fn counts(&self, exponent: &Value) -> bool {
         let names = exponent.variables();
         let single = || {
             names.first().zip(exponent.numerator()).is_some_and(|(name, own)| {
@@ -74,7 +76,7 @@ impl Lowerer<'_> {
         names.is_empty() || (names.len() == 1 && single()) || names.iter().all(natural)
     }
 
-    fn no_count<T>(&mut self, exponent: &Value, span: Span) -> Option<T> {
+    pub(super) fn no_count<T>(&mut self, exponent: &Value, span: Span) -> Option<T> {
         let name = exponent.variables().first().map(ToString::to_string).unwrap_or_default();
         self.fail(
             Diagnostic::error("P0402", format!("a negative number to the power `{exponent}` is not known to exist"))
@@ -133,6 +135,7 @@ impl Lowerer<'_> {
         if let Some(image) = self.images.get(name) {
             return Some(image.clone());
         }
+        let name = if self.locals.contains_key(name) { name } else { &self.result_name(name).clone() };
         if self.locals.contains_key(name) || self.results.contains_key(name) {
             self.must_be(name, class, ident.span);
             if let Some(length) = self.shapes.get(name).copied() {
@@ -217,14 +220,10 @@ impl Lowerer<'_> {
         }
         let values: Vec<_> = arguments.iter().map(|argument| self.plain(argument)).collect();
         let basic = FUNCTIONS.iter().find(|(known, _)| *known == text);
-        let function = match self.environment.quantity(&name.name) {
-            Some(Quantity::Function { parameters, body }) => Some((parameters.clone(), body.clone())),
-            _ => None,
-        };
-        let needed = match (&function, basic) {
-            (Some((parameters, _)), _) => Some(parameters.len()),
-            (None, Some((_, count))) => *count,
-            (None, None) => return self.unknown_function(name),
+        let needed = match (self.environment.quantity(&name.name), basic) {
+            (Some(Quantity::Function { parameters, .. }), _) => Some(parameters.len()),
+            (_, Some((_, count))) => *count,
+            (_, None) => return self.unknown_function(name),
         };
         if needed.map_or(values.is_empty(), |needed| needed != values.len()) {
             let wanted = needed.map_or("at least one argument".to_string(), |count| count_of(count, "argument"));
@@ -233,19 +232,27 @@ impl Lowerer<'_> {
                     .label(span, "in this call"),
             );
         }
-        let values = values.into_iter().collect::<Option<Vec<_>>>()?;
+        self.applied(name, values.into_iter().collect::<Option<Vec<_>>>()?, span)
+    }
+
+    /// What a function gives for these arguments, of which there are as many as it takes.
+    pub(super) fn applied(&mut self, name: &Ident, values: Vec<Value>, span: Span) -> Option<Value> {
         let environment = self.environment;
+        let function = match environment.quantity(&name.name) {
+            Some(Quantity::Function { parameters, body }) => Some((parameters, body)),
+            _ => None,
+        };
         let template = environment.templates.get(&name.name);
         if let (Some(template), true) = (template, values.iter().any(|value| matches!(value.sort(), Sort::Vector(_)))) {
             return self.read_anew(template, values);
         }
         let result = match function {
             Some((parameters, Some(body))) => {
-                let images = parameters.into_iter().zip(values).collect::<BTreeMap<_, _>>();
-                environment.assumptions.put_in_powers(&body, &images)
+                let images = parameters.iter().cloned().zip(values).collect::<BTreeMap<_, _>>();
+                environment.assumptions.put_in_powers(body, &images)
             }
             Some((_, None)) => Value::apply(&name.name, &values),
-            None => basic_function(text, &values),
+            None => basic_function(name.name.as_str(), &values),
         };
         self.valid(result, span)
     }
@@ -260,7 +267,7 @@ impl Lowerer<'_> {
         self.number(&argument.value)
     }
 
-    fn unknown_function(&mut self, name: &Ident) -> Option<Value> {
+    pub(super) fn unknown_function(&mut self, name: &Ident) -> Option<Value> {
         let environment = self.environment;
         let functions = environment.quantities().filter(|(_, quantity)| matches!(quantity, Quantity::Function { .. }));
         let known = functions.map(|(known, _)| known.as_str()).chain(FUNCTIONS.iter().map(|(known, _)| *known));

@@ -153,10 +153,24 @@ impl Parser<'_> {
             Kind::Colon => diagnostic.note(
                 "commands such as `:why` are answered at the prompt, and in what `pars` reads from standard input",
             ),
+            Kind::Lower if self.defines() => {
+                let span = Span::new(self.token().span.start, self.token().span.start);
+                diagnostic.edit("to define a function begin with `fn`", span, "fn ")
+            }
             Kind::Word(Keyword::When) => diagnostic.note("`when` belongs behind both sides of a claim"),
             _ => diagnostic,
         };
         self.fail(diagnostic)
+    }
+
+    /// Whether `s(d) =` stands here, or `s(d, e) =`.
+    fn defines(&self) -> bool {
+        let mut place = 2;
+        while matches!(self.ahead(place).kind, Kind::Lower | Kind::Comma) {
+            place += 1;
+        }
+        let brackets = self.ahead(1).kind == Kind::OpenRound && self.ahead(place).kind == Kind::CloseRound;
+        brackets && self.ahead(place + 1).kind == Kind::Equal
     }
 
     pub(super) fn capital(&mut self, what: &str) -> Parse<Ident> {

@@ -169,7 +169,7 @@ impl Parser<'_> {
     }
 
     /// One name or number, without anything behind it.
-    fn single(&mut self) -> Parse<Value> {
+    pub(super) fn single(&mut self) -> Parse<Value> {
         if self.at(Kind::Number) || self.at(Kind::Meta) {
             return self.primary();
         }
@@ -188,6 +188,11 @@ impl Parser<'_> {
                 let diagnostic = self.wrong(what).note("names of values, ports and results begin small");
                 let (first, rest) = text.split_at(text.chars().next().map_or(0, char::len_utf8));
                 self.fail(diagnostic.edit("write it small", span, format!("{}{rest}", first.to_lowercase())))
+            }
+            Kind::Word(keyword) => {
+                let word = keyword.spelling();
+                let diagnostic = self.wrong(what);
+                self.fail(diagnostic.note(format!("`{word}` is a word of the language, so nothing can have this name")))
             }
             _ => self.unexpected(what),
         }

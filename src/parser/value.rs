@@ -4,8 +4,8 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 
 use super::{Failed, Parse, Parser, Role};
-use crate::ast::{Argument, Value, ValueKind};
-use crate::diagnostic::Diagnostic;
+use crate::ast::{Argument, Comparison, Ident, Value, ValueKind};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind, MOST_DIGITS};
 use crate::value::Relation;
 
@@ -38,60 +38,150 @@ impl Parser<'_> {
         let mut parts = vec![(false, first)];
         while matches!(self.kind(), Kind::Star | Kind::Slash) {
             let divides = self.advance().kind == Kind::Slash;
-            if divides && self.at_multiple() {
-                let span = self.token().span.to(self.ahead(1).span);
-                let (number, name) = (self.spelling(), self.ahead(1).span.of(self.text));
-                return self.fail(
-                    Diagnostic::error("P0201", format!("`/ {number}{name}` can be read in two ways"))
-                        .label(span, "divided by the number, or by the product?")
-                        .help(format!("write `/ {number} * {name}` or `/ ({number} * {name})`")),
-                );
+            if !divides {
+                parts.push((false, self.signed()?));
+                continue;
             }
-            parts.push((divides, self.signed()?));
+            let part = self.signed_by(Parser::simple_power)?;
+            if self.at_factor() {
+                return self.two_readings(part.span);
+            }
+            parts.push((true, part));
         }
         Ok(Value { span: self.since(start), kind: ValueKind::Product(parts) })
     }
 
+    /// `a / 10t`: reported.
+    fn two_readings<T>(&mut self, divisor: Span) -> Parse<T> {
+        let first = divisor.of(self.text);
+        let after = self.power()?.span;
+        let rest = after.of(self.text);
+        self.fail(
+            Diagnostic::error("P0201", format!("`/ {}` can be read in two ways", divisor.to(after).of(self.text)))
+                .label(divisor.to(after), format!("divided by `{first}`, or by the product?"))
+                .help(format!("write `/ {first} * {rest}` or `/ ({first} * {rest})`")),
+        )
+    }
+
     /// A power with any number of signs before it.
     fn signed(&mut self) -> Parse<Value> {
+        self.signed_by(Parser::power)
+    }
+
+    fn signed_by(&mut self, read: fn(&mut Self) -> Parse<Value>) -> Parse<Value> {
         let start = self.token().span.start;
         let mut negative = false;
         while matches!(self.kind(), Kind::Minus | Kind::Plus) {
             negative ^= self.at(Kind::Minus);
             self.take(Role::Opening);
         }
-        let value = self.power()?;
+        let value = read(self)?;
         if !negative {
             return Ok(value);
         }
         Ok(Value { span: self.since(start), kind: ValueKind::Negative(Box::new(value)) })
     }
 
-    /// Whether a number follows with a name close behind it: `10t`.
-    fn at_multiple(&self) -> bool {
-        let next = self.ahead(1);
-        self.at(Kind::Number) && next.kind == Kind::Lower && next.span.start == self.token().span.end
+    /// A power, `x^2`; `10t`, `s(d)t` and `(a+b)(c+d)` are products.
+    fn power(&mut self) -> Parse<Value> {
+        let whole = self.simple_power()?;
+        if !self.at_factor() {
+            return Ok(whole);
+        }
+        let bracket = self.at(Kind::OpenRound);
+        if let Some(role) = self.roles.get_mut(self.position) {
+            *role = if bracket { Role::Joining } else { Role::Closing };
+        }
+        let rest = self.nested(Parser::power)?;
+        let span = whole.span.to(rest.span);
+        Ok(Value { span, kind: ValueKind::Product(vec![(false, whole), (false, rest)]) })
     }
 
-    /// A power; `10t` is a product.
-    fn power(&mut self) -> Parse<Value> {
-        let multiple = self.at_multiple();
+    fn simple_power(&mut self) -> Parse<Value> {
+        let bare = self.at(Kind::Lower) && self.ahead(1).kind != Kind::OpenRound;
         let base = self.primary()?;
-        if multiple {
-            if let Some(role) = self.roles.get_mut(self.position) {
-                *role = Role::Closing;
+        match base.kind {
+            ValueKind::Name(name) if bare => self.raised(name),
+            _ if self.at(Kind::Caret) => {
+                self.take(Role::Joining);
+                let exponent = self.exponent()?;
+                let span = base.span.to(exponent.span);
+                Ok(Value { span, kind: ValueKind::Power(Box::new(base), Box::new(exponent)) })
             }
-            let rest = self.nested(Parser::power)?;
-            let span = base.span.to(rest.span);
-            return Ok(Value { span, kind: ValueKind::Product(vec![(false, base), (false, rest)]) });
+            _ => Ok(base),
         }
-        if !self.at(Kind::Caret) {
-            return Ok(base);
+    }
+
+    /// Whether a factor stands close behind what was read: a name behind a number or a bracket, or a bracket.
+    fn at_factor(&self) -> bool {
+        let Some(before) = self.position.checked_sub(1).and_then(|index| self.tokens.get(index)) else { return false };
+        let close = before.span.end == self.token().span.start;
+        close
+            && match before.kind {
+                Kind::Number | Kind::CloseRound | Kind::CloseCurly => matches!(self.kind(), Kind::Lower | Kind::OpenRound),
+                _ => false,
+            }
+    }
+
+    /// What follows `^`: `2`, `-n`, `{n-1}`.
+    fn exponent(&mut self) -> Parse<Value> {
+        if !self.accept(Kind::OpenCurly) {
+            return self.nested(Parser::signed);
+        }
+        let value = self.value()?;
+        self.require(Kind::CloseCurly, "an operator or `}`")?;
+        Ok(value)
+    }
+
+    /// A name with what may follow it: `x`, `x^2`, and functions that are applied again and again: `f^n(p)`,
+    /// `f^m o f^n(p)`.
+    fn raised(&mut self, name: Ident) -> Parse<Value> {
+        let start = name.span.start;
+        let mut count = self.how_often()?;
+        let mut chain: Vec<(Ident, Option<Value>)> = Vec::new();
+        let mut name = name;
+        while self.composes(0) {
+            self.advance();
+            chain.push((name, count));
+            name = self.small("the name of a function")?;
+            count = self.how_often()?;
+        }
+        let close = self.at(Kind::OpenRound) && self.token().span.start == self.end();
+        if chain.is_empty() && !(close && count.is_some()) {
+            let value = Value { span: name.span, kind: ValueKind::Name(name) };
+            let Some(exponent) = count else { return Ok(value) };
+            return Ok(Value { span: self.since(start), kind: ValueKind::Power(Box::new(value), Box::new(exponent)) });
+        }
+        chain.push((name, count));
+        if !close {
+            return self.unexpected("`(` and what the functions are applied to");
         }
         self.take(Role::Joining);
-        let exponent = self.nested(Parser::signed)?;
-        let span = base.span.to(exponent.span);
-        Ok(Value { span, kind: ValueKind::Power(Box::new(base), Box::new(exponent)) })
+        let arguments = self.list(Kind::CloseRound, "`,` or `)`", |parser| {
+            Ok(Argument { label: None, value: parser.value()? })
+        })?;
+        Ok(Value { span: self.since(start), kind: ValueKind::Iterate(chain, arguments) })
+    }
+
+    /// Whether so many tokens ahead `o` or `∘` stands before a function.
+    fn composes(&self, ahead: usize) -> bool {
+        let sign = self.ahead(ahead);
+        let function = self.ahead(ahead + 1).kind == Kind::Lower;
+        sign.kind == Kind::Lower && matches!(sign.span.of(self.text), "o" | "∘") && function
+    }
+
+    /// An exponent behind a name, if one follows; alone, `n` and `3` do not take the bracket behind them.
+    fn how_often(&mut self) -> Parse<Option<Value>> {
+        if !self.at(Kind::Caret) {
+            return Ok(None);
+        }
+        self.take(Role::Joining);
+        let next = self.ahead(1);
+        let close = next.kind == Kind::OpenRound && next.span.start == self.token().span.end;
+        if (close || self.composes(1)) && matches!(self.kind(), Kind::Lower | Kind::Number) {
+            return Ok(Some(self.single()?));
+        }
+        Ok(Some(self.exponent()?))
     }
 
     pub(super) fn primary(&mut self) -> Parse<Value> {
@@ -118,6 +208,7 @@ impl Parser<'_> {
                 ValueKind::Absolute(Box::new(inner))
             }
             Kind::Word(Keyword::If) => self.choice()?,
+            Kind::OpenCurly => self.cases()?,
             Kind::Word(keyword) => {
                 let word = keyword.spelling();
                 let diagnostic = self
@@ -145,7 +236,7 @@ impl Parser<'_> {
         BigRational::new(digits, scale)
     }
 
-    fn meta_value(&mut self) -> Parse<crate::ast::Ident> {
+    fn meta_value(&mut self) -> Parse<Ident> {
         let text = self.spelling();
         if text.chars().nth(1).is_some_and(char::is_uppercase) {
             let span = self.token().span;
@@ -160,6 +251,14 @@ impl Parser<'_> {
 
     fn named(&mut self) -> Parse<ValueKind> {
         let name = self.ident();
+        if self.at(Kind::Underscore) && self.ahead(1).kind == Kind::OpenCurly {
+            // `r_{n+1}`, a term of a sequence
+            self.take(Role::Joining);
+            self.take(Role::Joining);
+            let plain = |parser: &mut Self| Ok(Argument { label: None, value: parser.value()? });
+            let arguments = self.list(Kind::CloseCurly, "an operator, `,` or `}`", plain)?;
+            return Ok(ValueKind::Call(name, arguments));
+        }
         if !self.at(Kind::OpenRound) {
             return Ok(ValueKind::Name(name));
         }
@@ -206,6 +305,33 @@ impl Parser<'_> {
         self.require(Kind::Word(Keyword::Else), "`else`")?;
         let other = self.value()?;
         Ok(ValueKind::If(relation, Box::new([left, right, then, other])))
+    }
+
+    /// `{x if a < b; y if a >= b}`, `{x if a < b; y otherwise}`
+    fn cases(&mut self) -> Parse<ValueKind> {
+        self.take(Role::Opening);
+        let mut all = Vec::new();
+        loop {
+            let value = self.nested(Parser::sum)?;
+            if self.at(Kind::Lower) && self.spelling() == "otherwise" {
+                self.advance();
+                all.push((value, None));
+                break;
+            }
+            self.require(Kind::Word(Keyword::If), "`if` and a comparison, or `otherwise`")?;
+            let left = self.value()?;
+            let Some(relation) = self.relation() else {
+                return self.unexpected("a comparison such as `<` or `=`");
+            };
+            let right = self.value()?;
+            all.push((value, Some(Comparison { span: left.span.to(right.span), relation, left, right })));
+            if !self.at(Kind::Semicolon) {
+                break;
+            }
+            self.take(Role::Closing);
+        }
+        self.require(Kind::CloseCurly, "`;` and the next case, or `}`")?;
+        Ok(ValueKind::Cases(all))
     }
 
     /// Takes a comparison sign, if one follows.

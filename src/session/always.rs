@@ -54,7 +54,7 @@ impl Run<'_, '_> {
         );
         let refuted = matches!(outcome.verdict, safety::Verdict::Refuted(_));
         if let Some(period) = outcome.period.as_ref().filter(|_| !refuted) {
-            found.trace.extend(phase_lines(period, &system.name));
+            found.trace.extend(phase_lines(period, &system.name, environment));
         }
         found.trace.extend(outcome.diagnostics.iter().map(|failure| format!("note: {failure}")));
         match &outcome.verdict {

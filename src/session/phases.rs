@@ -3,6 +3,7 @@
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
 use super::satisfies::components;
+use crate::definition::Definitions;
 use crate::flow::flows;
 use crate::lower::Expectation;
 use crate::name::Name;
@@ -23,7 +24,7 @@ impl Run<'_, '_> {
         let lines = match &period {
             Ok(period) => {
                 let mut lines = components(found, environment);
-                lines.extend(told(period));
+                lines.extend(told(period, &environment.definitions));
                 lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
                 lines
             }
@@ -37,9 +38,9 @@ impl Run<'_, '_> {
     }
 }
 
-fn told(period: &Period) -> Vec<String> {
+fn told(period: &Period, definitions: &Definitions) -> Vec<String> {
     let mut lines = Vec::new();
-    for flow in flows(period) {
+    for flow in flows(period, definitions) {
         lines.push(format!("phase {}: {}", flow.phase + 1, flow.period_term()));
     }
     if let Some(rates) = &period.repetitions {

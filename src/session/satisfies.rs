@@ -6,7 +6,7 @@ use super::compare::theory;
 use super::contradiction::contradict;
 use super::reading::{Run, Waiting};
 use crate::closed_form::term;
-use crate::flow::{component_periods, flows};
+use crate::flow::{PhaseFlow, component_periods, flows};
 use crate::kernel::{Theory, Thm, check};
 use crate::law::Connective;
 use crate::lower::{Environment, System};
@@ -137,7 +137,7 @@ impl Run<'_, '_> {
     pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
         self.examined(system, waiting, |_, period, environment| {
             let mut lines = Vec::new();
-            for flow in flows(period) {
+            for flow in flows(period, &environment.definitions) {
                 lines.extend(flow.lines());
                 let n = flow.index();
                 let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
@@ -272,9 +272,9 @@ fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec
     let mut lines = Vec::new();
     if let Some(period) = &outcome.period {
         lines.extend(components(system, environment));
-        lines.extend(phase_lines(period, &system.name));
+        lines.extend(phase_lines(period, &system.name, environment));
     }
-    lines.extend(legs(outcome));
+    lines.extend(legs(outcome, environment));
     if let Some(run) = &outcome.trajectory_term {
         lines.push(format!("projected: {}", short(&run.to_string())));
     }
@@ -283,8 +283,8 @@ fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec
 }
 
 /// The phases with their flow functions, the first of them where there are many.
-pub(super) fn phase_lines(period: &Period, system: &Name) -> Vec<String> {
-    let all = flows(period);
+pub(super) fn phase_lines(period: &Period, system: &Name, environment: &Environment) -> Vec<String> {
+    let all = flows(period, &environment.definitions);
     let mut lines: Vec<String> = Vec::new();
     for flow in all.iter().take(MOST_PHASES) {
         lines.extend(flow.lines().iter().map(|line| said(line)));
@@ -296,7 +296,8 @@ pub(super) fn phase_lines(period: &Period, system: &Name) -> Vec<String> {
 }
 
 /// The legs, the first and the last where there are many, and what moves on in legs that repeat.
-fn legs(outcome: &Outcome) -> Vec<String> {
+fn legs(outcome: &Outcome, environment: &Environment) -> Vec<String> {
+    let phases = outcome.period.as_ref().map_or_else(Vec::new, |period| flows(period, &environment.definitions));
     let turns = outcome.orbit.as_ref().map(|(from, _)| *from);
     let mut lines = Vec::new();
     for (number, leg) in outcome.legs.iter().enumerate() {
@@ -309,13 +310,13 @@ fn legs(outcome: &Outcome) -> Vec<String> {
             lines.extend(orbit.lines().iter().map(|line| format!("  {}", short(line))));
         }
         if shown {
-            lines.extend(leg_lines(number, leg));
+            lines.extend(leg_lines(number, leg, phases.get(leg.phase)));
         }
     }
     lines
 }
 
-fn leg_lines(number: usize, leg: &Leg) -> Vec<String> {
+fn leg_lines(number: usize, leg: &Leg, phase: Option<&PhaseFlow>) -> Vec<String> {
     let rounds = match &leg.rounds {
         Rounds::Count(count) => format!("n = {}", short(&count.to_string())),
         Rounds::Forever(why) => format!("for ever: {why}"),
@@ -323,6 +324,14 @@ fn leg_lines(number: usize, leg: &Leg) -> Vec<String> {
     let mut lines = vec![format!("leg {}: phase {}, {rounds}", number + 1, leg.phase + 1)];
     for (name, closed) in &leg.closed {
         lines.extend(closed_lines(name, closed));
+    }
+    if leg.closed.is_empty() && matches!(&leg.rounds, Rounds::Count(count) if *count == Value::integer(1)) {
+        for one in phase.into_iter().flat_map(|phase| &phase.carried) {
+            let (before, after) = (one.before.substitute(&leg.start), one.after.substitute(&leg.start));
+            let (Ok(before), Ok(after)) = (before, after) else { continue };
+            lines.push(format!("  closed    {} = {} from n = 0 until n = 1", one.parameter, short(&before.to_string())));
+            lines.push(format!("  closed    {} = {} from n = 1", one.parameter, short(&after.to_string())));
+        }
     }
     lines
 }
