@@ -133,9 +133,7 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
                 segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
                 duration: shown.and_then(|edge| edge.duration().ok()),
                 maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
-                carried: only.map_or_else(Vec::new, |edge| {
-                    carried::carried(phase, edge, &period.phases, definitions)
-                }),
+                carried: only.map_or_else(Vec::new, |edge| carried::carried(phase, edge, &period.phases, definitions)),
                 draws: shown.map(|edge| edge.draws.clone()).unwrap_or_default(),
                 communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
                 exits: phase

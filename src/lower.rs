@@ -415,17 +415,6 @@ impl Environment {
         self.quantities.get(name)
     }
 
-    /// The name that keeps a result of this name apart from what is declared for the whole text: with primes; none when
-    /// nothing is declared under it.
-    pub(crate) fn apart(&self, name: &Name) -> Option<Name> {
-        self.quantity(name)?;
-        let mut apart = format!("{name}'");
-        while self.quantities.contains_key(&Name::new(&apart)) {
-            apart.push('\'');
-        }
-        Some(Name::new(&apart))
-    }
-
     /// All names of values and functions, in order.
     pub fn quantities(&self) -> impl Iterator<Item = (&Name, &Quantity)> {
         self.quantities.iter()

@@ -33,6 +33,11 @@ pub struct Match {
 /// In a sequence with more parts a metavariable at its start is tried for one part only, as it is further on.
 const LONG: usize = 64;
 
+/// Of a rest with more parts a metavariable takes this many at once: what a law says of them it says of the next ones in
+/// its turn, and the whole rest would be looked at again at every place.
+const VERY_LONG: usize = 1_024;
+const WINDOW: usize = 64;
+
 /// The most matches of one law at one place that are looked at.
 const MOST: usize = 64;
 
@@ -237,7 +242,7 @@ fn window(
         (_, true, 0) if state.empty => vec![0],
         (_, true, 0) => return false,
         (_, true, 1) => vec![1],
-        (_, true, all) => vec![all, 1],
+        (_, true, all) => vec![if all > VERY_LONG { WINDOW } else { all }, 1],
         (_, false, 0) => return false,
         (Place::Start, false, all) => (1..=all).collect(),
         (Place::Later, false, all) if rest.first().is_some_and(|next| within(next, &name)) => (1..=all).collect(),

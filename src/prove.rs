@@ -1,6 +1,7 @@
 //! Proving a claim: by simplification, then by saturation; every success goes through the kernel.
 
 mod lemma;
+mod opened;
 mod recursion;
 pub mod run;
 mod stepwise;
@@ -145,7 +146,14 @@ impl Search<'_> {
                 .or_else(|| self.stepwise(left, right, &self.refinements(connective, only), &mut simplifier)),
             _ => None,
         };
+        let opened = match (joined, direct, only) {
+            (None, None, None) if connective == Connective::Equal => self.written_out(left, right, &mut simplifier),
+            _ => None,
+        };
         *script = std::mem::take(&mut simplifier.script);
+        if let Some(step) = opened {
+            return Ok(step);
+        }
         if let Some(step) = joined {
             let back = script.push(Step::Symmetric(two.step));
             return Ok(script.chain(vec![one.step, step, back]));

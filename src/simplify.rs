@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::{Condition, Connective, Fact, Law, Laws};
-use crate::matching::first_match;
+use crate::matching::{Match, first_match, matches};
 use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
 use crate::scope::changed;
@@ -86,6 +86,11 @@ impl<'a> Simplifier<'a> {
     /// Allows this many law applications from here on.
     pub fn refuel(&mut self, fuel: usize) {
         self.fuel = fuel;
+    }
+
+    /// Where it looks for facts.
+    pub fn context(&self) -> &'a Context<'a> {
+        self.context
     }
 
     /// Whether it ended for want of fuel or by interruption rather than because nothing applied.
@@ -214,11 +219,17 @@ impl<'a> Simplifier<'a> {
     }
 
     fn apply(&mut self, law: &Law, term: &Term) -> Option<Simplified> {
-        let found = first_match(law, &law.left, term, self.context)?;
-        let instance = found.substitution.apply(&law.right, self.context).ok()?;
-        let result = surround(&found.surrounding, &instance);
-        if result == *term || clean(&result) == *term {
-            return None;
+        let changes = |found: &Match| {
+            let instance = found.substitution.apply(&law.right, self.context).ok()?;
+            let result = surround(&found.surrounding, &instance);
+            (result != *term && clean(&result) != *term).then_some(())
+        };
+        let mut found = first_match(law, &law.left, term, self.context)?;
+        if changes(&found).is_none() {
+            // Of several parts of a `|` another may be meant.
+            let several = matches!(law.left.node(), Node::Seq(parts) if parts.iter().any(|part| matches!(part.node(), Node::Par(_))));
+            let others = if several { matches(law, &law.left, term, self.context) } else { Vec::new() };
+            found = others.into_iter().find(|found| changes(found).is_some())?;
         }
         self.instance(term, law, true, &found.substitution, &found.surrounding)
     }

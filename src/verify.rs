@@ -8,6 +8,7 @@ mod orbit;
 pub mod property;
 mod round;
 mod seek;
+mod solved;
 mod stretch;
 pub mod trajectory;
 mod turning;
@@ -123,8 +124,10 @@ pub fn verify(
                     Outcome { diagnostics, ..property::judge(&wanted, trajectory) }
                 })
             };
-            let whole = look(&period);
-            match influence::reduced(&period, property.1) {
+            let plain = solved::plain(&period, assumptions);
+            let run = plain.as_ref().unwrap_or(&period);
+            let whole = look(run);
+            match influence::reduced(run, property.1) {
                 Some(reduced) if !matches!(whole.verdict, Verdict::Proved) => better(whole, look(&reduced)),
                 _ => whole,
             }

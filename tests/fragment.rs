@@ -20,9 +20,23 @@ fn time(dice: &mut Dice) -> Value {
     halves.div(&Value::integer(2)).unwrap()
 }
 
-fn leaf(dice: &mut Dice, names: &mut u32) -> Term {
+/// A process without parts; one that reads the index of the rounds around it, where there are any, or a result.
+fn leaf(dice: &mut Dice, names: &mut u32, index: Option<&Name>) -> Term {
     let truth = |value: u64| Value::integer(value as i64);
-    match dice.roll(12) {
+    if let (Some(index), 0..=2) = (index, dice.roll(8)) {
+        let index = Value::variable(index);
+        return match dice.roll(2) {
+            0 => Term::delay(index.div(&Value::integer(2)).unwrap()),
+            _ => Term::new(Node::Observe(Name::new("A"), vec![index])),
+        };
+    }
+    match dice.roll(13) {
+        12 => {
+            *names += 1;
+            let name = Name::new(&format!("y{names}"));
+            let set = Term::new(Node::Set(truth(dice.roll(2)), name.clone()));
+            Term::seq([set, Term::new(Node::Observe(Name::new("A"), vec![Value::variable(&name)]))])
+        }
         0 => Term::stop(),
         1 => Term::abort(),
         2 => Term::idle(),
@@ -37,18 +51,38 @@ fn leaf(dice: &mut Dice, names: &mut u32) -> Term {
     }
 }
 
-fn random(dice: &mut Dice, size: u64, names: &mut u32) -> Term {
+fn random(dice: &mut Dice, size: u64, names: &mut u32, index: Option<&Name>) -> Term {
     if size <= 1 {
-        return leaf(dice, names);
+        return leaf(dice, names, index);
+    }
+    match dice.roll(12) {
+        0 => return rounds(dice, size, names, index),
+        1 => {
+            let body = random(dice, size - 1, names, index);
+            return Term::new(Node::Project(body, [Name::new("A")].into()));
+        }
+        _ => {}
     }
     let first = 1 + dice.roll(size - 1);
-    let (one, two) = (random(dice, first, names), random(dice, size - first, names));
+    let (one, two) = (random(dice, first, names, index), random(dice, size - first, names, index));
     match dice.roll(8) {
         0..=2 => Term::seq([one, two]),
         3 | 4 => Term::par([one, two]),
         5 | 6 => Term::disable([one, two]),
         _ => Term::otherwise(one, two),
     }
+}
+
+/// `P^3`, or `P^{i<3}` where P may read i.
+fn rounds(dice: &mut Dice, size: u64, names: &mut u32, index: Option<&Name>) -> Term {
+    let count = Value::integer(dice.roll(4) as i64);
+    if dice.roll(2) == 0 {
+        return Term::new(Node::Power(random(dice, size - 1, names, index), count, None));
+    }
+    *names += 1;
+    let own = Name::new(&format!("i{names}"));
+    let body = random(dice, size - 1, names, Some(&own));
+    Term::new(Node::Power(body, count, Some(own)))
 }
 
 /// The same process said otherwise, somewhere inside.
@@ -104,13 +138,13 @@ fn run() {
     while equal < 1_000 || unequal < 1_000 {
         let mut names = 0;
         let size = 2 + dice.roll(largest - 1);
-        let left = random(&mut dice, size, &mut names);
+        let left = random(&mut dice, size, &mut names, None);
         let right = if dice.roll(2) == 0 {
             let once = disguised(&left, &mut dice);
             disguised(&once, &mut dice)
         } else {
             names = 0;
-            random(&mut dice, size, &mut names)
+            random(&mut dice, size, &mut names, None)
         };
         let Some(same) = decide(&left, &right) else { continue };
         if (same && equal >= 1_000) || (!same && unequal >= 1_000) {

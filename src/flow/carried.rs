@@ -31,15 +31,16 @@ pub(super) fn carried(phase: &Phase, edge: &Edge, phases: &[Phase], definitions:
     let plain = |names: &[Name]| -> BTreeMap<Name, Value> {
         names.iter().map(|name| (open_name(name), Value::variable(name))).collect()
     };
-    let images: BTreeMap<Name, Value> =
-        edge.map.iter().map(|(name, value)| (open_name(name), value.clone())).collect();
+    let images: BTreeMap<Name, Value> = edge.map.iter().map(|(name, value)| (open_name(name), value.clone())).collect();
     let (own, own_names) = (phase.state.iter().zip(&phase.loops), plain(&phase.variables));
     let mut found = Vec::new();
     for ((before, loops), (after, others)) in own.zip(next.state.iter().zip(&next.loops)) {
         let Some(definition) = loops.last().filter(|name| others.last() == Some(*name)) else { continue };
         let Some(definition) = definitions.get(definition) else { continue };
-        let before = substitute_values(before, &own_names).ok().and_then(|state| parameters(&state, definition, definitions));
-        let after = substitute_values(after, &images).ok().and_then(|state| parameters(&state, definition, definitions));
+        let before =
+            substitute_values(before, &own_names).ok().and_then(|state| parameters(&state, definition, definitions));
+        let after =
+            substitute_values(after, &images).ok().and_then(|state| parameters(&state, definition, definitions));
         let (Some(before), Some(after)) = (before, after) else { continue };
         for parameter in &definition.parameters {
             let (Some(before), Some(after)) = (before.get(parameter), after.get(parameter)) else { continue };

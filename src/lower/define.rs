@@ -75,8 +75,7 @@ impl Environment {
         for (_, header, written) in found {
             let name = &header.name.name;
             let (own, called) = direct(written);
-            let mut own: BTreeSet<Name> =
-                own.into_iter().map(|bound| self.apart(&bound).unwrap_or(bound)).collect();
+            let mut own: BTreeSet<Name> = own.into_iter().map(|bound| self.apart(&bound).unwrap_or(bound)).collect();
             for callee in &called {
                 if let Some(Entity::Process(signature)) = self.entity(callee) {
                     own.extend(signature.flow.binds.iter().cloned());

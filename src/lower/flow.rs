@@ -361,10 +361,15 @@ impl Walk<'_, '_> {
         }
         let place = self.lowerer.results.get(&apart).copied().unwrap_or(ident.span);
         self.lowerer.report(
-            Diagnostic::error("P0503", format!("`{name}` is declared for the whole text, and a result of this name was bound before"))
-                .label(ident.span, "which of the two?")
-                .label(place, format!("binds a result `{name}`, kept as `{apart}`"))
-                .help(format!("to read the result write `{apart}`; to read the declared value give the result another name")),
+            Diagnostic::error(
+                "P0503",
+                format!("`{name}` is declared for the whole text, and a result of this name was bound before"),
+            )
+            .label(ident.span, "which of the two?")
+            .label(place, format!("binds a result `{name}`, kept as `{apart}`"))
+            .help(format!(
+                "to read the result write `{apart}`; to read the declared value give the result another name"
+            )),
         );
     }
 }

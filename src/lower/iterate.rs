@@ -64,7 +64,8 @@ impl Lowerer<'_> {
     /// This function applied so often.
     fn rounds(&mut self, name: &Ident, count: &Value, start: Value, span: Span) -> Option<Value> {
         let number = count.as_rational();
-        let whole = number.as_ref().filter(|number| number.is_integer()).and_then(|number| number.to_integer().to_u32());
+        let whole =
+            number.as_ref().filter(|number| number.is_integer()).and_then(|number| number.to_integer().to_u32());
         if let Some(times) = whole.filter(|times| *times <= MOST_ROUNDS) {
             return (0..times).try_fold(start, |value, _| self.applied(name, vec![value], span));
         }

@@ -7,7 +7,10 @@ use super::value::{count_of, were};
 use super::{BASIC, Class, Entity};
 use crate::ast::{Ident, Term as Written, TermKind, Value as WrittenValue, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
+use crate::fact::Context;
 use crate::name::Name;
+use crate::scope::metavariables;
+use crate::substitution::replace;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -58,11 +61,30 @@ impl Lowerer<'_> {
                             .help("use `Set_x<y> ; P`"),
                     );
                 }
-                let body = self.process(body);
-                let value = self.number(value)?;
-                Term::new(Node::Replace(body?, self.result_name(&name.name).clone(), value))
+                let value = self.number(value);
+                let body = self.with_local(name, |lowerer| lowerer.process(body));
+                return self.replaced(&body?, self.result_name(&name.name).clone(), &value?);
             }
         })
+    }
+
+    /// The process with the value put in; where it is not known yet what the process is, that is left to be done.
+    fn replaced(&self, body: &Term, name: Name, value: &Value) -> Option<Term> {
+        let context = Context::new(&self.environment.assumptions, &self.environment.definitions, &[]);
+        let open = metavariables(body).iter().any(|meta| meta.as_str().chars().nth(1).is_some_and(char::is_uppercase));
+        let done = if open { None } else { replace(body, &name, value, &context).ok() };
+        Some(done.unwrap_or_else(|| Term::new(Node::Replace(body.clone(), name, value.clone()))))
+    }
+
+    /// Reads with this name in scope.
+    fn with_local<T>(&mut self, name: &Ident, read: impl FnOnce(&mut Self) -> T) -> T {
+        let before = self.locals.insert(name.name.clone(), name.span);
+        let found = read(self);
+        match before {
+            Some(span) => self.locals.insert(name.name.clone(), span),
+            None => self.locals.remove(&name.name),
+        };
+        found
     }
 
     fn processes(&mut self, parts: &[Written]) -> Option<Vec<Term>> {
@@ -82,17 +104,10 @@ impl Lowerer<'_> {
                 );
             }
         }
-        let before = index.map(|index| (index.name.clone(), self.locals.insert(index.name.clone(), index.span)));
-        let body = self.process(body);
-        match before {
-            Some((name, Some(span))) => {
-                self.locals.insert(name, span);
-            }
-            Some((name, None)) => {
-                self.locals.remove(&name);
-            }
-            None => {}
-        }
+        let body = match index {
+            Some(index) => self.with_local(index, |lowerer| lowerer.process(body)),
+            None => self.process(body),
+        };
         Some(Term::new(Node::Power(body?, count?, index.map(|index| index.name.clone()))))
     }
 

@@ -54,6 +54,19 @@ pub(super) struct Lowerer<'e> {
     pub(super) errors: Vec<Diagnostic>,
 }
 
+impl Environment {
+    /// The name that keeps a result of this name apart from what is declared for the whole text: with primes; none when
+    /// nothing is declared under it.
+    pub(super) fn apart(&self, name: &Name) -> Option<Name> {
+        self.quantity(name)?;
+        let mut apart = format!("{name}'");
+        while self.quantities.contains_key(&Name::new(&apart)) {
+            apart.push('\'');
+        }
+        Some(Name::new(&apart))
+    }
+}
+
 impl<'e> Lowerer<'e> {
     pub(super) fn new(environment: &'e Environment, metas: Metas) -> Lowerer<'e> {
         Lowerer {
@@ -174,7 +187,10 @@ impl<'e> Lowerer<'e> {
                 self.report(
                     Diagnostic::error("P0503", format!("`{name}` and `{apart}` cannot both be results here"))
                         .label(other, "bound as a result here")
-                        .label(one, format!("this result is kept as `{apart}`, since `{name}` is declared for the whole text"))
+                        .label(
+                            one,
+                            format!("this result is kept as `{apart}`, since `{name}` is declared for the whole text"),
+                        )
                         .help(format!("give one of them another name, such as `{name}1`")),
                 );
             }

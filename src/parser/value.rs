@@ -118,7 +118,9 @@ impl Parser<'_> {
         let close = before.span.end == self.token().span.start;
         close
             && match before.kind {
-                Kind::Number | Kind::CloseRound | Kind::CloseCurly => matches!(self.kind(), Kind::Lower | Kind::OpenRound),
+                Kind::Number | Kind::CloseRound | Kind::CloseCurly => {
+                    matches!(self.kind(), Kind::Lower | Kind::OpenRound)
+                }
                 _ => false,
             }
     }
@@ -157,9 +159,8 @@ impl Parser<'_> {
             return self.unexpected("`(` and what the functions are applied to");
         }
         self.take(Role::Joining);
-        let arguments = self.list(Kind::CloseRound, "`,` or `)`", |parser| {
-            Ok(Argument { label: None, value: parser.value()? })
-        })?;
+        let arguments =
+            self.list(Kind::CloseRound, "`,` or `)`", |parser| Ok(Argument { label: None, value: parser.value()? }))?;
         Ok(Value { span: self.since(start), kind: ValueKind::Iterate(chain, arguments) })
     }
 

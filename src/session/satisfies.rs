@@ -329,7 +329,11 @@ fn leg_lines(number: usize, leg: &Leg, phase: Option<&PhaseFlow>) -> Vec<String>
         for one in phase.into_iter().flat_map(|phase| &phase.carried) {
             let (before, after) = (one.before.substitute(&leg.start), one.after.substitute(&leg.start));
             let (Ok(before), Ok(after)) = (before, after) else { continue };
-            lines.push(format!("  closed    {} = {} from n = 0 until n = 1", one.parameter, short(&before.to_string())));
+            lines.push(format!(
+                "  closed    {} = {} from n = 0 until n = 1",
+                one.parameter,
+                short(&before.to_string())
+            ));
             lines.push(format!("  closed    {} = {} from n = 1", one.parameter, short(&after.to_string())));
         }
     }
