@@ -305,15 +305,18 @@ impl<'t> Parser<'t> {
     /// Goes `levels` deeper, or reports that it is too deep.
     fn deeper(&mut self, levels: usize) -> Parse<()> {
         if self.depth + levels > DEEPEST {
-            let span = self.token().span;
-            return self.fail(
-                Diagnostic::error("P0205", format!("nested deeper than {DEEPEST}"))
-                    .label(span, format!("level {} begins here", DEEPEST + 1))
-                    .help("give an inner part a name with `proc Part = …` and use the name"),
-            );
+            return self.too_deep(self.token().span);
         }
         self.depth += levels;
         Ok(())
+    }
+
+    fn too_deep<T>(&mut self, span: Span) -> Parse<T> {
+        self.fail(
+            Diagnostic::error("P0205", format!("nested deeper than {DEEPEST}"))
+                .label(span, format!("level {} begins here", DEEPEST + 1))
+                .help("give an inner part a name with `proc Part = …` and use the name"),
+        )
     }
 
     /// `a, b, c` up to a closing token, which is taken; may be empty. Each is read by `read`.

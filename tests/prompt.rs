@@ -100,6 +100,10 @@ fn undo_goes_back_to_before_the_last_input() {
     assert_eq!(answer(&mut prompt, &[":show A"]), "proc A = Delay_1\n");
     assert!(answer(&mut prompt, &[":undo", ":show A"]).contains("nothing is named `A`"));
     assert!(answer(&mut prompt, &[":undo"]).contains("nothing to undo"));
+    answer(&mut prompt, &["proc A = Delay_1", "proc A = Delay_2", "proc A = Delay_3"]);
+    assert!(answer(&mut prompt, &[":back 9"]).contains("from 0 to 3"));
+    assert!(answer(&mut prompt, &[":back 1", ":show A"]).contains("Delay_1"));
+    assert!(answer(&mut prompt, &[":back 0", ":show A"]).contains("nothing is named `A`"));
 }
 
 #[test]

@@ -60,8 +60,8 @@ pub fn run_lines(found: &Counterexample, connective: Connective) -> Vec<String> 
     chosen.extend(around.map(|(name, value)| format!("{name} = {value}")));
     if !chosen.is_empty() {
         lines.push(format!("take {}", chosen.join(", ")));
+        lines.push(format!("then it says {left} {connective} {right}"));
     }
-    lines.push(format!("then it says {left} {connective} {right}"));
     for step in &found.run.steps {
         let who = match step.side {
             Side::Left => "left:  ",

@@ -105,7 +105,7 @@ impl Parser<'_> {
     /// `P else Q else R`, which is `P else (Q else R)`.
     fn alternatives(&mut self, mut arms: Vec<Term>) -> Parse<Term> {
         let before = self.depth;
-        self.deeper(arms.len().saturating_sub(1))?;
+        self.deep_arms(&arms)?;
         self.depth = before;
         let last = arms.pop();
         let whole = arms.into_iter().rev().fold(last, |rest, arm| match rest {
@@ -118,6 +118,15 @@ impl Parser<'_> {
         match whole {
             Some(term) => Ok(term),
             None => self.unexpected("a process"),
+        }
+    }
+
+    /// Reports arms that nest too deep, at the first that does.
+    fn deep_arms(&mut self, arms: &[Term]) -> Parse<()> {
+        let room = super::DEEPEST.saturating_sub(self.depth);
+        match arms.get(room + 1) {
+            Some(arm) => self.too_deep(arm.span),
+            None => self.deeper(arms.len().saturating_sub(1)),
         }
     }
 

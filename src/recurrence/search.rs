@@ -436,9 +436,10 @@ impl Entry<'_> {
         if self.interval.holds(limit, self.known) == Some(false) {
             return Ok(format!("it closes in on {rest} and never meets the goal on its way"));
         }
-        Ok(format!(
-            "what is left to {rest} shrinks by the factor {ratio} each round, ({ratio})^n, and is never 0: no n"
-        ))
+        let one = BigRational::from_integer(BigInt::from(1));
+        let grows = ratio.as_rational().is_some_and(|ratio| ratio.abs() > one);
+        let (word, end) = if grows { ("grows", "and never comes near enough") } else { ("shrinks", "and is never 0") };
+        Ok(format!("what is left to {rest} {word} by the factor {ratio} each round, ({ratio})^n, {end}: no n"))
     }
 }
 

@@ -17,13 +17,14 @@ use crate::report::{Output, abbreviated};
 use crate::script::read_file;
 
 /// The commands with what may follow them and what they do.
-pub const COMMANDS: [(&str, &str, &str); 14] = [
+pub const COMMANDS: [(&str, &str, &str); 15] = [
     ("help", "[topic]", "what can be typed; more about one topic"),
     ("why", "[claim]", "the proof of the last claim, or of the one with this number or name, line by line"),
     ("laws", "[word]", "the laws in force, or those that mention a word"),
     ("law", "name", "one law in full"),
     ("show", "[name]", "what a name stands for; all that was declared"),
     ("undo", "", "back to before the last input"),
+    ("back", "number", "back to after the input with this number, as `:undo` tells it"),
     ("load", "file", "run a script here"),
     ("save", "file", "write the inputs so far as a script"),
     ("proof", "file [claim]", "write the proof of a claim to a file, which `pars check` checks"),
@@ -88,6 +89,7 @@ pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
         "show" => show(prompt, rest),
         "undo" if prompt.undo() => format!("back at {}\n", prompt.session().number()),
         "undo" => "there is nothing to undo\n".to_string(),
+        "back" => back(prompt, rest.trim()),
         "load" => {
             load(prompt, rest);
             String::new()
@@ -190,6 +192,18 @@ fn latex(prompt: &Prompt, rest: &str) -> String {
     match std::fs::write(path, latex::document(&record.report.claim, &chain, laws)) {
         Ok(()) => format!("written to `{path}`\n"),
         Err(error) => format!("`{path}` cannot be written: {error}\n"),
+    }
+}
+
+/// Forgets inputs until so many are left.
+fn back(prompt: &mut Prompt, number: &str) -> String {
+    let here = prompt.session().number();
+    match number.parse::<usize>() {
+        Ok(number) if number <= here => {
+            while prompt.session().number() > number && prompt.undo() {}
+            format!("back at {}\n", prompt.session().number())
+        }
+        _ => format!("`:back` takes the number of an input, from 0 to {here}; `:undo` goes back by one\n"),
     }
 }
 

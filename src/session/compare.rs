@@ -72,12 +72,12 @@ impl Run<'_, '_> {
     /// Looks for an instance that refutes the claim; if there is none, says what remains.
     fn open(&self, statement: &Statement, gap: &Gap, waiting: &Waiting) -> Found {
         if self.surroundings.interrupted() {
-            return Found { remains: remains(gap, None, named(waiting)), ..Found::default() };
+            return Found { remains: remains(gap, None, named(waiting, gap.step)), ..Found::default() };
         }
         let refutation = refuted(statement, waiting, &refute::Limits::default());
         let mut found = match refutation.counterexample() {
             Some(counterexample) => contradicted(counterexample, statement, waiting),
-            None => Found { remains: remains(gap, Some(&refutation), named(waiting)), ..Found::default() },
+            None => Found { remains: remains(gap, Some(&refutation), named(waiting, gap.step)), ..Found::default() },
         };
         if let (Some(number), Some(steps)) = (gap.step, calculation(waiting)) {
             found.diagnostics = step_diagnostic(number, steps, waiting);
@@ -100,7 +100,10 @@ fn contradicted(found: &Counterexample, statement: &Statement, waiting: &Waiting
 }
 
 /// Whether the claim says by which laws.
-fn named(waiting: &Waiting) -> bool {
+fn named(waiting: &Waiting, step: Option<usize>) -> bool {
+    if let (Some(steps), Some(step)) = (calculation(waiting), step) {
+        return step.checked_sub(1).and_then(|index| steps.get(index)).is_some_and(|step| !step.laws.is_empty());
+    }
     match &waiting.question {
         super::reading::Question::Claim(claim) => {
             matches!(&claim.kind, crate::lower::ClaimKind::Compare { by: By::Laws(_), .. })
