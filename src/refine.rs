@@ -195,6 +195,12 @@ fn take(
         rounds_of(body, open, pieces, context)?;
         piece = pieces.pop()?;
     }
+    // What shows for ever shows for this time, and then for ever.
+    if Facts::of(&piece, context).observer {
+        let term = Term::disable([Term::delay(open.clone()), piece.clone()]);
+        pieces.push(piece);
+        return Some(Stretch { term, duration: open.clone() });
+    }
     let duration = Facts::of(&piece, context).duration.clone()?;
     if context.assumptions.decide(Relation::Lte, &duration, open) == Some(true) {
         return Some(Stretch { term: piece, duration });

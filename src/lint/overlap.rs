@@ -29,7 +29,7 @@ const MOST: usize = 12;
 /// The most peaks of two laws that are looked at.
 const MOST_PEAKS: usize = 60;
 /// The most pairs of results of one law that are looked at beyond simplification.
-const MOST_PAIRS: usize = 40;
+const MOST_PAIRS: usize = 120;
 /// The most law applications to bring two results together.
 const FUEL: usize = 300;
 

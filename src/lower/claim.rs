@@ -6,9 +6,11 @@ use super::scope::{Lowerer, Metas};
 use super::{By, CalcStep, Claim, ClaimKind, Entity, Environment, Event, Expectation, Likelihood, Subject};
 use crate::ast::{self, ConditionKind, Ident, Item, LawItem, Term as Written, TermKind};
 use crate::diagnostic::{Diagnostic, Span};
+use crate::fact::Context;
 use crate::law::{Condition, Law};
 use crate::name::Name;
-use crate::scope::{condition_metavariables, metavariables};
+use crate::scope::{changed, condition_metavariables, metavariables};
+use crate::substitution::replace;
 use crate::term::{Node, Term};
 
 impl Lowerer<'_> {
@@ -50,7 +52,7 @@ impl Lowerer<'_> {
                 }
                 terms.extend(when.iter().flat_map(processes));
                 let mut lowered = self.whole(&terms)?.into_iter();
-                let (first, second) = (lowered.next()?, lowered.next()?);
+                let (first, second) = (self.put_in(lowered.next()?), self.put_in(lowered.next()?));
                 let when = self.conditions(when)?;
                 let by = self.by(by, &first, &second, *connective)?;
                 ClaimKind::Compare { left: first, right: second, connective: *connective, when, by }
@@ -58,6 +60,12 @@ impl Lowerer<'_> {
         };
         let name = claim.name.as_ref().map(|name| name.name.clone());
         Some(Claim { name, span, text: without_comments(span.of(text)), kind })
+    }
+
+    /// The process with each `P[y := x]` in it carried out, where it is known what P is.
+    pub(super) fn put_in(&self, term: Term) -> Term {
+        let context = Context::new(&self.environment.assumptions, &self.environment.definitions, &[]);
+        carried_out(&term, &context).unwrap_or(term)
     }
 
     /// The name of a system or a property.
@@ -109,6 +117,7 @@ impl Lowerer<'_> {
             ast::By::Laws(laws) => By::Laws(self.laws(laws)?),
             ast::By::Calc(first, steps) => {
                 let start = self.process(first)?;
+                let start = self.put_in(start);
                 if start != *left {
                     self.wrong_end(first.span, "the calculation must begin with the left side of the claim");
                 }
@@ -116,6 +125,7 @@ impl Lowerer<'_> {
                 for step in steps {
                     let laws = self.laws(&step.laws);
                     let term = self.process(&step.term)?;
+                    let term = self.put_in(term);
                     if !step.connective.gives(claimed) {
                         let why =
                             format!("the claim is made with `{claimed}`, so no step may be `{}`", step.connective);
@@ -395,4 +405,15 @@ fn processes(condition: &ast::Condition) -> Vec<&Written> {
 fn without_comments(text: &str) -> String {
     let lines = text.lines().map(|line| line.split("//").next().unwrap_or("").trim_end());
     lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
+}
+
+/// The process with its replacements carried out; none if nothing changes.
+fn carried_out(term: &Term, context: &Context<'_>) -> Option<Term> {
+    let inner = changed(term, &mut |part| carried_out(part, context));
+    let Node::Replace(body, name, value) = inner.as_ref().unwrap_or(term).node() else { return inner };
+    let process = |meta: &Name| meta.as_str().chars().nth(1).is_some_and(char::is_uppercase);
+    if metavariables(body).iter().any(process) {
+        return inner;
+    }
+    replace(body, name, value, context).ok().or(inner.clone())
 }

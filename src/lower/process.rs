@@ -7,10 +7,7 @@ use super::value::{count_of, were};
 use super::{BASIC, Class, Entity};
 use crate::ast::{Ident, Term as Written, TermKind, Value as WrittenValue, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
-use crate::fact::Context;
 use crate::name::Name;
-use crate::scope::metavariables;
-use crate::substitution::replace;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -63,17 +60,9 @@ impl Lowerer<'_> {
                 }
                 let value = self.number(value);
                 let body = self.with_local(name, |lowerer| lowerer.process(body));
-                return self.replaced(&body?, self.result_name(&name.name).clone(), &value?);
+                Term::new(Node::Replace(body?, self.result_name(&name.name).clone(), value?))
             }
         })
-    }
-
-    /// The process with the value put in; where it is not known yet what the process is, that is left to be done.
-    fn replaced(&self, body: &Term, name: Name, value: &Value) -> Option<Term> {
-        let context = Context::new(&self.environment.assumptions, &self.environment.definitions, &[]);
-        let open = metavariables(body).iter().any(|meta| meta.as_str().chars().nth(1).is_some_and(char::is_uppercase));
-        let done = if open { None } else { replace(body, &name, value, &context).ok() };
-        Some(done.unwrap_or_else(|| Term::new(Node::Replace(body.clone(), name, value.clone()))))
     }
 
     /// Reads with this name in scope.

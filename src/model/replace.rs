@@ -174,10 +174,27 @@ fn surely_binds(term: &Term, name: &Name) -> bool {
     match term.node() {
         Node::In(_, bound) | Node::Set(_, bound) | Node::Ran(_, bound) => bound == name,
         Node::Seq(parts) => parts.iter().any(|part| surely_binds(part, name)),
+        // Where the whole has stopped, a part that cannot abort has stopped too.
+        Node::Par(parts) if parts.iter().any(|part| never_aborts(part) && surely_binds(part, name)) => true,
         Node::Else(..) | Node::Par(_) | Node::Disable(_) => {
             term.children().into_iter().all(|part| surely_binds(part, name))
         }
         Node::New(_, body) | Node::Project(body, _) | Node::Replace(body, ..) => surely_binds(body, name),
+        _ => false,
+    }
+}
+
+/// True only where the form of the term tells that it cannot abort.
+fn never_aborts(term: &Term) -> bool {
+    match term.node() {
+        Node::Stop | Node::Idle | Node::Delay(_) | Node::In(..) | Node::Out(..) => true,
+        Node::Set(..) | Node::Ran(..) | Node::Observe(..) | Node::Loop(_) => true,
+        Node::Else(_, second) => never_aborts(second),
+        Node::Seq(parts) | Node::Disable(parts) => parts.iter().all(never_aborts),
+        Node::Par(parts) => parts.iter().any(never_aborts),
+        Node::Power(body, ..) | Node::New(_, body) | Node::Project(body, _) | Node::Replace(body, ..) => {
+            never_aborts(body)
+        }
         _ => false,
     }
 }
