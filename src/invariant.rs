@@ -232,7 +232,7 @@ pub fn goals(period: &Period, claim: &Claim, invariant: &[Vec<Test>], edge: &Edg
 }
 
 /// What a draw surely is.
-fn support(name: &Name, distribution: &Value) -> Vec<Test> {
+pub fn support(name: &Name, distribution: &Value) -> Vec<Test> {
     let View::Distribution(kind, arguments) = distribution.view() else { return Vec::new() };
     let drawn = Value::variable(name);
     let test = |relation: Relation, right: &Value| Test { relation, left: drawn.clone(), right: right.clone() };
