@@ -268,12 +268,9 @@ fn leaves(term: &Term) -> Vec<&Term> {
             Node::Seq(parts) => open.extend(active(parts).map(|place| &parts[place])),
             Node::Else(first, _) => open.push(first),
             Node::Par(parts) | Node::Disable(parts) => open.extend(parts.iter().rev()),
-            Node::In(..)
-            | Node::Out(..)
-            | Node::Delay(_)
-            | Node::Observe(..)
-            | Node::Idle
-            | Node::Ran(..) => found.push(term),
+            Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
+                found.push(term)
+            }
             _ => {}
         }
     }
@@ -295,12 +292,7 @@ fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term)
         Node::Par(parts) | Node::Disable(parts) => {
             term.with_children(parts.iter().map(|part| rebuilt(part, number, change)).collect())
         }
-        Node::In(..)
-        | Node::Out(..)
-        | Node::Delay(_)
-        | Node::Observe(..)
-        | Node::Idle
-        | Node::Ran(..) => {
+        Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
             let here = *number;
             *number += 1;
             change(here, term).unwrap_or_else(|| term.clone())
@@ -364,12 +356,7 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
 
 /// The states after each communication that is possible; after one alone, if it commutes with all others and not all
 /// orders are asked for. None is possible while a draw is due.
-fn communications(
-    runner: &Runner<'_, '_>,
-    state: &Term,
-    ports: &[Name],
-    orders: Orders,
-) -> Result<Vec<Term>, Stuck> {
+fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name], orders: Orders) -> Result<Vec<Term>, Stuck> {
     let leaves = leaves(state);
     let mut pairs = Vec::new();
     for (reader, leaf) in leaves.iter().enumerate() {

@@ -176,7 +176,9 @@ fn what_draws_in_no_certain_way_is_left_alone() {
     // A draw is no communication, and does not pass with time.
     let environment = declared(DECLARED);
     let value = |text: &str| environment.value(&parse_value(text).expect("a value")).expect("a value");
-    for network in ["Ran_{Exp(rate: 1)}<x> ; See_x", "new c. (In_c<y> ; Ran_{Exp(rate: 1)}<x> ; See_x | Out_{c,1} ; Idle)"] {
+    for network in
+        ["Ran_{Exp(rate: 1)}<x> ; See_x", "new c. (In_c<y> ; Ran_{Exp(rate: 1)}<x> ; See_x | Out_{c,1} ; Idle)"]
+    {
         let left = term(&environment, network);
         for time in [None, Some(value("0")), Some(value("1"))] {
             let found = judged(&environment, &[], (&left, &left), vec![Step::Advance(left.clone(), time)]);
@@ -214,7 +216,8 @@ fn nothing_is_known_of_what_was_drawn() {
 #[test]
 fn what_is_supposed_of_some_values_is_not_said_of_all_that_are_drawn() {
     let environment = declared(DECLARED);
-    let network = |text: &str| term(&environment, &format!("Set_{text}<x> ; (Gtr_{{x,0}} ; See_1 | Lte_{{x,0}} ; See_2)"));
+    let network =
+        |text: &str| term(&environment, &format!("Set_{text}<x> ; (Gtr_{{x,0}} ; See_1 | Lte_{{x,0}} ; See_2)"));
     let lemma = Lemma {
         name: Name::new("above"),
         statement: Statement {
@@ -230,7 +233,8 @@ fn what_is_supposed_of_some_values_is_not_said_of_all_that_are_drawn() {
         values: [(Name::new("?e"), environment.value(&parse_value(text).expect("a value")).expect("a value"))].into(),
         ..Substitution::default()
     };
-    let statement = |left: Term, right: Term| Statement { hypotheses: vec![], left, connective: Connective::Weak, right };
+    let statement =
+        |left: Term, right: Term| Statement { hypotheses: vec![], left, connective: Connective::Weak, right };
     let see = term(&environment, "See_1");
     let steps = vec![Step::Lemma(0, with("e")), Step::Congruence(whole(Term::meta(&hole(1))), vec![0])];
     let claim = statement(whole(network("e")), whole(see.clone()));
@@ -308,13 +312,14 @@ fn what_is_concluded_of_random_networks_is_weakly_bisimilar() {
     let context = Context::new(&environment.assumptions, &environment.definitions, &[]);
     let mut text = String::from("observer See(x)\n");
     let (mut asked, mut later) = (0, 0);
-    for _ in 0..600 {
+    for _ in 0..250 {
         let parts: Vec<String> = (0..2 + dice.place(2))
             .map(|number| {
                 let atoms: Vec<String> = (0..1 + dice.place(3)).map(|_| atom(&mut dice, number)).collect();
                 let own = format!("Set_1<y> ; {} ; See_y", atoms.join(" ; "));
                 let own = own.replace("<y>", &format!("<y{number}>")).replace("y}", &format!("y{number}}}"));
-                let own = own.replace("See_y", &format!("See_y{number}")).replace("Point(y)", &format!("Point(y{number})"));
+                let own =
+                    own.replace("See_y", &format!("See_y{number}")).replace("Point(y)", &format!("Point(y{number})"));
                 own.replace("<z>", &format!("<z{number}>")).replace("<w>", &format!("<w{number}>"))
             })
             .collect();
@@ -336,5 +341,5 @@ fn what_is_concluded_of_random_networks_is_weakly_bisimilar() {
     let yes = told.lines().filter(|line| line.trim_start().starts_with("yes:")).count();
     println!("{asked} networks, {later} that communicate before they draw, {yes} found alike");
     assert!(!told.contains(" no: "), "{told}");
-    assert!(asked > 60 && later > 10 && yes * 10 > asked * 8, "{asked} {later} {yes}\n{told}");
+    assert!(asked > 40 && later > 5 && yes * 10 > asked * 8, "{asked} {later} {yes}\n{told}");
 }

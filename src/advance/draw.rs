@@ -64,6 +64,25 @@ impl Draws {
     /// Where there is not one name for each draw, a name stands anywhere else, or what is drawn from is no distribution of
     /// numbers.
     pub fn made(&self, names: &[Name], context: &Context<'_>) -> Result<Term, Stuck> {
+        self.may_be_named(names, context)?;
+        let due = self.due();
+        let draws = due.iter().zip(names).map(|((_, from), own)| Term::new(Node::Ran(from.clone(), own.clone())));
+        let before = if self.later { Some(self.tau(names)?) } else { None };
+        Ok(Term::seq(before.into_iter().chain(draws).chain([self.after(names)])))
+    }
+
+    /// The network with what was drawn, under these names.
+    pub fn after(&self, names: &[Name]) -> Term {
+        let mut fresh = names.iter();
+        let drawn = rebuilt(&self.instant.state, &mut 0, &mut |_, leaf| {
+            let Node::Ran(_, name) = leaf.node() else { return None };
+            fresh.next().map(|own| Term::new(Node::Set(Value::variable(own), name.clone())))
+        });
+        closed(&self.instant.ports, drawn)
+    }
+
+    /// There is one name for each draw, which stands nowhere else, and numbers are drawn.
+    fn may_be_named(&self, names: &[Name], context: &Context<'_>) -> Result<(), Stuck> {
         let due = self.due();
         if names.len() != due.len() {
             return stuck(format!("{} names for {} draws", names.len(), due.len()));
@@ -72,17 +91,10 @@ impl Draws {
         if let Some(name) = names.iter().find(|name| name.is_meta() || !taken.insert((*name).clone())) {
             return stuck(format!("{name} stands for something else"));
         }
-        if let Some((_, from)) = due.iter().find(|(_, from)| !of_numbers(from)) {
-            return stuck(format!("{from} is no distribution of numbers"));
+        match due.iter().find(|(_, from)| !of_numbers(from)) {
+            Some((_, from)) => stuck(format!("{from} is no distribution of numbers")),
+            None => Ok(()),
         }
-        let mut fresh = names.iter();
-        let drawn = rebuilt(&self.instant.state, &mut 0, &mut |_, leaf| {
-            let Node::Ran(_, name) = leaf.node() else { return None };
-            fresh.next().map(|own| Term::new(Node::Set(Value::variable(own), name.clone())))
-        });
-        let draws = due.iter().zip(names).map(|((_, from), own)| Term::new(Node::Ran(from.clone(), own.clone())));
-        let before = if self.later { Some(self.tau(names)?) } else { None };
-        Ok(Term::seq(before.into_iter().chain(draws).chain([closed(&self.instant.ports, drawn)])))
     }
 
     /// All names that the network, a definition, an assumption or a hypothesis speaks of.

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::rounds::{Named, Rounds, passing};
 use crate::assumption::Assumptions;
+use crate::fact::Context;
 use crate::invariant::support;
 use crate::kernel::check;
 use crate::law::Condition;
@@ -27,26 +28,45 @@ struct Way<'a, 'r> {
     asked: &'a [Test],
     /// What the variables of the phase are called, and what was drawn so far.
     named: Named,
+    /// What is supposed of the variables.
+    supposed: Vec<Condition>,
     state: Term,
     layers: Vec<Layer>,
+    /// Whether of several that are drawn under one name, the last that is printed is taken for the first.
+    backwards: bool,
+}
+
+/// Where a way has been followed to.
+pub(super) struct Reached {
+    /// What was drawn on the way, moment by moment.
+    pub(super) layers: Vec<Layer>,
+    /// What the variables of the phase, and what was drawn, are called in the state.
+    pub(super) named: Named,
+    /// What is supposed of them.
+    pub(super) hypotheses: Vec<Condition>,
+    /// The network there; none where what is supposed contradicts itself, so that the way is never taken.
+    pub(super) state: Option<Term>,
 }
 
 fn odd(error: ValueError) -> Lost {
     Lost(error.0)
 }
 
-/// Has the kernel check a way up to where it has drawn all that it draws and all its segments have passed. Returns what
-/// is drawn, the state then, what values are called in it, and what is supposed of them.
+/// Has the kernel check a way up to where it has drawn all that it draws and all its segments have passed.
 pub(super) fn followed(
     rounds: &Rounds<'_>,
     edge: &Edge,
-    (named, state): (Named, Term),
-    asked: &[Test],
-) -> Result<(Vec<Layer>, Named, Vec<Condition>, Term), Lost> {
-    let mut way = Way { rounds, edge, asked, named, state, layers: Vec::new() };
+    (named, supposed, state): (&Named, &[Condition], &Term),
+    (asked, backwards): (&[Test], bool),
+) -> Result<Reached, Lost> {
+    let (named, state, supposed) = (named.clone(), state.clone(), supposed.to_vec());
+    let mut way = Way { rounds, edge, asked, named, supposed, state, layers: Vec::new(), backwards };
     let mut segments = edge.segments.iter();
     loop {
         let hypotheses = way.hypotheses()?;
+        if way.known(&hypotheses).contradictory() {
+            return Ok(Reached { layers: way.layers, named: way.named, hypotheses, state: None });
+        }
         let left = way.left().next().is_some();
         let why = match due(rounds.theory, &hypotheses, &way.state) {
             Ok(due) => {
@@ -56,7 +76,12 @@ pub(super) fn followed(
             Err(why) => why,
         };
         let Some(segment) = segments.next() else {
-            return if left { Err(why) } else { Ok((way.layers, way.named, hypotheses, way.state)) };
+            let state = Some(way.state);
+            return if left {
+                Err(why)
+            } else {
+                Ok(Reached { layers: way.layers, named: way.named, hypotheses, state })
+            };
         };
         let passed = passing(segment, &way.named)?;
         let (proof, next) = goes_on(rounds.theory, &hypotheses, &way.state, &passed)?;
@@ -80,7 +105,7 @@ impl Way<'_, '_> {
     /// of nothing that is drawn later.
     fn hypotheses(&self) -> Result<Vec<Condition>, Lost> {
         let own = self.named.values().map(|value| Condition::Compare(Relation::Eq, value.clone(), value.clone()));
-        let mut hypotheses: Vec<Condition> = own.collect();
+        let mut hypotheses: Vec<Condition> = own.chain(self.supposed.iter().cloned()).collect();
         let later: BTreeSet<&Name> = self.left().map(|(name, _)| name).collect();
         let made = self.edge.draws.iter().filter(|(name, _)| !later.contains(name));
         let known = self.edge.tests.iter().filter(|test| later.iter().all(|name| !asks_of(test, name)));
@@ -91,22 +116,21 @@ impl Way<'_, '_> {
         Ok(hypotheses)
     }
 
+    fn known(&self, hypotheses: &[Condition]) -> Assumptions {
+        Context::new(&self.rounds.theory.assumptions, &self.rounds.theory.definitions, hypotheses).assumptions
+    }
+
     /// One moment at which these are drawn.
     fn draw(&mut self, hypotheses: &[Condition], due: Vec<(Name, Value)>) -> Result<(), Lost> {
         let mut layer: Layer = Vec::new();
-        let mut known = self.rounds.theory.assumptions.clone();
-        for hypothesis in hypotheses {
-            if let Condition::Compare(relation, left, right) = hypothesis {
-                known.assume(*relation, left, right);
-            }
-        }
+        let known = self.known(hypotheses);
         for (name, from) in &due {
             let mut fitting = None;
             for (label, printed) in self.left().filter(|(label, _)| called(label, name)) {
                 let free = !layer.iter().any(|(other, _)| other == label);
                 let here = printed.substitute(&self.named).map_err(odd)?;
                 let equal = here == *from || known.simplify(&here) == known.simplify(from);
-                if free && equal && fitting.is_none() {
+                if free && equal && (self.backwards || fitting.is_none()) {
                     fitting = Some((label.clone(), printed.clone()));
                 }
             }
@@ -154,12 +178,9 @@ pub(super) fn named_alike(ways: &[(&Edge, &[Layer])]) -> bool {
 /// Whether one of two ways has a test, of nothing that is drawn later, that the other has turned round.
 fn told_apart(one: &Edge, other: &Edge, before: &[Layer]) -> bool {
     let drawn: BTreeSet<&Name> = before.iter().flatten().map(|(name, _)| name).collect();
-    let later = |edge: &Edge, test: &Test| {
-        edge.draws.iter().any(|(name, _)| !drawn.contains(name) && asks_of(test, name))
-    };
-    one.tests.iter().any(|test| {
-        !later(one, test) && !later(other, test) && other.tests.contains(&test.negated())
-    })
+    let later =
+        |edge: &Edge, test: &Test| edge.draws.iter().any(|(name, _)| !drawn.contains(name) && asks_of(test, name));
+    one.tests.iter().any(|test| !later(one, test) && !later(other, test) && other.tests.contains(&test.negated()))
 }
 
 /// Whether the tests of two ways that leave from one place never hold together: some test of one is turned round in the

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::compare::theory;
 use super::drawn::{Layer, followed, named_alike, with_supports};
 use crate::assumption::Assumptions;
+use crate::fact::Context;
 use crate::kernel::{Theory, check};
 use crate::law::Condition;
 use crate::lower::{Environment, System};
@@ -117,12 +118,7 @@ struct Count {
 }
 
 /// Which ways to phases and ends the kernel has checked.
-fn count(
-    period: &Period,
-    system: &System,
-    environment: &Environment,
-    interrupted: &dyn Fn() -> bool,
-) -> Count {
+fn count(period: &Period, system: &System, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Count {
     let theory = theory(environment);
     let mut ports = Vec::new();
     let whole = system.term(&theory.definitions);
@@ -193,16 +189,36 @@ impl Rounds<'_> {
         let phase = from.and_then(|number| self.period.phases.get(number));
         let named = phase.map_or_else(Named::new, any_values);
         let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
+        let running: Vec<Condition> =
+            phase.map_or_else(Vec::new, |phase| delays(&phase.state).map(more_than_none).collect());
         if edge.draws.is_empty() {
-            let hypotheses = supposed(edge, &named)?;
+            let mut hypotheses = supposed(edge, &named)?;
+            hypotheses.extend(running);
             self.leads(edge, (&left, &edge.segments), &named, &hypotheses)?;
             return Ok(Vec::new());
         }
         let beside = phase.map_or(&self.period.initial, |phase| &phase.edges);
         let asked: Vec<Test> = beside.iter().flat_map(|edge| edge.tests.iter().cloned()).collect();
-        let (layers, named, hypotheses, state) = followed(self, edge, (named, left), &asked)?;
-        self.leads(edge, (&state, &[]), &named, &hypotheses)?;
-        Ok(layers)
+        let through = |backwards: bool| {
+            let reached = followed(self, edge, (&named, &running, &left), (&asked, backwards))?;
+            if let Some(state) = &reached.state {
+                self.leads(edge, (state, &[]), &reached.named, &reached.hypotheses)?;
+            }
+            Ok(reached.layers)
+        };
+        through(false).or_else(|why| through(true).map_err(|_| why))
+    }
+
+    /// In a phase, what is left of each delay that runs is more than 0: so it is where the phase is entered.
+    fn still_run(&self, phase: &Phase, map: &Named, hypotheses: &[Condition]) -> Result<(), Lost> {
+        let known = Context::new(&self.theory.assumptions, &self.theory.definitions, hypotheses).assumptions;
+        for left in delays(&phase.state) {
+            let left = left.substitute(map).map_err(odd)?;
+            if known.decide(Relation::Gtr, &left, &Value::zero()) != Some(true) {
+                return Err(Lost(format!("whether {left} > 0")));
+            }
+        }
+        Ok(())
     }
 
     /// Has the kernel check that from here these segments pass and the way comes to where it leads.
@@ -222,6 +238,7 @@ impl Rounds<'_> {
         let proof = match &edge.next {
             Next::Phase(next) => {
                 let Some(target) = self.period.phases.get(*next) else { return Err(Lost("it leads nowhere".into())) };
+                self.still_run(target, &map, hypotheses)?;
                 let right = self.network(&target.state, &map)?;
                 passes(self.theory, hypotheses, (left, &right), &stretches)?
             }
@@ -238,6 +255,24 @@ impl Rounds<'_> {
         check(self.theory, &proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
         Ok(())
     }
+}
+
+/// What is left of the delays that run in a state, where that is a variable.
+fn delays(state: &[Term]) -> impl Iterator<Item = &Value> {
+    let (mut open, mut found): (Vec<&Term>, Vec<&Value>) = (state.iter().collect(), Vec::new());
+    while let Some(term) = open.pop() {
+        match term.node() {
+            Node::Delay(left) if left.variables().iter().any(Name::is_meta) => found.push(left),
+            Node::Seq(_) | Node::Else(..) => open.extend(term.children().first()),
+            Node::Par(_) | Node::Disable(_) | Node::New(..) | Node::Project(..) => open.extend(term.children()),
+            _ => {}
+        }
+    }
+    found.into_iter()
+}
+
+fn more_than_none(left: &Value) -> Condition {
+    Condition::Compare(Relation::Gtr, left.clone(), Value::zero())
 }
 
 fn odd(error: ValueError) -> Lost {
