@@ -402,3 +402,22 @@ fn what_always_holds_of_draws_need_not_trust_the_phases() {
     let told = ways("Sure_0 | Then_0 | Also_0 | Tick | Tock", "prove Sys always r >= r when At_r");
     assert!(!told.contains("proved: Sys always") || told.contains("on trust: that the phases"), "{told}");
 }
+
+#[test]
+fn a_draw_is_written_in_a_proof_file_and_read_back() {
+    let file = |names: &str, right: &str| {
+        let network = "new c. (In_c<y> ; Ran_{Normal(y, var: 1)}<x> ; (Delay_1 # See_x) ; Idle | Out_{c,2} ; Idle)";
+        let text = format!(
+            "{{\"format\":\"pars-proof-1\",\n\"theory\":{{\"declarations\":\"observer See(x)\\n\",\"rules\":\"\"}},\n\
+            \"claim\":{{\"left\":\"{network}\",\"connective\":\"~~\",\"right\":\"{right}\"}},\n\
+            \"steps\":[{{\"step\":\"draw\",\"network\":\"{network}\",\"names\":[{names}]}}],\n"
+        );
+        pars::proof_file::check_file(&pars::proof_file::sealed(text.as_bytes()))
+    };
+    let then = "Ran_{Normal(2, var: 1)}<e> ; new c. (Set_e<x> ; (Delay_1 # See_x) ; Idle | Idle)";
+    let whole = format!("new c. (In_c<e> ; Abort | Out_{{c,0}}) ; {then}");
+    let found = file("\"e\"", &whole).unwrap_or_else(|wrong| panic!("{wrong}"));
+    assert!(found.to_string().contains(" ~~ ") && !found.to_string().contains("on trust"), "{found}");
+    assert!(file("\"e\"", then).is_err() && file("", &whole).is_err() && file("\"e\",\"f\"", &whole).is_err());
+    assert!(file("\"e~1\"", &whole).is_err() && file("\"?e\"", &whole).is_err() && file("\"y\"", &whole).is_err());
+}
