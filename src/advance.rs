@@ -19,6 +19,7 @@
 //!
 //! Whatever is not decided here for all values that meet the assumptions is an error, never a guess.
 
+pub mod draw;
 mod settle;
 
 use std::collections::{BTreeSet, HashSet};
@@ -58,6 +59,13 @@ impl Instant {
     /// Where the network is not closed, where a guard, a duration or the order of two communications is not decided or
     /// matters, where it ends or may ever stop, and where a name would change its meaning.
     pub fn of(network: &Term, context: &Context<'_>) -> Result<Instant, Stuck> {
+        let (instant, drawing) = Instant::or_draws(network, context)?;
+        if drawing.is_some() { stuck("a random draw") } else { Ok(instant) }
+    }
+
+    /// The end of the instant, or the moment in it at which draws are due, and then whether anything is communicated
+    /// before.
+    fn or_draws(network: &Term, context: &Context<'_>) -> Result<(Instant, Option<bool>), Stuck> {
         let names = names_apart(network, context)?;
         // What it carries when it stops is compared, so all that is bound is kept.
         let kept = if Facts::of(network, context).may_stop { names.clone() } else { BTreeSet::new() };
@@ -68,8 +76,10 @@ impl Instant {
             body = inner;
         }
         let runner = Runner::new(context, &kept);
-        let state = last(&runner, runner.running(body)?, &ports)?;
-        Ok(Instant { ports, state, names, kept })
+        let start = runner.running(body)?;
+        let state = last(&runner, start.clone(), &ports)?;
+        let drawing = draw::is_due(&state).then(|| state != start);
+        Ok((Instant { ports, state, names, kept }, drawing))
     }
 
     /// The network as it is now.
@@ -91,8 +101,9 @@ impl Instant {
         leaves(&self.state).into_iter().filter_map(left).collect()
     }
 
-    /// The network after this time, in which no delay runs out before, and after the instant in which it then is; if it
-    /// ends as the time has passed, its end: `Stop` behind what it carries, or `Abort`.
+    /// The network after this time, in which no delay runs out before, and after the instant in which it then is, or at
+    /// the start of that instant if something is drawn in it; if it ends as the time has passed, its end: `Stop` behind
+    /// what it carries, or `Abort`.
     ///
     /// # Errors
     /// Where it is not certain that the time is more than 0 and no longer than any delay that runs, or where what
@@ -128,7 +139,11 @@ impl Instant {
         let runner = Runner::new(context, &self.kept);
         match runner.ended_or_running(&passed)? {
             (true, end) => Ok(end),
-            (false, state) => Ok(closed(&self.ports, last(&runner, state, &self.ports)?)),
+            (false, now) => {
+                let last = last(&runner, now.clone(), &self.ports)?;
+                // Where something is drawn before the instant is over, that is another step.
+                Ok(closed(&self.ports, if draw::is_due(&last) { now } else { last }))
+            }
         }
     }
 
@@ -244,7 +259,7 @@ fn active(parts: &[Term]) -> Option<usize> {
     parts.iter().position(|part| !is_set(part))
 }
 
-/// The reads, writes, delays and observers that run in a settled term, in order.
+/// The reads, writes, delays, observers and draws that run in a settled term, in order.
 fn leaves(term: &Term) -> Vec<&Term> {
     let mut found = Vec::new();
     let mut open = vec![term];
@@ -253,7 +268,9 @@ fn leaves(term: &Term) -> Vec<&Term> {
             Node::Seq(parts) => open.extend(active(parts).map(|place| &parts[place])),
             Node::Else(first, _) => open.push(first),
             Node::Par(parts) | Node::Disable(parts) => open.extend(parts.iter().rev()),
-            Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle => found.push(term),
+            Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
+                found.push(term)
+            }
             _ => {}
         }
     }
@@ -275,7 +292,7 @@ fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term)
         Node::Par(parts) | Node::Disable(parts) => {
             term.with_children(parts.iter().map(|part| rebuilt(part, number, change)).collect())
         }
-        Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle => {
+        Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
             let here = *number;
             *number += 1;
             change(here, term).unwrap_or_else(|| term.clone())
@@ -284,8 +301,25 @@ fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term)
     }
 }
 
-/// The one state to which all orders of communications lead.
+/// The one state to which all orders of communications lead, at which nothing is communicated any more or draws are due.
 fn last(runner: &Runner<'_, '_>, first: Term, ports: &[Name]) -> Result<Term, Stuck> {
+    let found = last_of(runner, first.clone(), ports, Orders::Alike)?;
+    // A draw is made before anything else is communicated, so communications that commute do not in all orders lead to
+    // the moment at which it is due: all of them are followed.
+    if draw::is_due(&found) { last_of(runner, first, ports, Orders::All) } else { Ok(found) }
+}
+
+/// Which orders of communications are followed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Orders {
+    /// All.
+    All,
+    /// Of orders that surely lead to the same state one.
+    Alike,
+}
+
+/// The one state to which these orders of communications lead.
+fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders) -> Result<Term, Stuck> {
     let mut last: Option<Term> = None;
     let (mut seen, mut on_the_way) = (HashSet::new(), HashSet::new());
     let mut way: Vec<(Term, Vec<Term>)> = Vec::new();
@@ -296,7 +330,7 @@ fn last(runner: &Runner<'_, '_>, first: Term, ports: &[Name]) -> Result<Term, St
                 return stuck("it communicates for ever in no time");
             }
             if seen.insert(state.clone()) {
-                let next = communications(runner, &state, ports)?;
+                let next = communications(runner, &state, ports, orders)?;
                 if next.is_empty() && last.replace(state.clone()).is_some_and(|other| other != state) {
                     return stuck("the order in which parts communicate in one instant matters");
                 }
@@ -320,8 +354,9 @@ fn last(runner: &Runner<'_, '_>, first: Term, ports: &[Name]) -> Result<Term, St
     last.map_or_else(|| stuck("nothing was found"), Ok)
 }
 
-/// The states after each communication that is possible; after one alone, if it commutes with all others.
-fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name]) -> Result<Vec<Term>, Stuck> {
+/// The states after each communication that is possible; after one alone, if it commutes with all others and not all
+/// orders are asked for. None is possible while a draw is due.
+fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name], orders: Orders) -> Result<Vec<Term>, Stuck> {
     let leaves = leaves(state);
     let mut pairs = Vec::new();
     for (reader, leaf) in leaves.iter().enumerate() {
@@ -339,7 +374,12 @@ fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name]) -> Resu
             }
         }
     }
-    if let Some(place) = alone(state, &pairs, runner.context) {
+    if draw::is_due(state) {
+        return Ok(Vec::new());
+    }
+    if orders == Orders::Alike
+        && let Some(place) = alone(state, &pairs, runner.context)
+    {
         pairs = pairs.split_off(place);
         pairs.truncate(1);
     }

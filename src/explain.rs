@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::advance::Instant;
+use crate::advance::draw::Draws;
 use crate::fact::Context;
 use crate::kernel::Theory;
 use crate::law::Connective;
@@ -38,6 +39,8 @@ pub enum Why {
     UniqueLoop,
     /// Because the network runs so.
     Advance,
+    /// Because the network draws so.
+    Draw,
     /// By the hypothesis of the induction around.
     Hypothesis,
     /// By induction on this number.
@@ -81,6 +84,7 @@ impl fmt::Display for Why {
             Why::Unique(name) => write!(f, "the only solution: {name}"),
             Why::UniqueLoop => write!(f, "the only solution: a loop"),
             Why::Advance => write!(f, "the network runs on"),
+            Why::Draw => write!(f, "the network draws"),
             Why::Hypothesis => write!(f, "induction hypothesis"),
             Why::Induction(name) => write!(f, "induction on {name}"),
             Why::Trust(reason) => write!(f, "on trust: {reason}"),
@@ -187,6 +191,11 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
         Step::Advance(network, time) => {
             let instant = Instant::of(network, context);
             let right = instant.and_then(|instant| instant.onward(time.as_ref(), context));
+            let right = right.unwrap_or_else(|_| network.clone());
+            Ends { connective: Connective::Weak, ..equal(network.clone(), right) }
+        }
+        Step::Draw(network, names) => {
+            let right = Draws::of(network, context).and_then(|draws| draws.made(names, context));
             let right = right.unwrap_or_else(|_| network.clone());
             Ends { connective: Connective::Weak, ..equal(network.clone(), right) }
         }
@@ -311,6 +320,7 @@ fn why(proof: &Proof, step: &Step) -> Why {
         Step::Unique { name, .. } => Why::Unique(name.clone()),
         Step::UniqueLoop { .. } | Step::Turns { .. } => Why::UniqueLoop,
         Step::Advance(..) => Why::Advance,
+        Step::Draw(..) => Why::Draw,
         Step::Rounds { variable, .. } => Why::Induction(variable.clone()),
         Step::Suppose(..) => Why::Hypothesis,
         Step::Induction { variable, .. } => Why::Induction(variable.clone()),

@@ -8,6 +8,9 @@ pub mod circle;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+use num_rational::BigRational;
+use num_traits::Zero;
+
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::model::explore::successors;
@@ -232,15 +235,38 @@ pub fn goals(period: &Period, claim: &Claim, invariant: &[Vec<Test>], edge: &Edg
 }
 
 /// What a draw surely is.
-fn support(name: &Name, distribution: &Value) -> Vec<Test> {
+pub fn support(name: &Name, distribution: &Value) -> Vec<Test> {
     let View::Distribution(kind, arguments) = distribution.view() else { return Vec::new() };
     let drawn = Value::variable(name);
     let test = |relation: Relation, right: &Value| Test { relation, left: drawn.clone(), right: right.clone() };
     match (kind.as_str(), arguments.as_slice()) {
         ("Point", [value]) if value.sort() == Sort::Real => vec![test(Relation::Eq, value)],
         ("Uniform", [low, high]) => vec![test(Relation::Gte, low), test(Relation::Lte, high)],
-        ("Exp", [_]) => vec![test(Relation::Gte, &Value::zero())],
+        ("Exp" | "Poisson", [_]) => vec![test(Relation::Gte, &Value::zero())],
+        ("Mix", _) => {
+            let (low, high) = bounds(distribution);
+            let low = low.map(|low| test(Relation::Gte, &Value::rational(low)));
+            low.into_iter().chain(high.map(|high| test(Relation::Lte, &Value::rational(high)))).collect()
+        }
         _ => Vec::new(),
+    }
+}
+
+/// Numbers between which all lies that is drawn from a distribution, as far as there are such; of a mixture those of all
+/// its parts.
+fn bounds(distribution: &Value) -> (Option<BigRational>, Option<BigRational>) {
+    let View::Distribution(kind, arguments) = distribution.view() else { return (None, None) };
+    match (kind.as_str(), arguments.as_slice()) {
+        ("Point", [value]) => (value.as_rational(), value.as_rational()),
+        ("Uniform", [low, high]) => (low.as_rational(), high.as_rational()),
+        ("Exp" | "Poisson", [_]) => (Some(BigRational::zero()), None),
+        ("Mix", _) => {
+            let parts: Vec<_> = arguments.chunks(2).filter_map(|pair| pair.get(1)).map(bounds).collect();
+            let lows: Option<Vec<BigRational>> = parts.iter().map(|(low, _)| low.clone()).collect();
+            let highs: Option<Vec<BigRational>> = parts.into_iter().map(|(_, high)| high).collect();
+            (lows.and_then(|all| all.into_iter().min()), highs.and_then(|all| all.into_iter().max()))
+        }
+        _ => (None, None),
     }
 }
 

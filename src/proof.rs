@@ -80,6 +80,9 @@ pub enum Step {
     /// A closed network runs through this instant; then this much time passes, or nothing happens any more. See
     /// [`crate::advance`].
     Advance(Term, Option<Value>),
+    /// A closed network draws all that it draws at once in this instant, each value under one of these names. See
+    /// [`crate::advance::draw`].
+    Draw(Term, Vec<Name>),
     /// From a lemma `A(n) = P(n) ; A(n+1)`, for every n of the rounds: `A(0) = P^{i<N} ; A(N)`.
     Rounds {
         /// The number of the lemma.

@@ -8,6 +8,7 @@ mod claim;
 mod compare;
 mod contradiction;
 mod criteria;
+mod drawn;
 mod illustrate;
 mod instances;
 mod likely;

@@ -109,7 +109,7 @@ impl<'c, 'd> Runner<'c, 'd> {
             Node::Stop => Ok(State::Stopped(Results::new())),
             Node::Abort => Ok(State::Aborted),
             Node::Idle | Node::In(..) => Ok(State::Running(term.clone())),
-            Node::Out(..) | Node::Observe(..) => {
+            Node::Out(..) | Node::Observe(..) | Node::Ran(..) => {
                 Ok(State::Running(term.map_values(&mut |value| Ok::<_, Stuck>(self.simple(value)))?))
             }
             Node::Delay(time) => self.settle_delay(time),
@@ -135,7 +135,6 @@ impl<'c, 'd> Runner<'c, 'd> {
             }
             Node::Call(name, arguments) => self.settle_call(name, arguments, wanted, depth),
             Node::New(..) | Node::Project(..) => stuck("`new` and `to` inside a component"),
-            Node::Ran(..) => stuck("a random draw"),
             Node::Meta(name, _) | Node::Replace(_, name, _) => stuck(format!("{name} is not known")),
         }
     }

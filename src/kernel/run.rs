@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Checker, Derived, Reason, no_supposition, same};
 use crate::advance::Instant;
+use crate::advance::draw::Draws;
 use crate::fact::{Context, Facts};
 use crate::law::{Condition, Connective};
 use crate::name::Name;
@@ -20,6 +21,16 @@ impl Checker<'_> {
         let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
         let instant = Instant::of(network, &self.context).map_err(stuck)?;
         let right = instant.onward(time, &self.context).map_err(stuck)?;
+        self.advanced = true;
+        Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
+    }
+
+    /// A network is weakly equal to what it draws in this instant, each value under a name of its own, and then the
+    /// network with what was drawn.
+    pub(super) fn draw(&mut self, network: &Term, names: &[Name]) -> Result<Derived, Reason> {
+        let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
+        let draws = Draws::of(network, &self.context).map_err(stuck)?;
+        let right = draws.made(names, &self.context).map_err(stuck)?;
         self.advanced = true;
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
     }

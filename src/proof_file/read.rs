@@ -170,6 +170,10 @@ impl Reader {
                 let time = time.as_ref().map(|time| self.value(time)).transpose()?;
                 Step::Advance(self.term(network)?, time)
             }
+            StepText::Draw { network, names } => {
+                let names: Result<_, Rejection> = names.iter().map(|name| identifier(name)).collect();
+                Step::Draw(self.term(network)?, names?)
+            }
             StepText::Rounds { lemma, variable, round, index, count } => Step::Rounds {
                 lemma: *lemma,
                 variable: metavariable(variable)?,

@@ -141,6 +141,10 @@ pub(super) enum Step {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         time: Option<String>,
     },
+    Draw {
+        network: String,
+        names: Vec<String>,
+    },
     Rounds {
         lemma: usize,
         variable: String,

@@ -144,9 +144,10 @@ fn terms(step: &Step) -> Vec<&Term> {
         }
         Step::Unique { candidate, .. } => vec![candidate],
         Step::UniqueLoop { body, .. } => vec![body],
-        Step::Advance(term, _) | Step::Rounds { round: term, .. } | Step::Turns { turn: term, .. } => {
-            vec![term]
-        }
+        Step::Advance(term, _)
+        | Step::Draw(term, _)
+        | Step::Rounds { round: term, .. }
+        | Step::Turns { turn: term, .. } => vec![term],
         Step::Induction { left, right, .. } => vec![left, right],
         Step::Symmetric(_) | Step::Transitive(_) => Vec::new(),
     }
@@ -180,6 +181,9 @@ fn step(step: &Step) -> StepText {
         Step::Lemma(of, with) => StepText::Lemma { of: *of, with: substitution(with) },
         Step::Advance(network, time) => {
             StepText::Advance { network: network.to_string(), time: time.as_ref().map(Value::to_string) }
+        }
+        Step::Draw(network, names) => {
+            StepText::Draw { network: network.to_string(), names: names.iter().map(Name::to_string).collect() }
         }
         Step::Rounds { lemma, variable, round, index, count } => StepText::Rounds {
             lemma: *lemma,

@@ -1,12 +1,14 @@
 //! That a system runs as it is said to: the system is followed stretch by stretch along the run, as the kernel will
 //! follow it, until the loop of the run leads back to the state at which it began.
 
+mod draw;
 mod end;
 mod shape;
 mod turn;
 
 use std::collections::BTreeMap;
 
+pub use draw::{draws, due, goes_on};
 pub use end::{End, ends};
 use num_traits::ToPrimitive;
 use shape::{alike, between, unused};

@@ -3,7 +3,7 @@
 use super::claim::Found;
 use super::instances::broken_instance;
 use super::reading::{Run, Waiting};
-use super::rounds::{all_checked, one_is_taken};
+use super::rounds::{Grounds, how_far};
 use super::satisfies::{phase_lines, said};
 use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
@@ -64,14 +64,14 @@ impl Run<'_, '_> {
                 found.trace.extend(outcome.extreme.clone());
                 found.trace.extend(never_together(&claim, &outcome));
                 let period = outcome.period.as_ref().filter(|_| !safe.trusted().is_empty());
-                match period.filter(|period| all_checked(period, system, environment, &interrupted)) {
-                    Some(period) if one_is_taken(period, &environment.assumptions) => {
+                match period.map(|period| how_far(period, system, environment, &interrupted)) {
+                    Some(Grounds::All) => {
                         found
                             .trace
                             .push("the kernel has checked every way of the phases, one of which is taken".into());
                     }
-                    Some(_) => found.trusted.push(WAYS.to_string()),
-                    None => found.trusted.extend(safe.trusted().iter().cloned()),
+                    Some(Grounds::Ways) => found.trusted.push(WAYS.to_string()),
+                    _ => found.trusted.extend(safe.trusted().iter().cloned()),
                 }
             }
             safety::Verdict::Refuted(run) => {

@@ -4,7 +4,9 @@ use num_rational::BigRational;
 
 use super::always::claim_of;
 use super::claim::Found;
+use super::drawn::no_two_taken;
 use super::reading::{Run, Waiting};
+use super::rounds::{Grounds, how_far};
 use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
@@ -24,6 +26,7 @@ const SEED: u64 = 1;
 /// What is taken on trust where a chance is compared.
 const PARTS: &str = "that the process goes through its parts, their draws and their delays in a line";
 const PHASES: &str = "that the phases with their flow functions, as printed, are all that the system does";
+const CHECKED: &str = "the kernel has checked every way of the phases, just one of which is taken";
 const ORDERS: &str = "that several communications of one moment may come in any order, as each may with the first";
 const MACHINE: &str = "the arithmetic of the machine, rounded outward";
 
@@ -58,7 +61,10 @@ impl Run<'_, '_> {
         match answer.enclosed.as_ref().and_then(|enclosed| enclosed.compare(relation, &bound)) {
             Some(holds) => {
                 found.verdict = Some(if holds { Verdict::Proved } else { Verdict::Refuted });
-                found.trusted = answer.trusted;
+                found.trusted = answer.trusted.clone();
+                if checked(likelihood, &mut found.trusted, &waiting.environment, &|| self.surroundings.interrupted()) {
+                    found.trace.push(CHECKED.to_string());
+                }
             }
             None => found.remains = vec![open(&answer, relation, threshold, &bound)],
         }
@@ -72,6 +78,26 @@ impl Run<'_, '_> {
             Err(reasons) => reasons,
         }
     }
+}
+
+/// Whether the phases that a chance rests on are theorems, and just one way of them is always taken; then they are not
+/// taken on trust.
+fn checked(
+    likelihood: &Likelihood,
+    trusted: &mut Vec<String>,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> bool {
+    let phases = trusted.iter().position(|line| line == PHASES);
+    let (Some(place), Ok((system, ..))) = (phases, event(likelihood, environment)) else { return false };
+    let found = period::analyse(&system.components, &environment.definitions, &environment.assumptions);
+    let known = found.is_ok_and(|period| {
+        no_two_taken(&period) && how_far(&period, system, environment, interrupted) == Grounds::All
+    });
+    if known {
+        trusted.remove(place);
+    }
+    known
 }
 
 /// What remains where nothing is proved.
@@ -105,7 +131,8 @@ fn work(answer: &Answer, threshold: &Value) -> String {
 
 /// A probability, for criteria.
 pub(super) fn chances(likelihood: &Likelihood, environment: &Environment) -> Result<Likely, Vec<String>> {
-    let answer = answer(likelihood, None, environment)?;
+    let mut answer = answer(likelihood, None, environment)?;
+    checked(likelihood, &mut answer.trusted, environment, &|| false);
     let Chance { low, high, method, .. } = answer.chance;
     Ok(Likely {
         low,

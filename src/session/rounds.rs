@@ -4,12 +4,14 @@
 use std::collections::BTreeMap;
 
 use super::compare::theory;
+use super::drawn::{Layer, followed, named_alike, with_supports};
 use crate::assumption::Assumptions;
+use crate::fact::Context;
 use crate::kernel::{Theory, check};
 use crate::law::Condition;
 use crate::lower::{Environment, System};
 use crate::name::Name;
-use crate::period::{Edge, End, Next, Period, Phase, Test, open_name, stretch};
+use crate::period::{Edge, End, Next, Period, Phase, Segment, Test, open_name, stretch};
 use crate::prove::run::{self, Lost, ends, passes};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
@@ -31,7 +33,8 @@ pub(super) fn checked(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Vec<String> {
-    let (proved, all, why) = count(period, system, environment, interrupted);
+    let Count { layers, all, why } = count(period, system, environment, interrupted);
+    let proved = layers.iter().flatten().count();
     let ways = "ways from start and phases, with their flow functions";
     match why {
         _ if all == 0 => Vec::new(),
@@ -42,25 +45,48 @@ pub(super) fn checked(
     }
 }
 
-/// Whether the kernel has checked every way there is, none of which stops time.
-pub(super) fn all_checked(
+/// What the kernel has checked of the phases of a system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Grounds {
+    /// Not every way.
+    Less,
+    /// Every way there is, none of which stops time.
+    Ways,
+    /// Every way, one of which is taken, whatever the values.
+    All,
+}
+
+/// How far the phases of a system, as printed, are theorems.
+pub(super) fn how_far(
     period: &Period,
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> bool {
+) -> Grounds {
     let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
-    edges.all(|edge| !matches!(edge.next, Next::End(End::Livelock { .. })) && edge.draws.is_empty())
-        && count(period, system, environment, interrupted).2.is_none()
+    if edges.any(|edge| matches!(edge.next, Next::End(End::Livelock { .. }))) {
+        return Grounds::Less;
+    }
+    let counted = count(period, system, environment, interrupted);
+    match counted.why {
+        Some(_) => Grounds::Less,
+        None if one_is_taken(period, &counted.layers, &environment.assumptions) => Grounds::All,
+        None => Grounds::Ways,
+    }
 }
 
-/// Whether at the start and in each phase the tests of one of the ways hold, whatever the values.
-pub(super) fn one_is_taken(period: &Period, known: &Assumptions) -> bool {
-    let covers = |edges: &[Edge], named: &Named| {
+/// Whether at the start and in each phase the tests of one of the ways hold, whatever the values and whatever is drawn.
+/// What each way draws comes in the order of the ways.
+fn one_is_taken(period: &Period, layers: &[Option<Vec<Layer>>], known: &Assumptions) -> bool {
+    let mut layers = layers.iter();
+    let mut covers = |edges: &[Edge], named: &Named| {
         let tests = edges.iter().map(|edge| edge.tests.iter().map(|test| test.substitute(named)).collect());
         let ways: Result<Vec<Vec<Test>>, ValueError> = tests.collect();
+        let drawn = edges.iter().map(|edge| Some((edge, layers.next()?.as_deref()?)));
+        let drawn: Option<Vec<(&Edge, &[Layer])>> = drawn.collect();
         let mut cases = MOST_CASES;
-        ways.is_ok_and(|ways| one_holds(&ways, known, &mut cases))
+        drawn.is_some_and(|drawn| named_alike(&drawn))
+            && ways.is_ok_and(|ways| one_holds(&ways, &with_supports(known, edges), &mut cases))
     };
     covers(&period.initial, &Named::new()) && period.phases.iter().all(|phase| covers(&phase.edges, &any_values(phase)))
 }
@@ -81,13 +107,18 @@ fn one_holds(ways: &[Vec<Test>], known: &Assumptions, cases: &mut usize) -> bool
     })
 }
 
-/// How many ways to phases and ends the kernel has checked, of how many, and why the first is not, if one is not.
-fn count(
-    period: &Period,
-    system: &System,
-    environment: &Environment,
-    interrupted: &dyn Fn() -> bool,
-) -> (usize, usize, Option<String>) {
+/// The ways to phases and ends.
+struct Count {
+    /// What each draws; none for a way that the kernel has not checked.
+    layers: Vec<Option<Vec<Layer>>>,
+    /// How many there are.
+    all: usize,
+    /// Why the first is not checked, if one is not.
+    why: Option<String>,
+}
+
+/// Which ways to phases and ends the kernel has checked.
+fn count(period: &Period, system: &System, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Count {
     let theory = theory(environment);
     let mut ports = Vec::new();
     let whole = system.term(&theory.definitions);
@@ -102,19 +133,18 @@ fn count(
     let edges = edges.flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
     let all: Vec<(Option<usize>, &Edge)> =
         start.chain(edges).filter(|(_, edge)| !matches!(edge.next, Next::End(End::Livelock { .. }))).collect();
-    let mut proved = 0;
+    let mut layers = Vec::new();
     let mut failed = Vec::new();
     for (from, edge) in all.iter().take(MOST_WAYS) {
         if failed.len() >= MOST_FAILURES || interrupted() {
             break;
         }
-        match rounds.proved(*from, edge, &whole) {
-            Ok(()) => proved += 1,
-            Err(Lost(why)) => failed.push(format!("{}: {}", named(*from, edge), short(&why))),
-        }
+        let found = rounds.proved(*from, edge, &whole);
+        failed.extend(found.as_ref().err().map(|Lost(why)| format!("{}: {}", named(*from, edge), short(why))));
+        layers.push(found.ok());
     }
-    let unseen = (proved < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
-    (proved, all.len(), failed.into_iter().next().or(unseen))
+    let unseen = (layers.len() < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
+    Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen) }
 }
 
 fn named(from: Option<usize>, edge: &Edge) -> String {
@@ -134,14 +164,14 @@ fn short(why: &str) -> String {
     why.chars().take(WIDEST).chain(" …".chars()).collect()
 }
 
-struct Rounds<'a> {
-    theory: &'a Theory,
+pub(super) struct Rounds<'a> {
+    pub(super) theory: &'a Theory,
     period: &'a Period,
     ports: Vec<Name>,
 }
 
 /// What the variables of a phase are called in a theorem, where they stand for any value.
-type Named = BTreeMap<Name, Value>;
+pub(super) type Named = BTreeMap<Name, Value>;
 
 fn any_values(phase: &Phase) -> Named {
     phase.variables.iter().map(|name| (name.clone(), Value::variable(&open_name(name)))).collect()
@@ -154,54 +184,120 @@ impl Rounds<'_> {
         Ok(self.ports.iter().rev().fold(body, |body, port| Term::new(Node::New(port.clone(), body))))
     }
 
-    /// Has the kernel check that one way through a phase is what the system does.
-    fn proved(&self, from: Option<usize>, edge: &Edge, whole: &Term) -> Result<(), Lost> {
-        let odd = |error: ValueError| Lost(error.0);
-        if let Some((name, _)) = edge.draws.first() {
-            return Err(Lost(format!("{name} is drawn at random")));
-        }
+    /// Has the kernel check that one way through a phase is what the system does, and returns what is drawn on it.
+    fn proved(&self, from: Option<usize>, edge: &Edge, whole: &Term) -> Result<Vec<Layer>, Lost> {
         let phase = from.and_then(|number| self.period.phases.get(number));
         let named = phase.map_or_else(Named::new, any_values);
-        // Of each something is supposed, if only that it is what it is.
-        let own = named.values().map(|value| Condition::Compare(Relation::Eq, value.clone(), value.clone()));
-        let mut hypotheses: Vec<Condition> = own.collect();
-        for test in &edge.tests {
-            let Test { relation, left, right } = test.substitute(&named).map_err(odd)?;
-            hypotheses.push(Condition::Compare(relation, left, right));
-        }
         let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
-        let mut stretches = Vec::with_capacity(edge.segments.len());
-        for segment in &edge.segments {
-            let shown: Result<Vec<Term>, _> =
-                segment.observed.iter().map(|term| substitute_values(term, &named)).collect();
-            let duration = segment.duration.substitute(&named).map_err(odd)?;
-            stretches.push(stretch(&duration, &shown.map_err(|stuck| Lost(stuck.0))?));
+        let running: Vec<Condition> =
+            phase.map_or_else(Vec::new, |phase| delays(&phase.state).map(more_than_none).collect());
+        if edge.draws.is_empty() {
+            let mut hypotheses = supposed(edge, &named)?;
+            hypotheses.extend(running);
+            self.leads(edge, (&left, &edge.segments), &named, &hypotheses)?;
+            return Ok(Vec::new());
         }
-        let map = edge.map.iter().map(|(name, value)| Ok((open_name(name), value.substitute(&named)?)));
+        let beside = phase.map_or(&self.period.initial, |phase| &phase.edges);
+        let asked: Vec<Test> = beside.iter().flat_map(|edge| edge.tests.iter().cloned()).collect();
+        let through = |backwards: bool| {
+            let reached = followed(self, edge, (&named, &running, &left), (&asked, backwards))?;
+            if let Some(state) = &reached.state {
+                self.leads(edge, (state, &[]), &reached.named, &reached.hypotheses)?;
+            }
+            Ok(reached.layers)
+        };
+        through(false).or_else(|why| through(true).map_err(|_| why))
+    }
+
+    /// In a phase, what is left of each delay that runs is more than 0: so it is where the phase is entered.
+    fn still_run(&self, phase: &Phase, map: &Named, hypotheses: &[Condition]) -> Result<(), Lost> {
+        let known = Context::new(&self.theory.assumptions, &self.theory.definitions, hypotheses).assumptions;
+        for left in delays(&phase.state) {
+            let left = left.substitute(map).map_err(odd)?;
+            if known.decide(Relation::Gtr, &left, &Value::zero()) != Some(true) {
+                return Err(Lost(format!("whether {left} > 0")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Has the kernel check that from here these segments pass and the way comes to where it leads.
+    fn leads(
+        &self,
+        edge: &Edge,
+        (left, segments): (&Term, &[Segment]),
+        named: &Named,
+        hypotheses: &[Condition],
+    ) -> Result<(), Lost> {
+        let mut stretches = Vec::with_capacity(segments.len());
+        for segment in segments {
+            stretches.push(passing(segment, named)?);
+        }
+        let map = edge.map.iter().map(|(name, value)| Ok((open_name(name), value.substitute(named)?)));
         let map = map.collect::<Result<Named, ValueError>>().map_err(odd)?;
         let proof = match &edge.next {
             Next::Phase(next) => {
                 let Some(target) = self.period.phases.get(*next) else { return Err(Lost("it leads nowhere".into())) };
+                self.still_run(target, &map, hypotheses)?;
                 let right = self.network(&target.state, &map)?;
-                passes(self.theory, &hypotheses, (&left, &right), &stretches)?
+                passes(self.theory, hypotheses, (left, &right), &stretches)?
             }
             Next::End(end) => {
                 let end = match end {
                     End::Stopped => run::End::Stopped,
                     End::Aborted => run::End::Aborted,
-                    End::Silent { observed, .. } => {
-                        let shown: Result<Vec<Term>, _> =
-                            observed.iter().map(|term| substitute_values(term, &named)).collect();
-                        run::End::Silent(shown.map_err(|stuck| Lost(stuck.0))?)
-                    }
+                    End::Silent { observed, .. } => run::End::Silent(shown(observed, named)?),
                     End::Livelock { .. } => return Err(Lost("time stops".to_string())),
                 };
-                ends(self.theory, &hypotheses, &left, (&stretches, &end))?
+                ends(self.theory, hypotheses, left, (&stretches, &end))?
             }
         };
         check(self.theory, &proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
         Ok(())
     }
+}
+
+/// What is left of the delays that run in a state, where that is a variable.
+fn delays(state: &[Term]) -> impl Iterator<Item = &Value> {
+    let (mut open, mut found): (Vec<&Term>, Vec<&Value>) = (state.iter().collect(), Vec::new());
+    while let Some(term) = open.pop() {
+        match term.node() {
+            Node::Delay(left) if left.variables().iter().any(Name::is_meta) => found.push(left),
+            Node::Seq(_) | Node::Else(..) => open.extend(term.children().first()),
+            Node::Par(_) | Node::Disable(_) | Node::New(..) | Node::Project(..) => open.extend(term.children()),
+            _ => {}
+        }
+    }
+    found.into_iter()
+}
+
+fn more_than_none(left: &Value) -> Condition {
+    Condition::Compare(Relation::Gtr, left.clone(), Value::zero())
+}
+
+fn odd(error: ValueError) -> Lost {
+    Lost(error.0)
+}
+
+fn shown(observed: &[Term], named: &Named) -> Result<Vec<Term>, Lost> {
+    let shown: Result<Vec<Term>, _> = observed.iter().map(|term| substitute_values(term, named)).collect();
+    shown.map_err(|stuck| Lost(stuck.0))
+}
+
+/// A segment as a process.
+pub(super) fn passing(segment: &Segment, named: &Named) -> Result<Term, Lost> {
+    Ok(stretch(&segment.duration.substitute(named).map_err(odd)?, &shown(&segment.observed, named)?))
+}
+
+/// Of each value something is supposed, if only that it is what it is; and the tests of the way.
+fn supposed(edge: &Edge, named: &Named) -> Result<Vec<Condition>, Lost> {
+    let own = named.values().map(|value| Condition::Compare(Relation::Eq, value.clone(), value.clone()));
+    let mut hypotheses: Vec<Condition> = own.collect();
+    for test in &edge.tests {
+        let Test { relation, left, right } = test.substitute(named).map_err(odd)?;
+        hypotheses.push(Condition::Compare(relation, left, right));
+    }
+    Ok(hypotheses)
 }
 
 #[cfg(test)]

@@ -50,6 +50,14 @@ impl Need {
         }
         let Need::Nonzero(Value(own)) = self else { return false };
         let Content::Real(own, _) = &own.content else { return false };
+        // A root is 0 just where what it is taken of is.
+        if let [(monomial, _)] = own.terms()
+            && let [(Atom::Root(inner), 1)] = monomial.factors()
+            && let Some(inner) = inner.numerator()
+            && Need::Nonzero(inner).follows_from(others)
+        {
+            return true;
+        }
         others.iter().any(|other| {
             let Need::Nonzero(Value(other)) = other else { return false };
             let Content::Real(other, _) = &other.content else { return false };

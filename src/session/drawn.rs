@@ -1,0 +1,213 @@
+//! A way through a phase that draws, as theorems: the network passes to where draws are due, draws what is printed, and
+//! for all values that may be drawn, and meet the tests of the way, it goes on so.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::rounds::{Named, Rounds, passing};
+use crate::assumption::Assumptions;
+use crate::fact::Context;
+use crate::invariant::support;
+use crate::kernel::check;
+use crate::law::Condition;
+use crate::name::Name;
+use crate::period::{Edge, Period, Test, open_name};
+use crate::proof::Proof;
+use crate::prove::run::{Lost, draws, due, goes_on};
+use crate::substitution::substitute_values;
+use crate::term::Term;
+use crate::value::{Relation, Value, ValueError};
+
+/// What is drawn at one moment: each value with its name and distribution.
+pub(super) type Layer = Vec<(Name, Value)>;
+
+/// A way that is being followed.
+struct Way<'a, 'r> {
+    rounds: &'a Rounds<'r>,
+    edge: &'a Edge,
+    /// All tests of the ways that leave from there.
+    asked: &'a [Test],
+    /// What the variables of the phase are called, and what was drawn so far.
+    named: Named,
+    /// What is supposed of the variables.
+    supposed: Vec<Condition>,
+    state: Term,
+    layers: Vec<Layer>,
+    /// Whether of several that are drawn under one name, the last that is printed is taken for the first.
+    backwards: bool,
+}
+
+/// Where a way has been followed to.
+pub(super) struct Reached {
+    /// What was drawn on the way, moment by moment.
+    pub(super) layers: Vec<Layer>,
+    /// What the variables of the phase, and what was drawn, are called in the state.
+    pub(super) named: Named,
+    /// What is supposed of them.
+    pub(super) hypotheses: Vec<Condition>,
+    /// The network there; none where what is supposed contradicts itself, so that the way is never taken.
+    pub(super) state: Option<Term>,
+}
+
+fn odd(error: ValueError) -> Lost {
+    Lost(error.0)
+}
+
+/// Has the kernel check a way up to where it has drawn all that it draws and all its segments have passed.
+pub(super) fn followed(
+    rounds: &Rounds<'_>,
+    edge: &Edge,
+    (named, supposed, state): (&Named, &[Condition], &Term),
+    (asked, backwards): (&[Test], bool),
+) -> Result<Reached, Lost> {
+    let (named, state, supposed) = (named.clone(), state.clone(), supposed.to_vec());
+    let mut way = Way { rounds, edge, asked, named, supposed, state, layers: Vec::new(), backwards };
+    let mut segments = edge.segments.iter();
+    loop {
+        let hypotheses = way.hypotheses()?;
+        if way.known(&hypotheses).contradictory() {
+            return Ok(Reached { layers: way.layers, named: way.named, hypotheses, state: None });
+        }
+        let left = way.left().next().is_some();
+        let why = match due(rounds.theory, &hypotheses, &way.state) {
+            Ok(due) => {
+                way.draw(&hypotheses, due)?;
+                continue;
+            }
+            Err(why) => why,
+        };
+        let Some(segment) = segments.next() else {
+            let state = Some(way.state);
+            return if left {
+                Err(why)
+            } else {
+                Ok(Reached { layers: way.layers, named: way.named, hypotheses, state })
+            };
+        };
+        let passed = passing(segment, &way.named)?;
+        let (proof, next) = goes_on(rounds.theory, &hypotheses, &way.state, &passed)?;
+        way.checked(&proof)?;
+        way.state = next;
+    }
+}
+
+impl Way<'_, '_> {
+    fn checked(&self, proof: &Proof) -> Result<(), Lost> {
+        check(self.rounds.theory, proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
+        Ok(())
+    }
+
+    /// What is not drawn yet.
+    fn left(&self) -> impl Iterator<Item = &(Name, Value)> {
+        self.edge.draws.iter().filter(|(name, _)| !self.named.contains_key(name))
+    }
+
+    /// What may be supposed here: of each value something, of what was drawn that it may be drawn, and the tests that ask
+    /// of nothing that is drawn later.
+    fn hypotheses(&self) -> Result<Vec<Condition>, Lost> {
+        let own = self.named.values().map(|value| Condition::Compare(Relation::Eq, value.clone(), value.clone()));
+        let mut hypotheses: Vec<Condition> = own.chain(self.supposed.iter().cloned()).collect();
+        let later: BTreeSet<&Name> = self.left().map(|(name, _)| name).collect();
+        let made = self.edge.draws.iter().filter(|(name, _)| !later.contains(name));
+        let known = self.edge.tests.iter().filter(|test| later.iter().all(|name| !asks_of(test, name)));
+        for test in made.flat_map(|(name, from)| support(name, from)).chain(known.cloned()) {
+            let Test { relation, left, right } = test.substitute(&self.named).map_err(odd)?;
+            hypotheses.push(Condition::Compare(relation, left, right));
+        }
+        Ok(hypotheses)
+    }
+
+    fn known(&self, hypotheses: &[Condition]) -> Assumptions {
+        Context::new(&self.rounds.theory.assumptions, &self.rounds.theory.definitions, hypotheses).assumptions
+    }
+
+    /// One moment at which these are drawn.
+    fn draw(&mut self, hypotheses: &[Condition], due: Vec<(Name, Value)>) -> Result<(), Lost> {
+        let mut layer: Layer = Vec::new();
+        let known = self.known(hypotheses);
+        for (name, from) in &due {
+            let mut fitting = None;
+            for (label, printed) in self.left().filter(|(label, _)| called(label, name)) {
+                let free = !layer.iter().any(|(other, _)| other == label);
+                let here = printed.substitute(&self.named).map_err(odd)?;
+                let equal = here == *from || known.simplify(&here) == known.simplify(from);
+                if free && equal && (self.backwards || fitting.is_none()) {
+                    fitting = Some((label.clone(), printed.clone()));
+                }
+            }
+            let Some(found) = fitting else { return Err(Lost(format!("{name} is drawn from {from}"))) };
+            layer.push(found);
+        }
+        // Which of several of one name is which is not told by what is printed.
+        for (place, (name, _)) in due.iter().enumerate() {
+            let again = due.iter().enumerate().any(|(other, (same, _))| other != place && same == name);
+            if again && self.asked.iter().any(|test| asks_of(test, &layer[place].0)) {
+                return Err(Lost(format!("a test asks of one of several {name} that are drawn at once")));
+            }
+        }
+        let labels: Vec<Name> = layer.iter().map(|(label, _)| label.clone()).collect();
+        let (proof, next) = draws(self.rounds.theory, hypotheses, &self.state, &labels)?;
+        self.checked(&proof)?;
+        let open: Named = labels.iter().map(|label| (label.clone(), Value::variable(&open_name(label)))).collect();
+        self.state = substitute_values(&next, &open).map_err(|stuck| Lost(stuck.0))?;
+        self.named.extend(open);
+        self.layers.push(layer);
+        Ok(())
+    }
+}
+
+fn asks_of(test: &Test, name: &Name) -> bool {
+    test.left.mentions(name) || test.right.mentions(name)
+}
+
+/// Whether a label, as `w~2`, is of something that is drawn under this name.
+fn called(label: &Name, name: &Name) -> bool {
+    label.as_str().rsplit_once('~').is_some_and(|(plain, _)| plain == name.as_str())
+}
+
+/// Whether the ways that leave from one place name what they draw alike: two ways draw the same under the same names as
+/// long as no test tells them apart. So what their tests say of a name, they say of one value.
+pub(super) fn named_alike(ways: &[(&Edge, &[Layer])]) -> bool {
+    ways.iter().enumerate().all(|(place, (one, layers))| {
+        ways[..place].iter().all(|(other, theirs)| {
+            let shared = layers.iter().zip(*theirs).take_while(|(mine, other)| mine == other).count();
+            shared == layers.len().max(theirs.len()) || told_apart(one, other, &layers[..shared])
+        })
+    })
+}
+
+/// Whether one of two ways has a test, of nothing that is drawn later, that the other has turned round.
+fn told_apart(one: &Edge, other: &Edge, before: &[Layer]) -> bool {
+    let drawn: BTreeSet<&Name> = before.iter().flatten().map(|(name, _)| name).collect();
+    let later =
+        |edge: &Edge, test: &Test| edge.draws.iter().any(|(name, _)| !drawn.contains(name) && asks_of(test, name));
+    one.tests.iter().any(|test| !later(one, test) && !later(other, test) && other.tests.contains(&test.negated()))
+}
+
+/// Whether the tests of two ways that leave from one place never hold together: some test of one is turned round in the
+/// other.
+pub(super) fn no_two_taken(period: &Period) -> bool {
+    let apart = |edges: &[Edge]| {
+        edges.iter().enumerate().all(|(place, one)| {
+            edges[..place].iter().all(|other| one.tests.iter().any(|test| other.tests.contains(&test.negated())))
+        })
+    };
+    apart(&period.initial) && period.phases.iter().all(|phase| apart(&phase.edges))
+}
+
+/// The assumptions with what is known of numbers that are drawn, where that depends on nothing else.
+pub(super) fn with_supports(known: &Assumptions, edges: &[Edge]) -> Assumptions {
+    let mut known = known.clone();
+    let mut all: BTreeMap<&Name, Vec<&Value>> = BTreeMap::new();
+    for (name, from) in edges.iter().flat_map(|edge| &edge.draws) {
+        all.entry(name).or_default().push(from);
+    }
+    for (name, from) in all {
+        let [first, others @ ..] = from.as_slice() else { continue };
+        if first.variables().is_empty() && others.iter().all(|other| other == first) {
+            for Test { relation, left, right } in support(name, first) {
+                known.assume(relation, &left, &right);
+            }
+        }
+    }
+    known
+}
