@@ -9,6 +9,10 @@ use pars::name::Name;
 use pars::parser::parse;
 use pars::period::{Period, analyse};
 
+/// The program's own.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Runs of each measurement; the best counts.
 const RUNS: usize = 3;
 /// How long one measurement takes at least, and how many runs may go into it.

@@ -16,6 +16,10 @@ use pars::parser::{parse, parse_value};
 use pars::recurrence::{Reach, reach, solve_all};
 use pars::value::{Relation, Value};
 
+/// The program's own.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 const SIXTY: &str = include_str!("../tests/recurrences/sixty.txt");
 const ARRIVALS: &str = include_str!("../tests/recurrences/arrivals.txt");
 /// What runs the other solvers: reads the set, answers with one line for each recurrence.

@@ -10,6 +10,7 @@ mod sign;
 mod simplify;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -25,6 +26,8 @@ use sign::Signs;
 pub struct Assumptions {
     /// As assumed: each value stands in the relation to 0; only `=`, `!=`, `>` and `>=` occur.
     stated: Vec<(Relation, Value)>,
+    /// The variables that they mention.
+    mentioned: Arc<BTreeSet<Name>>,
     naturals: BTreeSet<Name>,
     /// Variables that an equation gives, in the order in which they were solved.
     solved: Vec<(Name, Value)>,
@@ -62,25 +65,29 @@ impl Assumptions {
             },
             other => (other, difference),
         };
-        if self.stated.iter().any(|(other, known)| *other == relation && *known == value) {
+        let news: BTreeSet<Name> =
+            value.variables().into_iter().filter(|name| !self.mentioned.contains(name)).collect();
+        if news.is_empty() && self.stated.iter().any(|(other, known)| *other == relation && *known == value) {
             return;
         }
         self.stated.push((relation, value.clone()));
-        if !self.extended(relation, &value) {
+        if !news.is_empty() {
+            Arc::make_mut(&mut self.mentioned).extend(news.iter().cloned());
+        }
+        if !self.extended(relation, &value, &news) {
             self.prepare();
         }
     }
 
     /// Adds what the last fact stated says to what was derived from the others; false if that may change as well: if
-    /// it gives a variable a value, or an atom that they mention a sign.
-    fn extended(&mut self, relation: Relation, value: &Value) -> bool {
+    /// it gives a variable a value, or an atom that they mention a sign. `news` are the variables that they do not mention.
+    fn extended(&mut self, relation: Relation, value: &Value, news: &BTreeSet<Name>) -> bool {
         if relation == Relation::Eq || self.solved.iter().any(|(solved, _)| value.mentions(solved)) {
             return false;
         }
         if let Some(atom) = self.note_sign(relation, value) {
             let Atom::Variable(name) = atom else { return false };
-            let others = self.stated.len() - 1;
-            if self.stated.iter().take(others).any(|(_, other)| other.mentions(&name)) {
+            if !news.contains(&name) {
                 return false;
             }
         }
@@ -98,16 +105,24 @@ impl Assumptions {
     /// Assumes that a variable is 0, 1, 2, …
     pub fn assume_natural(&mut self, name: &Name) {
         if self.naturals.insert(name.clone()) {
+            let mentioned = self.mentioned.contains(name);
             self.assume(Relation::Gte, &Value::variable(name), &Value::zero());
-            self.prepare();
+            // Of a name that stood nowhere nothing was derived that is sharper now.
+            if mentioned {
+                self.prepare();
+            }
         }
     }
 
     /// The variables that the assumptions mention.
     pub fn variables(&self) -> BTreeSet<Name> {
-        let mut found = self.naturals.clone();
-        self.stated.iter().for_each(|(_, value)| found.extend(value.variables()));
-        found
+        // What is natural is stated to be at least 0.
+        (*self.mentioned).clone()
+    }
+
+    /// Whether the assumptions mention this variable.
+    pub fn mentions(&self, name: &Name) -> bool {
+        self.mentioned.contains(name)
     }
 
     /// The variables that are assumed natural.
@@ -117,19 +132,34 @@ impl Assumptions {
 
     /// Without everything that mentions one of these names.
     pub fn without(&self, names: &BTreeSet<Name>) -> Assumptions {
-        let free = |value: &Value| names.iter().all(|name| !value.mentions(name));
-        let mut rest = Assumptions {
-            stated: self.stated.iter().filter(|(_, value)| free(value)).cloned().collect(),
-            naturals: self.naturals.difference(names).cloned().collect(),
-            ..Assumptions::default()
-        };
+        self.kept(|variables| variables.is_disjoint(names))
+    }
+
+    /// Without everything that mentions a name besides these.
+    pub fn within(&self, names: &BTreeSet<Name>) -> Assumptions {
+        self.kept(|variables| variables.is_subset(names))
+    }
+
+    /// What mentions variables that are to be kept.
+    fn kept(&self, keep: impl Fn(&BTreeSet<Name>) -> bool) -> Assumptions {
+        let mut rest = Assumptions::default();
+        let mut mentioned = BTreeSet::new();
+        for (relation, value) in &self.stated {
+            let variables = value.variables();
+            if keep(&variables) {
+                rest.stated.push((*relation, value.clone()));
+                mentioned.extend(variables);
+            }
+        }
+        rest.mentioned = Arc::new(mentioned);
+        rest.naturals = self.naturals.iter().filter(|name| keep(&BTreeSet::from([(*name).clone()]))).cloned().collect();
         rest.prepare();
         rest
     }
 
     /// Without everything that mentions this name.
     pub fn without_name(&self, name: &Name) -> Assumptions {
-        if self.naturals.contains(name) || self.stated.iter().any(|(_, value)| value.mentions(name)) {
+        if self.naturals.contains(name) || self.mentions(name) {
             return self.without(&BTreeSet::from([name.clone()]));
         }
         self.clone()
@@ -138,6 +168,23 @@ impl Assumptions {
     /// The facts, each a value and its relation to 0: one of `=`, `!=`, `>`, `>=`.
     pub fn iter(&self) -> impl Iterator<Item = (Relation, Value)> + '_ {
         self.stated.iter().cloned()
+    }
+
+    /// How many facts there are.
+    pub fn count(&self) -> usize {
+        self.stated.len()
+    }
+
+    /// Without the last facts: the first of this number alone, and these names natural.
+    pub fn truncated(&self, count: usize, naturals: &BTreeSet<Name>) -> Assumptions {
+        let mut rest = Assumptions {
+            stated: self.stated.iter().take(count).cloned().collect(),
+            naturals: naturals.clone(),
+            ..Assumptions::default()
+        };
+        rest.mentioned = Arc::new(rest.stated.iter().flat_map(|(_, value)| value.variables()).collect());
+        rest.prepare();
+        rest
     }
 
     /// Whether the assumptions are known to exclude each other, so that anything follows from them.

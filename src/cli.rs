@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
@@ -225,7 +226,9 @@ pub fn run() -> u8 {
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
-    let watch = Rc::new(Watch::new(listen()));
+    let prompt = line.command.is_none() && std::io::stdin().is_terminal();
+    let runs = matches!(line.command, Some(Command::Run { .. }));
+    let watch = Rc::new(Watch::new(listen(prompt, runs)));
     let colour = line.color.on(std::io::stdout().is_terminal());
     match line.command {
         None if std::io::stdin().is_terminal() => repl::run(watch, colour),
@@ -266,14 +269,28 @@ pub fn run() -> u8 {
     }
 }
 
-/// The wish to stop: Ctrl-C; a third time in vain ends the program.
-fn listen() -> Arc<AtomicBool> {
+/// How long the work may take to hear that it is to stop.
+const HEARING: Duration = Duration::from_millis(900);
+
+/// The wish to stop: Ctrl-C. A second time in vain ends the program; at the prompt, where more is at stake, a third time. A
+/// run of scripts, which keeps nothing, is ended where it does not hear the first.
+fn listen(prompt: bool, runs: bool) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let heard = stop.clone();
-    let vain = AtomicU8::new(0);
+    let vain = AtomicU8::new(u8::from(!prompt));
     let set = ctrlc::set_handler(move || {
         if !heard.swap(true, Ordering::Relaxed) {
-            vain.store(0, Ordering::Relaxed);
+            vain.store(u8::from(!prompt), Ordering::Relaxed);
+            let wish = heard.clone();
+            let wait = move || {
+                std::thread::sleep(HEARING);
+                if wish.load(Ordering::Relaxed) {
+                    complain("interrupted\n");
+                    std::process::exit(130);
+                }
+            };
+            // Without a thread to wait the second time ends it.
+            let _ = runs.then(|| std::thread::Builder::new().spawn(wait));
         } else if vain.fetch_add(1, Ordering::Relaxed) > 0 {
             std::process::exit(130);
         }

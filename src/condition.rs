@@ -54,10 +54,15 @@ impl Context<'_> {
     }
 
     fn facts_held(&self, term: &Term) -> u16 {
+        if let Some(known) = self.held.borrow().get(term) {
+            return *known;
+        }
         let facts = Facts::of(term, self);
         let supposed = |fact: Fact| !self.hypotheses.is_empty() && self.supposes(&Condition::Is(fact, term.clone()));
         let held = Fact::ALL.iter().filter(|(fact, _)| self.is(*fact, &facts) || supposed(*fact));
-        held.fold(0, |all, (fact, _)| all | 1 << *fact as u16)
+        let held = held.fold(0, |all, (fact, _)| all | 1 << *fact as u16);
+        self.held.borrow_mut().insert(term.clone(), held);
+        held
     }
 
     /// Decides a fact from facts.

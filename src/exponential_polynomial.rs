@@ -64,11 +64,18 @@ impl ExponentialPolynomial {
     /// # Errors
     /// When a coefficient is too large.
     pub fn plus(&self, other: &ExponentialPolynomial) -> Outcome {
-        let mut sum = self.clone();
-        for (modulus, coefficients) in &other.parts {
-            sum.include(modulus, coefficients.clone())?;
+        self.clone().joined(other.clone())
+    }
+
+    /// The sum, of two that are not needed any more.
+    ///
+    /// # Errors
+    /// When a coefficient is too large.
+    pub fn joined(mut self, other: ExponentialPolynomial) -> Outcome {
+        for (modulus, coefficients) in other.parts {
+            self.include(&modulus, coefficients)?;
         }
-        Ok(sum)
+        Ok(self)
     }
 
     /// A multiple by a value that is free of n.

@@ -128,6 +128,8 @@ pub struct Context<'a> {
     known: RefCell<TermMap<Rc<Facts>>>,
     /// What [`Context::facts_of_parts`] was last asked about, with its answer.
     pub(crate) last: RefCell<Option<(Term, Rc<[u16]>)>>,
+    /// Which facts hold of a term, as bits: what `Context::facts_held` has found.
+    pub(crate) held: RefCell<TermMap<u16>>,
 }
 
 /// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
@@ -155,6 +157,7 @@ impl<'a> Context<'a> {
             defined: BTreeMap::new(),
             known: RefCell::default(),
             last: RefCell::default(),
+            held: RefCell::default(),
         };
         context.defined = context.fixed_point();
         context
@@ -173,6 +176,7 @@ impl<'a> Context<'a> {
             defined: self.definitions.iter().map(|d| (d.name.clone(), Facts::default())).collect(),
             known: RefCell::default(),
             last: RefCell::default(),
+            held: RefCell::default(),
         };
         let mut context = plain;
         for _ in 0..ROUNDS {

@@ -2,6 +2,7 @@
 //!
 //! The modules stand in the order in which each builds on the others: a module imports only what stands above it.
 
+pub mod digest;
 pub mod name;
 mod rational;
 pub mod polynomial;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::ast::{Item, ItemKind};
 use crate::diagnostic::{Diagnostic, Source};
 use crate::lower::{Environment, Lowered};
-use crate::parser::parse;
+use crate::parser::{Parsed, parse};
 
 /// The files that every session can import, by name.
 pub const FILES: [(&str, &str); 9] = [
@@ -63,33 +63,55 @@ pub struct Reader<F> {
     find: F,
     open: Vec<String>,
     done: BTreeSet<String>,
+    interrupted: Box<dyn Fn() -> bool>,
+    stopped: bool,
 }
 
 impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
     /// A reader that finds what is imported with `find`: given the name of the importing text and what the import
     /// says, the text, whose name tells it from all others, or why there is none.
     pub fn new(find: F) -> Reader<F> {
-        Reader { find, open: Vec::new(), done: BTreeSet::new() }
+        let interrupted = Box::new(|| false);
+        Reader { find, open: Vec::new(), done: BTreeSet::new(), interrupted, stopped: false }
+    }
+
+    /// The same, which reads until it is interrupted.
+    pub fn until(self, interrupted: impl Fn() -> bool + 'static) -> Reader<F> {
+        Reader { interrupted: Box::new(interrupted), ..self }
+    }
+
+    /// Whether it was interrupted: then what stands further on was not read.
+    pub fn stopped(&self) -> bool {
+        self.stopped
     }
 
     /// Takes a text and all that it imports into an environment, item by item.
     /// What cannot be read is left out and reported at the end.
     pub fn read(&mut self, environment: &mut Environment, source: &Source, visit: &mut Visitor<'_>) -> Vec<Failure> {
-        let parsed = parse(&source.text);
+        // The tokens of a long text take more room than all the rest.
+        let Parsed { items, broken, mut diagnostics, .. } = parse(&source.text);
         let mut failures = Vec::new();
-        let mut diagnostics = parsed.diagnostics;
         let text = source.text.as_str();
-        let mut broken: BTreeSet<&str> =
-            parsed.broken.iter().filter_map(|start| declared(text.get(*start..)?)).collect();
+        let mut broken: BTreeSet<&str> = broken.iter().filter_map(|start| declared(text.get(*start..)?)).collect();
         self.open.push(source.name.clone());
-        for segment in segments(&parsed.items) {
+        for segment in segments(&items) {
+            if self.stopped {
+                break;
+            }
             if let [Item { kind: ItemKind::Import(path), .. }] = segment {
                 failures.extend(self.import(environment, source, segment, path, visit, &mut diagnostics));
                 continue;
             }
-            let mut batch = environment.open(segment, &source.text);
+            let Some(mut batch) = environment.open_until(segment, &source.text, &*self.interrupted) else {
+                self.stopped = true;
+                break;
+            };
             for (index, item) in segment.iter().enumerate() {
-                match environment.step(&mut batch, index, item) {
+                self.stopped = index > 0 && (self.interrupted)();
+                if self.stopped {
+                    break;
+                }
+                match environment.step_until(&mut batch, index, item, &*self.interrupted) {
                     Ok(lowered) => visit(environment, source, item, lowered),
                     Err(mut errors) => {
                         // What follows from something that could not be read is not said again.

@@ -3,6 +3,7 @@
 //! The items of one file see each other's processes, whatever their order; assumptions and claims take
 //! effect in order. At the prompt a name may be defined again, which is reported.
 
+mod assume;
 mod check;
 mod claim;
 mod criteria;

@@ -328,6 +328,7 @@ impl<'t> Parser<'t> {
         loop {
             all.push(read(self)?);
             if self.accept(close) {
+                all.shrink_to_fit();
                 return Ok(all);
             }
             self.require(Kind::Comma, what)?;

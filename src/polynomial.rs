@@ -217,19 +217,28 @@ impl<A: Clone + Ord> Polynomial<A> {
 
     /// The sum of these terms, given in any order.
     pub fn of(terms: impl IntoIterator<Item = (Monomial<A>, BigRational)>) -> Self {
-        let mut total: BTreeMap<Monomial<A>, BigRational> = BTreeMap::new();
-        for (monomial, coefficient) in terms {
-            match total.entry(monomial) {
-                std::collections::btree_map::Entry::Vacant(place) => {
-                    place.insert(coefficient);
-                }
-                std::collections::btree_map::Entry::Occupied(mut place) => {
-                    let added = sum(place.get(), &coefficient);
-                    place.insert(added);
-                }
+        let mut all: Vec<(Monomial<A>, BigRational)> = terms.into_iter().collect();
+        all.sort_by(|(one, _), (two, _)| two.cmp(one));
+        let mut total: Vec<(Monomial<A>, BigRational)> = Vec::with_capacity(all.len());
+        for (monomial, coefficient) in all {
+            match total.last_mut() {
+                Some((last, before)) if *last == monomial => *before = sum(before, &coefficient),
+                _ => total.push((monomial, coefficient)),
             }
         }
-        Polynomial(total.into_iter().rev().filter(|(_, coefficient)| !coefficient.is_zero()).collect())
+        total.retain(|(_, coefficient)| !coefficient.is_zero());
+        Polynomial(total)
+    }
+
+    /// The sum of terms that are in falling order, none of them 0.
+    pub(crate) fn sorted(terms: Vec<(Monomial<A>, BigRational)>) -> Self {
+        debug_assert!(terms.is_sorted_by(|(one, _), (two, _)| one > two));
+        Polynomial(terms)
+    }
+
+    /// The negative.
+    pub fn negated(&self) -> Self {
+        Polynomial(self.0.iter().map(|(monomial, number)| (monomial.clone(), -number)).collect())
     }
 
     /// Its terms in falling order.

@@ -15,7 +15,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 pub struct Watch {
     stop: Arc<AtomicBool>,
     shown: bool,
-    work: RefCell<Option<(String, Instant)>>,
+    /// What is being done, each as a part of what stands before it.
+    work: RefCell<Vec<(String, Instant)>>,
     bar: RefCell<Option<ProgressBar>>,
     asked: Cell<u32>,
 }
@@ -24,7 +25,7 @@ impl Watch {
     /// A watch that shows progress when standard error is a terminal; `stop` is the wish to stop.
     pub fn new(stop: Arc<AtomicBool>) -> Watch {
         let shown = std::io::stderr().is_terminal();
-        Watch { stop, shown, work: RefCell::new(None), bar: RefCell::new(None), asked: Cell::new(0) }
+        Watch { stop, shown, work: RefCell::default(), bar: RefCell::new(None), asked: Cell::new(0) }
     }
 
     /// Whether the user wants the work to stop. Also the moment to show that it goes on.
@@ -45,12 +46,12 @@ impl Watch {
     /// Work on this begins.
     pub fn begins(&self, what: &str) {
         let what: String = what.chars().take(60).collect();
-        *self.work.borrow_mut() = Some((what, Instant::now()));
+        self.work.borrow_mut().push((what, Instant::now()));
     }
 
     /// The work has ended.
     pub fn ends(&self) {
-        self.work.borrow_mut().take();
+        self.work.borrow_mut().pop();
         if let Some(bar) = self.bar.borrow_mut().take() {
             bar.finish_and_clear();
         }
@@ -58,7 +59,7 @@ impl Watch {
 
     fn show(&self) {
         let work = self.work.borrow();
-        let Some((what, since)) = work.as_ref() else { return };
+        let Some((what, since)) = work.last() else { return };
         let mut bar = self.bar.borrow_mut();
         if bar.is_none() && since.elapsed() >= PATIENCE {
             let fresh = ProgressBar::new_spinner();

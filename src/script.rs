@@ -167,12 +167,14 @@ pub struct Script<'o> {
     printer: Printer,
     code: u8,
     proofs: BTreeSet<PathBuf>,
+    /// Whether it was interrupted: then no further file is run.
+    stopped: bool,
 }
 
 impl<'o> Script<'o> {
     /// A script with these options.
     pub fn new(options: &'o Options, watch: Rc<Watch>) -> Script<'o> {
-        Script { options, watch, printer: Printer::default(), code: 0, proofs: BTreeSet::new() }
+        Script { options, watch, printer: Printer::default(), code: 0, proofs: BTreeSet::new(), stopped: false }
     }
 
     /// Runs each file in a session of its own; gives the exit code.
@@ -184,6 +186,9 @@ impl<'o> Script<'o> {
             }
         }
         for (number, path) in paths.iter().enumerate() {
+            if self.stopped {
+                break;
+            }
             let read = if path.as_os_str() == "-" { read_input() } else { read_file(path) };
             self.text(read, number + 1 == paths.len());
         }
@@ -222,10 +227,15 @@ impl<'o> Script<'o> {
                 proved.extend(record.filter(|record| record.evidence.is_some()).cloned());
             }
         });
+        self.stopped = self.watch.interrupted();
+        if self.stopped {
+            // It was heard; what was proved is still kept.
+            self.watch.reset();
+        }
         for record in proved {
             self.save(&session, &source.name, &record);
         }
-        if self.watch.interrupted() {
+        if self.stopped {
             complain("interrupted\n");
             self.code = worse(self.code, 4);
         }

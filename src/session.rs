@@ -110,8 +110,8 @@ pub struct Record {
 struct State {
     environment: Environment,
     records: Vec<Arc<Record>>,
-    /// For each declared name, the names in its declaration.
-    uses: Arc<BTreeMap<Name, BTreeSet<Name>>>,
+    /// For each declared name, the names in its declarations; those of one item share them.
+    uses: Arc<BTreeMap<Name, Vec<Arc<BTreeSet<Name>>>>>,
     it: Option<Term>,
     exercises: Arc<Vec<(Exercise, Environment)>>,
     /// What refuted the last claim that was refuted, or showed the last `no`.
@@ -216,16 +216,21 @@ impl Session {
         let mut environment = std::mem::take(&mut self.state.environment);
         let surroundings = self.surroundings.clone();
         let finder = surroundings.clone();
-        let mut reader = Reader::new(move |importer: &str, path: &str| match library::embedded(path) {
+        let reader = Reader::new(move |importer: &str, path: &str| match library::embedded(path) {
             // In force since the session began.
             Some(source) => Ok(Source::new(source.name, "")),
             None => finder.find(importer, path),
         });
+        let watching = self.surroundings.clone();
+        let mut reader = reader.until(move || watching.interrupted());
+        surroundings.begins(&format!("reading {}", source.name));
         let mut run = Run::new(&mut self.state, &self.own, &*surroundings, &environment, emit);
         run.keep();
         let failures = reader.read(&mut environment, source, &mut |environment, source, item, lowered| {
             run.visit(environment, source, item, lowered);
         });
+        surroundings.ends();
+        run.stop(reader.stopped());
         run.finish();
         run.show_kept(failures);
         self.state.environment = environment;
@@ -256,15 +261,26 @@ impl Session {
         let mut environment = std::mem::take(&mut self.state.environment);
         let surroundings = self.surroundings.clone();
         let mut run = Run::new(&mut self.state, &self.own, &*surroundings, &environment, emit);
-        let mut batch = environment.open(segment, &source.text);
+        let watching = || surroundings.interrupted();
+        surroundings.begins("declarations");
+        let before = environment.clone();
+        let batch = environment.open_until(segment, &source.text, &watching);
+        let mut stopped = batch.is_none();
+        let mut batch = batch.unwrap_or_default();
         for (index, item) in segment.iter().enumerate() {
-            match environment.step(&mut batch, index, item) {
+            stopped |= index > 0 && watching();
+            if stopped {
+                break;
+            }
+            match environment.step_until(&mut batch, index, item, &watching) {
                 Ok(lowered) => run.visit(&mut environment, source, item, lowered),
                 Err(diagnostics) => run.trouble(source, diagnostics),
             }
         }
+        surroundings.ends();
+        let undone = run.stop(stopped);
         run.finish();
-        self.state.environment = environment;
+        self.state.environment = if undone { before } else { environment };
     }
 
     /// The text with the last result for `it`, unless something is declared by that name.
@@ -303,13 +319,14 @@ impl State {
     /// Every name on which the names depend, through declarations.
     fn closure(&self, names: BTreeSet<Name>) -> BTreeSet<Name> {
         let mut found = BTreeSet::new();
+        let mut seen = BTreeSet::new();
         let mut rest: Vec<Name> = names.into_iter().collect();
         while let Some(name) = rest.pop() {
-            if found.insert(name.clone())
-                && let Some(uses) = self.uses.get(&name)
-            {
-                rest.extend(uses.iter().cloned());
+            if let Some(uses) = self.uses.get(&name).filter(|_| !found.contains(&name)) {
+                let new = uses.iter().filter(|uses| seen.insert(Arc::as_ptr(uses)));
+                rest.extend(new.flat_map(|uses| uses.iter().cloned()));
             }
+            found.insert(name);
         }
         found
     }

@@ -12,6 +12,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hash, Hasher};
 use std::sync::Arc;
 
+use crate::digest::Digest;
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
@@ -91,7 +92,7 @@ impl Term {
             size = size.saturating_add(child.size());
             depth = depth.max(child.depth());
         }
-        let mut hasher = std::collections::hash_map::DefaultHasher::new();
+        let mut hasher = Digest::default();
         node.hash(&mut hasher);
         let hash = hasher.finish();
         Term(Arc::new(Shared { node, hash, size, depth: depth + 1 }))

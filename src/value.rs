@@ -7,6 +7,7 @@
 
 mod arithmetic;
 mod fixed;
+mod identity;
 mod need;
 pub(crate) mod number;
 mod order;
@@ -16,11 +17,11 @@ mod root;
 mod substitute;
 mod text;
 
-use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::fmt;
-use std::hash::{Hash, Hasher};
-use std::sync::Arc;
+use std::hash::Hash;
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, LazyLock};
 
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
@@ -119,7 +120,8 @@ pub struct Value(Arc<Shared>);
 
 struct Shared {
     content: Content,
-    hash: u64,
+    /// Found when it is first asked for, as most values are never looked up; 0 before.
+    hash: AtomicU64,
     size: usize,
     depth: usize,
 }
@@ -189,9 +191,7 @@ impl Value {
     }
 
     fn sealed(content: Content, size: usize, depth: usize) -> Value {
-        let mut hasher = std::collections::hash_map::DefaultHasher::new();
-        content.hash(&mut hasher);
-        Value(Arc::new(Shared { hash: hasher.finish(), content, size, depth }))
+        Value(Arc::new(Shared { hash: AtomicU64::new(0), content, size, depth }))
     }
 
     /// A polynomial as a value; its relations are reduced already.
@@ -204,7 +204,11 @@ impl Value {
 
     /// An integer.
     pub fn integer(number: i64) -> Value {
-        Value::rational(BigRational::from_integer(number.into()))
+        match number {
+            0 => Value::zero(),
+            1 => Value::one(),
+            _ => Value::rational(BigRational::from_integer(number.into())),
+        }
     }
 
     /// An exact rational number.
@@ -222,12 +226,14 @@ impl Value {
 
     /// 0
     pub fn zero() -> Value {
-        Value::rational(BigRational::zero())
+        static ZERO: LazyLock<Value> = LazyLock::new(|| Value::rational(BigRational::zero()));
+        ZERO.clone()
     }
 
     /// 1
     pub fn one() -> Value {
-        Value::rational(BigRational::one())
+        static ONE: LazyLock<Value> = LazyLock::new(|| Value::rational(BigRational::one()));
+        ONE.clone()
     }
 
     /// A variable or metavariable.
@@ -429,7 +435,10 @@ impl Value {
             return None;
         }
         let over = |part: Real| Value::quotient(part, denominator.clone()).ok().filter(|value| !value.mentions(name));
-        let free = !Value::whole(denominator.clone()).ok()?.mentions(name);
+        let free = denominator
+            .terms()
+            .iter()
+            .all(|(monomial, _)| monomial.factors().iter().all(|(atom, _)| !atom.mentions(name)));
         if free { Some((over(factor.unwrap_or_else(Polynomial::zero))?, over(constant)?)) } else { None }
     }
 
@@ -444,32 +453,6 @@ impl Value {
             Content::Vector(parts) => View::Vector(parts.clone()),
             Content::Distribution(kind, parts) => View::Distribution(kind.clone(), parts.clone()),
         }
-    }
-}
-
-impl PartialEq for Value {
-    fn eq(&self, other: &Value) -> bool {
-        Arc::ptr_eq(&self.0, &other.0) || (self.0.hash == other.0.hash && self.0.content == other.0.content)
-    }
-}
-
-impl Eq for Value {}
-
-impl Hash for Value {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        state.write_u64(self.0.hash);
-    }
-}
-
-impl PartialOrd for Value {
-    fn partial_cmp(&self, other: &Value) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Value {
-    fn cmp(&self, other: &Value) -> Ordering {
-        if Arc::ptr_eq(&self.0, &other.0) { Ordering::Equal } else { self.0.content.cmp(&other.0.content) }
     }
 }
 

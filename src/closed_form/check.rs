@@ -1,5 +1,6 @@
 //! The induction: the forms give the starting values, and from every index on to the next what the recurrence says.
 
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::defined::Defined;
@@ -51,6 +52,8 @@ pub(super) struct Induction<'a> {
 struct Moved<'a> {
     form: &'a Form,
     by: usize,
+    /// It as an exponential polynomial, if it is one: found once for all equations that it stands in.
+    sum: OnceCell<Option<ExponentialPolynomial>>,
 }
 
 impl Induction<'_> {
@@ -167,9 +170,11 @@ impl Induction<'_> {
     fn moved(&self, place: usize, count: usize, offset: usize) -> Result<Moved<'_>, Unchecked> {
         match &self.forms[place] {
             Form::Turns(forms) if forms.len() == count => {
-                Ok(Moved { form: &forms[offset % count], by: offset / count })
+                Ok(Moved { form: &forms[offset % count], by: offset / count, sum: OnceCell::new() })
             }
-            form @ (Form::Value(..) | Form::Sum(..)) if count == 1 => Ok(Moved { form, by: offset }),
+            form @ (Form::Value(..) | Form::Sum(..)) if count == 1 => {
+                Ok(Moved { form, by: offset, sum: OnceCell::new() })
+            }
             _ => Err(failed("the forms are of different kinds")),
         }
     }
@@ -202,7 +207,7 @@ impl Induction<'_> {
         images: &[(Name, Moved<'_>)],
     ) -> Result<Option<ExponentialPolynomial>, Unchecked> {
         let index = &self.recurrence.index;
-        let Some(mut difference) = left.sum(index)? else { return Ok(None) };
+        let Some(mut difference) = left.sum(index)?.cloned() else { return Ok(None) };
         let mut rest = next.clone();
         for (name, moved) in images {
             if !rest.mentions(name) {
@@ -213,11 +218,11 @@ impl Induction<'_> {
                 return Ok(None);
             }
             let Some(sum) = moved.sum(index)? else { return Ok(None) };
-            difference = difference.plus(&sum.scale(&factor.neg()?)?)?;
+            difference = difference.joined(sum.scale(&factor.neg()?)?)?;
             rest = constant;
         }
         let Some(constant) = ExponentialPolynomial::of(&rest, index) else { return Ok(None) };
-        Ok(Some(difference.plus(&constant.scale(&Value::integer(-1))?)?))
+        Ok(Some(difference.joined(constant.scale(&Value::integer(-1))?)?))
     }
 
     fn product(&self, ratio: &Value, value: &Value) -> Result<(), Unchecked> {
@@ -288,13 +293,17 @@ impl Induction<'_> {
 }
 
 impl Moved<'_> {
-    fn sum(&self, index: &Name) -> Result<Option<ExponentialPolynomial>, Unchecked> {
+    fn sum(&self, index: &Name) -> Result<Option<&ExponentialPolynomial>, Unchecked> {
+        if let Some(known) = self.sum.get() {
+            return Ok(known.as_ref());
+        }
         let sum = match self.form {
             Form::Sum(_, sum) => Some(sum.clone()),
             Form::Value(_, value) => ExponentialPolynomial::of(value, index),
             _ => None,
         };
-        sum.map(|sum| (0..self.by).try_fold(sum, |sum, _| sum.next())).transpose().map_err(Unchecked::from)
+        let sum = sum.map(|sum| (0..self.by).try_fold(sum, |sum, _| sum.next())).transpose()?;
+        Ok(self.sum.get_or_init(|| sum).as_ref())
     }
 
     fn value(&self, index: &Name) -> Result<Value, Unchecked> {

@@ -1,8 +1,6 @@
 //! Checks on whole definitions: calls in tail position, loops that take time, names bound before they are read.
 
-use std::collections::BTreeMap;
-
-use super::flow::{Bound, Flow, Walk};
+use super::flow::{Bound, Flow, Flows, Walk};
 use super::scope::Lowerer;
 use crate::ast::{Ident, Term, TermKind};
 use crate::diagnostic::Diagnostic;
@@ -10,14 +8,14 @@ use crate::name::Name;
 
 impl Lowerer<'_> {
     /// Checks the bindings and loops of a process; `flows` has those that are being defined.
-    pub(super) fn check_flow(&mut self, term: &Term, flows: Option<&BTreeMap<Name, Flow>>) -> Flow {
-        let none = BTreeMap::new();
+    pub(super) fn check_flow(&mut self, term: &Term, flows: Option<&Flows>) -> Flow {
+        let none = Flows::new();
         let mut walk = Walk { lowerer: self, flows: flows.unwrap_or(&none), report: true };
         walk.flow(term, &Bound::default())
     }
 
     /// The flow of a process, given those of the processes that are being defined; reports nothing.
-    pub(super) fn quiet_flow(&mut self, term: &Term, flows: &BTreeMap<Name, Flow>) -> Flow {
+    pub(super) fn quiet_flow(&mut self, term: &Term, flows: &Flows) -> Flow {
         Walk { lowerer: self, flows, report: false }.flow(term, &Bound::default())
     }
 
@@ -83,7 +81,7 @@ impl Lowerer<'_> {
 
     /// Whether of these parts at most one can pass its guard.
     fn all_exclusive(&mut self, parts: &[Term]) -> bool {
-        let none = BTreeMap::new();
+        let none = Flows::new();
         let mut walk = Walk { lowerer: self, flows: &none, report: false };
         // More than three guards on one comparison always overlap.
         parts.len() <= 3

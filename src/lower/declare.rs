@@ -1,23 +1,23 @@
 //! The items of one text, taken in: declarations first, then assumptions and claims in order.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::flow::names;
+use super::flow::{functions, names};
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
 use super::{
     BASIC, Claim, ClaimKind, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System, Template,
 };
-use crate::assumption::Assumptions;
 use crate::ast::{self, Header, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::Term;
 use crate::value::{Relation, Value};
 
-/// More comparisons than this are not assumed: what follows from them is decided anew for every claim.
-const MOST_ASSUMPTIONS: usize = 1000;
+/// The wish to stop is asked once for so many declarations.
+const EVERY: u32 = 16;
 
 /// A text whose declarations have been taken in; see [`Environment::open`].
 #[derive(Debug, Default)]
@@ -27,7 +27,11 @@ pub struct Batch {
 }
 
 /// What is noted while the declarations of a text are taken in.
-pub(super) struct Opening {
+pub(super) struct Opening<'w> {
+    /// The wish to stop, asked now and then; then all is as it was before.
+    interrupted: &'w dyn Fn() -> bool,
+    asked: Cell<u32>,
+    stopped: Cell<bool>,
     /// For each item, what is wrong with it.
     pub(super) errors: Vec<Vec<Diagnostic>>,
     /// What was declared before the text.
@@ -40,11 +44,20 @@ pub(super) struct Opening {
     twice: BTreeSet<usize>,
 }
 
-impl Opening {
+impl Opening<'_> {
     pub(super) fn report(&mut self, index: usize, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         if let Some(errors) = self.errors.get_mut(index) {
             errors.extend(diagnostics);
         }
+    }
+
+    /// Whether the work is to stop.
+    pub(super) fn stops(&self) -> bool {
+        self.asked.set(self.asked.get().wrapping_add(1));
+        if self.asked.get().is_multiple_of(EVERY) && (self.interrupted)() {
+            self.stopped.set(true);
+        }
+        self.stopped.get()
     }
 
     pub(super) fn is_twice(&self, index: usize) -> bool {
@@ -56,18 +69,29 @@ impl Environment {
     /// Takes in all declarations of a text, so that its processes see each other; then [`Environment::step`]
     /// takes the items one by one. An import belongs before the rest: split the items at imports.
     pub fn open(&mut self, items: &[Item], text: &str) -> Batch {
-        self.history.opened(items, text);
+        self.open_until(items, text, &|| false).unwrap_or_default()
+    }
+
+    /// The same, as long as it is not interrupted; when it is, nothing is declared.
+    pub fn open_until(&mut self, items: &[Item], text: &str, interrupted: &dyn Fn() -> bool) -> Option<Batch> {
         let mut opening = Opening {
+            interrupted,
+            asked: Cell::default(),
+            stopped: Cell::default(),
             errors: vec![Vec::new(); items.len()],
             before: self.clone(),
             places: BTreeMap::new(),
             bound_before: self.bound(),
             twice: BTreeSet::new(),
         };
+        self.history.opened(items, text);
         for (index, item) in items.iter().enumerate() {
             self.announce(&mut opening, index, &item.kind);
         }
         for (index, item) in items.iter().enumerate() {
+            if opening.stops() {
+                break;
+            }
             match &item.kind {
                 ItemKind::Param(parameters) => self.declare_parameters(&mut opening, index, parameters),
                 ItemKind::Function(header, body) => self.declare_function(&mut opening, index, header, body.as_ref()),
@@ -80,9 +104,13 @@ impl Environment {
             .enumerate()
             .filter(|(_, item)| matches!(item.kind, ItemKind::System(..) | ItemKind::Property(..)))
         {
-            if !opening.is_twice(index) {
+            if !opening.is_twice(index) && !opening.stops() {
                 self.define_network(&mut opening, index, &item.kind);
             }
+        }
+        if opening.stopped.get() {
+            *self = opening.before;
+            return None;
         }
         let outcomes = items.iter().zip(opening.errors).map(|(item, errors)| {
             if !errors.is_empty() {
@@ -93,7 +121,7 @@ impl Environment {
             let redefined = names.iter().filter(|name| opening.before.knows(name)).cloned().collect();
             Some(Ok(Lowered::Declared { names, redefined }))
         });
-        Batch { text: text.to_string(), outcomes: outcomes.collect() }
+        Some(Batch { text: text.to_string(), outcomes: outcomes.collect() })
     }
 
     /// Takes the next item of an opened text.
@@ -101,10 +129,24 @@ impl Environment {
     /// # Errors
     /// What is wrong with it.
     pub fn step(&mut self, batch: &mut Batch, index: usize, item: &Item) -> Result<Lowered, Vec<Diagnostic>> {
+        self.step_until(batch, index, item, &|| false)
+    }
+
+    /// The same, as long as it is not interrupted; when it is, nothing is assumed, and nothing said of it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn step_until(
+        &mut self,
+        batch: &mut Batch,
+        index: usize,
+        item: &Item,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Lowered, Vec<Diagnostic>> {
         if let Some(outcome) = batch.outcomes.get_mut(index).and_then(Option::take) {
             let lowered = outcome?;
             if let ItemKind::Param(parameters) = &item.kind {
-                self.assume_all(parameters)?;
+                self.assume_all(parameters, interrupted)?;
                 self.history.stepped(item);
             }
             return Ok(lowered);
@@ -143,7 +185,7 @@ impl Environment {
     }
 
     /// Enters the name of a process, observer, system or property.
-    fn announce(&mut self, opening: &mut Opening, index: usize, kind: &ItemKind) {
+    fn announce(&mut self, opening: &mut Opening<'_>, index: usize, kind: &ItemKind) {
         let (name, entity) = match kind {
             ItemKind::Observer(headers) => {
                 for header in headers {
@@ -180,7 +222,7 @@ impl Environment {
         self.enter_name(opening, index, name, entity);
     }
 
-    fn enter_name(&mut self, opening: &mut Opening, index: usize, name: &Ident, entity: Entity) {
+    fn enter_name(&mut self, opening: &mut Opening<'_>, index: usize, name: &Ident, entity: Entity) {
         if BASIC.contains(&name.name.as_str()) {
             opening.report(index, [taken(name, "a basic process")]);
             opening.twice.insert(index);
@@ -190,7 +232,7 @@ impl Environment {
     }
 
     /// Whether the name is new in this text; else it is reported.
-    fn once(&mut self, opening: &mut Opening, index: usize, name: &Ident) -> bool {
+    fn once(&mut self, opening: &mut Opening<'_>, index: usize, name: &Ident) -> bool {
         let Some(first) = opening.places.get(&name.name).copied() else {
             opening.places.insert(name.name.clone(), name.span);
             return true;
@@ -206,7 +248,7 @@ impl Environment {
         false
     }
 
-    fn declare_parameters(&mut self, opening: &mut Opening, index: usize, parameters: &[Parameter]) {
+    fn declare_parameters(&mut self, opening: &mut Opening<'_>, index: usize, parameters: &[Parameter]) {
         for parameter in parameters {
             match parameter {
                 Parameter::Plain(name) => self.declare_parameter(opening, index, name, Class::Number, None),
@@ -244,13 +286,18 @@ impl Environment {
     }
 
     /// Whether `x = 3` is a value that is passed over here.
-    fn left_open(&self, relation: Relation, left: &ast::Value) -> bool {
+    pub(super) fn left_open(&self, relation: Relation, left: &ast::Value) -> bool {
         let ValueKind::Name(name) = &left.kind else { return false };
         relation == Relation::Eq && self.instead_of(&name.name).is_some()
     }
 
     /// The name that `x = 3` gives a value to: one that is new, or had a value before.
-    fn constant<'p>(&self, relation: Relation, left: &'p ast::Value, right: &ast::Value) -> Option<&'p Ident> {
+    pub(super) fn constant<'p>(
+        &self,
+        relation: Relation,
+        left: &'p ast::Value,
+        right: &ast::Value,
+    ) -> Option<&'p Ident> {
         let ValueKind::Name(name) = &left.kind else { return None };
         let mut mentioned = Vec::new();
         names(right, &mut mentioned);
@@ -261,7 +308,7 @@ impl Environment {
 
     fn declare_parameter(
         &mut self,
-        opening: &mut Opening,
+        opening: &mut Opening<'_>,
         index: usize,
         name: &Ident,
         class: Class,
@@ -290,7 +337,13 @@ impl Environment {
         }
     }
 
-    fn declare_function(&mut self, opening: &mut Opening, index: usize, header: &Header, body: Option<&ast::Value>) {
+    fn declare_function(
+        &mut self,
+        opening: &mut Opening<'_>,
+        index: usize,
+        header: &Header,
+        body: Option<&ast::Value>,
+    ) {
         if opening.is_twice(index) {
             return;
         }
@@ -305,12 +358,7 @@ impl Environment {
             None => Some(None),
         };
         let parameters: Vec<Name> = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-        let written = body.map(|body| Template {
-            parameters: parameters.clone(),
-            body: Arc::new(body.clone()),
-            quantities: self.quantities.clone(),
-            templates: self.templates.clone(),
-        });
+        let written = body.map(|body| self.template(&parameters, body));
         match lowerer.finish(lowered) {
             Ok(body) => {
                 let templates = Arc::make_mut(&mut self.templates);
@@ -325,8 +373,23 @@ impl Environment {
         }
     }
 
+    /// A function as written, with what those names mean now that stand in it.
+    fn template(&self, parameters: &[Name], body: &ast::Value) -> Template {
+        let mut written = Vec::new();
+        names(body, &mut written);
+        functions(body, &mut written);
+        let known = |ident: &&Ident| Some((ident.name.clone(), self.quantity(&ident.name)?.clone()));
+        let called = |ident: &&Ident| Some((ident.name.clone(), self.templates.get(&ident.name)?.clone()));
+        Template {
+            parameters: parameters.to_vec(),
+            body: Arc::new(body.clone()),
+            quantities: Arc::new(written.iter().filter_map(known).collect()),
+            templates: Arc::new(written.iter().filter_map(called).collect()),
+        }
+    }
+
     /// Takes in a system or a property; all processes are defined by now.
-    fn define_network(&mut self, opening: &mut Opening, index: usize, kind: &ItemKind) {
+    fn define_network(&mut self, opening: &mut Opening<'_>, index: usize, kind: &ItemKind) {
         let (name, result) = match kind {
             ItemKind::System(name, body) => (
                 name,
@@ -347,7 +410,7 @@ impl Environment {
     }
 
     /// Puts back what a name stood for before the text, if anything.
-    pub(super) fn restore(&mut self, opening: &Opening, name: &Name) {
+    pub(super) fn restore(&mut self, opening: &Opening<'_>, name: &Name) {
         if let Some(entity) = opening.before.entity(name) {
             self.put(name, entity.clone());
         }
@@ -369,65 +432,6 @@ impl Environment {
             }
         }
         if errors.is_empty() { Ok(components) } else { Err(errors) }
-    }
-
-    fn assume_all(&mut self, parameters: &[Parameter]) -> Result<(), Vec<Diagnostic>> {
-        let mut assumptions = self.assumptions.clone();
-        let mut count = assumptions.iter().count();
-        let mut lowerer = Lowerer::new(self, Metas::Forbidden);
-        for parameter in parameters {
-            match parameter {
-                Parameter::Sorted(name, sort) if sort.name.as_str() == "natural" => {
-                    assumptions.assume_natural(&name.name)
-                }
-                Parameter::Assumed(relation, left, right) => {
-                    let given = self.constant(*relation, left, right).is_some() || self.left_open(*relation, left);
-                    let (one, other) = (lowerer.number(left), lowerer.number(right));
-                    let (Some(one), Some(other), false) = (one, other, given) else {
-                        continue;
-                    };
-                    count += 1;
-                    if count > MOST_ASSUMPTIONS {
-                        let text = format!("more than {MOST_ASSUMPTIONS} assumptions");
-                        lowerer
-                            .report(Diagnostic::error("P0323", text).label(left.span.to(right.span), "one too many"));
-                        break;
-                    }
-                    let near = related(&assumptions, &(&one.variables() | &other.variables()));
-                    let refuted = near.decide(*relation, &one, &other) == Some(false);
-                    assumptions.assume(*relation, &one, &other);
-                    if refuted {
-                        lowerer.report(
-                            Diagnostic::error("P0321", "this contradicts what is assumed already")
-                                .label(left.span.to(right.span), "cannot hold as well")
-                                .note("from a contradiction everything follows, so nothing would be proved"),
-                        );
-                        break;
-                    }
-                }
-                _ => {}
-            }
-        }
-        lowerer.finish(Some(()))?;
-        self.assumptions = assumptions;
-        Ok(())
-    }
-}
-
-/// What is assumed of these variables and of all that are compared with them, directly or by way of others.
-fn related(assumptions: &Assumptions, variables: &BTreeSet<Name>) -> Assumptions {
-    let facts: Vec<BTreeSet<Name>> = assumptions.iter().map(|(_, value)| value.variables()).collect();
-    let mut near = variables.clone();
-    loop {
-        let before = near.len();
-        for fact in &facts {
-            if !fact.is_disjoint(&near) {
-                near.extend(fact.iter().cloned());
-            }
-        }
-        if near.len() == before {
-            return assumptions.without(&(&assumptions.variables() - &near));
-        }
     }
 }
 

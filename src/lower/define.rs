@@ -1,8 +1,9 @@
 //! The processes of one text, defined together.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
 use super::declare::Opening;
+use super::flow::Flows;
 use super::graph::{callees, callees_first, cycles};
 use super::scope::{Lowerer, Metas};
 use super::shape::Shapes;
@@ -28,7 +29,7 @@ struct Draft<'i, 'e> {
 
 impl Environment {
     /// Defines the processes of a text.
-    pub(super) fn define_processes(&mut self, opening: &mut Opening, items: &[Item]) {
+    pub(super) fn define_processes(&mut self, opening: &mut Opening<'_>, items: &[Item]) {
         let found: Vec<_> = items
             .iter()
             .enumerate()
@@ -43,12 +44,21 @@ impl Environment {
         self.announce_bindings(&found);
         let seen = self.clone();
         let shapes = Shapes::find(items, &seen);
-        let mut drafts: Vec<Draft> =
-            found.into_iter().map(|(index, header, written)| draft(&seen, index, (header, written), &shapes)).collect();
+        let until = || opening.stops();
+        let mut drafts: Vec<Draft> = Vec::with_capacity(found.len());
+        for (index, header, written) in found {
+            if until() {
+                return;
+            }
+            drafts.push(draft(&seen, index, (header, written), &shapes));
+        }
         let loops = self.enter(&drafts);
-        settle_flows(&mut drafts, &loops);
-        check(&mut drafts, &loops);
+        settle_flows(&mut drafts, &loops, &until);
+        check(&mut drafts, &loops, &until);
         check_calls(&mut drafts, &seen);
+        if until() {
+            return;
+        }
         for draft in drafts {
             let name = &draft.header.name.name;
             let classes = draft
@@ -69,8 +79,8 @@ impl Environment {
 
     /// Enters for each process the names it may bind, itself or by what it calls.
     fn announce_bindings(&mut self, found: &[(usize, &Header, &Written)]) {
-        let mut binds: BTreeMap<Name, BTreeSet<Name>> = BTreeMap::new();
-        let mut callers: BTreeMap<Name, Vec<Name>> = BTreeMap::new();
+        let mut binds: HashMap<Name, BTreeSet<Name>> = HashMap::new();
+        let mut callers: HashMap<Name, Vec<Name>> = HashMap::new();
         let mut edges: BTreeMap<Name, BTreeSet<Name>> = BTreeMap::new();
         for (_, header, written) in found {
             let name = &header.name.name;
@@ -132,7 +142,7 @@ impl Environment {
     }
 
     /// Takes back a definition that has errors; what the name stood for before the text holds again.
-    fn withdraw(&mut self, opening: &Opening, name: &Name) {
+    fn withdraw(&mut self, opening: &Opening<'_>, name: &Name) {
         match opening.before.definitions.get(name) {
             Some(before) => self.definitions.insert(before.clone()),
             None => self.definitions.remove(name),
@@ -166,11 +176,11 @@ fn draft<'i, 'e>(
 }
 
 /// Finds how each process can end: the least solution, so that what never ends is known to.
-fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
-    let mut flows: BTreeMap<Name, Flow> = BTreeMap::new();
-    let mut callers: BTreeMap<Name, Vec<usize>> = BTreeMap::new();
+fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>, interrupted: &dyn Fn() -> bool) {
+    let mut flows: Flows = Flows::new();
+    let mut callers: HashMap<Name, Vec<usize>> = HashMap::new();
     let mut edges: BTreeMap<Name, BTreeSet<Name>> = BTreeMap::new();
-    let mut places: BTreeMap<Name, usize> = BTreeMap::new();
+    let mut places: HashMap<Name, usize> = HashMap::new();
     for (position, draft) in drafts.iter().enumerate().filter(|(_, draft)| draft.body.is_some()) {
         let called = direct(draft.written).1;
         for callee in &called {
@@ -183,7 +193,7 @@ fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
     let mut waiting: VecDeque<usize> =
         callees_first(&edges).iter().filter_map(|name| places.get(name).copied()).collect();
     let mut queued: BTreeSet<usize> = waiting.iter().copied().collect();
-    while let Some(position) = waiting.pop_front() {
+    while let Some(position) = waiting.pop_front().filter(|_| !interrupted()) {
         queued.remove(&position);
         let Some(draft) = drafts.get_mut(position) else {
             continue;
@@ -200,17 +210,20 @@ fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
 }
 
 /// Reports loops that take no time, calls that are not last, and names that are read before they are bound.
-fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
+fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>, interrupted: &dyn Fn() -> bool) {
     let edges: BTreeMap<Name, BTreeSet<Name>> =
         drafts.iter().map(|draft| (draft.header.name.name.clone(), draft.flow.reaches.clone())).collect();
     let quick = cycles(&edges);
-    let flows: BTreeMap<Name, Flow> = drafts
+    let flows: Flows = drafts
         .iter()
         .map(|draft| {
             (draft.header.name.name.clone(), draft.flow.clone().called(loops.contains_key(&draft.header.name.name)))
         })
         .collect();
     for draft in drafts.iter_mut() {
+        if interrupted() {
+            return;
+        }
         let name = &draft.header.name.name;
         let own = loops.get(name);
         let on_loop = |called: &Name| own.is_some() && loops.get(called) == own;
@@ -234,7 +247,7 @@ fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>) {
 
 /// Reports arguments that are numbers where the process needs a distribution, and the other way round.
 fn check_calls(drafts: &mut [Draft], seen: &Environment) {
-    let mut needs: BTreeMap<(Name, usize), Class> = BTreeMap::new();
+    let mut needs: HashMap<(Name, usize), Class> = HashMap::new();
     for draft in drafts.iter() {
         for (index, parameter) in draft.header.parameters.iter().enumerate() {
             if let Some((class, _)) = draft.lowerer.classes.get(&parameter.name) {

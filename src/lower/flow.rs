@@ -1,6 +1,6 @@
 //! How a process can end and what it has bound by then, as far as its form tells.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::process::guard;
 use super::scope::{Lowerer, Metas};
@@ -64,6 +64,9 @@ impl Flow {
     }
 }
 
+/// How processes can end, by their names; only ever looked up.
+pub(super) type Flows = HashMap<Name, Flow>;
+
 /// What is bound at a place.
 #[derive(Clone, Default)]
 pub(super) struct Bound {
@@ -76,7 +79,7 @@ pub(super) struct Bound {
 pub(super) struct Walk<'w, 'e> {
     pub(super) lowerer: &'w mut Lowerer<'e>,
     /// The flows of the processes that are being defined.
-    pub(super) flows: &'w BTreeMap<Name, Flow>,
+    pub(super) flows: &'w Flows,
     /// Whether errors are reported, and reads checked.
     pub(super) report: bool,
 }
@@ -446,6 +449,25 @@ pub(super) fn names<'v>(value: &'v Written, into: &mut Vec<&'v Ident>) {
                 names(value, into);
                 condition.iter().flat_map(|one| [&one.left, &one.right]).for_each(|side| names(side, into));
             }
+        }
+    }
+}
+
+/// The names of the functions that a value calls, where they stand.
+pub(super) fn functions<'v>(value: &'v Written, into: &mut Vec<&'v Ident>) {
+    match &value.kind {
+        ValueKind::Number(_) | ValueKind::Name(_) => {}
+        ValueKind::Sum(parts) | ValueKind::Product(parts) => parts.iter().for_each(|(_, part)| functions(part, into)),
+        ValueKind::Power(base, exponent) => {
+            functions(base, into);
+            functions(exponent, into);
+        }
+        ValueKind::Negative(inner) | ValueKind::Absolute(inner) => functions(inner, into),
+        ValueKind::If(_, parts) => parts.iter().for_each(|part| functions(part, into)),
+        ValueKind::Vector(parts) => parts.iter().for_each(|part| functions(part, into)),
+        ValueKind::Call(name, arguments) => {
+            into.push(name);
+            arguments.iter().for_each(|argument| functions(&argument.value, into));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Who calls whom: loops round several definitions, and the ports that are used on the way.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -57,83 +57,93 @@ pub(super) fn callees_first(edges: &BTreeMap<Name, BTreeSet<Name>>) -> Vec<Name>
 }
 
 fn search(edges: &BTreeMap<Name, BTreeSet<Name>>) -> Search<'_> {
-    let (order, low) = (BTreeMap::new(), BTreeMap::new());
-    let mut search = Search { edges, order, low, open: Vec::new(), on: BTreeMap::new(), closed: Vec::new() };
-    for name in edges.keys() {
-        search.visit(name);
+    let names: Vec<&Name> = edges.keys().collect();
+    let numbers: HashMap<&Name, usize> = names.iter().enumerate().map(|(number, name)| (*name, number)).collect();
+    let known = |next: &BTreeSet<Name>| next.iter().filter_map(|name| numbers.get(name).copied()).collect();
+    let edges: Vec<Vec<usize>> = edges.values().map(known).collect();
+    let places = vec![Place::default(); names.len()];
+    let (open, on, closed) = (Vec::new(), BTreeMap::new(), Vec::new());
+    let mut search = Search { names, edges, places, entered: 0, open, on, closed };
+    for start in 0..search.names.len() {
+        search.visit(start);
     }
     search
 }
 
-/// Tarjan's search for strongly connected components, without recursion.
+/// What is known of a name in the search.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    /// When it was entered, from 0.
+    order: Option<usize>,
+    /// The earliest that it leads back to.
+    low: usize,
+    /// Whether its component is not finished.
+    open: bool,
+}
+
+/// Tarjan's search for strongly connected components, without recursion; names go by their number.
 struct Search<'g> {
-    edges: &'g BTreeMap<Name, BTreeSet<Name>>,
-    order: BTreeMap<&'g Name, usize>,
-    low: BTreeMap<&'g Name, usize>,
-    open: Vec<&'g Name>,
+    names: Vec<&'g Name>,
+    edges: Vec<Vec<usize>>,
+    places: Vec<Place>,
+    entered: usize,
+    open: Vec<usize>,
     on: BTreeMap<Name, usize>,
     closed: Vec<Name>,
 }
 
-impl<'g> Search<'g> {
-    fn visit(&mut self, start: &'g Name) {
-        if self.order.contains_key(start) {
+impl Search<'_> {
+    fn visit(&mut self, start: usize) {
+        if self.places[start].order.is_some() {
             return;
         }
+        // Each name on the way, with how many of those that it leads to are still to be looked at.
         let mut path = vec![(start, self.enter(start))];
-        let mut opened: BTreeSet<&Name> = BTreeSet::from([start]);
-        while let Some((name, mut rest)) = path.pop() {
-            if let Some(next) = rest.pop() {
+        while let Some((name, rest)) = path.pop() {
+            if let Some(rest) = rest.checked_sub(1) {
                 path.push((name, rest));
-                if !self.order.contains_key(next) {
-                    opened.insert(next);
-                    path.push((next, self.enter(next)));
-                } else if opened.contains(next) {
-                    self.lower(name, self.order.get(next).copied().unwrap_or(0));
+                let next = self.edges[name][rest];
+                match self.places[next] {
+                    Place { order: None, .. } => path.push((next, self.enter(next))),
+                    Place { order: Some(order), open: true, .. } => self.lower(name, order),
+                    _ => {}
                 }
                 continue;
             }
-            let low = self.low.get(name).copied().unwrap_or(0);
+            let Place { order, low, .. } = self.places[name];
             if let Some((parent, _)) = path.last() {
-                let parent = *parent;
-                self.lower(parent, low);
+                self.lower(*parent, low);
             }
-            if self.order.get(name) == Some(&low) {
-                self.close(name, low, &mut opened);
+            if order == Some(low) {
+                self.close(name, low);
             }
         }
     }
 
-    fn enter(&mut self, name: &'g Name) -> Vec<&'g Name> {
-        let number = self.order.len();
-        self.order.insert(name, number);
-        self.low.insert(name, number);
+    fn enter(&mut self, name: usize) -> usize {
+        self.places[name] = Place { order: Some(self.entered), low: self.entered, open: true };
+        self.entered += 1;
         self.open.push(name);
-        self.edges.get_key_value(name).map_or(Vec::new(), |(_, next)| {
-            next.iter().filter_map(|next| self.edges.get_key_value(next).map(|(next, _)| next)).collect()
-        })
+        self.edges[name].len()
     }
 
-    fn lower(&mut self, name: &'g Name, to: usize) {
-        if let Some(low) = self.low.get_mut(name) {
-            *low = (*low).min(to);
-        }
+    fn lower(&mut self, name: usize, to: usize) {
+        self.places[name].low = self.places[name].low.min(to);
     }
 
     /// Takes a finished component off; it is a cycle if it has several names or one that calls itself.
-    fn close(&mut self, root: &'g Name, number: usize, opened: &mut BTreeSet<&'g Name>) {
+    fn close(&mut self, root: usize, number: usize) {
         let mut component = Vec::new();
         while let Some(name) = self.open.pop() {
-            opened.remove(name);
+            self.places[name].open = false;
             component.push(name);
             if name == root {
                 break;
             }
         }
-        self.closed.extend(component.iter().map(|name| (*name).clone()));
-        let itself = self.edges.get(root).is_some_and(|next| next.contains(root));
-        if component.len() > 1 || itself {
-            self.on.extend(component.into_iter().map(|name| (name.clone(), number)));
+        self.closed.extend(component.iter().map(|name| self.names[*name].clone()));
+        if component.len() > 1 || self.edges[root].contains(&root) {
+            self.on.extend(component.into_iter().map(|name| (self.names[name].clone(), number)));
         }
     }
 }

@@ -34,7 +34,8 @@ enum Shape {
 impl Shapes {
     /// The vectors among the names of a process.
     pub(super) fn of(&self, process: &Name) -> BTreeMap<Name, usize> {
-        let own = self.locals.iter().filter(|((scope, _), _)| scope.as_ref() == Some(process));
+        let first = (Some(process.clone()), Name::new(""));
+        let own = self.locals.range(first..).take_while(|((scope, _), _)| scope.as_ref() == Some(process));
         own.map(|((_, name), length)| (name.clone(), *length)).collect()
     }
 

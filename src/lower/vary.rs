@@ -1,14 +1,15 @@
 //! The same declarations with other values for parameters.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use num_rational::BigRational;
 
 use super::{Class, Environment, Quantity};
 use crate::ast::{Item, ItemKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
+use crate::parser::parse;
 use crate::value::Value;
 
 /// How an environment came about, so that it can come about otherwise.
@@ -22,10 +23,33 @@ pub(super) struct History {
 }
 
 enum Entry {
-    /// A text was opened: its declarations, the rest left out.
-    Open(Vec<Item>, String),
+    /// A text was opened.
+    Open(Opened),
     /// The parameters of this place in the last text that was opened took effect.
     Step(usize),
+}
+
+/// A text that was opened, with the places of its declarations: few texts are ever taken in again.
+struct Opened {
+    text: String,
+    places: Vec<Span>,
+    /// The declarations, read again when they are first needed.
+    items: OnceLock<Vec<Item>>,
+}
+
+impl Opened {
+    fn items(&self) -> &[Item] {
+        self.items.get_or_init(|| {
+            let mut items = parse(&self.text).items;
+            items.retain(|item| declares(&item.kind) && self.place(item.span).is_some());
+            items
+        })
+    }
+
+    /// The number of the declaration that stands here: they stand in the order of the text.
+    fn place(&self, span: Span) -> Option<usize> {
+        self.places.binary_search_by_key(&span.start, |place| place.start).ok()
+    }
 }
 
 fn declares(kind: &ItemKind) -> bool {
@@ -44,9 +68,10 @@ fn declares(kind: &ItemKind) -> bool {
 impl History {
     pub(super) fn opened(&mut self, items: &[Item], text: &str) {
         if self.base.is_some() {
-            let kept: Vec<Item> = items.iter().filter(|item| declares(&item.kind)).cloned().collect();
-            if !kept.is_empty() {
-                Arc::make_mut(&mut self.steps).push(Arc::new(Entry::Open(kept, text.to_string())));
+            let places: Vec<Span> = items.iter().filter(|item| declares(&item.kind)).map(|item| item.span).collect();
+            if !places.is_empty() {
+                let opened = Opened { text: text.to_string(), places, items: OnceLock::new() };
+                Arc::make_mut(&mut self.steps).push(Arc::new(Entry::Open(opened)));
             }
         }
     }
@@ -54,7 +79,7 @@ impl History {
     /// The parameters that stand here took effect.
     pub(super) fn stepped(&mut self, item: &Item) {
         let place = self.steps.iter().rev().find_map(|entry| match &**entry {
-            Entry::Open(items, _) => items.iter().position(|other| other.span == item.span),
+            Entry::Open(opened) => opened.place(item.span),
             Entry::Step(_) => None,
         });
         if let (Some(_), Some(place)) = (&self.base, place) {
@@ -83,8 +108,9 @@ impl Environment {
         let mut current: Option<(super::Batch, &[Item])> = None;
         for entry in self.history.steps.iter() {
             match &**entry {
-                Entry::Open(items, text) => {
-                    let mut batch = environment.open(items, text);
+                Entry::Open(opened) => {
+                    let items = opened.items();
+                    let mut batch = environment.open(items, &opened.text);
                     for (index, item) in items.iter().enumerate() {
                         if !matches!(item.kind, ItemKind::Param(_)) {
                             environment.step(&mut batch, index, item)?;

@@ -341,6 +341,7 @@ fn many(mut parts: Vec<Term>, kind: fn(Vec<Term>) -> TermKind) -> Term {
         Some(only) if parts.is_empty() => only,
         last => {
             parts.extend(last);
+            parts.shrink_to_fit();
             let span = parts.iter().map(|part| part.span).reduce(Span::to).unwrap_or_default();
             Term { span, kind: kind(parts) }
         }

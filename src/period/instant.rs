@@ -1,6 +1,5 @@
 //! What happens in one instant: everything that ends at once, and every communication, until time has to pass.
 
-use std::collections::hash_map::DefaultHasher;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{Hash, Hasher};
 
@@ -8,6 +7,7 @@ use super::board::Board;
 use super::run::{Env, Halt, Path, Run, Settler};
 use super::step::{Offer, finish, inspect, written};
 use super::{Blocked, End, Failure, Test, in_case};
+use crate::digest::Digest;
 use crate::name::Name;
 use crate::value::Value;
 
@@ -37,13 +37,26 @@ pub(super) struct Moment {
 
 #[derive(Clone)]
 struct Earlier {
-    state: Vec<Run>,
+    /// What those components were that have changed since.
+    changed: BTreeMap<usize, Run>,
     hash: u64,
     /// How many communications had been made, and how much had been drawn.
     at: usize,
     draws: usize,
     /// The loops that have gone round since.
     unfolded: Vec<Name>,
+}
+
+impl Earlier {
+    /// Keeps what a component was before its first change.
+    fn keep(&mut self, component: usize, run: &Run) {
+        self.changed.entry(component).or_insert_with(|| run.clone());
+    }
+
+    /// Whether all components are what they were.
+    fn is(&self, state: &[Run]) -> bool {
+        self.changed.iter().all(|(component, run)| state.get(*component) == Some(run))
+    }
 }
 
 /// A communication just made, with what was possible besides it.
@@ -66,13 +79,17 @@ impl Moment {
     /// The same with other values, and all of it to be settled anew.
     pub(super) fn changed(self, state: Vec<Run>, path: Path) -> Moment {
         let dirty = (0..state.len()).collect();
-        Moment { state, path, dirty, ..self }
+        let mut earlier = self.earlier;
+        if let Some(earlier) = &mut earlier {
+            self.state.into_iter().enumerate().for_each(|(component, run)| earlier.keep(component, &run));
+        }
+        Moment { state, path, dirty, earlier, ..self }
     }
 
     /// Puts a settled component in its place.
     fn place(&mut self, component: usize, settled: Run) -> Result<(), Halt> {
         self.board.update(component, &settled)?;
-        let mut hasher = DefaultHasher::new();
+        let mut hasher = Digest::default();
         (component, &settled).hash(&mut hasher);
         let (hashes, sum) = &mut self.hashes;
         if let (Some(place), Some(own)) = (self.state.get_mut(component), hashes.get_mut(component)) {
@@ -143,6 +160,11 @@ impl Clock<'_> {
         let readers: Vec<usize> =
             moment.board.on(&writer.port, false).filter_map(|place| place.first().copied()).take(2).collect();
         let rivals = if readers.len() > 1 { readers } else { Vec::new() };
+        for component in [writer.place.first(), reader.place.first()].into_iter().flatten() {
+            if let (Some(earlier), Some(run)) = (&mut moment.earlier, moment.state.get(*component)) {
+                earlier.keep(*component, run);
+            }
+        }
         let value = communicate(&mut moment.state, &writer, &reader);
         moment.communications.push((written(&writer.port), value));
         for component in [writer.place.first(), reader.place.first()].into_iter().flatten() {
@@ -292,7 +314,7 @@ fn again(moment: &mut Moment) -> Option<End> {
     }
     let hash = moment.hashes.1;
     if let Some(earlier) = moment.earlier.as_mut().filter(|earlier| earlier.hash == hash && earlier.at < made)
-        && earlier.state == moment.state
+        && earlier.is(&moment.state)
         && earlier.draws == moment.path.draws.len()
     {
         let mut cycle: Vec<Name> = Vec::new();
@@ -305,7 +327,7 @@ fn again(moment: &mut Moment) -> Option<End> {
     }
     if made.is_power_of_two() && moment.earlier.as_ref().is_none_or(|earlier| earlier.at < made) {
         let draws = moment.path.draws.len();
-        moment.earlier = Some(Earlier { state: moment.state.clone(), hash, at: made, draws, unfolded: Vec::new() });
+        moment.earlier = Some(Earlier { changed: BTreeMap::new(), hash, at: made, draws, unfolded: Vec::new() });
     }
     None
 }

@@ -94,7 +94,7 @@ import \"mine.rules\"          takes in laws of your own, in the form that `:law
     (
         "editing",
         "Tab completes names, laws, commands, and \\phi to φ. An unfinished input goes on in the next line.
-`it` is the last result. Ctrl-C stops a search, Ctrl-D leaves. Arrow up brings back what was typed.\n",
+`it` is the last result. Ctrl-C stops a search or the reading of a long file, Ctrl-D leaves. Arrow up brings back what was typed.\n",
     ),
 ];
 

@@ -212,21 +212,24 @@ impl<'r, 'e> Run<'r, 'e> {
     }
 
     fn declared(&mut self, source: &Source, span: Span, names: Vec<Name>, redefined: &[Name]) {
-        let used = names_in(span.of(&source.text));
+        let used = Arc::new(names_in(span.of(&source.text)));
         let uses = Arc::make_mut(&mut self.state.uses);
         for name in &names {
-            let mut used = used.clone();
-            used.remove(name);
             // Parameters are declared again and again; what was known of them stays.
-            uses.entry(name.clone()).or_default().extend(used);
+            let known = uses.entry(name.clone()).or_default();
+            if !known.contains(&used) {
+                known.push(used.clone());
+            }
         }
+        let own: BTreeSet<&Name> = names.iter().collect();
         for name in redefined {
             let stale = self.state.mark_stale(name);
             let keepers: Vec<&str> = self
                 .state
                 .uses
                 .iter()
-                .filter(|(user, uses)| uses.contains(name) && !names.contains(user) && is_value(name))
+                .filter(|_| is_value(name))
+                .filter(|(user, uses)| !own.contains(user) && uses.iter().any(|used| used.contains(name)))
                 .map(|(user, _)| user.as_str())
                 .collect();
             if !keepers.is_empty() {
@@ -242,6 +245,16 @@ impl<'r, 'e> Run<'r, 'e> {
             }
         }
         self.emit(&Output::Declared(names), None);
+    }
+
+    /// Answers nothing more if the reading was interrupted, and says so, unless it was an answer that was; whether it did.
+    pub(super) fn stop(&mut self, interrupted: bool) -> bool {
+        let news = interrupted && !self.stopped;
+        if news {
+            self.stopped = true;
+            self.emit(&Output::Note("interrupted: what was not read yet is not declared".to_string()), None);
+        }
+        news
     }
 
     /// Keeps from now on what is wrong.

@@ -25,6 +25,9 @@ impl Value {
     pub fn sub(&self, other: &Value) -> Result<Value, ValueError> {
         self.combine(other, "subtract", |left, right| {
             let ((a, b), (c, d)) = (left.real()?, right.real()?);
+            if c.is_zero() {
+                return Ok(left.clone());
+            }
             if b.is_one() && d.is_one() {
                 return Value::whole(a.minus(c));
             }
@@ -40,10 +43,13 @@ impl Value {
         match (&self.0.content, &other.0.content) {
             (Content::Real(a, b), Content::Real(c, d)) => {
                 if let Some(number) = constant(c, d) {
-                    return Value::multiple(a, b, number);
+                    return if number.is_one() { Ok(self.clone()) } else { Value::multiple(a, b, number) };
                 }
                 if let Some(number) = constant(a, b) {
-                    return Value::multiple(c, d, number);
+                    return if number.is_one() { Ok(other.clone()) } else { Value::multiple(c, d, number) };
+                }
+                if a.is_zero() || c.is_zero() {
+                    return Ok(Value::zero());
                 }
                 let numerator = product(a, c)?;
                 if b.is_one() && d.is_one() {
@@ -65,6 +71,7 @@ impl Value {
         match (&self.0.content, &other.0.content) {
             (_, Content::Real(c, _)) if c.is_zero() => Err(ValueError::new("division by zero")),
             (Content::Real(a, b), Content::Real(c, d)) => match constant(c, d) {
+                Some(number) if number.is_one() => Ok(self.clone()),
                 Some(number) => Value::multiple(a, b, &number.recip()),
                 None => Value::quotient(product(a, d)?, product(b, c)?),
             },
@@ -79,7 +86,7 @@ impl Value {
     /// Of a distribution.
     pub fn neg(&self) -> Result<Value, ValueError> {
         match &self.0.content {
-            Content::Real(a, b) => Value::new(Content::Real(a.scale(&-BigRational::one()), b.clone())),
+            Content::Real(a, b) => Value::new(Content::Real(a.negated(), b.clone())),
             Content::Vector(parts) => Value::each(parts, Value::neg),
             Content::Distribution(..) => Err(ValueError::new("a distribution has no negative; draw from it first")),
         }
@@ -102,6 +109,12 @@ impl Value {
 
     fn add_real(&self, other: &Value) -> Outcome {
         let ((a, b), (c, d)) = (self.real()?, other.real()?);
+        if a.is_zero() {
+            return Ok(other.clone());
+        }
+        if c.is_zero() {
+            return Ok(self.clone());
+        }
         if b.is_one() && d.is_one() {
             return Value::whole(a.plus(c));
         }

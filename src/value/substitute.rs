@@ -23,6 +23,9 @@ impl Value {
     /// # Errors
     /// As [`Value::substitute`].
     pub fn with(&self, name: &Name, image: &Value) -> Result<Value, ValueError> {
+        if !self.mentions(name) {
+            return Ok(self.clone());
+        }
         self.replace(&mut |other| (other == name).then(|| image.clone()))
     }
 
@@ -49,6 +52,9 @@ impl Value {
                 }
                 if !touched {
                     return Ok(self.clone());
+                }
+                if denominator.is_one() {
+                    return evaluate(numerator, &done)?.div(&Value::one());
                 }
                 let bottom = evaluate(denominator, &done)?;
                 if !bottom.is_zero() {
@@ -198,7 +204,7 @@ fn evaluate(polynomial: &Real, images: &BTreeMap<&Atom, Option<Value>>) -> Outco
     }
     match (kept.is_empty(), sum) {
         (true, Some(sum)) => Ok(sum),
-        (_, None) => Value::whole(Polynomial::of(kept)),
-        (false, Some(sum)) => sum.add(&Value::whole(Polynomial::of(kept))?),
+        (_, None) => Value::whole(Polynomial::sorted(kept)),
+        (false, Some(sum)) => sum.add(&Value::whole(Polynomial::sorted(kept))?),
     }
 }
