@@ -53,7 +53,7 @@ impl Environment {
             if let Err(error) = self.assumed(fact, &mut room) {
                 // What comes after it was not looked at.
                 errors.truncate(found);
-                errors.push(error);
+                errors.push(*error);
                 break;
             }
         }
@@ -67,7 +67,7 @@ impl Environment {
     }
 
     /// Assumes one thing, where there is room for it; it is assumed also where it contradicts what was assumed before.
-    fn assumed(&mut self, fact: Fact<'_>, room: &mut usize) -> Result<(), Diagnostic> {
+    fn assumed(&mut self, fact: Fact<'_>, room: &mut usize) -> Result<(), Box<Diagnostic>> {
         let (relation, one, other, span) = match fact {
             Fact::Natural(name) => {
                 self.assumptions.assume_natural(name);
@@ -77,7 +77,7 @@ impl Environment {
         };
         let Some(left) = room.checked_sub(1) else {
             let text = format!("more than {MOST_ASSUMPTIONS} assumptions");
-            return Err(Diagnostic::error("P0323", text).label(span, "one too many"));
+            return Err(Box::new(Diagnostic::error("P0323", text).label(span, "one too many")));
         };
         *room = left;
         let refuted = !leaves_free(&self.assumptions, &one, &other) && {
@@ -86,9 +86,10 @@ impl Environment {
         };
         self.assumptions.assume(relation, &one, &other);
         if refuted {
-            return Err(Diagnostic::error("P0321", "this contradicts what is assumed already")
+            let error = Diagnostic::error("P0321", "this contradicts what is assumed already")
                 .label(span, "cannot hold as well")
-                .note("from a contradiction everything follows, so nothing would be proved"));
+                .note("from a contradiction everything follows, so nothing would be proved");
+            return Err(Box::new(error));
         }
         Ok(())
     }
