@@ -469,5 +469,23 @@ pub(super) fn functions<'v>(value: &'v Written, into: &mut Vec<&'v Ident>) {
             into.push(name);
             arguments.iter().for_each(|argument| functions(&argument.value, into));
         }
+        ValueKind::Iterate(chain, arguments) => {
+            for (name, count) in chain {
+                into.push(name);
+                match count.as_ref().map(|count| (&count.kind, count)) {
+                    // In `x^g(y)` it is g that is called.
+                    Some((ValueKind::Name(called), _)) => into.push(called),
+                    Some((_, count)) => functions(count, into),
+                    None => {}
+                }
+            }
+            arguments.iter().for_each(|argument| functions(&argument.value, into));
+        }
+        ValueKind::Cases(cases) => {
+            for (value, condition) in cases {
+                functions(value, into);
+                condition.iter().flat_map(|one| [&one.left, &one.right]).for_each(|side| functions(side, into));
+            }
+        }
     }
 }
