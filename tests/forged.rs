@@ -443,3 +443,12 @@ fn no_power_of_minus_one_is_lost() {
         assert!(rejected.to_string().contains("need not be a natural number"), "{rejected}");
     }
 }
+
+/// A result called like a declared value would be read by a process that reads the declared one: scripts keep the two
+/// apart, so a proof file that does not says something else than it seems to.
+#[test]
+fn no_result_is_called_like_a_declared_value() {
+    let text = include_str!("proofs/declared_and_bound.json");
+    let rejected = pars::proof_file::check_file(text.as_bytes()).expect_err("a falsehood, as read");
+    assert!(rejected.to_string().contains("binds e, which is declared as a value"), "{rejected}");
+}

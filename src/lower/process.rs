@@ -59,7 +59,11 @@ impl Lowerer<'_> {
                     );
                 }
                 let value = self.number(value);
-                let body = self.with_local(name, |lowerer| lowerer.process(body));
+                // A result that is kept apart is read under its own name in here as well.
+                let body = match self.apart.contains_key(&name.name) {
+                    true => self.process(body),
+                    false => self.with_local(name, |lowerer| lowerer.process(body)),
+                };
                 Term::new(Node::Replace(body?, self.result_name(&name.name).clone(), value?))
             }
         })

@@ -242,6 +242,23 @@ impl Lowerer<'_> {
             Some(Quantity::Function { parameters, body }) => Some((parameters, body)),
             _ => None,
         };
+        if let Some((parameters, Some(body))) = function {
+            let reads = body.variables().into_iter().filter(|read| !parameters.contains(read));
+            if let Some((read, place)) = reads.filter_map(|read| self.locals.get_key_value(&read)).next() {
+                let (read, place, text) = (read.clone(), *place, &name.name);
+                return self.fail(
+                    Diagnostic::error(
+                        "P0503",
+                        format!("`{text}` reads the declared `{read}`, which is a parameter here"),
+                    )
+                    .label(span, format!("`{text}` is used here"))
+                    .label(place, "the parameter")
+                    .help(format!(
+                        "rename the parameter, for example to `{read}1`, or give `{text}` another argument for it"
+                    )),
+                );
+            }
+        }
         let template = environment.templates.get(&name.name);
         if let (Some(template), true) = (template, values.iter().any(|value| matches!(value.sort(), Sort::Vector(_)))) {
             return self.read_anew(template, values);

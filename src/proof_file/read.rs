@@ -10,7 +10,7 @@ use crate::lower::{Environment, Lowered};
 use crate::name::Name;
 use crate::parser::{parse, parse_condition, parse_term, parse_value};
 use crate::proof::{Lemma, Moving, Proof, Statement, Step, hole};
-use crate::scope::fill;
+use crate::scope::{bound_names, fill};
 use crate::substitution::Substitution;
 use crate::term::Term;
 use crate::value::Value;
@@ -104,6 +104,10 @@ impl Reader {
         limited(text)?;
         let term = parse_term(text).and_then(|written| self.environment.part(&written));
         let term = term.map_err(|diagnostics| Rejection::within("the term", text, &diagnostics))?;
+        // Where a script binds such a name, it is kept apart: read as it stands here, it would be captured.
+        if let Some(name) = bound_names(&term).into_iter().find(|name| self.environment.quantity(name).is_some()) {
+            return Err(Rejection::new(format!("the term {text} binds {name}, which is declared as a value")));
+        }
         self.terms.insert(text.to_string(), term.clone());
         Ok(term)
     }

@@ -8,6 +8,7 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::law::Condition;
 use crate::name::Name;
+use crate::scope::written;
 use crate::term::{Node, Term};
 use crate::value::Value;
 use crate::value::number::around;
@@ -191,7 +192,12 @@ pub(super) fn slots_of(left: &Term, right: &Term, conditions: &[Condition], defi
     let mut found = Found::default();
     found.add(left);
     found.add(right);
-    let symbols = found.add_definitions(definitions);
+    let mut symbols = found.add_definitions(definitions);
+    // What is bound in the claim, or in a process that it calls, is no symbol of it: it is read from the surroundings.
+    let bound: BTreeSet<Name> = [left, right].into_iter().flat_map(|side| written(side, definitions)).collect();
+    let free = |name: &Name| name.is_meta() || !bound.contains(name);
+    found.values.retain(free);
+    symbols.retain(free);
     let mut in_conditions = Found::default();
     conditions.iter().for_each(|condition| add_condition(&mut in_conditions, condition));
     found.values.extend(in_conditions.values);
