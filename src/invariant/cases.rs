@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use num_traits::Signed;
+
 use crate::assumption::Assumptions;
 use crate::period::Test;
 use crate::value::{Atom, Relation, Sort, Value, ValueError, View};
@@ -49,11 +51,55 @@ pub fn impossible(assumptions: &Assumptions, tests: &[Test]) -> bool {
 /// When there are too many, or a value has no normal form.
 pub fn disjoint(assumptions: &Assumptions, tests: &[Test]) -> Result<Vec<Case>, ValueError> {
     let mut found = Vec::new();
-    each_case(assumptions, tests, Relation::Gtr, &mut |case| {
+    each_case(assumptions, &conjunctions(tests)?, Relation::Gtr, &mut |case| {
         found.push(case);
         true
     })?;
     Ok(found)
+}
+
+/// The tests with `max(a,b) <= c` as `a <= c` and `b <= c`, which needs no cases.
+fn conjunctions(tests: &[Test]) -> Result<Vec<Test>, ValueError> {
+    let mut work: Vec<Test> = tests.iter().rev().cloned().collect();
+    let mut all = Vec::new();
+    while let Some(test) = work.pop() {
+        match bounded(&test)? {
+            Some(parts) => work.extend(parts.into_iter().rev()),
+            None => all.push(test),
+        }
+    }
+    Ok(all)
+}
+
+/// A comparison that bounds a maximum from above, as one of each of its elements.
+fn bounded(test: &Test) -> Result<Option<Vec<Test>>, ValueError> {
+    if test.left.sort() != Sort::Real || test.right.sort() != Sort::Real {
+        return Ok(None);
+    }
+    let (difference, zero) = (test.left.sub(&test.right)?, Value::zero());
+    for atom in difference.atoms() {
+        let Atom::Maximum(elements) = &atom else { continue };
+        let places = [Value::zero(), Value::one()].map(|place| difference.with_atom(&atom, &place));
+        let [Ok(rest), Ok(once)] = places else { continue };
+        let factor = once.sub(&rest)?;
+        let Some(number) = factor.as_rational() else { continue };
+        let above = match test.relation {
+            Relation::Lss | Relation::Lte => number.is_positive(),
+            Relation::Gtr | Relation::Gte => number.is_negative(),
+            _ => false,
+        };
+        if !above || factor.mul(&atom.value()?)?.add(&rest)? != difference {
+            continue;
+        }
+        let part = |element: &Value| {
+            let left = factor.mul(element)?.add(&rest)?;
+            Ok(Test { relation: test.relation, left, right: Value::zero() })
+        };
+        // A maximum in normal form is over 0 as well.
+        let all = std::iter::once(&zero).chain(elements.iter());
+        return all.map(part).collect::<Result<_, _>>().map(Some);
+    }
+    Ok(None)
 }
 
 /// Hands out case after case, for as long as the taker wants more; `earlier` is how the element that is the maximum

@@ -95,11 +95,11 @@ fn place_of(directions: &[Direction], state: &[BigRational]) -> Option<usize> {
     directions.iter().position(|direction| ratio(direction, state).is_some())
 }
 
-fn before(direction: &[BigRational], one: &Move) -> Linear {
+pub(super) fn before(direction: &[BigRational], one: &Move) -> Linear {
     Linear { state: direction.to_vec(), ..Linear::default() }.after(&one.image)
 }
 
-fn moves_into(chain: &Chain, phase: usize) -> impl Iterator<Item = (usize, &Move)> {
+pub(super) fn moves_into(chain: &Chain, phase: usize) -> impl Iterator<Item = (usize, &Move)> {
     let all = chain.phases.iter().enumerate();
     all.flat_map(move |(from, moves)| {
         moves.iter().filter(move |one| one.next == Some(phase)).map(move |one| (from, one))
@@ -161,7 +161,7 @@ pub fn shown(chain: &Chain, phase: usize) -> Result<Region, String> {
 }
 
 /// Whether what is asked for is certain from a phase on, whatever the state, or never shown again.
-fn settled(chain: &Chain, question: &Question, phase: usize) -> Option<bool> {
+pub(super) fn settled(chain: &Chain, question: &Question, phase: usize) -> Option<bool> {
     let moves = chain.phases.get(phase)?;
     let surely = |region: &Region| region.iter().any(Vec::is_empty);
     let certain = |one: &Move| {

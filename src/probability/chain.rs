@@ -89,6 +89,15 @@ pub fn chain(period: &Period, event: &Claim, assumptions: &Assumptions) -> Resul
     })
 }
 
+/// What can be done about a duration that is no number.
+fn lasting(duration: &Value) -> String {
+    format!(
+        "a round waits for {duration}, which is no number: chances of rounds are enclosed where each waits for a fixed time \
+         (`Delay_{{1/5}}`); durations that are drawn are known for a process in a line, without a loop \
+         (`Ran_D<x> ; Delay_x ; …`)"
+    )
+}
+
 /// The names over which a move is linear.
 struct Names<'a> {
     state: &'a [Name],
@@ -135,7 +144,7 @@ fn moves_of(
         let mut stretches = Vec::new();
         for segment in &edge.segments {
             let duration = segment.duration.as_rational();
-            let duration = duration.ok_or_else(|| format!("the duration {} is not a number", segment.duration))?;
+            let duration = duration.ok_or_else(|| lasting(&segment.duration))?;
             let shown = names.region(event, &segment.observed, assumptions)?;
             stretches.push(Stretch { duration: Some(duration), shown, values: names.values(event, &segment.observed) });
         }

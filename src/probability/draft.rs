@@ -375,7 +375,7 @@ fn multiple(base: &Form, other: &Form) -> Option<(BigRational, BigRational)> {
 }
 
 /// Ranges of `ratio * x + constant` as ranges of x.
-fn moved(set: &Set, ratio: &BigRational, constant: &BigRational) -> Set {
+pub(super) fn moved(set: &Set, ratio: &BigRational, constant: &BigRational) -> Set {
     let place = |bound: &Option<BigRational>| bound.as_ref().map(|bound| (bound - constant) / ratio);
     let range = |(low, high): &Range| {
         if ratio.is_negative() { (place(high), place(low)) } else { (place(low), place(high)) }

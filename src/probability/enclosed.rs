@@ -18,6 +18,7 @@ use super::axes::AXES;
 use super::chain::Chain;
 use super::field::{Field, Outcome, add};
 use super::grid::{Grid, Smooth};
+use super::joint::joint;
 use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
 use super::operator::{Key, Operator};
 use super::plan::{Entry, PLACES, Plan, Way, plan};
@@ -56,6 +57,14 @@ pub(super) struct FastEntry {
 /// # Errors
 /// Where the states or the kernel grow too large, or a way has no noise.
 pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
+    apart(chain, question, wanted).or_else(|reason| {
+        let both = joint(chain, question, wanted);
+        both.map_err(|other| format!("{reason}; over two dimensions that lean on each other: {other}"))
+    })
+}
+
+/// Over dimensions that are independent.
+fn apart(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
     let plan = plan(chain, question)?;
     let own = plan.phases.len();
     let plan = entered_apart(blunted(plan));

@@ -114,7 +114,7 @@ pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
 }
 
 /// The factors with which the state parts of forms add up to another.
-fn combination(forms: &[Linear], state: &[BigRational]) -> Option<Vec<BigRational>> {
+pub(super) fn combination(forms: &[Linear], state: &[BigRational]) -> Option<Vec<BigRational>> {
     let width = forms.iter().map(|form| form.state.len()).chain([state.len()]).max()?;
     let entry = |numbers: &[BigRational], place: usize| numbers.get(place).cloned().unwrap_or_default();
     // One equation for each variable of the state, solved by elimination.

@@ -115,7 +115,7 @@ const MOST_POINTS: usize = 100_000;
 /// Bits of their numbers.
 const MOST_BITS: u64 = 20_000;
 /// Rounds.
-const MOST_ROUNDS: u64 = 1_000_000;
+pub(super) const MOST_ROUNDS: u64 = 1_000_000;
 
 /// The chain over its axes.
 ///
@@ -184,7 +184,7 @@ fn together(ways: Vec<Way>) -> Vec<Way> {
 }
 
 /// The duration of a round, which is the same everywhere; none where there are no rounds.
-fn duration(chain: &Chain, live: &[usize]) -> Result<Option<BigRational>, String> {
+pub(super) fn duration(chain: &Chain, live: &[usize]) -> Result<Option<BigRational>, String> {
     let mut found: Option<BigRational> = None;
     for phase in live {
         shown(chain, *phase)?;

@@ -1,0 +1,290 @@
+//! One way through a round over two coordinates: what decides it, and where it leads.
+
+use num_rational::BigRational;
+use num_traits::{One, Zero};
+
+use super::Question;
+use super::axes::{Direction, shown, stateless};
+use super::chain::{Chain, Linear, Move, Region, Side};
+use super::draft::moved;
+use super::pair::{Basis, DECIDERS, Final, LOOKS, Look, PLACES, Step};
+use super::region::{Patch, common, half, meet, merged, outside, whole};
+use crate::value::Relation;
+
+/// A form over both coordinates and the draws, which have no mean.
+#[derive(Clone, Debug)]
+struct Form {
+    first: BigRational,
+    second: BigRational,
+    draws: Vec<BigRational>,
+    offset: BigRational,
+}
+
+/// How both coordinates move, with their noise.
+#[derive(Default)]
+struct Motion {
+    /// Whether there is a next state.
+    lands: bool,
+    /// Whether it ends and is summed over the first number that decides.
+    summed: bool,
+    first: [BigRational; 3],
+    second: [BigRational; 4],
+    noise: [Vec<BigRational>; 2],
+}
+
+/// A number `ratio * (v' + a u' + b u + c v) + constant` that decides.
+struct Tilt {
+    number: usize,
+    factors: [BigRational; 3],
+    ratio: BigRational,
+    constant: BigRational,
+}
+
+/// A way in the making: a move with the means and variances of what it draws.
+pub(super) struct Sketch<'a> {
+    pub chain: &'a Chain,
+    pub question: &'a Question,
+    pub settled: &'a [Option<bool>],
+    pub finals: &'a [Option<Final>],
+    pub bases: &'a [Basis],
+    pub one: &'a Move,
+    /// None at the start, where there is no state.
+    pub phase: Option<usize>,
+    pub drawn: Vec<(BigRational, BigRational)>,
+}
+
+pub(super) const SHARED: &str = "the guards of a round share their noise with both dimensions of the state";
+
+const EQUAL: &str = "a round asks whether the state is equal to a number";
+
+impl Sketch<'_> {
+    /// None where it is never taken.
+    pub(super) fn step(&self, weight: BigRational) -> Result<Option<Step>, String> {
+        let (next, [later, at_once]) = self.regions()?;
+        let mut motion = next.map(|next| self.motion(next)).transpose()?.unwrap_or_default();
+        let mut bases = Vec::new();
+        let Some(taken) = self.patch(&self.one.tests, &mut bases, &motion)? else { return Ok(None) };
+        let mut asked = [Vec::new(), Vec::new()];
+        for (region, asked) in [later, at_once].iter().zip(&mut asked) {
+            for sides in region {
+                asked.extend(self.patch(sides, &mut bases, &motion)?.and_then(|patch| common(&taken, &patch)));
+            }
+        }
+        let mut found = self.looks(&bases, &motion);
+        if let (Err(_), None, Some(form)) = (&found, next, bases.first()) {
+            // What ends a run shares its noise: it is summed over the first number, as if that were the next state.
+            motion.first = [form.first.clone(), BigRational::zero(), self.inner(&form.draws, &form.draws)];
+            motion.noise[0] = form.draws.clone();
+            motion.summed = form.second.is_zero();
+            found = self.looks(&bases, &motion);
+        }
+        let (looks, tilt) = found?;
+        let mut taken = vec![taken];
+        if let Some(tilt) = &tilt {
+            // What leans on the second coordinate has a place of its own.
+            for patch in taken.iter_mut().chain(asked.iter_mut().flatten()) {
+                let set = std::mem::replace(&mut patch[LOOKS + tilt.number], whole());
+                patch[1] = meet(&patch[1], &moved(&set, &tilt.ratio, &tilt.constant));
+            }
+        }
+        let [success, last] = asked;
+        let rest = || merged(last.iter().fold(taken.clone(), outside));
+        let (success, last, onward) = match (next, self.question.first) {
+            (None, _) => (success, last, Vec::new()),
+            (Some(_), true) => (last.clone(), last.clone(), rest()),
+            (Some(_), false) => (Vec::new(), last, taken),
+        };
+        let ended = |phase: usize| self.bases[phase].slope.clone().unwrap_or_default();
+        let tilt = match (tilt, next) {
+            (Some(tilt), _) => tilt.factors,
+            (None, None) => [self.phase.map(ended).unwrap_or_default(), BigRational::zero(), BigRational::zero()],
+            (None, Some(_)) => Default::default(),
+        };
+        let summed = motion.summed;
+        Ok(Some(Step {
+            weight,
+            next,
+            summed,
+            first: motion.first,
+            second: motion.second,
+            looks,
+            tilt,
+            success,
+            last,
+            onward,
+        }))
+    }
+
+    /// The phase in which it goes on, what is asked for in the end, and what is asked for at once.
+    fn regions(&self) -> Result<(Option<usize>, Final), String> {
+        let image = |region: &Region| {
+            let mut region = region.clone();
+            region.iter_mut().flatten().for_each(|side| side.form = side.form.after(&self.one.image));
+            region
+        };
+        let same = |region: Region| [region.clone(), region];
+        Ok(match self.one.next {
+            Some(next) => match (self.settled.get(next).copied().flatten(), self.finals.get(next)) {
+                (Some(true), _) => (None, same(vec![Vec::new()])),
+                (Some(false), _) => (None, same(Region::new())),
+                (None, Some(Some([later, at_once]))) => (None, [image(later), image(at_once)]),
+                (None, _) => (Some(next), same(image(&shown(self.chain, next)?))),
+            },
+            None => {
+                let rest = self.one.stretches.iter().find(|stretch| stretch.duration.is_none());
+                (None, same(rest.map(|stretch| stretch.shown.clone()).unwrap_or_default()))
+            }
+        })
+    }
+
+    /// How both coordinates move.
+    fn motion(&self, next: usize) -> Result<Motion, String> {
+        let along = |direction: &Option<Direction>| {
+            let image = |state: &Direction| Linear { state: state.clone(), ..Linear::default() }.after(&self.one.image);
+            direction.as_ref().map(|direction| self.form(&image(direction))).transpose()
+        };
+        let basis = &self.bases[next];
+        let mut motion = Motion { lands: true, ..Motion::default() };
+        if let Some(form) = along(&basis.first)? {
+            if !form.second.is_zero() {
+                return Err("what is looked at leans on two dimensions of the state".to_string());
+            }
+            motion.first = [form.first, form.offset, self.inner(&form.draws, &form.draws)];
+            motion.noise[0] = form.draws;
+        }
+        if let Some(form) = along(&basis.second)? {
+            let variance = self.inner(&form.draws, &form.draws);
+            motion.second = [form.second, form.first, form.offset, variance];
+            motion.noise[1] = form.draws;
+        }
+        let still = |own: &Option<Direction>, variance: &BigRational| own.is_some() && variance.is_zero();
+        if self.phase.is_some() && still(&basis.first, &motion.first[2]) {
+            return Err("a round adds no noise to a combination of the state".to_string());
+        }
+        if !self.inner(&motion.noise[0], &motion.noise[1]).is_zero() {
+            return Err("two dimensions of the state share their noise in different ways".to_string());
+        }
+        Ok(motion)
+    }
+
+    /// The numbers that decide, given the state and the next first coordinate; and which of them leans on the next second
+    /// one.
+    fn looks(&self, bases: &[Form], motion: &Motion) -> Result<(Vec<Look>, Option<Tilt>), String> {
+        let ([slope, shift, variance], [keep, lean, drift, spread]) = (&motion.first, &motion.second);
+        let share = |form: &Form, axis: usize| {
+            let variance = if axis == 0 { variance } else { spread };
+            let covariance = self.inner(&form.draws, &motion.noise[axis]);
+            if variance.is_zero() { BigRational::zero() } else { covariance / variance }
+        };
+        let (mut looks, mut tilt): (Vec<Look>, Option<Tilt>) = (Vec::new(), None);
+        for (number, form) in bases.iter().enumerate() {
+            let (follows, leans) = (share(form, 0), share(form, 1));
+            let given = |other: &Form| {
+                let known = &follows * share(other, 0) * variance + &leans * share(other, 1) * spread;
+                self.inner(&form.draws, &other.draws) - known
+            };
+            let rest = given(form);
+            let factor = &form.first - &follows * slope - &leans * lean;
+            let second = &form.second - &leans * keep;
+            let constant = -(&follows * shift) - &leans * drift;
+            let apart = bases[..number].iter().all(|other| given(other).is_zero());
+            let leaning = !leans.is_zero();
+            if !apart || (leaning && (!rest.is_zero() || tilt.is_some())) {
+                return Err(SHARED.to_string());
+            }
+            if leaning {
+                let factors = [follows, factor, second].map(|factor| factor / &leans);
+                tilt = Some(Tilt { number, factors, ratio: leans, constant });
+                looks.push(Look::nothing());
+            } else {
+                looks.push(Look { factor, second, follows, offset: constant, rest });
+            }
+        }
+        Ok((looks, tilt))
+    }
+
+    /// Where the state and the random numbers must lie for all of these to hold; none if one of them never does.
+    fn patch(&self, sides: &[Side], bases: &mut Vec<Form>, motion: &Motion) -> Result<Option<Patch>, String> {
+        let mut patch: Patch = vec![whole(); PLACES];
+        for side in sides {
+            let form = self.form(&side.form)?;
+            let noisy = form.draws.iter().any(|factor| !factor.is_zero());
+            let still = !noisy && form.first.is_zero() && form.second.is_zero();
+            let (place, set) = match side.relation {
+                relation if still => match relation.holds(form.offset.cmp(&BigRational::zero())) {
+                    true => continue,
+                    false => return Ok(None),
+                },
+                // A state may be known where the system begins.
+                Relation::Eq | Relation::Neq if !noisy => return Err(EQUAL.to_string()),
+                Relation::Eq => return Ok(None),
+                Relation::Neq => continue,
+                _ if !form.second.is_zero() && !noisy && motion.lands => return Err(SHARED.to_string()),
+                relation if noisy => {
+                    let known = bases.iter().position(|base| multiple(base, &form).is_some());
+                    let number = known.unwrap_or(bases.len());
+                    if known.is_none() {
+                        bases.push(form.scaled());
+                    }
+                    if number >= DECIDERS {
+                        return Err(format!("the guards of a round depend on more than {DECIDERS} random numbers"));
+                    }
+                    let (ratio, constant) = multiple(&bases[number], &form).ok_or("a guard is lost")?;
+                    (LOOKS + number, half(relation, &ratio, &constant))
+                }
+                relation if form.second.is_zero() => (0, half(relation, &form.first, &form.offset)),
+                relation => (1, half(relation, &form.second, &form.offset)),
+            };
+            patch[place] = meet(&patch[place], &set);
+            if patch[place].is_empty() {
+                return Ok(None);
+            }
+        }
+        Ok(Some(patch))
+    }
+
+    fn form(&self, linear: &Linear) -> Result<Form, String> {
+        let means: BigRational = linear.draws.iter().zip(&self.drawn).map(|(factor, (mean, _))| factor * mean).sum();
+        let mut draws = linear.draws.clone();
+        draws.resize(self.drawn.len(), BigRational::zero());
+        for (factor, _) in draws.iter_mut().zip(&self.drawn).filter(|(_, (_, variance))| variance.is_zero()) {
+            *factor = BigRational::zero();
+        }
+        let (first, second) = match stateless(linear) {
+            true => Default::default(),
+            false => {
+                let basis = self.phase.and_then(|phase| self.bases.get(phase));
+                let apart = basis.and_then(|basis| basis.apart(&linear.state));
+                apart.ok_or("a combination of the state is not followed")?
+            }
+        };
+        Ok(Form { first, second, draws, offset: &linear.constant + means })
+    }
+
+    fn inner(&self, left: &[BigRational], right: &[BigRational]) -> BigRational {
+        left.iter().zip(right).zip(&self.drawn).map(|((a, b), (_, variance))| a * b * variance).sum()
+    }
+}
+
+impl Form {
+    /// The same over its first draw, without what is added.
+    fn scaled(&self) -> Form {
+        let lead = self.draws.iter().find(|factor| !factor.is_zero()).cloned().unwrap_or_else(One::one);
+        Form {
+            first: &self.first / &lead,
+            second: &self.second / &lead,
+            draws: self.draws.iter().map(|factor| factor / &lead).collect(),
+            offset: BigRational::zero(),
+        }
+    }
+}
+
+/// `(r, c)` with `other = r * base + c`.
+fn multiple(base: &Form, other: &Form) -> Option<(BigRational, BigRational)> {
+    let place = base.draws.iter().position(|factor| !factor.is_zero())?;
+    let ratio = &other.draws[place] / &base.draws[place];
+    let fits = base.draws.iter().zip(&other.draws).all(|(one, two)| *two == one * &ratio)
+        && other.first == &base.first * &ratio
+        && other.second == &base.second * &ratio;
+    (fits && !ratio.is_zero()).then(|| (ratio.clone(), &other.offset - &ratio * &base.offset))
+}
