@@ -83,11 +83,11 @@ fn along(
 ) -> Field {
     let mut turned =
         Field { values: vec![0.0; firsts.1 * width], errors: vec![0.0; firsts.1 * width], ..Field::default() };
-    for first in firsts.0..firsts.1 {
+    for (first, all) in all.iter().enumerate().take(firsts.1).skip(firsts.0) {
         let rows = first * after..(first + 1) * after;
         let here = [next.values[rows.clone()].to_vec(), next.errors[rows].to_vec()];
-        for column in columns.0..columns.1 {
-            let (value, error) = dot(&all[first][column], seconds, &here);
+        for (column, row) in all.iter().enumerate().take(columns.1).skip(columns.0) {
+            let (value, error) = dot(row, seconds, &here);
             turned.values[first * width + column] = value;
             turned.errors[first * width + column] = error;
         }
