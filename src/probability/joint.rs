@@ -260,7 +260,8 @@ impl Machine {
                 let Some(next) = pace.next else { continue };
                 let mut tilts: Vec<&Ranges> = pace.onward.iter().map(|area| &area.tilt).collect();
                 tilts.dedup();
-                if pace.is_tilted() && pace.tilt[0] != 0.0 && (pace.lean != 0.0 || pace.tilt[1] != 0.0) {
+                let tilted = tilts.iter().any(|tilt| !everything(tilt));
+                if tilted && pace.tilt[0] != 0.0 && (pace.lean != 0.0 || pace.tilt[1] != 0.0) {
                     return Err("a combination that leans on both dimensions is looked at in every round".to_string());
                 }
                 let mut done: Vec<&Ranges> = Vec::new();
