@@ -120,7 +120,8 @@ pub(super) fn pair(chain: &Chain, question: &Question) -> Result<Pair, String> {
             match &constant {
                 Some(number) => look.offset += std::mem::take(&mut look.second) * number,
                 // The chance of what decides a round that leads on must not depend on the second coordinate.
-                None if step.next.is_some() => return Err(SHARED.to_string()),
+                // Nor must the place of a number that is known with the next first one.
+                None if step.next.is_some() || look.rest.is_zero() => return Err(SHARED.to_string()),
                 None => {}
             }
         }
@@ -203,6 +204,7 @@ struct Coordinates<'a> {
 }
 
 const TWO: &str = "the rounds depend on the state in more than two dimensions";
+pub(super) const COMBINATIONS: &str = "several combinations of the state are looked at";
 const LEAN: &str = "what is looked at leans on two dimensions of the state";
 
 impl Coordinates<'_> {
@@ -329,7 +331,8 @@ impl Coordinates<'_> {
     fn tilt(&mut self, phase: usize) -> Result<(), String> {
         let ends = |one: &&Move| one.next.is_none_or(|next| !self.live.contains(&next));
         let ends = self.chain.phases[phase].iter().filter(ends).flat_map(edges);
-        let sides: Vec<Direction> = ends.map(|side| side.form.state.clone()).collect();
+        let sides = ends.map(|side| side.form.state.clone());
+        let sides: Vec<Direction> = sides.chain(self.asked_after(phase)).collect();
         for state in sides {
             let Some((first, second)) = self.bases[phase].apart(&state) else { return Err(TWO.to_string()) };
             if second.is_zero() {
@@ -337,10 +340,19 @@ impl Coordinates<'_> {
             }
             let slope = first / second;
             if self.bases[phase].slope.replace(slope.clone()).is_some_and(|other| other != slope) {
-                return Err("several combinations of the state are looked at".to_string());
+                return Err(COMBINATIONS.to_string());
             }
         }
         Ok(())
+    }
+
+    /// What is asked for in the phases that end a run, and no noise changes on the way there.
+    fn asked_after(&self, phase: usize) -> impl Iterator<Item = Direction> {
+        let last = |one: &'_ Move| one.next.and_then(|next| self.finals[next].as_ref());
+        let into = self.chain.phases[phase].iter().filter_map(move |one| Some((one, last(one)?)));
+        let forms =
+            into.flat_map(|(one, last)| last.iter().flatten().flatten().map(|side| before(&side.form.state, one)));
+        forms.filter(|form| form.draws.iter().all(Zero::is_zero)).map(|form| form.state)
     }
 }
 

@@ -7,7 +7,7 @@ use super::Question;
 use super::axes::{Direction, shown, stateless};
 use super::chain::{Chain, Linear, Move, Region, Side};
 use super::draft::moved;
-use super::pair::{Basis, DECIDERS, Final, LOOKS, Look, PLACES, Step};
+use super::pair::{Basis, COMBINATIONS, DECIDERS, Final, LOOKS, Look, PLACES, Step};
 use super::region::{Patch, common, half, meet, merged, outside, whole};
 use crate::value::Relation;
 
@@ -71,11 +71,11 @@ impl Sketch<'_> {
             }
         }
         let mut found = self.looks(&bases, &motion);
-        if let (Err(_), None, Some(form)) = (&found, next, bases.first()) {
+        if let (Err(_), None, Some(form)) = (&found, next, bases.first().filter(|form| form.second.is_zero())) {
             // What ends a run shares its noise: it is summed over the first number, as if that were the next state.
             motion.first = [form.first.clone(), BigRational::zero(), self.inner(&form.draws, &form.draws)];
             motion.noise[0] = form.draws.clone();
-            motion.summed = form.second.is_zero();
+            motion.summed = true;
             found = self.looks(&bases, &motion);
         }
         let (looks, tilt) = found?;
@@ -94,13 +94,15 @@ impl Sketch<'_> {
             (Some(_), true) => (last.clone(), last.clone(), rest()),
             (Some(_), false) => (Vec::new(), last, taken),
         };
-        let ended = |phase: usize| self.bases[phase].slope.clone().unwrap_or_default();
         let tilt = match (tilt, next) {
             (Some(tilt), _) => tilt.factors,
-            (None, None) => [self.phase.map(ended).unwrap_or_default(), BigRational::zero(), BigRational::zero()],
+            (None, None) => [self.slope(), BigRational::zero(), BigRational::zero()],
             (None, Some(_)) => Default::default(),
         };
         let summed = motion.summed;
+        if summed && success.iter().chain(&last).any(|patch| patch[1] != whole()) {
+            return Err(SHARED.to_string());
+        }
         Ok(Some(Step {
             weight,
             next,
@@ -233,6 +235,7 @@ impl Sketch<'_> {
                     (LOOKS + number, half(relation, &ratio, &constant))
                 }
                 relation if form.second.is_zero() => (0, half(relation, &form.first, &form.offset)),
+                _ if form.first != &form.second * self.slope() => return Err(COMBINATIONS.to_string()),
                 relation => (1, half(relation, &form.second, &form.offset)),
             };
             patch[place] = meet(&patch[place], &set);
@@ -241,6 +244,11 @@ impl Sketch<'_> {
             }
         }
         Ok(Some(patch))
+    }
+
+    /// How much of the first coordinate is looked at with the second one where a run ends without noise.
+    fn slope(&self) -> BigRational {
+        self.phase.and_then(|phase| self.bases[phase].slope.clone()).unwrap_or_default()
     }
 
     fn form(&self, linear: &Linear) -> Result<Form, String> {
