@@ -6,13 +6,13 @@ use pars::advance::Instant;
 use pars::bisimulation::{Comparison, Reach, compare};
 use pars::definition::Definition;
 use pars::fact::Context;
-use pars::kernel::{Reason, Theory, Thm, check};
+use pars::kernel::{Reason, Thm, check};
 use pars::law::{Condition, Connective};
 use pars::library;
 use pars::lower::Environment;
 use pars::model::{Action, Model};
 use pars::name::Name;
-use pars::parser::{parse, parse_term, parse_value};
+use pars::parser::{parse, parse_term};
 use pars::proof::{Lemma, Proof, Statement, Step};
 use pars::refute::{Limits, Refutation, refute};
 use pars::substitution::Substitution;
@@ -20,40 +20,16 @@ use pars::term::{Node, Term};
 use pars::value::{Relation, Value};
 
 mod dice;
+mod texts;
+
 use dice::Dice;
+use texts::{declared, term, theory, value};
 
 const PROCESSES: &str = "param t > 0, k, m >= 0\nobserver See(x)\n\
     proc Move_g = In_p<r> ; Neq_{r,g} ; Out_{v,g-r} ; Move_g\n\
     proc World_r = (Delay_t # Odo_r # At_r) ; In_v<u> ; World_{r+u}\n\
     proc Odo_r = Out_{p,r} ; Odo_r\n\
     proc Robot = Move_1 ; Move_0 ; Robot\n";
-
-fn environment(text: &str) -> Environment {
-    let mut environment = library::standard().expect("the library");
-    let parsed = parse(text);
-    assert!(parsed.diagnostics.is_empty(), "{text}\n{:?}", parsed.diagnostics);
-    for outcome in environment.declare(&parsed.items, text) {
-        outcome.unwrap_or_else(|wrong| panic!("{text}\n{wrong:?}"));
-    }
-    environment
-}
-
-fn theory(environment: &Environment) -> Theory {
-    Theory {
-        assumptions: environment.assumptions.clone(),
-        definitions: environment.definitions.clone(),
-        laws: environment.laws.clone(),
-    }
-}
-
-fn term(environment: &Environment, text: &str) -> Term {
-    let written = parse_term(text).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"));
-    environment.part(&written).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"))
-}
-
-fn value(environment: &Environment, text: &str) -> Value {
-    environment.value(&parse_value(text).expect("a value")).expect("a value")
-}
 
 fn name(text: &str) -> Name {
     Name::new(text)
@@ -65,7 +41,7 @@ fn weakly(left: Term, right: Term) -> Statement {
 
 /// What the kernel says to a network run on for so long; the claim is `left ~~ right`.
 fn run(network: &str, time: Option<&str>, right: &str) -> Result<Thm, Reason> {
-    let environment = environment(PROCESSES);
+    let environment = declared(PROCESSES);
     let network = term(&environment, network);
     let time = time.map(|time| value(&environment, time));
     let statement = weakly(network.clone(), term(&environment, right));
@@ -194,7 +170,7 @@ fn what_is_not_decided_is_no_step() {
 fn names_keep_their_meaning() {
     refused("new c. (Out_{c,x} ; Idle | In_c<x> ; See_x)", None, "may be bound");
     // A process that reads a name of its caller.
-    let mut theory = theory(&environment(PROCESSES));
+    let mut theory = theory(&declared(PROCESSES));
     let body = Term::new(Node::Observe(name("See"), vec![Value::variable(&name("y"))]));
     theory.definitions.insert(Definition { name: name("Late"), parameters: vec![], body, recursive: false });
     let call = Term::new(Node::Call(name("Late"), vec![]));
@@ -206,7 +182,7 @@ fn names_keep_their_meaning() {
 
 #[test]
 fn what_was_run_is_not_instantiated_with_a_name_that_the_network_binds() {
-    let environment = environment(PROCESSES);
+    let environment = declared(PROCESSES);
     let network = term(&environment, "new c. (In_c<y> ; See_y | Out_{c,1} ; See_?x)");
     let right = term(&environment, "See_1 # See_?x");
     let x = Value::variable(&name("?x"));
@@ -229,7 +205,7 @@ fn what_was_run_is_not_instantiated_with_a_name_that_the_network_binds() {
 
 #[test]
 fn a_weak_loop_needs_rounds_that_take_time_and_do_nothing_else() {
-    let environment = environment(PROCESSES);
+    let environment = declared(PROCESSES);
     let x = term(&environment, "See_1");
     let round = |body: &str, connective: Connective| {
         let body = term(&environment, body);
@@ -258,8 +234,7 @@ fn a_weak_loop_needs_rounds_that_take_time_and_do_nothing_else() {
 
 /// The rounds of `A(?n) ~~ (Delay_1 # See_?n) ; A(?n+1)`, which is known for ?n < 3.
 fn rounds(count: &str, index: &str, more: Option<Condition>) -> Result<Thm, Reason> {
-    let environment =
-        environment("observer See(x)\nparam N : natural\nparam k, b, b < 5\nproc A_x = Delay_x ; A_{x+1}\n");
+    let environment = declared("observer See(x)\nparam N : natural\nparam k, b, b < 5\nproc A_x = Delay_x ; A_{x+1}\n");
     let n = Value::variable(&name("?n"));
     let mut hypotheses = vec![Condition::Natural(n.clone()), Condition::Compare(Relation::Lss, n, Value::integer(3))];
     hypotheses.extend(more);

@@ -4,49 +4,24 @@
 use pars::advance::Instant;
 use pars::advance::draw::Draws;
 use pars::fact::Context;
-use pars::kernel::{Reason, Theory, Thm, check};
-use pars::law::{Condition, Connective};
-use pars::library;
+use pars::kernel::{Reason, Thm, check};
+use pars::law::Connective;
 use pars::lower::Environment;
 use pars::name::Name;
-use pars::parser::{parse, parse_condition, parse_term, parse_value};
+use pars::parser::parse_value;
 use pars::proof::{Lemma, Proof, Statement, Step, hole};
 use pars::substitution::Substitution;
 use pars::term::{Node, Term};
 use pars::value::Value;
 
 mod dice;
+mod texts;
+
 use dice::Dice;
+use texts::{condition, declared, term, theory};
 
 const DECLARED: &str = "param t > 0, k\nobserver See(x)\nproc World_r = (Delay_t # At_r) ; (Ran_{Normal(0, var: 1)}<w> | In_v<u>) ; World_{r+u+w}\n\
     proc Push = Out_{v,1} ; Push\nproc Late_r = (Delay_1 # At_r) ; In_v<u> ; Ran_{Normal(u, var: 1)}<w> ; Late_{r+w}\n";
-
-fn declared(text: &str) -> Environment {
-    let mut environment = library::standard().expect("the library");
-    let parsed = parse(text);
-    assert!(parsed.diagnostics.is_empty(), "{text}\n{:?}", parsed.diagnostics);
-    for outcome in environment.declare(&parsed.items, text) {
-        outcome.unwrap_or_else(|wrong| panic!("{text}\n{wrong:?}"));
-    }
-    environment
-}
-
-fn theory(environment: &Environment) -> Theory {
-    Theory {
-        assumptions: environment.assumptions.clone(),
-        definitions: environment.definitions.clone(),
-        laws: environment.laws.clone(),
-    }
-}
-
-fn term(environment: &Environment, text: &str) -> Term {
-    let written = parse_term(text).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"));
-    environment.part(&written).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"))
-}
-
-fn condition(environment: &Environment, text: &str) -> Condition {
-    environment.condition(&parse_condition(text).expect("a condition")).expect("a condition")
-}
 
 fn names(all: &[&str]) -> Vec<Name> {
     all.iter().map(|name| Name::new(name)).collect()

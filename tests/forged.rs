@@ -4,43 +4,33 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use pars::kernel::{Reason, Theory, Thm, check};
 use pars::law::Connective;
-use pars::library;
 use pars::lower::Environment;
 use pars::name::Name;
-use pars::parser::{parse, parse_condition, parse_term, parse_value};
 use pars::proof::{Lemma, Moving, Proof, Statement, Step};
 use pars::substitution::Substitution;
 use pars::term::Term;
 use pars::value::Value;
 
+mod texts;
+
 /// Declarations, in which texts are read.
 struct Texts(Environment);
 
 fn under(declarations: &str) -> Texts {
-    let mut environment = library::standard().expect("the library");
-    let parsed = parse(declarations);
-    assert!(parsed.diagnostics.is_empty(), "{declarations}\n{:?}", parsed.diagnostics);
-    for outcome in environment.declare(&parsed.items, declarations) {
-        outcome.unwrap_or_else(|wrong| panic!("{declarations}\n{wrong:?}"));
-    }
-    Texts(environment)
+    Texts(texts::declared(declarations))
 }
 
 impl Texts {
     fn term(&self, text: &str) -> Term {
-        let written = parse_term(text).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"));
-        self.0.part(&written).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"))
+        texts::term(&self.0, text)
     }
 
     fn value(&self, text: &str) -> Value {
-        self.0.value(&parse_value(text).expect("a value")).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"))
+        texts::value(&self.0, text)
     }
 
     fn claim(&self, left: &str, right: &str, when: &[&str]) -> Statement {
-        let hypotheses = when.iter().map(|text| {
-            let written = parse_condition(text).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"));
-            self.0.condition(&written).unwrap_or_else(|wrong| panic!("{text}: {wrong:?}"))
-        });
+        let hypotheses = when.iter().map(|text| texts::condition(&self.0, text));
         Statement {
             hypotheses: hypotheses.collect(),
             left: self.term(left),
