@@ -53,7 +53,8 @@ impl Context<'_> {
         })
     }
 
-    fn facts_held(&self, term: &Term) -> u16 {
+    /// The facts that hold of a term, as bits as in [`Context::facts_of_parts`].
+    pub fn facts_held(&self, term: &Term) -> u16 {
         if let Some(known) = self.held.borrow().get(term) {
             return *known;
         }
@@ -96,8 +97,11 @@ impl Context<'_> {
 
     /// Whether a set surely lacks a name. Two names of which one is a metavariable may turn out the same.
     fn lacks(&self, set: &NameSet, name: &Name, no: &dyn Fn(&Name) -> Condition) -> bool {
-        let differ = |other: &Name| other != name && !other.is_meta() && !name.is_meta();
-        set.names.iter().all(differ) && set.processes.iter().all(|process| self.supposes(&no(process)))
+        let names = &set.names;
+        // Metavariables stand together in the order of names.
+        let metas = || names.range(Name::new("?")..).next().is_some_and(Name::is_meta);
+        let differ = names.is_empty() || !(name.is_meta() || names.contains(name) || metas());
+        differ && set.processes.iter().all(|process| self.supposes(&no(process)))
     }
 
     fn apart(&self, first: &Term, second: &Term) -> bool {

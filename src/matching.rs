@@ -9,7 +9,7 @@ mod value;
 
 use std::rc::Rc;
 
-use crate::fact::{Context, Facts};
+use crate::fact::{Context, Facts, NameSet};
 use crate::law::{Condition, Fact, Law};
 use crate::name::Name;
 use crate::proof::hole;
@@ -51,6 +51,8 @@ struct State {
     guards: Rc<[Name]>,
     /// Values that must turn out equal once their metavariables are known.
     later: Vec<(Value, Value)>,
+    /// Of what is set, the law puts only this into what follows.
+    read: Option<Rc<NameSet>>,
 }
 
 /// All ways in which `pattern`, a side of `law`, applies at the root of `term` with the conditions met, at most 64.
@@ -133,6 +135,19 @@ impl Fits<'_> {
             _ => all,
         })
     }
+
+    /// What follows a `|` may read, if the law does no more than put there what one of its parts has set.
+    fn read(&self, wanted: &[Term], parts: &[Term]) -> Option<Rc<NameSet>> {
+        let ([set, next], [first, rest @ ..], Node::Seq(result)) = (wanted, parts, self.law.right.node()) else {
+            return None;
+        };
+        let (Node::Par(_), Node::Par(_), [kept, put]) = (set.node(), first.node(), result.as_slice()) else {
+            return None;
+        };
+        let Node::Replace(process, ..) = put.node() else { return None };
+        let follows = || Term::seq(rest[..most(rest.len())].iter().cloned());
+        (kept == set && process == next).then(|| Rc::new(Facts::of(&follows(), self.context).reads.clone()))
+    }
 }
 
 /// What is done with a match, and with the term around it, should it be wanted; true ends the search.
@@ -171,11 +186,13 @@ fn in_sequence(
     let facts = if wants == 0 { Rc::from([]) } else { fits.context.facts_of_parts(term) };
     let meets = |place: usize| facts.get(place).is_none_or(|facts| wants & !facts == 0);
     (0..parts.len()).any(|place| {
-        if (place > 0 || parts.len() > LONG) && !meets(place) {
+        if (place > 0 || parts.len() > LONG) && !meets(place) || is_vain(wanted, &parts[place..], fits) {
             return false;
         }
         let at = if place == 0 && parts.len() <= LONG { Place::Start } else { Place::Later };
-        window(wanted, &parts[place..], at, start.clone(), &mut |state, used| {
+        let mut start = start.clone();
+        start.read = fits.read(wanted, &parts[place..]);
+        window(wanted, &parts[place..], at, start, &mut |state, used| {
             found(state, &|| {
                 let before = parts[..place].iter().cloned();
                 let after = parts[place + used..].iter().cloned();
@@ -183,6 +200,24 @@ fn in_sequence(
             })
         })
     })
+}
+
+/// Whether a `|` and what follows it cannot fit, since nothing follows or nothing that meets the conditions on it: a `|`
+/// of n parts is two in n ways, none of which then needs to be tried.
+fn is_vain(wanted: &[Term], parts: &[Term], fits: &Fits<'_>) -> bool {
+    let ([one, next], [first, rest @ ..]) = (wanted, parts) else { return false };
+    let (Node::Par(_), Node::Par(_), Some(name)) = (one.node(), first.node(), plain_meta(next)) else { return false };
+    let wants = fits.wants(&name);
+    let meets = |run: &[Term]| wants & !fits.context.facts_held(&Term::seq(run.iter().cloned())) == 0;
+    match rest.len() {
+        0 => fits.law.oriented,
+        all => !meets(&rest[..1]) && !meets(&rest[..most(all)]),
+    }
+}
+
+/// The most parts of a rest that a metavariable takes at once.
+fn most(rest: usize) -> usize {
+    if rest > VERY_LONG { WINDOW } else { rest }
 }
 
 /// Where a run of parts begins: what may be taken there differs, to keep the number of ways small.
@@ -242,7 +277,7 @@ fn window(
         (_, true, 0) if state.empty => vec![0],
         (_, true, 0) => return false,
         (_, true, 1) => vec![1],
-        (_, true, all) => vec![if all > VERY_LONG { WINDOW } else { all }, 1],
+        (_, true, all) => vec![most(all), 1],
         (_, false, 0) => return false,
         (Place::Start, false, all) => (1..=all).collect(),
         (Place::Later, false, all) if rest.first().is_some_and(|next| within(next, &name)) => (1..=all).collect(),

@@ -5,9 +5,10 @@
 //! under the reason `ac`, which costs the kernel nothing. Values are leaves in normal form. Each union made by a
 //! law has a number for a reason; an explanation is read back as kernel steps through the table of these numbers.
 
+mod readings;
 mod unroll;
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use egg::{Analysis, DidMerge, EGraph, FlatTerm, Id, Language, RecExpr, Symbol};
@@ -18,7 +19,7 @@ use crate::law::{Connective, Law};
 use crate::matching::matches;
 use crate::name::Name;
 use crate::proof::{Script, Step, StepId, hole};
-use crate::simplify::{Simplifier, clean, surround};
+use crate::simplify::{Simplifier, surround};
 use crate::substitution::Substitution;
 use crate::term::{Node, Term, TermSet};
 
@@ -41,6 +42,9 @@ impl Default for Limits {
 
 /// The most readings that one round looks at, the smallest first.
 const READINGS: usize = 250;
+
+/// E-nodes may have so many parts each in the mean: long lists fill the memory, not the number of e-nodes.
+const PLACES: usize = 100;
 
 /// The most law applications of one simplification in a search.
 const FUEL: usize = 2_000;
@@ -93,11 +97,6 @@ fn shape(term: &Term) -> Term {
     }
 }
 
-/// The size of a term with these parts.
-fn total(parts: &[Term]) -> usize {
-    parts.iter().fold(1, |size, part| size.saturating_add(part.size()))
-}
-
 fn rebuild(shape: &Term, parts: Vec<Term>) -> Term {
     if parts.is_empty() { shape.clone() } else { shape.with_children(parts) }
 }
@@ -146,6 +145,8 @@ pub struct Saturation<'a> {
     done: TermSet,
     limits: Limits,
     largest: usize,
+    /// The parts of all e-nodes.
+    places: usize,
     laws: Vec<Way>,
     /// Finds the simplest forms of what is added; the proofs are made anew for those that are used.
     simple: Simplifier<'a>,
@@ -178,6 +179,7 @@ impl<'a> Saturation<'a> {
             done: TermSet::default(),
             limits,
             largest: 0,
+            places: 0,
             laws,
             simple: simplifier(theory, context, only, false, interrupted),
             only,
@@ -235,9 +237,19 @@ impl<'a> Saturation<'a> {
         (self.egraph.number_of_classes(), self.egraph.total_number_of_nodes())
     }
 
+    /// Whether the e-graph may not grow further.
+    fn is_full(&self) -> bool {
+        self.egraph.total_number_of_nodes() > self.limits.nodes || self.places > PLACES * self.limits.nodes
+    }
+
     fn add(&mut self, term: &Term) -> Id {
-        let parts = term.children().into_iter().map(|part| self.add(part)).collect();
-        self.egraph.add_uncanonical(Operator { shape: shape(term), parts })
+        let parts: Vec<Id> = term.children().into_iter().map(|part| self.add(part)).collect();
+        let (before, places) = (self.egraph.total_size(), parts.len());
+        let id = self.egraph.add_uncanonical(Operator { shape: shape(term), parts });
+        if self.egraph.total_size() > before {
+            self.places += places;
+        }
+        id
     }
 
     fn expression(term: &Term, out: &mut RecExpr<Operator>) -> Id {
@@ -288,67 +300,16 @@ impl<'a> Saturation<'a> {
             if (self.interrupted)() {
                 return Err(Ended::Interrupted);
             }
-            if self.egraph.total_number_of_nodes() > self.limits.nodes {
+            if self.is_full() {
                 break;
             }
             changes += self.rewrite(&term);
             self.egraph.rebuild();
         }
-        if self.egraph.total_number_of_nodes() > self.limits.nodes && changes == 0 {
+        if self.is_full() && changes == 0 {
             return Err(Ended::Limit);
         }
         Ok(changes)
-    }
-
-    /// The terms that the e-nodes stand for: parts by their smallest readings, and one part at a time by another.
-    fn readings(&mut self) -> Vec<Term> {
-        let mut found: BTreeSet<(usize, Term)> = BTreeSet::new();
-        let mut nested: Vec<(usize, Term, Vec<Term>)> = Vec::new();
-        for class in self.egraph.classes() {
-            for node in &class.nodes {
-                let smallest: Vec<Term> = node.parts.iter().map(|id| self.egraph[*id].data.clone()).collect();
-                let size = total(&smallest);
-                nested.push((size, node.shape.clone(), smallest.clone()));
-                for (position, id) in node.parts.iter().enumerate() {
-                    for other in &self.egraph[*id].nodes {
-                        let parts: Vec<Term> = other.parts.iter().map(|id| self.egraph[*id].data.clone()).collect();
-                        let size = (size + total(&parts)).saturating_sub(smallest[position].size());
-                        // A list inside a list is one operator less.
-                        if size > self.largest + node.parts.len() + parts.len() {
-                            continue;
-                        }
-                        let mut varied = smallest.clone();
-                        varied[position] = rebuild(&other.shape, parts);
-                        nested.push((size, node.shape.clone(), varied));
-                    }
-                }
-            }
-        }
-        // The smallest first: a class of many nodes has more readings than fit in the limit.
-        nested.sort_by_key(|(size, ..)| *size);
-        for (number, (_, shape, parts)) in nested.into_iter().enumerate() {
-            if number % 64 == 0 && self.egraph.total_number_of_nodes() > self.limits.nodes {
-                break;
-            }
-            let term = rebuild(&shape, parts.clone());
-            if term.size() <= self.largest && found.insert((term.size(), term.clone())) {
-                self.flatten(shape, parts, &term);
-            }
-        }
-        self.egraph.rebuild();
-        // A reading with units says no more than the one without, which is there as well.
-        found.into_iter().map(|(_, term)| term).filter(|term| clean(term) == *term).collect()
-    }
-
-    /// A reading in the shape of terms belongs to the class of its e-node: it is the same term, so the step costs
-    /// the kernel nothing.
-    fn flatten(&mut self, shape: Term, parts: Vec<Term>, term: &Term) {
-        let parts = parts.iter().map(|part| self.add(part)).collect();
-        let nested = self.egraph.add_uncanonical(Operator { shape, parts });
-        let flat = self.add(term);
-        if self.egraph.find(nested) != self.egraph.find(flat) {
-            self.egraph.union_trusted(nested, flat, "ac");
-        }
     }
 
     fn rewrite(&mut self, term: &Term) -> usize {

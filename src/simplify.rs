@@ -318,14 +318,17 @@ impl Oriented {
 fn needed(pattern: &Term, law: &Law) -> u64 {
     let inner = match pattern.node() {
         Node::Seq(inner) | Node::Disable(inner) => inner,
-        Node::Meta(..) => return 0,
+        Node::Meta(..) => return if wants_guard(law, pattern) { 1 << GUARD } else { 0 },
         _ => return 1 << kind(pattern),
     };
     let solid = inner.iter().filter(|part| !matches!(part.node(), Node::Meta(..) | Node::Seq(_) | Node::Disable(_)));
     let needs = solid.fold(0, |all, part| all | 1 << (INSIDE + kind(part)));
     let first = matches!(pattern.node(), Node::Seq(_)).then(|| inner.first()).flatten();
-    let guard = first.is_some_and(|first| law.conditions.iter().any(|condition| names_guard(condition, first)));
-    if guard { needs | 1 << GUARD } else { needs }
+    if first.is_some_and(|first| wants_guard(law, first)) { needs | 1 << GUARD } else { needs }
+}
+
+fn wants_guard(law: &Law, meta: &Term) -> bool {
+    law.conditions.iter().any(|condition| names_guard(condition, meta))
 }
 
 fn names_guard(condition: &Condition, meta: &Term) -> bool {

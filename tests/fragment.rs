@@ -3,9 +3,7 @@
 
 use pars::bisimulation::{Comparison, Reach, compare};
 use pars::definition::Definitions;
-use pars::kernel::Theory;
 use pars::law::Connective;
-use pars::library;
 use pars::name::Name;
 use pars::prove::{Answer, By, equation, prove};
 use pars::rewrite::Limits;
@@ -13,7 +11,10 @@ use pars::term::{Node, Term};
 use pars::value::{Relation, Value};
 
 mod dice;
+mod texts;
+
 use dice::Dice;
+use texts::{declared, theory};
 
 fn time(dice: &mut Dice) -> Value {
     let halves = Value::integer(dice.roll(5) as i64);
@@ -128,12 +129,7 @@ fn run() {
     let (seed, largest) = (wanted("PARS_SEED", 20_121_001), wanted("PARS_SIZE", 7));
     println!("seed {seed}");
     let mut dice = Dice(seed);
-    let environment = library::standard().unwrap_or_else(|_| panic!("the rules load"));
-    let theory = Theory {
-        assumptions: environment.assumptions.clone(),
-        definitions: environment.definitions.clone(),
-        laws: environment.laws.clone(),
-    };
+    let theory = theory(&declared(""));
     let (mut equal, mut unequal) = (0, 0);
     while equal < 1_000 || unequal < 1_000 {
         let mut names = 0;
@@ -164,4 +160,18 @@ fn run() {
 #[test]
 fn equal_pairs_are_proved_and_no_others() {
     std::thread::Builder::new().stack_size(256 << 20).spawn(run).unwrap().join().unwrap();
+}
+
+/// 3,000 values set in a row, and in the other order with what one of them is put in its place: no law may try every way
+/// of taking some of them.
+#[test]
+fn of_many_values_each_is_what_is_read() {
+    let set = |number: i64| Term::new(Node::Set(Value::integer(number), Name::new(&format!("x{number}"))));
+    let out = |value: Value| Term::new(Node::Out(Name::new("c"), value));
+    let read = out(Value::variable(&Name::new("x2990")));
+    let left = Term::seq((1..=3_000).map(set).chain([read]));
+    let right = Term::seq((1..=3_000).rev().map(set).chain([out(Value::integer(2_990))]));
+    let theory = theory(&declared(""));
+    let answer = prove(&theory, &equation(left, right), &By::Search, Limits::default(), &|| false);
+    assert!(matches!(answer, Answer::Proved(..)));
 }

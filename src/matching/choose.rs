@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::rc::Rc;
 
 use super::shape::may_fit;
-use super::{State, plain_meta, whole};
+use super::{State, may_be_guard, plain_meta, whole};
 use crate::fact::Context;
 use crate::name::Name;
 use crate::term::{Node, Term};
@@ -140,7 +140,7 @@ pub(super) fn choose(wanted: &[&Term], pool: &mut Pool<'_>, state: State, found:
     }
     let mut current = pool.next(0, None);
     while let Some(index) = current {
-        if !may_fit(wanted[next], &pool.parts[index]) {
+        if !may_fit(wanted[next], &pool.parts[index]) || is_unread(&pool.parts[index], &state) {
             current = pool.next(index + 1, Some(index));
             continue;
         }
@@ -156,6 +156,13 @@ pub(super) fn choose(wanted: &[&Term], pool: &mut Pool<'_>, state: State, found:
     false
 }
 
+/// Whether a part sets what nobody reads to whom the law would tell it.
+fn is_unread(part: &Term, state: &State) -> bool {
+    let (Some(read), Node::Set(_, name)) = (&state.read, part.node()) else { return false };
+    let metas = read.names.range(Name::new("?")..).next().is_some_and(Name::is_meta);
+    !metas && read.processes.is_empty() && !read.names.contains(name) && !name.is_meta()
+}
+
 fn choose_for_meta(name: &Name, others: &[&Term], pool: &mut Pool<'_>, state: State, found: &mut Found<'_>) -> bool {
     if let Some(known) = state.found.processes.get(name).cloned() {
         let Some(removed) = pool.remove(&known) else { return false };
@@ -163,7 +170,7 @@ fn choose_for_meta(name: &Name, others: &[&Term], pool: &mut Pool<'_>, state: St
         removed.into_iter().for_each(|index| pool.give_back(index));
         return done;
     }
-    if others.is_empty() && (pool.all || pool.left > 1) {
+    if others.is_empty() && (pool.all || pool.left > 1) && !state.guards.contains(name) {
         let rest: Vec<usize> = pool.free().collect();
         let mut state = state.clone();
         state.found.processes.insert(name.clone(), (pool.join)(pool.rest()));
@@ -174,9 +181,10 @@ fn choose_for_meta(name: &Name, others: &[&Term], pool: &mut Pool<'_>, state: St
             return done;
         }
     }
+    let guard = state.guards.contains(name);
     let mut current = pool.next(0, None);
     while let Some(index) = current {
-        if !pool.is_unfit(name, index) {
+        if !(guard && !may_be_guard(&pool.parts[index]) || pool.is_unfit(name, index)) {
             let mut state = state.clone();
             state.found.processes.insert(name.clone(), pool.parts[index].clone());
             pool.take(index);
