@@ -240,8 +240,13 @@ pub const MOST_ERRORS: usize = 100;
 
 /// The tokens of `text`.
 pub fn lex(text: &str) -> Lexed {
+    lex_until(text, &|| false)
+}
+
+/// The same, or the tokens as far as it came before it was interrupted.
+pub fn lex_until(text: &str, interrupted: &dyn Fn() -> bool) -> Lexed {
     let mut lexer = Lexer { text, position: 0, in_law: false, line_start: true, lexed: Lexed::default() };
-    while lexer.step() {}
+    while lexer.step() && !(lexer.lexed.tokens.len().is_multiple_of(1 << 14) && interrupted()) {}
     lexer.lexed
 }
 

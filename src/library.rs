@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::ast::{Item, ItemKind};
 use crate::diagnostic::{Diagnostic, Source};
 use crate::lower::{Environment, Lowered};
-use crate::parser::{Parsed, parse};
+use crate::parser::{Parsed, parse_until};
 
 /// The files that every session can import, by name.
 pub const FILES: [(&str, &str); 9] = [
@@ -89,7 +89,10 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
     /// What cannot be read is left out and reported at the end.
     pub fn read(&mut self, environment: &mut Environment, source: &Source, visit: &mut Visitor<'_>) -> Vec<Failure> {
         // The tokens of a long text take more room than all the rest.
-        let Parsed { items, broken, mut diagnostics, .. } = parse(&source.text);
+        let Some(Parsed { items, broken, mut diagnostics, .. }) = parse_until(&source.text, &*self.interrupted) else {
+            self.stopped = true;
+            return Vec::new();
+        };
         let mut failures = Vec::new();
         let text = source.text.as_str();
         let mut broken: BTreeSet<&str> = broken.iter().filter_map(|start| declared(text.get(*start..)?)).collect();

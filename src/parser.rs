@@ -12,15 +12,21 @@ mod term;
 mod value;
 mod verdict;
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use crate::ast::{Condition, Ident, Item, Term, Value};
 use crate::diagnostic::{Diagnostic, Span};
-use crate::lexer::{Keyword, Kind, MOST_ERRORS, Token, lex};
+use crate::lexer::{Keyword, Kind, MOST_ERRORS, Token, lex_until};
 use crate::name::Name;
 
 pub use exercise::parse_step;
 
 /// Brackets and other nesting deeper than this are refused.
 pub const DEEPEST: usize = 200;
+
+/// After so many tokens it is asked whether to go on.
+const POLL: usize = 1 << 14;
 
 /// What a text says, and what is wrong with it.
 #[derive(Clone, Debug, Default)]
@@ -64,6 +70,14 @@ pub enum Role {
 /// Reads a file: items only.
 pub fn parse(text: &str) -> Parsed {
     Parser::new(text, false).items()
+}
+
+/// The same, until it is interrupted: then nothing.
+pub fn parse_until(text: &str, interrupted: &dyn Fn() -> bool) -> Option<Parsed> {
+    let parser = Parser::until(text, false, interrupted);
+    let stopped = parser.stopped.clone();
+    let parsed = parser.items();
+    (!stopped.get()).then_some(parsed)
 }
 
 /// Reads an input at the prompt: items, or one term alone, which asks to simplify it.
@@ -110,11 +124,17 @@ struct Parser<'t> {
     prompt: bool,
     incomplete: bool,
     diagnostics: Vec<Diagnostic>,
+    interrupted: &'t dyn Fn() -> bool,
+    stopped: Rc<Cell<bool>>,
 }
 
 impl<'t> Parser<'t> {
     fn new(text: &'t str, prompt: bool) -> Parser<'t> {
-        let lexed = lex(text);
+        Parser::until(text, prompt, &|| false)
+    }
+
+    fn until(text: &'t str, prompt: bool, interrupted: &'t dyn Fn() -> bool) -> Parser<'t> {
+        let lexed = lex_until(text, interrupted);
         Parser {
             text,
             roles: vec![Role::Plain; lexed.tokens.len()],
@@ -125,6 +145,8 @@ impl<'t> Parser<'t> {
             prompt,
             incomplete: false,
             diagnostics: lexed.diagnostics,
+            interrupted,
+            stopped: Rc::new(Cell::new(interrupted())),
         }
     }
 
@@ -222,6 +244,10 @@ impl<'t> Parser<'t> {
         let token = self.token();
         if token.kind != Kind::End {
             self.position += 1;
+        }
+        if self.position.is_multiple_of(POLL) && (self.stopped.get() || (self.interrupted)()) {
+            self.stopped.set(true);
+            self.position = self.tokens.len();
         }
         token
     }
