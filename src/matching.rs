@@ -160,6 +160,10 @@ fn at_root(pattern: &Term, term: &Term, start: &State, fits: &Fits<'_>, found: &
         (Node::Seq(wanted), Node::Seq(parts)) => in_sequence(wanted, (term, parts), start, fits, found),
         (Node::Par(wanted), Node::Par(parts)) | (Node::Disable(wanted), Node::Disable(parts)) => {
             let Some(pool) = Pool::of(term, false).filter(|_| all_there(wanted, parts)) else { return false };
+            // `?P | ?P` needs two of a kind, which stand together.
+            if matches!(&wanted[..], [one, other] if one == other) && parts.windows(2).all(|two| two[0] != two[1]) {
+                return false;
+            }
             let wants = wanted.iter().filter_map(plain_meta).map(|name| (fits.wants(&name), name));
             let wants = wants.filter(|(facts, _)| *facts != 0).map(|(facts, name)| (name, facts)).collect();
             let mut pool = pool.wanting(wants, term, fits.context);

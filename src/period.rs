@@ -202,7 +202,12 @@ impl fmt::Display for Failure {
             Failure::Interrupted => write!(f, "interrupted"),
             Failure::Livelock { cycle, when } => {
                 let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
-                write!(f, "{} goes round in no time{}", cycle.join(", "), in_case(when))
+                match cycle.as_slice() {
+                    [first @ .., last] if !first.is_empty() => {
+                        write!(f, "{} and {last} go round in no time{}", first.join(", "), in_case(when))
+                    }
+                    _ => write!(f, "{} goes round in no time{}", cycle.concat(), in_case(when)),
+                }
             }
             Failure::KillRace { component, ports } => write!(
                 f,

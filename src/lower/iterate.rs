@@ -23,6 +23,9 @@ impl Lowerer<'_> {
         if let ([(name, Some(count))], false) = (chain, chain.iter().all(|(name, _)| self.is_function(name))) {
             return self.power_of_call(name, count, arguments, span);
         }
+        if chain.iter().any(|(name, _)| self.hides(name)) {
+            return None;
+        }
         let [argument] = arguments else {
             return self.fail(
                 Diagnostic::error("P0305", "a function that is applied again and again takes 1 argument")

@@ -218,6 +218,9 @@ impl Lowerer<'_> {
                     .help(format!("draw from it first: `Ran_{{{text}(…)}}<x>`, then use `x`")),
             );
         }
+        if self.hides(name) {
+            return None;
+        }
         let values: Vec<_> = arguments.iter().map(|argument| self.plain(argument)).collect();
         let basic = FUNCTIONS.iter().find(|(known, _)| *known == text);
         let needed = match (self.environment.quantity(&name.name), basic) {
@@ -233,6 +236,30 @@ impl Lowerer<'_> {
             );
         }
         self.applied(name, values.into_iter().collect::<Option<Vec<_>>>()?, span)
+    }
+
+    /// Whether a parameter or a result is called like the function that is applied here; which is reported.
+    pub(super) fn hides(&mut self, name: &Ident) -> bool {
+        let text = &name.name;
+        let basic = FUNCTIONS.iter().any(|(known, _)| *known == text.as_str());
+        let (what, place) = match (self.locals.get(text), self.results.get(self.result_name(text))) {
+            (Some(place), _) => ("parameter", *place),
+            (None, Some(place)) => ("result", *place),
+            (None, None) => return false,
+        };
+        if basic || matches!(self.environment.quantity(text), Some(Quantity::Function { .. })) {
+            self.report(
+                Diagnostic::error(
+                    "P0503",
+                    format!("`{text}` is a {what} here, so the function `{text}` cannot be used"),
+                )
+                .label(name.span, "used as a function here")
+                .label(place, format!("the {what}"))
+                .help(format!("rename the {what}, for example to `{text}1`")),
+            );
+            return true;
+        }
+        false
     }
 
     /// What a function gives for these arguments, of which there are as many as it takes.
