@@ -10,6 +10,7 @@ pub mod enclosed;
 pub mod estimated;
 pub mod exact;
 mod field;
+mod form;
 pub mod grid;
 mod growth;
 mod joint;
