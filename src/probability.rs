@@ -5,6 +5,7 @@ pub mod axes;
 pub mod branches;
 pub mod chain;
 pub mod direct;
+mod deviate;
 mod draft;
 pub mod enclosed;
 pub mod estimated;
