@@ -23,6 +23,19 @@ fn up(number: f64) -> f64 {
     if number.is_nan() { f64::INFINITY } else { number.next_up() }
 }
 
+/// The same as [`Interval::of`] for a quotient of whole numbers that are machine numbers: what its rounding left over is
+/// known exactly, up to a rounding that keeps its sign.
+fn short(number: &BigRational) -> Option<Interval> {
+    const MOST: u64 = 1 << f64::MANTISSA_DIGITS;
+    let (top, bottom) = (number.numer().to_i64()?, number.denom().to_i64()?);
+    if top.unsigned_abs() > MOST || bottom.unsigned_abs() > MOST {
+        return None;
+    }
+    let near = top as f64 / bottom as f64;
+    let left = near.mul_add(bottom as f64, -(top as f64));
+    Some(Interval { low: if left > 0.0 { down(near) } else { near }, high: if left < 0.0 { up(near) } else { near } })
+}
+
 impl Interval {
     /// A machine number, exactly.
     pub const fn exactly(number: f64) -> Interval {
@@ -41,6 +54,9 @@ impl Interval {
 
     /// The narrowest interval of machine numbers round a rational.
     pub fn of(number: &BigRational) -> Interval {
+        if let Some(found) = short(number) {
+            return found;
+        }
         let near = number.to_f64().unwrap_or(0.0);
         let (mut low, mut high) = (near, near);
         if near.is_finite() {
@@ -65,8 +81,16 @@ impl Interval {
         }
     }
 
+    /// Whether it is 0 alone.
+    fn is_nothing(self) -> bool {
+        self.low == 0.0 && self.high == 0.0
+    }
+
     /// The sum.
     pub fn plus(self, other: Interval) -> Interval {
+        if self.is_nothing() || other.is_nothing() {
+            return if self.is_nothing() { other } else { self };
+        }
         Interval { low: down(self.low + other.low), high: up(self.high + other.high) }
     }
 
@@ -82,6 +106,23 @@ impl Interval {
 
     /// The product.
     pub fn times(self, other: Interval) -> Interval {
+        // So it stays exact, which numbers next to 0 would not, and the machine is slow with these.
+        if self.is_nothing() || other.is_nothing() {
+            return Interval::exactly(0.0);
+        }
+        let finite = |one: Interval| one.low > f64::NEG_INFINITY && one.high < f64::INFINITY;
+        if finite(self) && finite(other) {
+            // Where signs are known, so are the ends.
+            if self.low >= 0.0 && other.low >= 0.0 {
+                return Interval { low: down(self.low * other.low), high: up(self.high * other.high) };
+            }
+            if self.low >= 0.0 && other.high <= 0.0 {
+                return Interval { low: down(self.high * other.low), high: up(self.low * other.high) };
+            }
+            if self.high <= 0.0 && other.low >= 0.0 {
+                return Interval { low: down(self.low * other.high), high: up(self.high * other.low) };
+            }
+        }
         // 0 times infinity is 0 here: the infinite end stands for finite numbers of any size.
         let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
         let all = [
@@ -164,8 +205,8 @@ impl Interval {
 const ROOT_OF_TWO_PI_INVERSE: Interval = Interval { low: 0.398_942_280_401_432_6, high: 0.398_942_280_401_432_8 };
 /// `ln 2` = 0.693147180559945309417232…
 const LOGARITHM_OF_TWO: Interval = Interval { low: 0.693_147_180_559_945_2, high: 0.693_147_180_559_945_4 };
-/// Terms of the exponential series: the rest is below 0.35^22/22! < 1e-31.
-const TERMS: u32 = 22;
+/// Terms of the exponential series: the rest is below 1.1 * 0.35^16/16! < 3e-21.
+const TERMS: u32 = 16;
 /// From here on the continued fraction of the tail converges fast.
 const TAIL: f64 = 2.0;
 /// Places that are so near count as one.
@@ -184,7 +225,7 @@ fn exponential(number: f64) -> Interval {
     for term in (1..TERMS).rev() {
         sum = sum.times(rest).divided(f64::from(term)).plus(Interval::exactly(1.0));
     }
-    sum = sum.plus(Interval { low: -1e-30, high: 1e-30 });
+    sum = sum.plus(Interval { low: -3e-21, high: 3e-21 });
     // Two factors, so that neither is too small or too large for the machine.
     let half = (count / 2.0).trunc();
     let power = |exponent: f64| Interval::exactly(2f64.powi(exponent as i32));
@@ -207,7 +248,7 @@ fn normal(number: f64) -> Interval {
         return Interval::exactly(1.0).minus(tail(number)).probability();
     }
     // 1/2 + density * (x + x^3/3 + x^5/(3*5) + …): all terms have the sign of x, and fall by x^2/(2n+3) < 4/(2n+3).
-    let x = Interval::exactly(number);
+    let x = Interval::exactly(number.abs());
     let square = x.times(x);
     let (mut term, mut sum) = (x, x);
     let mut divisor = 3.0;
@@ -222,7 +263,9 @@ fn normal(number: f64) -> Interval {
     // After five terms the factor is below 4/13, so the rest is less than the last term.
     let rest = term.low.abs().max(term.high.abs());
     sum = sum.plus(Interval { low: -rest, high: rest });
-    Interval::exactly(0.5).plus(sum.times(x.normal_density())).probability()
+    let part = sum.times(x.normal_density());
+    let part = if number < 0.0 { part.opposite() } else { part };
+    Interval::exactly(0.5).plus(part).probability()
 }
 
 /// The chance that a standard normal number is more than this one, which is at least [`TAIL`]:
@@ -232,15 +275,15 @@ fn tail(number: f64) -> Interval {
     // Convergents of even and odd depth lie on both sides of the value, so any depth is right.
     let depth = 16 + (420.0 / (number * number)) as u32;
     let density = x.normal_density();
-    let convergent = |depth: u32| {
-        let mut value = x;
-        for place in (1..=depth).rev() {
-            let place = f64::from(place);
-            value = x.plus(Interval { low: down(place / value.high), high: up(place / value.low) });
-        }
-        density.over(value)
-    };
-    let both = convergent(depth).hull(convergent(depth + 1));
+    let below =
+        |place: f64, value: Interval| x.plus(Interval { low: down(place / value.high), high: up(place / value.low) });
+    // Both at once, as each waits for its own divisions.
+    let (mut one, mut other) = (x, below(f64::from(depth + 1), x));
+    for place in (1..=depth).rev() {
+        let place = f64::from(place);
+        (one, other) = (below(place, one), below(place, other));
+    }
+    let both = density.over(one).hull(density.over(other));
     Interval { low: both.low.max(0.0), high: both.high }
 }
 

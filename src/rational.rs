@@ -37,6 +37,11 @@ pub(crate) fn product(left: &BigRational, right: &BigRational) -> BigRational {
     )
 }
 
+/// The quotient by a number that is not 0.
+pub(crate) fn quotient(left: &BigRational, right: &BigRational) -> BigRational {
+    if right.is_one() || left.is_zero() { left.clone() } else { product(left, &right.recip()) }
+}
+
 /// The sum.
 pub(crate) fn sum(left: &BigRational, right: &BigRational) -> BigRational {
     match (left.is_integer(), right.is_integer()) {
@@ -89,7 +94,11 @@ mod tests {
         for one in &numbers {
             for other in &numbers {
                 // Equal numbers in lowest terms: the parts are compared, not the values.
-                for (own, wanted) in [(product(one, other), one * other), (sum(one, other), one + other)] {
+                let mut all = vec![(product(one, other), one * other), (sum(one, other), one + other)];
+                if !other.is_zero() {
+                    all.push((quotient(one, other), one / other));
+                }
+                for (own, wanted) in all {
                     assert_eq!((own.numer(), own.denom()), (wanted.numer(), wanted.denom()), "{one} {other}");
                 }
             }

@@ -9,6 +9,7 @@ use num_traits::{One, Zero};
 
 use super::Question;
 use super::chain::{Chain, Linear, Move, Region};
+use crate::rational::{product, quotient};
 
 /// How many directions there may be; what is not used costs nothing.
 pub const AXES: usize = 2;
@@ -29,11 +30,13 @@ pub struct Axes {
 pub fn ratio(direction: &[BigRational], other: &[BigRational]) -> Option<BigRational> {
     let zero = BigRational::zero();
     let place = direction.iter().position(|factor| !factor.is_zero())?;
-    let ratio = other.get(place).unwrap_or(&zero) / &direction[place];
-    let places = 0..direction.len().max(other.len());
-    let factor = |numbers: &[BigRational], place: usize| numbers.get(place).cloned().unwrap_or_default();
-    let mut fits = places.map(|place| factor(other, place) == factor(direction, place) * &ratio);
-    (!ratio.is_zero() && fits.all(|fits| fits)).then_some(ratio)
+    let ratio = quotient(other.get(place)?, &direction[place]);
+    let mut places = 0..direction.len().max(other.len());
+    let fits = |place: usize| {
+        let (one, other) = (direction.get(place).unwrap_or(&zero), other.get(place).unwrap_or(&zero));
+        if one.is_zero() || other.is_zero() { one.is_zero() == other.is_zero() } else { product(one, &ratio) == *other }
+    };
+    (!ratio.is_zero() && places.all(fits)).then_some(ratio)
 }
 
 /// Whether a form does not depend on the state.

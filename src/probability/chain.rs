@@ -9,6 +9,7 @@ use crate::invariant::Claim;
 use crate::invariant::cases::disjoint;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Test};
+use crate::rational;
 use crate::term::Term;
 use crate::value::{Relation, Value};
 
@@ -209,17 +210,31 @@ impl Names<'_> {
 impl Linear {
     /// The state part and the constant over another state, of which this state is the image.
     pub fn after(&self, image: &[Linear]) -> Linear {
-        let mut result = Linear { constant: self.constant.clone(), ..Linear::default() };
-        for (factor, part) in self.state.iter().zip(image) {
-            result = result.plus(&part.scaled(factor));
+        let parts = || self.state.iter().zip(image);
+        let zeros = |length: Option<usize>| vec![BigRational::zero(); length.unwrap_or(0)];
+        let mut result = Linear {
+            state: zeros(parts().map(|(_, part)| part.state.len()).max()),
+            draws: zeros(parts().map(|(_, part)| part.draws.len()).max()),
+            constant: self.constant.clone(),
+        };
+        for (factor, part) in parts().filter(|(factor, _)| !factor.is_zero()) {
+            let into = |sums: &mut Vec<BigRational>, numbers: &[BigRational]| {
+                sums.iter_mut().zip(numbers).for_each(|(sum, number)| add_product(sum, factor, number));
+            };
+            into(&mut result.state, &part.state);
+            into(&mut result.draws, &part.draws);
+            add_product(&mut result.constant, factor, &part.constant);
         }
         result
     }
 
     /// A multiple.
     pub fn scaled(&self, factor: &BigRational) -> Linear {
-        let scale = |numbers: &[BigRational]| numbers.iter().map(|number| number * factor).collect();
-        Linear { state: scale(&self.state), draws: scale(&self.draws), constant: &self.constant * factor }
+        let scale = |number: &BigRational| {
+            if number.is_zero() { BigRational::zero() } else { rational::product(number, factor) }
+        };
+        let all = |numbers: &[BigRational]| numbers.iter().map(scale).collect();
+        Linear { state: all(&self.state), draws: all(&self.draws), constant: scale(&self.constant) }
     }
 
     /// The sum.
@@ -232,8 +247,16 @@ impl Linear {
     }
 }
 
+/// Adds a product to a sum; most of them are 0.
+pub(super) fn add_product(sum: &mut BigRational, one: &BigRational, other: &BigRational) {
+    if !one.is_zero() && !other.is_zero() {
+        let product = rational::product(one, other);
+        *sum = if sum.is_zero() { product } else { rational::sum(sum, &product) };
+    }
+}
+
 fn sum(one: &[BigRational], other: &[BigRational]) -> Vec<BigRational> {
     let zero = BigRational::zero();
     let places = 0..one.len().max(other.len());
-    places.map(|place| one.get(place).unwrap_or(&zero) + other.get(place).unwrap_or(&zero)).collect()
+    places.map(|place| rational::sum(one.get(place).unwrap_or(&zero), other.get(place).unwrap_or(&zero))).collect()
 }

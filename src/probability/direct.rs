@@ -39,7 +39,7 @@ pub fn direct(
     let (_, steps) = subject.run(&Model::new(&lasted), &Source::new(seed, 0))?;
     let runs = (STEPS / steps.max(1)).clamp(RUNS.1, RUNS.0);
     let model = || Model::new(&lasted);
-    let happened = counted(runs, model, &|run, model| Ok(subject.run(model, &Source::new(seed, run))?.0))?;
+    let happened = counted(runs, model, &|run, model| Ok(subject.run(model, &Source::new(seed, run))?.0.into()))?;
     Ok(interval(happened, runs))
 }
 

@@ -5,19 +5,10 @@ use num_traits::{One, Signed, Zero};
 
 use super::axes::{AXES, ratio, shown, stateless};
 use super::chain::{Linear, Move, Region, Side};
+use super::form::{Drawn, Form, Said, inner};
 use super::plan::{DECIDERS, Decider, Gate, Motion, PLACES, Reducer, Way};
 use super::region::{Patch, Range, Set, common, half, meet, merged, outside, whole};
 use crate::value::Relation;
-
-/// A form over the states of the axes and the draws.
-#[derive(Clone, Debug)]
-struct Form {
-    factors: [BigRational; AXES],
-    draws: Vec<BigRational>,
-    offset: BigRational,
-}
-
-type Drawn = [(BigRational, BigRational)];
 
 /// A way in the making: a move with the means and variances of what it draws.
 pub(super) struct Draft<'a> {
@@ -185,7 +176,7 @@ impl Draft<'_> {
             let exact = next
                 .as_ref()
                 .filter(|_| lead.is_zero())
-                .and_then(|(slope, next)| multiple(&next.along(slope), &base.along(&factor)));
+                .and_then(|(slope, next)| next.along(slope).multiple(&base.along(&factor)));
             decider = if let Some((ratio, constant)) = exact {
                 order[1].push((number, ratio, constant));
                 Decider::Next
@@ -241,14 +232,7 @@ impl Draft<'_> {
     }
 
     fn form(&self, linear: &Linear) -> Result<Form, String> {
-        let means: BigRational = linear.draws.iter().zip(self.drawn).map(|(factor, (mean, _))| factor * mean).sum();
-        let mut draws = linear.draws.clone();
-        draws.resize(self.drawn.len(), BigRational::zero());
-        for (factor, _) in draws.iter_mut().zip(self.drawn).filter(|(_, (_, variance))| variance.is_zero()) {
-            *factor = BigRational::zero();
-        }
-        let mut form =
-            Form { factors: [BigRational::zero(), BigRational::zero()], draws, offset: &linear.constant + means };
+        let mut form = Form::of(linear, self.drawn);
         if stateless(linear) {
             return Ok(form);
         }
@@ -265,7 +249,7 @@ impl Draft<'_> {
 
     /// The covariance of two forms, for a given state.
     fn inner(&self, left: &Form, right: &Form) -> BigRational {
-        left.draws.iter().zip(&right.draws).zip(self.drawn).map(|((a, b), (_, variance))| a * b * variance).sum()
+        inner(&left.draws, &right.draws, self.drawn)
     }
 
     /// The draws on which a form depends.
@@ -312,15 +296,7 @@ impl Draft<'_> {
                 (relation, _, Some(draw)) => {
                     let axis = owners.draws[*draw].ok_or("a guard is lost")?;
                     let bases = &mut owners.bases[axis];
-                    let known = bases.iter().position(|base| multiple(base, &form).is_some());
-                    let number = known.unwrap_or(bases.len());
-                    if known.is_none() {
-                        bases.push(form.scaled());
-                    }
-                    if number >= DECIDERS {
-                        return Err(format!("the guards of a round depend on more than {DECIDERS} random numbers"));
-                    }
-                    let (ratio, constant) = multiple(&bases[number], &form).ok_or("a guard is lost")?;
+                    let (number, ratio, constant) = form.said(bases, DECIDERS)?;
                     (PLACES * axis + 1 + number, half(relation, &ratio, &constant))
                 }
             };
@@ -332,9 +308,6 @@ impl Draft<'_> {
         Ok(Some(patch))
     }
 }
-
-/// Which base a number is, and the ratio and the constant with which its values are said.
-type Said = (usize, BigRational, BigRational);
 
 fn axis_factor(form: &Form) -> BigRational {
     form.factors.iter().find(|factor| !factor.is_zero()).cloned().unwrap_or_default()
@@ -348,30 +321,10 @@ impl Form {
         part
     }
 
-    /// The same over its first draw, without what is added: what guards compare is the same number then, however written.
-    fn scaled(&self) -> Form {
-        let first = self.draws.iter().find(|factor| !factor.is_zero()).cloned().unwrap_or_else(One::one);
-        let over = |factor: &BigRational| factor / &first;
-        Form {
-            factors: [over(&self.factors[0]), over(&self.factors[1])],
-            draws: self.draws.iter().map(over).collect(),
-            offset: BigRational::zero(),
-        }
-    }
-
     /// With this factor of the state.
     fn along(&self, factor: &BigRational) -> Form {
         Form { factors: [factor.clone(), BigRational::zero()], ..self.clone() }
     }
-}
-
-/// `(r, c)` with `other = r * base + c`.
-fn multiple(base: &Form, other: &Form) -> Option<(BigRational, BigRational)> {
-    let place = base.draws.iter().position(|factor| !factor.is_zero())?;
-    let ratio = &other.draws[place] / &base.draws[place];
-    let same = |(one, two): (&BigRational, &BigRational)| *two == one * &ratio;
-    let fits = base.draws.iter().zip(&other.draws).all(same) && base.factors.iter().zip(&other.factors).all(same);
-    (fits && !ratio.is_zero()).then(|| (ratio.clone(), &other.offset - &ratio * &base.offset))
 }
 
 /// Ranges of `ratio * x + constant` as ranges of x.

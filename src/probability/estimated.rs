@@ -4,6 +4,7 @@
 use super::Question;
 use super::chain::Chain;
 use super::random::Source;
+use super::simulation::lanes::LANES;
 use super::simulation::{Program, Scratch};
 use super::splitting::split;
 
@@ -47,7 +48,13 @@ fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String
         let happens = program.happens(&Source::new(seed, 0), &mut Scratch::default())?;
         return Ok(interval(if happens { runs } else { 0 }, runs));
     }
-    let happened = counted(runs, Scratch::default, &|run, space| program.happens(&Source::new(seed, run), space))?;
+    let happened = if program.is_plain() {
+        let lanes = |first: u64| first * LANES..runs.min((first + 1) * LANES);
+        counted(runs.div_ceil(LANES), || (), &|first, ()| program.count(seed, lanes(first)))?
+    } else {
+        let one = |run, space: &mut Scratch| program.happens(&Source::new(seed, run), space).map(u64::from);
+        counted(runs, Scratch::default, &one)?
+    };
     // Runs that are too long to be split leave the plain answer, which is right too.
     let split = if happened * RARE < runs { split(program, seed).ok().flatten() } else { None };
     Ok(match split {
@@ -58,20 +65,20 @@ fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String
     })
 }
 
-/// In how many of these runs it happens, on all cores; each core has a space of its own.
+/// The sum over so many runs, or groups of them, of how often it happens, on all cores; each core has a space of its own.
 ///
 /// # Errors
 /// That of a run.
 pub(super) fn counted<S>(
     runs: u64,
     space: impl Fn() -> S + Sync,
-    happens: &(dyn Fn(u64, &mut S) -> Result<bool, String> + Sync),
+    happens: &(dyn Fn(u64, &mut S) -> Result<u64, String> + Sync),
 ) -> Result<u64, String> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
     let some = |first: u64| -> Result<u64, String> {
         let (mut count, mut run, mut space) = (0, first, space());
         while run < runs {
-            count += u64::from(happens(run, &mut space)?);
+            count += happens(run, &mut space)?;
             run += threads;
         }
         Ok(count)

@@ -4,12 +4,14 @@
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 
-use super::chain::{Chain, Linear, Move, Region};
+use super::chain::{Chain, Linear, Move, Region, add_product};
 use super::{Enclosed, Question};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, Solved};
+use crate::distribution::Distribution;
 use crate::interval::{Interval, normal_between};
 use crate::name::Name;
+use crate::rational::{product, quotient};
 use crate::recurrence::solve_all;
 use crate::value::{Relation, Value};
 
@@ -131,8 +133,11 @@ pub(super) fn combination(forms: &[Linear], state: &[BigRational]) -> Option<Vec
         rows.swap(done, found);
         let pivot = rows[done].clone();
         for (_, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != done) {
-            let ratio = &row[column] / &pivot[column];
-            row.iter_mut().zip(&pivot).for_each(|(entry, other)| *entry -= &ratio * other);
+            if row[column].is_zero() {
+                continue;
+            }
+            let ratio = -quotient(&row[column], &pivot[column]);
+            row.iter_mut().zip(&pivot).for_each(|(entry, other)| add_product(entry, &ratio, other));
         }
         pivots.push(column);
         done += 1;
@@ -141,7 +146,7 @@ pub(super) fn combination(forms: &[Linear], state: &[BigRational]) -> Option<Vec
         return None;
     }
     for (row, column) in rows.iter().zip(pivots) {
-        factors[column] = &row[forms.len()] / &row[column];
+        factors[column] = quotient(&row[forms.len()], &row[column]);
     }
     Some(factors)
 }
@@ -149,22 +154,35 @@ pub(super) fn combination(forms: &[Linear], state: &[BigRational]) -> Option<Vec
 /// The factors of all means, and what is added: the forms' constants count in the means.
 fn mean_row(mut row: Vec<BigRational>, after: &Linear, round: &Move, forms: &[Linear]) -> Vec<BigRational> {
     row.resize(forms.len(), BigRational::zero());
-    let constants: BigRational = row.iter().zip(forms).map(|(factor, form)| factor * &form.constant).sum();
     let noise = Linear { state: Vec::new(), ..after.clone() };
-    row.push(mean(&noise, round) - constants);
+    let mut added = mean(&noise, round);
+    for (factor, form) in row.iter().zip(forms) {
+        add_product(&mut added, factor, &-&form.constant);
+    }
+    row.push(added);
     row
 }
 
 fn mean(form: &Linear, one: &Move) -> BigRational {
-    form.draws.iter().zip(&one.draws).map(|(factor, draw)| factor * draw.mean()).sum::<BigRational>() + &form.constant
+    let mut sum = form.constant.clone();
+    for (factor, draw) in form.draws.iter().zip(&one.draws).filter(|(factor, _)| !factor.is_zero()) {
+        add_product(&mut sum, factor, &draw.mean());
+    }
+    sum
 }
 
 fn covariances(forms: &[Linear], one: &Move) -> Vec<Vec<BigRational>> {
-    let product = |left: &Linear, right: &Linear| {
-        let both = left.draws.iter().zip(&right.draws).zip(&one.draws);
-        both.map(|((left, right), draw)| left * right * draw.variance()).sum::<BigRational>()
+    let variances: Vec<BigRational> = one.draws.iter().map(Distribution::variance).collect();
+    let inner = |left: &Linear, right: &Linear| {
+        let mut sum = BigRational::zero();
+        for ((left, right), variance) in left.draws.iter().zip(&right.draws).zip(&variances) {
+            if !left.is_zero() && !right.is_zero() {
+                add_product(&mut sum, &product(left, right), variance);
+            }
+        }
+        sum
     };
-    forms.iter().map(|left| forms.iter().map(|right| product(left, right)).collect()).collect()
+    forms.iter().map(|left| forms.iter().map(|right| inner(left, right)).collect()).collect()
 }
 
 /// Where the first form must lie, if that is all that is asked.
@@ -177,7 +195,7 @@ fn asked(region: &Region, form: &Linear) -> Option<Vec<Between>> {
             if side.form.draws.iter().any(|factor| !factor.is_zero()) {
                 return None;
             }
-            let bound = &form.constant - &side.form.constant / &ratio;
+            let bound = &form.constant - quotient(&side.form.constant, &ratio);
             let above = match side.relation {
                 Relation::Gtr | Relation::Gte => !ratio.is_negative(),
                 Relation::Lss | Relation::Lte => ratio.is_negative(),
@@ -292,9 +310,12 @@ impl Machine {
         let pairs: Vec<(usize, usize)> = pairs(means.len()).collect();
         let row = |(one, other): &(usize, usize)| {
             let factor = |(left, right): &(usize, usize)| {
-                let product = |a: usize, b: usize| &means[*one][a] * &means[*other][b];
-                let whole = product(*left, *right);
-                Interval::of(&if left == right { whole } else { whole + product(*right, *left) })
+                let mut whole = BigRational::zero();
+                add_product(&mut whole, &means[*one][*left], &means[*other][*right]);
+                if left != right {
+                    add_product(&mut whole, &means[*one][*right], &means[*other][*left]);
+                }
+                Interval::of(&whole)
             };
             let added = Interval::of(&noise[*one][*other]);
             pairs.iter().map(factor).chain([added]).collect::<Vec<Interval>>()
@@ -321,49 +342,46 @@ fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
 
 type Matrix = Vec<Vec<Interval>>;
 
+/// Factors that are smaller count as all of this size: numbers next to 0 are slow.
+const TINY: Interval = Interval { low: -1e-150, high: 1e-150 };
+
 /// The first number of a state after an affine map, given by its rows of factors and what is added, applied so many times.
-fn power(map: &Matrix, state: &[Interval], times: u64) -> Interval {
-    match (map.as_slice(), state) {
-        ([row], [state]) if row.len() == 2 => power_of_line(row[0], row[1], *state, times),
-        _ => power_of_map(map, state.to_vec(), times),
-    }
-}
-
-/// The same for `factor * s + added`.
-fn power_of_line(mut factor: Interval, mut added: Interval, mut state: Interval, mut times: u64) -> Interval {
+fn power(map: &Matrix, state: &[Interval], mut times: u64) -> Interval {
+    let size = state.len();
+    let (mut state, mut after) = (state.to_vec(), state.to_vec());
+    let mut now: Vec<Interval> = map.concat();
+    let mut square = now.clone();
     while times > 0 {
         if times % 2 == 1 {
-            state = factor.times(state).plus(added);
-        }
-        added = factor.times(added).plus(added);
-        factor = factor.times(factor);
-        times /= 2;
-    }
-    state
-}
-
-fn power_of_map(map: &Matrix, mut state: Vec<Interval>, mut times: u64) -> Interval {
-    let size = map.len();
-    let mut square = map.clone();
-    let apply = |row: &[Interval], state: &[Interval], added: Interval| {
-        row.iter().zip(state).map(|(factor, number)| factor.times(*number)).fold(added, Interval::plus)
-    };
-    while times > 0 {
-        if times % 2 == 1 {
-            state = square.iter().map(|row| apply(row, &state, row[size])).collect();
+            for (row, number) in now.chunks_exact(size + 1).zip(&mut after) {
+                *number =
+                    row.iter().zip(&state).fold(row[size], |sum, (factor, number)| sum.plus(factor.times(*number)));
+            }
+            std::mem::swap(&mut state, &mut after);
         }
         times /= 2;
         if times > 0 {
-            let column = |place: usize| square.iter().map(|row| row[place]).collect::<Vec<Interval>>();
-            let columns: Matrix = (0..=size).map(column).collect();
-            let zero = Interval::exactly(0.0);
-            let entry = |row: &Vec<Interval>, place: usize| {
-                apply(row, &columns[place], if place == size { row[size] } else { zero })
-            };
-            square = square.iter().map(|row| (0..=size).map(|place| entry(row, place)).collect()).collect();
+            squared(&now, size, &mut square);
+            std::mem::swap(&mut now, &mut square);
         }
     }
-    state.first().copied().unwrap_or(Interval::exactly(0.0))
+    state.first().copied().unwrap_or(NOTHING)
+}
+
+const NOTHING: Interval = Interval::exactly(0.0);
+
+/// An affine map applied twice.
+fn squared(map: &[Interval], size: usize, square: &mut [Interval]) {
+    for (row, sums) in map.chunks_exact(size + 1).zip(square.chunks_exact_mut(size + 1)) {
+        sums.fill(NOTHING);
+        sums[size] = row[size];
+        let factors = row[..size].iter().zip(map.chunks_exact(size + 1));
+        for (factor, other) in factors.filter(|(factor, _)| **factor != NOTHING) {
+            sums.iter_mut().zip(other).for_each(|(sum, number)| *sum = sum.plus(factor.times(*number)));
+        }
+        let tiny = |sum: &&mut Interval| **sum != NOTHING && sum.low >= TINY.low && sum.high <= TINY.high;
+        sums[..size].iter_mut().filter(tiny).for_each(|sum| *sum = TINY);
+    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use num_rational::BigRational;
 use num_traits::{ToPrimitive, Zero};
 
+use super::deviate::{self, gauss, logarithm};
 use crate::distribution::Distribution;
 
 /// The random numbers of one run.
@@ -18,33 +19,21 @@ impl Source {
         Source { key: (seed as u32, (seed >> 32) as u32), run }
     }
 
-    /// Four words for a place: the generator Philox 4x32 with ten rounds (Salmon and others, 2011).
-    fn words(&self, round: u64, place: u64) -> [u32; 4] {
-        let mut words = [self.run as u32, (self.run >> 32) as u32, round as u32, place as u32];
-        let mut key = self.key;
-        for _ in 0..10 {
-            let first = u64::from(words[0]) * 0xD251_1F53;
-            let second = u64::from(words[2]) * 0xCD9E_8D57;
-            words = [
-                (second >> 32) as u32 ^ words[1] ^ key.0,
-                second as u32,
-                (first >> 32) as u32 ^ words[3] ^ key.1,
-                first as u32,
-            ];
-            key = (key.0.wrapping_add(0x9E37_79B9), key.1.wrapping_add(0xBB67_AE85));
-        }
-        words
-    }
-
     /// Two numbers between 0 and 1, neither included.
     pub fn uniform(&self, round: u64, place: u64) -> (f64, f64) {
-        let [a, b, c, d] = self.words(round, place);
-        let unit = |high: u32, low: u32| {
-            let bits = (u64::from(high) << 32 | u64::from(low)) >> 12;
-            (bits as f64 + 0.5) / (1u64 << 52) as f64
-        };
-        (unit(a, b), unit(c, d))
+        deviate::uniform(self.key, self.run, round, place)
     }
+}
+
+/// The random numbers of several runs in one round, side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Sources<'a> {
+    /// The seed.
+    pub seed: u64,
+    /// The runs.
+    pub runs: &'a [u64],
+    /// The round.
+    pub round: u64,
 }
 
 /// Places between one draw and the next: for the parts of nested mixtures, the parts of large counts, and one for a pair
@@ -139,7 +128,7 @@ impl Sampler {
             Sampler::Point(at, _) => *at,
             Sampler::Normal(mean, sd) => mean + sd * gauss(source.uniform(round, place)).0,
             Sampler::Uniform(low, width) => low + width * source.uniform(round, place).0,
-            Sampler::Exponential(start, mean) => start - mean * source.uniform(round, place).0.ln(),
+            Sampler::Exponential(start, mean) => start - mean * logarithm(source.uniform(round, place).0),
             Sampler::Poisson(parts, mean) => {
                 (0..*parts).map(|part| arrivals(*mean, source.uniform(round, place + part).0)).sum()
             }
@@ -157,16 +146,51 @@ impl Sampler {
     }
 }
 
-/// Two standard normal numbers for a place and the one beside it.
-pub fn pair(source: &Source, round: u64, place: u64) -> (f64, f64) {
-    gauss(source.uniform(round, (place & !1) * STRIDE + STRIDE - 1))
+impl Sources<'_> {
+    /// What the first of these samplers draw at a place and beside it, by run: of one of them, or of two.
+    pub fn draw(&self, samplers: &[Sampler], place: u64) -> Vec<Vec<f64>> {
+        let own = |place: u64| deviate::uniforms(Source::new(self.seed, 0).key, self.runs, self.round, place);
+        let scaled = |mut column: Vec<f64>, mean: f64, sd: f64| {
+            column.iter_mut().for_each(|number| *number = mean + sd * *number);
+            column
+        };
+        match samplers {
+            [Sampler::Normal(mean, sd), rest @ ..] => {
+                let [one, other] = deviate::normals(own(beside(place)));
+                match rest {
+                    [Sampler::Normal(mean2, sd2), ..] if place.is_multiple_of(2) => {
+                        vec![scaled(one, *mean, *sd), scaled(other, *mean2, *sd2)]
+                    }
+                    _ => vec![scaled(if place.is_multiple_of(2) { one } else { other }, *mean, *sd)],
+                }
+            }
+            [Sampler::Uniform(low, width), ..] => {
+                let [one, _] = own(place * STRIDE);
+                vec![scaled(one, *low, *width)]
+            }
+            [Sampler::Exponential(start, mean), ..] => {
+                let [mut one, _] = own(place * STRIDE);
+                one.iter_mut().for_each(|number| *number = start - mean * logarithm(*number));
+                vec![one]
+            }
+            [Sampler::Point(at, _), ..] => vec![vec![*at; self.runs.len()]],
+            [sampler, ..] => {
+                let draw = |run: &u64| sampler.draw(&Source::new(self.seed, *run), self.round, place);
+                vec![self.runs.iter().map(draw).collect()]
+            }
+            [] => Vec::new(),
+        }
+    }
 }
 
-/// The method of Box and Muller (1958).
-fn gauss((one, other): (f64, f64)) -> (f64, f64) {
-    let radius = (-2.0 * one.ln()).sqrt();
-    let (sine, cosine) = (std::f64::consts::TAU * other).sin_cos();
-    (radius * cosine, radius * sine)
+/// Where the pair of a place and the one beside it is drawn.
+fn beside(place: u64) -> u64 {
+    (place & !1) * STRIDE + STRIDE - 1
+}
+
+/// Two standard normal numbers for a place and the one beside it.
+pub fn pair(source: &Source, round: u64, place: u64) -> (f64, f64) {
+    gauss(source.uniform(round, beside(place)))
 }
 
 fn near(number: &BigRational) -> f64 {

@@ -2,11 +2,15 @@
 //! comparison of exact numbers is never decided by rounding. Where all these are whole, and not too large, machine numbers
 //! are exact themselves.
 
+pub(super) mod lanes;
+mod trim;
+
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
+use self::trim::trimmed;
 use super::Question;
 use super::chain::{Chain, Linear, Move, Side};
 use super::random::{Sampler, Source, pair};
@@ -40,6 +44,8 @@ struct Stretch {
 /// A move to be run.
 struct Step {
     samplers: Vec<Sampler>,
+    /// Which of them matter, to it or to one that draws the same.
+    needed: Vec<bool>,
     /// Whether it draws what the one before it draws.
     same: bool,
     /// Whether exact numbers matter in it.
@@ -93,6 +99,7 @@ impl Program {
     /// # Errors
     /// Where durations have no common unit, or something cannot be drawn.
     pub(super) fn new(chain: &Chain, question: &Question, fast: bool) -> Result<Program, String> {
+        let chain = &trimmed(chain);
         let unit = unit(chain, question);
         let mut known = known(chain)?;
         let whole = (fast && whole(chain)).then(|| known.clone());
@@ -109,6 +116,11 @@ impl Program {
                 step.exact |= one.next.is_some_and(|next| known.get(next).is_some_and(|known| known.contains(&true)));
                 step.same = steps.last().is_some_and(|last| last.samplers == step.samplers && last.exact == step.exact);
                 steps.push(step);
+            }
+            // What is drawn once must do for all that draw the same.
+            for place in (1..steps.len()).rev() {
+                let later = if steps[place].same { steps[place].needed.clone() } else { Vec::new() };
+                steps[place - 1].needed.iter_mut().zip(later).for_each(|(needed, later)| *needed |= later);
             }
             Ok::<_, String>(steps)
         };
@@ -157,7 +169,7 @@ impl Program {
                 break;
             }
         }
-        let Some(step) = chosen else { return Err("a run got stuck".to_string()) };
+        let Some(step) = chosen else { return Err(STUCK.to_string()) };
         for stretch in &step.stretches {
             let end = stretch.duration.map_or(u64::MAX, |duration| run.now.saturating_add(duration));
             let counts = run.now <= self.deadline && (self.first || end > self.deadline);
@@ -183,7 +195,7 @@ impl Program {
         std::mem::swap(&mut run.state, &mut space.after);
         run.phase = Some(next);
         run.round += 1;
-        if run.round > MOST_ROUNDS { Err("a run has more than a million rounds".to_string()) } else { Ok(None) }
+        if run.round > MOST_ROUNDS { Err(TOO_LONG.to_string()) } else { Ok(None) }
     }
 
     /// Whether it happens in one run.
@@ -230,6 +242,8 @@ impl Program {
     }
 }
 
+const STUCK: &str = "a run got stuck";
+const TOO_LONG: &str = "a run has more than a million rounds";
 const TOO_LARGE: &str = "the whole numbers of a run grow too large";
 
 /// Whether all numbers of a chain that are not drawn from a density are whole, and so small that no sum of a round of them
@@ -280,7 +294,11 @@ impl Step {
         let tests: Vec<Test> = one.tests.iter().map(test).collect();
         let shown = stretches.iter().flat_map(|stretch: &Stretch| stretch.shown.iter().flatten());
         let exact = tests.iter().chain(shown).any(|test| test.form.exact.is_some());
+        let forms = || one.tests.iter().chain(one.stretches.iter().flat_map(|stretch| stretch.shown.iter().flatten()));
+        let forms = || forms().map(|side| &side.form).chain(&one.image);
+        let needs = |place: usize| forms().any(|form| form.draws.get(place).is_some_and(|factor| !factor.is_zero()));
         Ok(Step {
+            needed: (0..samplers.len()).map(needs).collect(),
             samplers,
             same: false,
             exact,
@@ -299,6 +317,10 @@ impl Step {
         while place < self.samplers.len() {
             let at = place as u64;
             match &self.samplers[place..] {
+                _ if !self.needed[place] => {
+                    space.numbers.push(0.0);
+                    place += 1;
+                }
                 [Sampler::Normal(mean, sd), Sampler::Normal(mean2, sd2), ..] if place % 2 == 0 => {
                     let (one, other) = pair(source, round, at);
                     space.numbers.extend([mean + sd * one, mean2 + sd2 * other]);

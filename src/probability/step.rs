@@ -1,24 +1,16 @@
 //! One way through a round over two coordinates: what decides it, and where it leads.
 
 use num_rational::BigRational;
-use num_traits::{One, Zero};
+use num_traits::Zero;
 
 use super::Question;
 use super::axes::{Direction, shown, stateless};
 use super::chain::{Chain, Linear, Move, Region, Side};
 use super::draft::moved;
+use super::form::{Form, inner};
 use super::pair::{Basis, COMBINATIONS, DECIDERS, Final, LOOKS, Look, PLACES, Step};
 use super::region::{Patch, common, half, meet, merged, outside, whole};
 use crate::value::Relation;
-
-/// A form over both coordinates and the draws, which have no mean.
-#[derive(Clone, Debug)]
-struct Form {
-    first: BigRational,
-    second: BigRational,
-    draws: Vec<BigRational>,
-    offset: BigRational,
-}
 
 /// How both coordinates move, with their noise.
 #[derive(Default)]
@@ -71,9 +63,9 @@ impl Sketch<'_> {
             }
         }
         let mut found = self.looks(&bases, &motion);
-        if let (Err(_), None, Some(form)) = (&found, next, bases.first().filter(|form| form.second.is_zero())) {
+        if let (Err(_), None, Some(form)) = (&found, next, bases.first().filter(|form| form.factors[1].is_zero())) {
             // What ends a run shares its noise: it is summed over the first number, as if that were the next state.
-            motion.first = [form.first.clone(), BigRational::zero(), self.inner(&form.draws, &form.draws)];
+            motion.first = [form.factors[0].clone(), BigRational::zero(), self.inner(&form.draws, &form.draws)];
             motion.noise[0] = form.draws.clone();
             motion.summed = true;
             found = self.looks(&bases, &motion);
@@ -148,15 +140,17 @@ impl Sketch<'_> {
         let basis = &self.bases[next];
         let mut motion = Motion { lands: true, ..Motion::default() };
         if let Some(form) = along(&basis.first)? {
-            if !form.second.is_zero() {
+            if !form.factors[1].is_zero() {
                 return Err("what is looked at leans on two dimensions of the state".to_string());
             }
-            motion.first = [form.first, form.offset, self.inner(&form.draws, &form.draws)];
+            let [slope, _] = form.factors;
+            motion.first = [slope, form.offset, self.inner(&form.draws, &form.draws)];
             motion.noise[0] = form.draws;
         }
         if let Some(form) = along(&basis.second)? {
             let variance = self.inner(&form.draws, &form.draws);
-            motion.second = [form.second, form.first, form.offset, variance];
+            let [lean, keep] = form.factors;
+            motion.second = [keep, lean, form.offset, variance];
             motion.noise[1] = form.draws;
         }
         let still = |own: &Option<Direction>, variance: &BigRational| own.is_some() && variance.is_zero();
@@ -186,8 +180,8 @@ impl Sketch<'_> {
                 self.inner(&form.draws, &other.draws) - known
             };
             let rest = given(form);
-            let factor = &form.first - &follows * slope - &leans * lean;
-            let second = &form.second - &leans * keep;
+            let factor = &form.factors[0] - &follows * slope - &leans * lean;
+            let second = &form.factors[1] - &leans * keep;
             let constant = -(&follows * shift) - &leans * drift;
             let apart = bases[..number].iter().all(|other| given(other).is_zero());
             let leaning = !leans.is_zero();
@@ -211,7 +205,7 @@ impl Sketch<'_> {
         for side in sides {
             let form = self.form(&side.form)?;
             let noisy = form.draws.iter().any(|factor| !factor.is_zero());
-            let still = !noisy && form.first.is_zero() && form.second.is_zero();
+            let still = !noisy && form.factors[0].is_zero() && form.factors[1].is_zero();
             let (place, set) = match side.relation {
                 relation if still => match relation.holds(form.offset.cmp(&BigRational::zero())) {
                     true => continue,
@@ -221,22 +215,14 @@ impl Sketch<'_> {
                 Relation::Eq | Relation::Neq if !noisy => return Err(EQUAL.to_string()),
                 Relation::Eq => return Ok(None),
                 Relation::Neq => continue,
-                _ if !form.second.is_zero() && !noisy && motion.lands => return Err(SHARED.to_string()),
+                _ if !form.factors[1].is_zero() && !noisy && motion.lands => return Err(SHARED.to_string()),
                 relation if noisy => {
-                    let known = bases.iter().position(|base| multiple(base, &form).is_some());
-                    let number = known.unwrap_or(bases.len());
-                    if known.is_none() {
-                        bases.push(form.scaled());
-                    }
-                    if number >= DECIDERS {
-                        return Err(format!("the guards of a round depend on more than {DECIDERS} random numbers"));
-                    }
-                    let (ratio, constant) = multiple(&bases[number], &form).ok_or("a guard is lost")?;
+                    let (number, ratio, constant) = form.said(bases, DECIDERS)?;
                     (LOOKS + number, half(relation, &ratio, &constant))
                 }
-                relation if form.second.is_zero() => (0, half(relation, &form.first, &form.offset)),
-                _ if form.first != &form.second * self.slope() => return Err(COMBINATIONS.to_string()),
-                relation => (1, half(relation, &form.second, &form.offset)),
+                relation if form.factors[1].is_zero() => (0, half(relation, &form.factors[0], &form.offset)),
+                _ if form.factors[0] != &form.factors[1] * self.slope() => return Err(COMBINATIONS.to_string()),
+                relation => (1, half(relation, &form.factors[1], &form.offset)),
             };
             patch[place] = meet(&patch[place], &set);
             if patch[place].is_empty() {
@@ -252,12 +238,7 @@ impl Sketch<'_> {
     }
 
     fn form(&self, linear: &Linear) -> Result<Form, String> {
-        let means: BigRational = linear.draws.iter().zip(&self.drawn).map(|(factor, (mean, _))| factor * mean).sum();
-        let mut draws = linear.draws.clone();
-        draws.resize(self.drawn.len(), BigRational::zero());
-        for (factor, _) in draws.iter_mut().zip(&self.drawn).filter(|(_, (_, variance))| variance.is_zero()) {
-            *factor = BigRational::zero();
-        }
+        let form = Form::of(linear, &self.drawn);
         let (first, second) = match stateless(linear) {
             true => Default::default(),
             false => {
@@ -266,33 +247,10 @@ impl Sketch<'_> {
                 apart.ok_or("a combination of the state is not followed")?
             }
         };
-        Ok(Form { first, second, draws, offset: &linear.constant + means })
+        Ok(Form { factors: [first, second], ..form })
     }
 
     fn inner(&self, left: &[BigRational], right: &[BigRational]) -> BigRational {
-        left.iter().zip(right).zip(&self.drawn).map(|((a, b), (_, variance))| a * b * variance).sum()
+        inner(left, right, &self.drawn)
     }
-}
-
-impl Form {
-    /// The same over its first draw, without what is added.
-    fn scaled(&self) -> Form {
-        let lead = self.draws.iter().find(|factor| !factor.is_zero()).cloned().unwrap_or_else(One::one);
-        Form {
-            first: &self.first / &lead,
-            second: &self.second / &lead,
-            draws: self.draws.iter().map(|factor| factor / &lead).collect(),
-            offset: BigRational::zero(),
-        }
-    }
-}
-
-/// `(r, c)` with `other = r * base + c`.
-fn multiple(base: &Form, other: &Form) -> Option<(BigRational, BigRational)> {
-    let place = base.draws.iter().position(|factor| !factor.is_zero())?;
-    let ratio = &other.draws[place] / &base.draws[place];
-    let fits = base.draws.iter().zip(&other.draws).all(|(one, two)| *two == one * &ratio)
-        && other.first == &base.first * &ratio
-        && other.second == &base.second * &ratio;
-    (fits && !ratio.is_zero()).then(|| (ratio.clone(), &other.offset - &ratio * &base.offset))
 }
