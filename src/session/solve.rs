@@ -6,7 +6,7 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Solved};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
-use crate::recurrence::{Behaviour, Reach, Term, behaviour, reach, solve_all};
+use crate::recurrence::{Behaviour, Reach, Term, behaviour, reach, solve_all, special_cases};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
@@ -34,6 +34,7 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
         Ok(solved) => {
             let mut lines = solved.lines();
             lines.push(proof(recurrence));
+            lines.extend(left_out(solved, known));
             lines
         }
         Err(reason) => {
@@ -63,6 +64,17 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
     let expected =
         waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
     (lines, expected.collect())
+}
+
+/// The forms for the parameters that the conditions leave out.
+fn left_out(solved: &Solved, known: &Assumptions) -> Vec<String> {
+    let mut lines = Vec::new();
+    for special in special_cases(solved, known) {
+        lines.push(format!("where {}:", special.title()));
+        lines.extend(special.solved.lines().into_iter().map(|line| format!("    {line}")));
+        lines.push(format!("    {}", proof(special.solved.recurrence())));
+    }
+    lines
 }
 
 /// How the forms were checked.
