@@ -22,6 +22,7 @@ mod matrix;
 mod modular;
 mod nested;
 mod nonlinear;
+mod numeric;
 mod powers;
 mod product;
 mod rational;

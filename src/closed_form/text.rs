@@ -133,6 +133,9 @@ fn written(
             && !above.mentions(&name)
         {
             let above = written(nested, &above.div(&factor)?, index, since, outer)?;
+            if let Some(under) = image.strip_prefix("1/") {
+                return Ok(format!("{}*{under}", bracketed(above)));
+            }
             let plain = image.ends_with(')') && !image.contains('/') || !image.contains(['*', '/']);
             let image = if plain { image } else { format!("({image})") };
             return Ok(format!("{}/{image}", bracketed(above)));

@@ -122,8 +122,8 @@ fn operator(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Univariat
 fn since(ratios: &[Value], index: &Name) -> Option<i64> {
     let mut since = 0;
     for ratio in ratios.iter().filter(|ratio| ratio.mentions(index)) {
-        for part in quotient(ratio, index)? {
-            for (factor, _) in part.factors() {
+        for part in [ratio.numerator()?, ratio.denominator()?] {
+            for (factor, _) in without_powers(&part, index)?.factors() {
                 let root = -factor.coefficient(0);
                 if factor.degree() == 1 && root.is_integer() {
                     since = since.max(root.to_integer().to_i64()?.checked_add(1)?);
@@ -132,6 +132,30 @@ fn since(ratios: &[Value], index: &Name) -> Option<i64> {
         }
     }
     (since <= MOST_EARLY).then_some(since)
+}
+
+/// The polynomial p of `c*p(n)*b^n`, with leading coefficient 1.
+fn without_powers(value: &Value, index: &Name) -> Option<Univariate> {
+    let parts: Vec<_> = exponentials(value, index)?.into_iter().collect();
+    let [(_, coefficients)] = parts.as_slice() else { return None };
+    let lead = coefficients.iter().rev().find(|one| !one.is_zero())?;
+    let all = coefficients.iter().map(|one| one.div(lead).ok()?.as_rational()).collect::<Option<Vec<_>>>()?;
+    Some(Univariate::new(all))
+}
+
+/// A symbolic c and the quotient of polynomials whose multiple a ratio is.
+fn scaled(ratio: &Value, index: &Name) -> Option<(Value, [Univariate; 2])> {
+    if let Some(own) = quotient(ratio, index) {
+        return Some((Value::one(), own));
+    }
+    let lead = |part: Value| {
+        let parts: Vec<_> = exponentials(&part, index)?.into_iter().collect();
+        let [(_, coefficients)] = parts.as_slice() else { return None };
+        coefficients.iter().rev().find(|one| !one.is_zero()).cloned()
+    };
+    let scale = lead(ratio.numerator()?)?.div(&lead(ratio.denominator()?)?).ok()?;
+    let own = quotient(&ratio.div(&scale).ok()?, index)?;
+    Some((scale, own))
 }
 
 /// A form in the making.
@@ -214,12 +238,12 @@ impl Work<'_> {
         if !ratio.mentions(self.index) {
             return Ok(ratio.power(&count)?);
         }
-        let Some([above, below]) = quotient(ratio, self.index) else {
+        let Some((scale, [above, below])) = scaled(ratio, self.index) else {
             return Ok(self.layered(ratio.clone()));
         };
         let base = above.coefficient(above.degree()) / below.coefficient(below.degree());
         let (mut tops, mut bottoms) = (listed(&above), listed(&below));
-        let mut value = Value::rational(base).power(&count)?;
+        let mut value = scale.mul(&Value::rational(base))?.power(&count)?;
         let mut at = 0;
         while let Some(f) = tops.get(at) {
             let met = bottoms.iter().enumerate().find_map(|(place, g)| {

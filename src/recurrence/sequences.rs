@@ -238,7 +238,7 @@ fn of_higher_order(
     match symbolic(recurrence, known)?.map(|(forms, conditions)| (forms.into_iter().next(), conditions)) {
         Some((Some(form), conditions)) => Ok((form, conditions)),
         _ => Err(NoClosedForm(format!(
-            "of the order {} closed forms are known where the equation is linear and its coefficients are the same for all {}",
+            "of the order {} closed forms are known where the equation is linear, and its coefficients are the same for all {} or a hypergeometric solution takes it apart",
             sequence.start.len(),
             recurrence.index
         ))),

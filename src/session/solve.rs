@@ -1,6 +1,6 @@
 //! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
 
-use super::orders::in_orders;
+use super::orders::{forms_in_orders, in_orders};
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Solved};
@@ -39,6 +39,12 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
         }
         Err(reason) => {
             let mut lines = vec![format!("no closed form is known: {}", reason.0)];
+            for (title, solved) in forms_in_orders(recurrence, known).unwrap_or_default() {
+                lines[0] = "one closed form for each order:".to_string();
+                lines.push(format!("if {title}:"));
+                lines.extend(solved.lines().into_iter().map(|line| format!("    {line}")));
+                lines.push(format!("    {}", proof(recurrence)));
+            }
             lines.extend(without_form(recurrence, &behaviour(recurrence, known)));
             lines
         }
