@@ -8,7 +8,7 @@ use pars::closed_form::{Form, Layer, Nested, Piece, Recurrence, Sequence, Solved
 use pars::lower::{Environment, Lowered, Question};
 use pars::name::Name;
 use pars::parser::{parse, parse_value};
-use pars::recurrence::{Reach, reach, solve_all};
+use pars::recurrence::{Reach, Special, reach, solve_all, special_cases};
 use pars::value::{Relation, Value};
 use proptest::prelude::*;
 
@@ -266,6 +266,33 @@ fn wrong_forms_are_turned_away() {
     assert!(!accepted(&[12], down, pieces(&[piece(0, Some(3), "12-3*n"), piece(3, None, "1")])));
     assert!(!accepted(&[12], down, pieces(&[piece(0, None, "12-3*n")])));
     assert!(!accepted(&[12], down, pieces(&[piece(0, Some(4), "12-3*n"), piece(5, None, "1")])), "a gap");
+}
+
+#[test]
+fn what_conditions_leave_out_is_solved() {
+    for (text, titles) in [
+        ("param a, b solve u(n+1) = a*u(n) + b^n, u(0) = 1", vec!["a = b"]),
+        ("param a, b, p solve u(n+1) = a*u(n) + b, u(0) = p", vec!["a = 1"]),
+        ("param k, g, p solve u(n+1) = u(n) + k*(g-u(n)), u(0) = p", vec!["k = 0"]),
+        ("param a, b solve u(n+2) = (a+b)*u(n+1) - a*b*u(n), u(0) = 0, u(1) = 1", vec!["a = b", "a = b, b = 0"]),
+        ("param p, q solve u(n+2) = p*u(n+1) + q*u(n), u(0) = 2, u(1) = p", vec!["q = -1/4*p^2"]),
+        ("param a > 1 solve u(n+1) = a*u(n) + 1, u(0) = 1", vec![]),
+    ] {
+        let (question, environment) = question(text);
+        let solved = solve_all(question.recurrence, &environment.assumptions).expect("a form");
+        let special = special_cases(&solved, &environment.assumptions);
+        assert_eq!(special.iter().map(Special::title).collect::<Vec<_>>(), titles, "{text}");
+        for one in special {
+            let recurrence = one.solved.recurrence();
+            for (sequence, terms) in recurrence.sequences.iter().zip(recurrence.iterate(20).expect("terms")) {
+                for (at, wanted) in terms.iter().enumerate() {
+                    let found = one.solved.at(&sequence.name, at as i64).expect("a term");
+                    let equal = one.solved.known().decide(Relation::Eq, &found, wanted);
+                    assert_eq!(equal, Some(true), "{text}, {}: {wanted} at {at}, not {found}", one.title());
+                }
+            }
+        }
+    }
 }
 
 #[test]
