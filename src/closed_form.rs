@@ -5,6 +5,7 @@
 
 mod check;
 mod defined;
+mod nested;
 mod pieces;
 mod text;
 
@@ -14,6 +15,7 @@ use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
 pub use defined::first_zero;
+pub use nested::{Layer, Nested, layer};
 
 /// A comparison that must hold for a result to be right.
 pub type Comparison = (Relation, Value, Value);
@@ -114,6 +116,8 @@ pub enum Form {
     Sum(Vec<Value>, ExponentialPolynomial),
     /// With `[k] = ratio(from) * … * ratio(n-1)` as a new variable, [`product`]: the ratio in the index, and the value.
     Product(Value, Value),
+    /// The first terms, and a value in sums and products for all later ones.
+    Nested(Nested),
     /// One form after the other, in turn: the form at `place % count`, with `place / count` for the index, where
     /// the place is counted from the first index.
     Turns(Vec<Form>),
@@ -173,6 +177,10 @@ impl Form {
                 let whole = multiplied(&factors.collect::<Result<Vec<_>, _>>()?)?;
                 value.with(index, &Value::integer(at))?.with(&product(), &whole)
             }
+            Form::Nested(nested) => match nested.early.get(place) {
+                Some(term) => Ok(term.clone()),
+                None => nested.at(index, from.saturating_add_unsigned(nested.early.len() as u64), at),
+            },
             Form::Turns(forms) => {
                 let count = forms.len().max(1);
                 let round = i64::try_from(place / count).map_err(|_| error("there is no such term"))?;

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use num_rational::BigRational;
 use pars::assumption::Assumptions;
-use pars::closed_form::{Form, Piece, Recurrence, Sequence, Solved};
+use pars::closed_form::{Form, Layer, Nested, Piece, Recurrence, Sequence, Solved, layer};
 use pars::lower::{Environment, Lowered, Question};
 use pars::name::Name;
 use pars::parser::{parse, parse_value};
-use pars::recurrence::{Reach, reach, solve_all};
+use pars::recurrence::{Reach, Special, reach, solve_all, special_cases};
 use pars::value::{Relation, Value};
 use proptest::prelude::*;
 
@@ -46,7 +46,16 @@ fn n() -> Name {
 
 #[test]
 fn sixty_recurrences_have_their_terms() {
-    let text = include_str!("recurrences/sixty.txt");
+    assert_eq!(have_their_terms(include_str!("recurrences/sixty.txt")), 60);
+}
+
+#[test]
+fn more_recurrences_have_their_terms() {
+    assert!(have_their_terms(include_str!("recurrences/more.txt")) > 20);
+}
+
+/// How many stanzas there are, each of which is right.
+fn have_their_terms(text: &str) -> usize {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     for stanza in text.split("\n\n").filter(|stanza| stanza.contains("solve ")) {
         let line = |word: &str| stanza.lines().find_map(|line| line.strip_prefix(word));
@@ -71,7 +80,7 @@ fn sixty_recurrences_have_their_terms() {
         }
         *kinds.entry(line("kind ").expect("a kind")).or_insert(0) += 1;
     }
-    assert_eq!(kinds.values().sum::<usize>(), 60, "{kinds:?}");
+    kinds.values().sum()
 }
 
 #[test]
@@ -200,11 +209,12 @@ fn what_has_no_form_is_said_to_have_none() {
     for text in [
         "solve z(n+1) = z(n)^2 - 1/4, z(0) = 0",
         "solve z(n+1) = 2*z(n)*(1 - z(n)), z(0) = 1/3",
-        "solve h(n+1) = h(n) + 1/(n+1), h(0) = 0",
         "solve h(n+1) = h(n) + 1/((n-3)*(n-2)), h(0) = 0",
+        "solve h(n+1) = n*h(n)/(n-5) + 1, h(3) = 1",
+        "solve h(n+2) = (n+1)*h(n+1) + h(n), h(0) = 0, h(1) = 1",
+        "param a solve h(n+1) = (n+a)*h(n) + 1, h(0) = 0",
         "solve x(n+1) = x(n)*y(n), y(n+1) = x(n) + y(n), x(0) = 1, y(0) = 1",
         "param a, b, c solve x(n+1) = a*y(n), y(n+1) = b*x(n) + z(n), z(n+1) = c*x(n), x(0) = 1, y(0) = 1, z(0) = 0",
-        "solve g(n+1) = (n+1)*g(n) + 1, g(0) = 1",
     ] {
         let (question, environment) = question(text);
         let found = solve_all(question.recurrence, &environment.assumptions);
@@ -256,6 +266,71 @@ fn wrong_forms_are_turned_away() {
     assert!(!accepted(&[12], down, pieces(&[piece(0, Some(3), "12-3*n"), piece(3, None, "1")])));
     assert!(!accepted(&[12], down, pieces(&[piece(0, None, "12-3*n")])));
     assert!(!accepted(&[12], down, pieces(&[piece(0, Some(4), "12-3*n"), piece(5, None, "1")])), "a gap");
+}
+
+#[test]
+fn what_conditions_leave_out_is_solved() {
+    for (text, titles) in [
+        ("param a, b solve u(n+1) = a*u(n) + b^n, u(0) = 1", vec!["a = b"]),
+        ("param a, b, p solve u(n+1) = a*u(n) + b, u(0) = p", vec!["a = 1"]),
+        ("param k, g, p solve u(n+1) = u(n) + k*(g-u(n)), u(0) = p", vec!["k = 0"]),
+        ("param a, b solve u(n+2) = (a+b)*u(n+1) - a*b*u(n), u(0) = 0, u(1) = 1", vec!["a = b", "a = b, b = 0"]),
+        ("param p, q solve u(n+2) = p*u(n+1) + q*u(n), u(0) = 2, u(1) = p", vec!["q = -1/4*p^2"]),
+        ("param a > 1 solve u(n+1) = a*u(n) + 1, u(0) = 1", vec![]),
+    ] {
+        let (question, environment) = question(text);
+        let solved = solve_all(question.recurrence, &environment.assumptions).expect("a form");
+        let special = special_cases(&solved, &environment.assumptions);
+        assert_eq!(special.iter().map(Special::title).collect::<Vec<_>>(), titles, "{text}");
+        for one in special {
+            let recurrence = one.solved.recurrence();
+            for (sequence, terms) in recurrence.sequences.iter().zip(recurrence.iterate(20).expect("terms")) {
+                for (at, wanted) in terms.iter().enumerate() {
+                    let found = one.solved.at(&sequence.name, at as i64).expect("a term");
+                    let equal = one.solved.known().decide(Relation::Eq, &found, wanted);
+                    assert_eq!(equal, Some(true), "{text}, {}: {wanted} at {at}, not {found}", one.title());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn wrong_sums_are_turned_away() {
+    let at = |place: usize| Value::variable(&layer(place));
+    let nested = |early: &[i64], layers: Vec<Layer>, value: Value| {
+        Form::Nested(Nested { early: early.iter().map(|number| int(*number)).collect(), layers, value })
+    };
+    let harmonic = || vec![Layer::Sum(value("1/(n+1)"))];
+    assert!(accepted(&[0], "f0+1/(n+1)", nested(&[], harmonic(), at(0))));
+    assert!(!accepted(&[1], "f0+1/(n+1)", nested(&[], harmonic(), at(0))), "the step holds, the start does not");
+    assert!(!accepted(&[0], "f0+1/(n+2)", nested(&[], harmonic(), at(0))), "the start holds, the step does not");
+    assert!(!accepted(&[0, 1], "f1+1/(n+2)^2", nested(&[], harmonic(), at(0))), "both first values hold, and one step");
+    assert!(accepted(&[7], "1/n", nested(&[7], Vec::new(), value("1/(n-1)"))).eq(&false), "not defined at 0");
+    // What is divided by is a product that is never 0: not one with a factor 0, nor a sum, nor a later layer.
+    let over = |ratio: &str| vec![Layer::Product(value(ratio)), Layer::Sum(int(1).div(&at(0)).unwrap())];
+    let whole = at(0).mul(&at(1)).unwrap();
+    let next = |layers: Vec<Layer>| nested(&[], layers, whole.clone());
+    assert!(accepted(&[0], "(n+1)*f0+n+1", next(over("n+1"))));
+    assert!(!accepted(&[0], "(n-3)*f0+n-3", next(over("n-3"))), "a factor is 0 at 3");
+    assert!(
+        !accepted(
+            &[0],
+            "f0+1/(n-3)-1/(n-3)",
+            nested(&[], vec![Layer::Sum(value("1/(n-3)")), Layer::Sum(at(0).div(&at(0)).unwrap())], value("0"))
+        ),
+        "not defined at 3"
+    );
+    assert!(
+        !accepted(
+            &[0],
+            "f0",
+            nested(&[], vec![Layer::Sum(int(1)), Layer::Sum(int(1).div(&at(0)).unwrap())], value("0"))
+        ),
+        "divides by a sum that is 0"
+    );
+    assert!(!accepted(&[0], "f0+n", nested(&[], vec![Layer::Sum(at(1)), Layer::Sum(int(1))], at(0))), "a later layer");
+    assert!(!accepted(&[0], "f0+n", nested(&[], vec![Layer::Sum(at(0))], at(0))), "a layer in itself");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::defined::Defined;
-use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
+use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, layer, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
@@ -64,13 +64,22 @@ impl Induction<'_> {
                 self.base(0)?;
                 self.product(ratio, value)
             }
+            [Form::Nested(nested)] => {
+                self.base(nested.early.len())?;
+                match self.recurrence.sequences.as_slice() {
+                    [sequence] => self.nested_step(nested, &sequence.next),
+                    _ => Err(failed("a form with sums is of one sequence")),
+                }
+            }
             [Form::Pieces(pieces)] => self.pieces(pieces),
-            [Form::Turns(forms)] if forms.iter().any(|form| matches!(form, Form::Product(..))) => self.in_turn(forms),
+            [Form::Turns(forms)] if forms.iter().any(|form| matches!(form, Form::Product(..) | Form::Nested(_))) => {
+                self.in_turn(forms)
+            }
             [Form::Turns(first), ..] => self.turns(first.len()),
             _ => {
                 let early = early(self.forms)?;
                 self.base(early)?;
-                self.step(1, 0)
+                self.step(1, 0, self.recurrence.from.saturating_add_unsigned(early as u64))
             }
         }
     }
@@ -111,6 +120,7 @@ impl Induction<'_> {
                 self.defined.value(ratio, from)?;
                 self.defined.value(value, from)
             }
+            Form::Nested(nested) => self.nested_divisors(nested, from),
             Form::Turns(forms) => forms.iter().try_for_each(|form| self.form_divisors(form, 0)),
             Form::Pieces(pieces) => pieces.iter().try_for_each(|piece| self.defined.value(&piece.form, from)),
         }
@@ -143,8 +153,8 @@ impl Induction<'_> {
         Ok(())
     }
 
-    /// The step from `count*n + turn` on, for all n for which the forms hold.
-    fn step(&self, count: usize, turn: usize) -> Result<(), Unchecked> {
+    /// The step from `count*n + turn` on, for all n from `since` on, where the forms hold.
+    fn step(&self, count: usize, turn: usize, since: i64) -> Result<(), Unchecked> {
         let recurrence = self.recurrence;
         let from = if count == 1 { 0 } else { recurrence.from };
         let (many, offset) = (whole(count)?, from.saturating_add_unsigned(turn as u64));
@@ -160,7 +170,7 @@ impl Induction<'_> {
                 in_class(&sequence.next, &recurrence.index, many, offset)?
             };
             let left = self.moved(place, count, turn + sequence.start.len())?;
-            self.equation(&left, &next, &images).map_err(|Unchecked(reason)| {
+            self.equation(&left, &next, &images, since).map_err(|Unchecked(reason)| {
                 Unchecked(format!("the step of {} could not be checked: {reason}", sequence.name))
             })?;
         }
@@ -179,8 +189,14 @@ impl Induction<'_> {
         }
     }
 
-    /// Whether a form is what an expression gives for the forms of the terms in it.
-    fn equation(&self, left: &Moved<'_>, next: &Value, images: &[(Name, Moved<'_>)]) -> Result<(), Unchecked> {
+    /// Whether a form is what an expression gives for the forms of the terms in it, from an index on.
+    fn equation(
+        &self,
+        left: &Moved<'_>,
+        next: &Value,
+        images: &[(Name, Moved<'_>)],
+        since: i64,
+    ) -> Result<(), Unchecked> {
         if let Some(difference) = self.difference(left, next, images)? {
             if difference.is_plainly_zero() || difference.is_zero(self.defined.known()) {
                 return Ok(());
@@ -193,7 +209,7 @@ impl Induction<'_> {
             substitution.insert(name.clone(), moved.value(index)?);
         }
         let (left, right) = (left.value(index)?, next.substitute(&substitution)?);
-        if self.same(&left, &right) {
+        if self.same(&left, &right) || self.same_since(&left, &right, since)? {
             return Ok(());
         }
         Err(Unchecked(format!("{left} is not known to be {right}")))
@@ -260,12 +276,14 @@ impl Induction<'_> {
         if forms.len() != count || !(2..=MOST_TURNS).contains(&count) || (1..count).any(other) {
             return Err(failed("the turns do not fit"));
         }
-        self.base(0)?;
+        let early = forms.iter().map(|form| if let Form::Nested(nested) = form { nested.early.len() } else { 0 });
+        self.base(count * early.max().unwrap_or(0))?;
         for (turn, form) in forms.iter().enumerate() {
             let offset = recurrence.from.saturating_add_unsigned(turn as u64);
             let next = in_class(&sequence.next, &recurrence.index, whole(count)?, offset)?;
             match form {
                 Form::Product(ratio, value) => self.product_step(ratio, value, &next)?,
+                Form::Nested(nested) => self.nested_step(nested, &next)?,
                 Form::Value(early, value) if early.is_empty() && !value.mentions(&product()) => {
                     self.product_step(&Value::one(), value, &next)?;
                 }
@@ -288,7 +306,7 @@ impl Induction<'_> {
         }
         self.base(count * (first + 1))?;
         self.defined.count_rounds();
-        (0..count).try_for_each(|turn| self.step(count, turn))
+        (0..count).try_for_each(|turn| self.step(count, turn, whole(first)?))
     }
 }
 
@@ -320,9 +338,11 @@ impl Moved<'_> {
 /// First values, conditions and the ends of pieces are free of the index, and nothing but an equation has terms in it.
 fn names(recurrence: &Recurrence, forms: &[Form], conditions: &[Comparison]) -> Result<(), Unchecked> {
     let terms: BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    let bound = forms.iter().map(most_layers).max().unwrap_or(0);
+    let bound: BTreeSet<Name> = (0..bound).map(layer).chain([product(), recurrence.index.clone()]).collect();
     let fixed = |value: &Value| {
         let variables = value.variables();
-        !variables.contains(&recurrence.index) && !variables.contains(&product()) && variables.is_disjoint(&terms)
+        variables.is_disjoint(&bound) && variables.is_disjoint(&terms)
     };
     let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
     let sides = conditions.iter().flat_map(|(_, left, right)| [left, right]);
@@ -338,6 +358,15 @@ fn names(recurrence: &Recurrence, forms: &[Form], conditions: &[Comparison]) -> 
                 early.iter().all(fixed) && sum.parts().all(|(_, rows)| rows.iter().flatten().all(fixed))
             }
             Form::Product(ratio, value) => free(ratio) && free(value),
+            Form::Nested(nested) => {
+                // A layer reads those before it alone.
+                let later =
+                    |count: usize, value: &Value| (count..nested.layers.len()).any(|at| value.mentions(&layer(at)));
+                nested.early.iter().all(fixed)
+                    && nested
+                        .values()
+                        .all(|(count, value)| free(value) && !value.mentions(&product()) && !later(count, value))
+            }
             Form::Turns(forms) => {
                 rest.extend(forms);
                 true
@@ -352,6 +381,15 @@ fn names(recurrence: &Recurrence, forms: &[Form], conditions: &[Comparison]) -> 
         }
     }
     Ok(())
+}
+
+/// The most layers of a form, or of one of its turns.
+fn most_layers(form: &Form) -> usize {
+    match form {
+        Form::Nested(nested) => nested.layers.len(),
+        Form::Turns(forms) => forms.iter().map(most_layers).max().unwrap_or(0),
+        _ => 0,
+    }
 }
 
 /// The most first terms of any of the forms, which must all be simple.

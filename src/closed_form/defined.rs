@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use num_bigint::BigInt;
 use num_traits::{One, Zero};
 
-use super::{Comparison, Recurrence, Unchecked};
+use super::{Comparison, Recurrence, Unchecked, layer};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
@@ -84,6 +84,38 @@ impl<'a> Defined<'a> {
             self.not_zero(&part, from)?;
         }
         Ok(())
+    }
+
+    /// The same for a value in so many layers, of which some are known not to be 0.
+    pub(super) fn in_layers(
+        &mut self,
+        value: &Value,
+        from: i64,
+        count: usize,
+        fine: &[Value],
+    ) -> Result<(), Unchecked> {
+        for part in divisors(value)?.into_iter().filter(|part| !fine.contains(part)) {
+            if (0..count).any(|place| part.mentions(&layer(place))) {
+                return Err(Unchecked(format!("it divides by {part}, which may be 0")));
+            }
+            self.not_zero(&part, from)?;
+        }
+        Ok(())
+    }
+
+    /// Makes sure that a quotient is defined and not 0 for every index from this one on.
+    pub(super) fn never_zero(
+        &mut self,
+        value: &Value,
+        from: i64,
+        count: usize,
+        fine: &[Value],
+    ) -> Result<(), Unchecked> {
+        if value.is_zero() {
+            return Err(Unchecked("it multiplies by 0".to_string()));
+        }
+        self.in_layers(value, from, count, fine)?;
+        self.in_layers(&Value::one().div(value)?, from, count, fine)
     }
 
     pub(super) fn sum(&mut self, sum: &ExponentialPolynomial, from: i64) -> Result<(), Unchecked> {

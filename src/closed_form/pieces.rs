@@ -15,12 +15,14 @@ impl Induction<'_> {
         let [sequence] = self.recurrence.sequences.as_slice() else {
             return Err(failed("a form by pieces is of one sequence"));
         };
-        let ([start], 0, Some(first)) = (sequence.start.as_slice(), self.recurrence.from, pieces.first()) else {
-            return Err(failed("a form by pieces begins at 0 with one value"));
+        let ([start], Some(first)) = (sequence.start.as_slice(), pieces.first()) else {
+            return Err(failed("a form by pieces begins with one value"));
         };
         let index = &self.recurrence.index;
         let term = self.recurrence.term(&sequence.name, 0);
-        if !first.from.is_zero() || !self.same(&first.form.with(index, &first.from)?, start) {
+        if first.from != Value::integer(self.recurrence.from)
+            || !self.same(&first.form.with(index, &first.from)?, start)
+        {
             return Err(failed("the form does not give the starting value"));
         }
         let count = Value::variable(index);
@@ -57,6 +59,14 @@ impl Induction<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether two values are equal for all indices from one on.
+    pub(super) fn same_since(&self, left: &Value, right: &Value, since: i64) -> Result<bool, Unchecked> {
+        let (index, from) = (&self.recurrence.index, Value::integer(since));
+        let mut known = self.defined.known().clone();
+        known.assume(Relation::Gte, &Value::variable(index), &from);
+        same_throughout(left, right, &Piece { from, until: None, form: left.clone() }, index, &known)
     }
 }
 

@@ -4,7 +4,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
 
-use super::{Form, Solved, product};
+use super::{Form, Layer, Nested, Solved, layer, product};
 use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
 use crate::univariate::Univariate;
@@ -34,6 +34,10 @@ fn form_lines(form: &Form, name: &Name, index: &Name, from: i64) -> Vec<String> 
         Form::Value(early, value) => (first(early), Ok(value.to_string())),
         Form::Sum(early, sum) => (first(early), sum.text(index)),
         Form::Product(ratio, value) => (Vec::new(), product_text(ratio, value, index, from)),
+        Form::Nested(nested) => {
+            let since = from.saturating_add_unsigned(nested.early.len() as u64);
+            (first(&nested.early), nested_text(nested, index, since))
+        }
         Form::Turns(forms) => return turns(forms, name, index, from),
         Form::Pieces(pieces) => {
             let line = |piece: &super::Piece| {
@@ -67,6 +71,7 @@ fn turns(forms: &[Form], name: &Name, index: &Name, from: i64) -> Vec<String> {
             Form::Value(early, value) => (early.as_slice(), Ok(value.to_string())),
             Form::Sum(early, sum) => (early.as_slice(), sum.text(index)),
             Form::Product(ratio, value) => ([].as_slice(), product_text(ratio, value, index, 0)),
+            Form::Nested(nested) => (nested.early.as_slice(), nested_text(nested, index, nested.early.len() as i64)),
             _ => continue,
         };
         let text = text.unwrap_or_else(|error| error.to_string());
@@ -80,6 +85,101 @@ fn turns(forms: &[Form], name: &Name, index: &Name, from: i64) -> Vec<String> {
         lines.push(format!("{name}({place}) = {text}{range}"));
     }
     lines
+}
+
+/// A value in sums and products, which are written out.
+fn nested_text(nested: &Nested, index: &Name, since: i64) -> Result<String, ValueError> {
+    written(nested, &nested.value, index, since, &mut Vec::new())
+}
+
+/// A value layer by layer, each written as it is, inside of sums that count by `outer`.
+fn written(
+    nested: &Nested,
+    value: &Value,
+    index: &Name,
+    since: i64,
+    outer: &mut Vec<Name>,
+) -> Result<String, ValueError> {
+    for (place, one) in nested.layers.iter().enumerate().rev() {
+        let name = layer(place);
+        if !value.mentions(&name) {
+            continue;
+        }
+        let image = match (one, factorials(one.inner(), index, since)) {
+            (Layer::Product(_), Some(whole)) => whole.to_string(),
+            (Layer::Product(_), None) => big("prod", nested, one, index, since, outer)?,
+            (Layer::Sum(_), _) => big("sum", nested, one, index, since, outer)?,
+        };
+        if let Some((factor, rest)) = value.linear_in(&name) {
+            let product = if factor == Value::one() {
+                image
+            } else if factor == Value::integer(-1) {
+                format!("-{image}")
+            } else {
+                format!("{}*{image}", bracketed(written(nested, &factor, index, since, outer)?))
+            };
+            if rest.is_zero() {
+                return Ok(product);
+            }
+            let rest = written(nested, &rest, index, since, outer)?;
+            return Ok(match product.strip_prefix('-') {
+                Some(product) => format!("{rest} - {product}"),
+                None => format!("{rest} + {product}"),
+            });
+        }
+        let below = value.denominator().and_then(|below| below.linear_in(&name));
+        if let (Some((factor, rest)), Some(above)) = (below, value.numerator())
+            && rest.is_zero()
+            && !above.mentions(&name)
+        {
+            let above = written(nested, &above.div(&factor)?, index, since, outer)?;
+            if let Some(under) = image.strip_prefix("1/") {
+                return Ok(format!("{}*{under}", bracketed(above)));
+            }
+            let plain = image.ends_with(')') && !image.contains('/') || !image.contains(['*', '/']);
+            let image = if plain { image } else { format!("({image})") };
+            return Ok(format!("{}/{image}", bracketed(above)));
+        }
+        let value = value.with(&name, &Value::variable(&Name::new(&image)))?;
+        return written(nested, &value, index, since, outer);
+    }
+    Ok(value.to_string())
+}
+
+/// In brackets where it is a sum or a negative.
+fn bracketed(text: String) -> String {
+    let mut depth = 0;
+    let sum = text.chars().any(|character| {
+        depth += match character {
+            '(' => 1,
+            ')' => -1,
+            _ => 0,
+        };
+        depth == 0 && matches!(character, '+' | '-')
+    });
+    if sum { format!("({text})") } else { text }
+}
+
+/// `sum(k=0..n-1, …)`, where the name that counts is used for nothing else.
+fn big(
+    word: &str,
+    nested: &Nested,
+    one: &Layer,
+    index: &Name,
+    since: i64,
+    outer: &mut Vec<Name>,
+) -> Result<String, ValueError> {
+    let used: Vec<Name> = nested.layers.iter().flat_map(|one| one.inner().variables()).collect();
+    let free = |name: &Name| name != index && !used.contains(name) && !outer.contains(name);
+    let names = ["k", "j", "i", "l", "m", "h"].into_iter().map(str::to_string);
+    let count = names.chain((1..).map(|number| format!("k{number}"))).map(|name| Name::new(&name)).find(free);
+    let count = count.unwrap_or_else(|| Name::new("k"));
+    outer.push(index.clone());
+    let image = Value::variable(&count);
+    let moved = nested.with_index(index, &image)?;
+    let text = written(&moved, &one.inner().with(index, &image)?, &count, since, outer)?;
+    outer.pop();
+    Ok(format!("{word}({count}={since}..{index}-1, {text})"))
 }
 
 /// The product in factorials where its factors are `n + a` with whole numbers a.

@@ -24,7 +24,7 @@ pub(super) fn interleaved(
         conditions.extend(more);
         forms.extend(own);
     }
-    let simple = |form: &Form| matches!(form, Form::Value(..) | Form::Sum(..) | Form::Product(..));
+    let simple = |form: &Form| matches!(form, Form::Value(..) | Form::Sum(..) | Form::Product(..) | Form::Nested(_));
     if !forms.iter().all(simple) {
         return Err(NoClosedForm(format!("its {count} parts have no simple closed forms")));
     }

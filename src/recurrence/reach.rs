@@ -12,6 +12,7 @@ use super::classes::Classes;
 use super::descent::descends;
 use super::late::late;
 use super::modular::modular;
+use super::numeric::Numeric;
 use super::tail::Tail;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
@@ -23,11 +24,15 @@ use crate::value::{Relation, Value};
 const MOST_TERMS: u64 = 20_000;
 /// Those that are compared before anything is known of later ones.
 const FEW_TERMS: u64 = 100;
+/// Those that are compared before the forms are looked at.
+const VERY_FEW_TERMS: u64 = 32;
 const MOST_BITS: u64 = 1 << 26;
 /// The bits that they may have together where nothing is known of later ones.
 const FEW_BITS: u64 = 1 << 22;
 /// The bits of the longest of them.
 const LONGEST: u64 = 1 << 16;
+/// The same where nothing is known of later ones.
+const SHORTEST: u64 = 1 << 12;
 
 /// A comparison of expressions in the terms of offset 0.
 pub(super) type Wanted<'a> = (Relation, &'a Value, &'a Value);
@@ -42,6 +47,12 @@ pub fn reach(
 ) -> Reach {
     let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
     let mut reason = None;
+    // Where all are numbers the first few terms cost less than any reasoning about them.
+    let quickly = Numeric::of(recurrence, wanted)
+        .and_then(|mut numbers| counted(&mut numbers, recurrence, &Tail::Unknown(String::new()), stop, VERY_FEW_TERMS));
+    if let Some(found @ Reach::At(..)) = quickly {
+        return found;
+    }
     // Of the terms nothing is known here but that they are numbers.
     if Assumptions::default().decide(wanted.0, wanted.1, wanted.2) == Some(false) {
         return Reach::Never("no numbers at all compare so".to_string());
@@ -159,20 +170,17 @@ fn tried(
     stop: &dyn Fn() -> bool,
     most_terms: u64,
 ) -> Reach {
+    if let Some(mut numbers) = Numeric::of(recurrence, (relation, left, right))
+        && let Some(found) = counted(&mut numbers, recurrence, tail, stop, most_terms)
+    {
+        return found;
+    }
     let variables = recurrence.terms();
     let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
     let (mut at, mut bits) = (recurrence.from, 0u64);
     for count in 0..=most_terms {
-        if stop() {
-            return Reach::Unknown(format!("not before {} = {at}; interrupted", recurrence.index));
-        }
-        if let Tail::Never(until, reason) = tail
-            && at.to_u64().is_some_and(|at| at >= *until)
-        {
-            return Reach::Never(match count {
-                0 => reason.clone(),
-                _ => format!("no term before {} = {at} is, and {reason}", recurrence.index),
-            });
+        if let Some(ended) = ended(recurrence, at, count, tail, stop) {
+            return ended;
         }
         let mut images: BTreeMap<Name, Value> =
             variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();
@@ -199,12 +207,61 @@ fn tried(
         };
         at += 1;
         let most = if matches!(tail, Tail::Never(..)) { MOST_BITS } else { FEW_BITS };
-        let longest =
+        let own =
             state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits().max(one.denom().bits())).max();
-        if bits > most || longest.is_some_and(|longest| longest > LONGEST) || count == most_terms {
+        if bits > most || own.is_some_and(|own| own > longest(most_terms)) || count == most_terms {
             break;
         }
     }
+    not_before(recurrence, at, tail)
+}
+
+/// The same for numbers; nothing where one is not defined.
+fn counted(
+    numbers: &mut Numeric,
+    recurrence: &Recurrence,
+    tail: &Tail,
+    stop: &dyn Fn() -> bool,
+    most_terms: u64,
+) -> Option<Reach> {
+    let (mut at, mut bits) = (recurrence.from, 0u64);
+    let most = if matches!(tail, Tail::Never(..)) { MOST_BITS } else { FEW_BITS };
+    for count in 0..=most_terms {
+        if let Some(ended) = ended(recurrence, at, count, tail, stop) {
+            return Some(ended);
+        }
+        if numbers.holds()? {
+            return Some(Reach::At(Value::integer(at), Vec::new()));
+        }
+        bits += numbers.bits().0;
+        numbers.advance()?;
+        at += 1;
+        if bits > most || numbers.bits().1 > longest(most_terms) {
+            break;
+        }
+    }
+    Some(not_before(recurrence, at, tail))
+}
+
+/// What ends a search before it looks at a term: that it is to stop, or that no later term is met.
+fn ended(recurrence: &Recurrence, at: i64, count: u64, tail: &Tail, stop: &dyn Fn() -> bool) -> Option<Reach> {
+    if stop() {
+        return Some(Reach::Unknown(format!("not before {} = {at}; interrupted", recurrence.index)));
+    }
+    let Tail::Never(until, reason) = tail else { return None };
+    at.to_u64().filter(|at| at >= until)?;
+    Some(Reach::Never(match count {
+        0 => reason.clone(),
+        _ => format!("no term before {} = {at} is, and {reason}", recurrence.index),
+    }))
+}
+
+/// The bits of the longest term of so many: the first look is a short one.
+fn longest(most_terms: u64) -> u64 {
+    if most_terms <= FEW_TERMS { SHORTEST } else { LONGEST }
+}
+
+fn not_before(recurrence: &Recurrence, at: i64, tail: &Tail) -> Reach {
     let why = match tail {
         Tail::Unknown(why) => why.clone(),
         Tail::Never(until, _) => format!("it can be met up to {} = {until} only", recurrence.index),

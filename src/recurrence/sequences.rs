@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use super::cycle::repeating;
 use super::inhomogeneous::first_order;
 use super::interleaved::interleaved;
+use super::itinerary::itinerary;
 use super::linear::System;
+use super::nested::nested;
 use super::product::with_product;
 use super::symbolic::symbolic;
 use super::turns::{cycle, in_turns};
@@ -47,10 +49,20 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
         let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
         Ok::<_, NoClosedForm>(Solved::check(recurrence.clone(), forms, conditions, known)?)
     };
-    match found(&moved, known).and_then(&checked) {
-        Ok(solved) => Ok(solved),
-        Err(reason) => checked((repeating(&moved).ok_or(reason)?, Vec::new())),
+    let reason = match found(&moved, known).and_then(&checked) {
+        Ok(solved) => return Ok(solved),
+        Err(reason) => reason,
+    };
+    if let Ok(Some(form)) = nested(&moved)
+        && let Ok(solved) = checked((vec![form], Vec::new()))
+    {
+        return Ok(solved);
     }
+    if let Some(solved) = repeating(&moved).and_then(|forms| checked((forms, Vec::new())).ok()) {
+        return Ok(solved);
+    }
+    let form = itinerary(&moved, known).ok_or_else(|| reason.clone())?;
+    checked((vec![form], Vec::new())).map_err(|_| reason)
 }
 
 /// The same recurrence, counted from 0.
@@ -81,7 +93,15 @@ fn begins(form: Form, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
         }
         Form::Product(ratio, value) => Form::Product(ratio.with(index, &place)?, value.with(index, &place)?),
         Form::Turns(forms) => Form::Turns(forms),
-        Form::Pieces(_) => return Err(NoClosedForm("a map by pieces must begin with the index 0".to_string())),
+        Form::Nested(nested) => Form::Nested(nested.with_index(index, &place)?),
+        Form::Pieces(pieces) => {
+            let later = |value: &Value| value.add(&Value::integer(from));
+            let moved = pieces.into_iter().map(|piece| {
+                let (until, form) = (piece.until.as_ref().map(later).transpose()?, piece.form.with(index, &place)?);
+                Ok::<_, NoClosedForm>(Piece { from: later(&piece.from)?, until, form })
+            });
+            Form::Pieces(moved.collect::<Result<_, _>>()?)
+        }
     })
 }
 
@@ -97,8 +117,10 @@ pub(super) fn found(recurrence: &Recurrence, known: &Assumptions) -> Result<Foun
         return Ok((system.forms()?, Vec::new()));
     }
     if let [sequence] = recurrence.sequences.as_slice() {
-        let (form, conditions) = alone(sequence, recurrence, known)?;
-        return Ok((vec![form], conditions));
+        return match alone(sequence, recurrence, known) {
+            Ok((form, conditions)) => Ok((vec![form], conditions)),
+            Err(reason) => Ok((vec![nested(recurrence)?.ok_or(reason)?], Vec::new())),
+        };
     }
     one_after_the_other(recurrence, known)
 }
@@ -216,7 +238,7 @@ fn of_higher_order(
     match symbolic(recurrence, known)?.map(|(forms, conditions)| (forms.into_iter().next(), conditions)) {
         Some((Some(form), conditions)) => Ok((form, conditions)),
         _ => Err(NoClosedForm(format!(
-            "of the order {} closed forms are known where the equation is linear and its coefficients are the same for all {}",
+            "of the order {} closed forms are known where the equation is linear, and its coefficients are the same for all {} or a hypergeometric solution takes it apart",
             sequence.start.len(),
             recurrence.index
         ))),

@@ -65,6 +65,21 @@ pub(super) fn in_orders(
     })
 }
 
+/// The forms in each order of two values, where there is none without and one in each; nothing if there is no such pair.
+pub(super) fn forms_in_orders(recurrence: &Recurrence, known: &Assumptions) -> Option<Vec<(String, Solved)>> {
+    let zero = Value::zero();
+    pairs(recurrence, &zero, &zero, known).iter().take(MOST_PAIRS).find_map(|(one, other)| {
+        let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
+        let possible = orders.filter(|order| known.decide(*order, one, other) != Some(false));
+        let solved = possible.map(|order| {
+            let mut known = known.clone();
+            known.assume(order, one, other);
+            Some((format!("{one} {} {other}", order.symbol()), solve_all(recurrence.clone(), &known).ok()?))
+        });
+        solved.collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
+    })
+}
+
 /// Pairs of values of which it is not known which is greater: where a sequence starts, and a parameter that it may
 /// go to.
 fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptions) -> Vec<(Value, Value)> {

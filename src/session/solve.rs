@@ -1,12 +1,12 @@
 //! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
 
-use super::orders::in_orders;
+use super::orders::{forms_in_orders, in_orders};
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Solved};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
-use crate::recurrence::{Behaviour, Reach, Term, behaviour, reach, solve_all};
+use crate::recurrence::{Behaviour, Reach, Term, behaviour, reach, solve_all, special_cases};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
@@ -34,10 +34,17 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
         Ok(solved) => {
             let mut lines = solved.lines();
             lines.push(proof(recurrence));
+            lines.extend(left_out(solved, known));
             lines
         }
         Err(reason) => {
             let mut lines = vec![format!("no closed form is known: {}", reason.0)];
+            for (title, solved) in forms_in_orders(recurrence, known).unwrap_or_default() {
+                lines[0] = "one closed form for each order:".to_string();
+                lines.push(format!("if {title}:"));
+                lines.extend(solved.lines().into_iter().map(|line| format!("    {line}")));
+                lines.push(format!("    {}", proof(recurrence)));
+            }
             lines.extend(without_form(recurrence, &behaviour(recurrence, known)));
             lines
         }
@@ -63,6 +70,17 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
     let expected =
         waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
     (lines, expected.collect())
+}
+
+/// The forms for the parameters that the conditions leave out.
+fn left_out(solved: &Solved, known: &Assumptions) -> Vec<String> {
+    let mut lines = Vec::new();
+    for special in special_cases(solved, known) {
+        lines.push(format!("where {}:", special.title()));
+        lines.extend(special.solved.lines().into_iter().map(|line| format!("    {line}")));
+        lines.push(format!("    {}", proof(special.solved.recurrence())));
+    }
+    lines
 }
 
 /// How the forms were checked.

@@ -1,0 +1,153 @@
+//! Forms with indefinite sums and products: the terms of recurrences that come apart into factors of first order.
+//!
+//! A layer is a sum or product over the index, in which earlier layers may stand. Its value at the next index follows from
+//! its value at this one, which is all that the induction needs.
+
+use std::collections::BTreeMap;
+
+use super::check::{Induction, failed};
+use super::{Unchecked, error};
+use crate::name::Name;
+use crate::value::{Value, ValueError};
+
+/// The most summands and factors that are computed for one term.
+const MOST_STEPS: i64 = 20_000;
+
+/// The first terms, and for all later ones a value in the index and in layers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Nested {
+    /// The first terms; the layers begin with the index after them.
+    pub early: Vec<Value>,
+    /// The sums and products.
+    pub layers: Vec<Layer>,
+    /// A value in the index and in the variables [`layer`].
+    pub value: Value,
+}
+
+/// An indefinite sum or product.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// The product of this up to the index before; never 0.
+    Product(Value),
+    /// The sum of this up to the index before.
+    Sum(Value),
+}
+
+/// The variable that stands for a layer in what is built on it.
+pub fn layer(place: usize) -> Name {
+    Name::new(&format!("[layer {place}]"))
+}
+
+impl Layer {
+    /// The factor or summand.
+    pub fn inner(&self) -> &Value {
+        match self {
+            Layer::Product(inner) | Layer::Sum(inner) => inner,
+        }
+    }
+
+    /// The empty product or sum.
+    pub fn first(&self) -> Value {
+        match self {
+            Layer::Product(_) => Value::one(),
+            Layer::Sum(_) => Value::zero(),
+        }
+    }
+
+    /// What follows a value of it, from a factor or summand.
+    fn following(&self, now: &Value, inner: &Value) -> Result<Value, ValueError> {
+        match self {
+            Layer::Product(_) => now.mul(inner),
+            Layer::Sum(_) => now.add(inner),
+        }
+    }
+}
+
+impl Nested {
+    /// A value in the index and the layers, at the next index.
+    ///
+    /// # Errors
+    /// When the result is too large.
+    pub fn next(&self, value: &Value, index: &Name) -> Result<Value, ValueError> {
+        let mut images = BTreeMap::from([(index.clone(), Value::variable(index).add(&Value::one())?)]);
+        for (place, one) in self.layers.iter().enumerate() {
+            images.insert(layer(place), one.following(&Value::variable(&layer(place)), one.inner())?);
+        }
+        value.substitute(&images)
+    }
+
+    /// The term of this index, of a sequence whose layers begin with the index `since`.
+    pub(super) fn at(&self, index: &Name, since: i64, at: i64) -> Result<Value, ValueError> {
+        if at.saturating_sub(since) > MOST_STEPS {
+            return Err(error("this term is too large to compute"));
+        }
+        let mut images: BTreeMap<Name, Value> =
+            self.layers.iter().enumerate().map(|(place, one)| (layer(place), one.first())).collect();
+        for step in since..at {
+            images.insert(index.clone(), Value::integer(step));
+            let mut following = BTreeMap::new();
+            for (place, one) in self.layers.iter().enumerate() {
+                let name = layer(place);
+                following.insert(name.clone(), one.following(&images[&name], &one.inner().substitute(&images)?)?);
+            }
+            images = following;
+        }
+        images.insert(index.clone(), Value::integer(at));
+        self.value.substitute(&images)
+    }
+
+    /// The same, counted from an index that lies so far before.
+    ///
+    /// # Errors
+    /// When the result is too large.
+    pub fn with_index(&self, index: &Name, image: &Value) -> Result<Nested, ValueError> {
+        let moved = |one: &Layer| {
+            Ok::<_, ValueError>(match one {
+                Layer::Product(inner) => Layer::Product(inner.with(index, image)?),
+                Layer::Sum(inner) => Layer::Sum(inner.with(index, image)?),
+            })
+        };
+        Ok(Nested {
+            early: self.early.clone(),
+            layers: self.layers.iter().map(moved).collect::<Result<_, _>>()?,
+            value: self.value.with(index, image)?,
+        })
+    }
+
+    /// Every value in it that may depend on the index, with the number of layers that may stand in it.
+    pub(super) fn values(&self) -> impl Iterator<Item = (usize, &Value)> {
+        let inner = self.layers.iter().map(Layer::inner).enumerate();
+        inner.chain([(self.layers.len(), &self.value)])
+    }
+}
+
+impl Induction<'_> {
+    /// Everything that is divided by is not 0: of layers, products alone are known to be so, where no factor is 0.
+    pub(super) fn nested_divisors(&mut self, nested: &Nested, from: i64) -> Result<(), Unchecked> {
+        let since = from.saturating_add_unsigned(nested.early.len() as u64);
+        let (count, mut products) = (nested.layers.len(), Vec::new());
+        for (place, one) in nested.layers.iter().enumerate() {
+            self.defined.in_layers(one.inner(), since, count, &products)?;
+            if let Layer::Product(ratio) = one {
+                self.defined.never_zero(ratio, since, count, &products)?;
+                products.push(Value::variable(&layer(place)));
+            }
+        }
+        self.defined.in_layers(&nested.value, since, count, &products)
+    }
+
+    /// From as many terms as the order to the next, for all indices at which the layers are there.
+    pub(super) fn nested_step(&self, nested: &Nested, next: &Value) -> Result<(), Unchecked> {
+        let (index, recurrence) = (&self.recurrence.index, self.recurrence);
+        let sequence = recurrence.sequences.first().ok_or_else(|| failed("there is no sequence"))?;
+        let (mut images, mut moved) = (BTreeMap::new(), nested.value.clone());
+        // In turns the next term is that of the next round, and reads the first alone.
+        let order = if matches!(self.forms, [super::Form::Turns(_)]) { 1 } else { sequence.start.len() };
+        for offset in 0..order {
+            images.insert(recurrence.term(&sequence.name, offset), moved.clone());
+            moved = nested.next(&moved, index)?;
+        }
+        let right = next.substitute(&images)?;
+        if self.same(&moved, &right) { Ok(()) } else { Err(failed("the step of the sums differs")) }
+    }
+}

@@ -1,0 +1,394 @@
+//! Linear recurrences whose coefficients depend on the index, by factors of first order: where a hypergeometric solution
+//! is found, what is left has one order less, and the solution is a product times a sum over that. A sum that telescopes is
+//! written as what it is; one that does not (R. W. Gosper decides which) stays a sum, as the harmonic numbers do.
+
+use num_rational::BigRational;
+use num_traits::{One, ToPrimitive};
+
+use super::NoClosedForm;
+use super::hypergeometric::ratio;
+use super::product::{quotient, value_of};
+use super::rational::{distance, shifted, solution};
+use crate::closed_form::{Form, Layer, Nested, Recurrence, layer};
+use crate::exponential_polynomial::exponentials;
+use crate::name::Name;
+use crate::univariate::Univariate;
+use crate::value::{Value, ValueError};
+
+/// The highest order.
+const MOST_ORDER: usize = 6;
+/// The furthest that a factor of a ratio is moved to meet another.
+const MOST_APART: i64 = 30;
+/// The latest index at which a coefficient may be 0 or not defined.
+const MOST_EARLY: i64 = 300;
+
+/// The form of one sequence that begins at 0; nothing if it is not linear, or has no factor of first order.
+///
+/// # Errors
+/// When a value becomes too large.
+pub(super) fn nested(recurrence: &Recurrence) -> Result<Option<Form>, NoClosedForm> {
+    let [_] = recurrence.sequences.as_slice() else { return Ok(None) };
+    let Some((coefficients, input)) = linear(recurrence) else { return Ok(None) };
+    let index = &recurrence.index;
+    if coefficients.len() > MOST_ORDER {
+        return Ok(None);
+    }
+    // Terms that are not read delay a recurrence of lower order.
+    let delay = coefficients.iter().take_while(|one| one.is_zero()).count();
+    if delay == coefficients.len() {
+        return Ok(None);
+    }
+    let Some(ratios) = factors(&coefficients[delay..], index)? else { return Ok(None) };
+    // u(n+d) = c(n)*u(n+j) + … is u(n+d-j) = c(n-j)*u(n) + …
+    let delayed = i64::try_from(delay).unwrap_or(MOST_EARLY);
+    let back = Value::variable(index).sub(&Value::integer(delayed))?;
+    let ratios = ratios.iter().map(|one| one.with(index, &back)).collect::<Result<Vec<_>, _>>()?;
+    let input = input.with(index, &back)?;
+    let Some(since) = since(&ratios, index).map(|since| since.max(delayed)) else { return Ok(None) };
+    let start = usize::try_from(since).unwrap_or(0);
+    let terms = recurrence.iterate(start + coefficients.len())?.swap_remove(0);
+    let mut work = Work { index, since, layers: Vec::new() };
+    let value = work.solve(&ratios, &input, &terms[start..])?;
+    let early = terms[..start].to_vec();
+    Ok(Some(if work.layers.is_empty() {
+        Form::Value(early, value)
+    } else {
+        Form::Nested(Nested { early, layers: work.layers, value })
+    }))
+}
+
+/// The coefficients of the terms, from that of the first on, and what is left.
+fn linear(recurrence: &Recurrence) -> Option<(Vec<Value>, Value)> {
+    let mut rest = recurrence.sequences.first()?.next.clone();
+    let mut coefficients = Vec::new();
+    let terms = recurrence.terms();
+    for (name, ..) in &terms {
+        let (factor, constant) = rest.linear_in(name)?;
+        if terms.iter().any(|(other, ..)| factor.mentions(other)) {
+            return None;
+        }
+        coefficients.push(factor);
+        rest = constant;
+    }
+    Some((coefficients, rest))
+}
+
+/// Ratios r with `(S - r_1) … (S - r_d)`, the last one applied first, for the operator of a recurrence, S the step.
+fn factors(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Value>>, NoClosedForm> {
+    let mut rest = coefficients.to_vec();
+    let mut ratios = Vec::new();
+    while rest.len() > 1 {
+        let Some(operator) = operator(&rest, index)? else { return Ok(None) };
+        let Some([above, below]) = ratio(&operator) else { return Ok(None) };
+        let n = Value::variable(index);
+        let found = value_of(&above, &n)?.div(&value_of(&below, &n)?)?;
+        // With p(i+1) = q(i) - q(i+1)*r(n+i+1), q is what is left.
+        let order = rest.len();
+        let mut quotients = vec![Value::one()];
+        for place in (0..order - 1).rev() {
+            let later = found.with(index, &n.add(&Value::integer(i64::try_from(place + 1).unwrap_or(0)))?)?;
+            let next = quotients[quotients.len() - 1].mul(&later)?.sub(&rest[place + 1])?;
+            quotients.push(next);
+        }
+        rest = quotients[1..].iter().rev().map(Value::neg).collect::<Result<_, _>>()?;
+        ratios.push(found);
+    }
+    ratios.extend(rest);
+    Ok(Some(ratios))
+}
+
+/// `p_0, …, p_d`, polynomials without common denominator; nothing if they are none.
+fn operator(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Univariate>>, NoClosedForm> {
+    let mut parts = Vec::new();
+    for one in coefficients {
+        let Some(part) = quotient(one, index) else { return Ok(None) };
+        parts.push(part);
+    }
+    let mut below = Univariate::one();
+    for [_, own] in &parts {
+        let common = below.common_divisor(own);
+        below = below.times(&own.divide(&common).map_or_else(Univariate::one, |(rest, _)| rest));
+    }
+    let mut all = Vec::new();
+    for [above, own] in &parts {
+        let Some((factor, _)) = below.divide(own) else { return Ok(None) };
+        all.push(above.times(&factor).scale(&-BigRational::one()));
+    }
+    all.push(below);
+    Ok(Some(all))
+}
+
+/// The index after the last one at which a ratio is 0 or not defined.
+fn since(ratios: &[Value], index: &Name) -> Option<i64> {
+    let mut since = 0;
+    for ratio in ratios.iter().filter(|ratio| ratio.mentions(index)) {
+        for part in [ratio.numerator()?, ratio.denominator()?] {
+            for (factor, _) in without_powers(&part, index)?.factors() {
+                let root = -factor.coefficient(0);
+                if factor.degree() == 1 && root.is_integer() {
+                    since = since.max(root.to_integer().to_i64()?.checked_add(1)?);
+                }
+            }
+        }
+    }
+    (since <= MOST_EARLY).then_some(since)
+}
+
+/// The polynomial p of `c*p(n)*b^n`, with leading coefficient 1.
+fn without_powers(value: &Value, index: &Name) -> Option<Univariate> {
+    let parts: Vec<_> = exponentials(value, index)?.into_iter().collect();
+    let [(_, coefficients)] = parts.as_slice() else { return None };
+    let lead = coefficients.iter().rev().find(|one| !one.is_zero())?;
+    let all = coefficients.iter().map(|one| one.div(lead).ok()?.as_rational()).collect::<Option<Vec<_>>>()?;
+    Some(Univariate::new(all))
+}
+
+/// A symbolic c and the quotient of polynomials whose multiple a ratio is.
+fn scaled(ratio: &Value, index: &Name) -> Option<(Value, [Univariate; 2])> {
+    if let Some(own) = quotient(ratio, index) {
+        return Some((Value::one(), own));
+    }
+    let lead = |part: Value| {
+        let parts: Vec<_> = exponentials(&part, index)?.into_iter().collect();
+        let [(_, coefficients)] = parts.as_slice() else { return None };
+        coefficients.iter().rev().find(|one| !one.is_zero()).cloned()
+    };
+    let scale = lead(ratio.numerator()?)?.div(&lead(ratio.denominator()?)?).ok()?;
+    let own = quotient(&ratio.div(&scale).ok()?, index)?;
+    Some((scale, own))
+}
+
+/// A form in the making.
+struct Work<'a> {
+    index: &'a Name,
+    since: i64,
+    layers: Vec<Layer>,
+}
+
+/// `coefficient * (numerator/denominator)(n) * base^n * layers`, where the ratio of the layers is another quotient.
+struct Part {
+    coefficient: Value,
+    numerator: Univariate,
+    denominator: Univariate,
+    base: Value,
+    layers: Value,
+    ratio: [Univariate; 2],
+}
+
+impl Work<'_> {
+    /// The sequence that these factors and this input give, from its terms at `since` on.
+    fn solve(&mut self, ratios: &[Value], input: &Value, terms: &[Value]) -> Result<Value, NoClosedForm> {
+        let (Some((ratio, rest)), Some(start)) = (ratios.split_first(), terms.first()) else {
+            return Ok(Value::zero());
+        };
+        if rest.is_empty() {
+            return self.first_order(ratio, input, start);
+        }
+        // v(n) = u(n+1) - r(n)*u(n) has one order less.
+        let mut inner = Vec::new();
+        for (at, pair) in (self.since..).zip(terms.windows(2)).take(rest.len()) {
+            let here = ratio.with(self.index, &Value::integer(at))?;
+            inner.push(pair[1].sub(&here.mul(&pair[0])?)?);
+        }
+        let input = self.solve(rest, input, &inner)?;
+        self.first_order(ratio, &input, start)
+    }
+
+    /// `u(n+1) = ratio*u(n) + input`, where the ratio is never 0.
+    fn first_order(&mut self, ratio: &Value, input: &Value, start: &Value) -> Result<Value, NoClosedForm> {
+        let (mut particular, mut left) = (Value::zero(), Value::zero());
+        let own = quotient(ratio, self.index);
+        for part in self.parts(input)? {
+            let closed = match (&own, &part) {
+                (Some(own), Ok(part)) => self.telescoped(own, part)?,
+                _ => None,
+            };
+            match (closed, part) {
+                (Some(closed), _) => particular = particular.add(&closed)?,
+                (None, Ok(part)) => left = left.add(&self.part_value(&part)?)?,
+                (None, Err(value)) => left = left.add(&value)?,
+            }
+        }
+        let rest = start.sub(&self.initial(&particular)?)?;
+        if rest.is_zero() && left.is_zero() {
+            return Ok(particular);
+        }
+        let product = self.product(ratio)?;
+        let mut sum = rest.div(&self.initial(&product)?)?;
+        if !left.is_zero() {
+            let summand = left.div(&product.mul(ratio)?)?;
+            self.layers.push(Layer::Sum(summand));
+            sum = sum.add(&Value::variable(&layer(self.layers.len() - 1)))?;
+        }
+        Ok(particular.add(&product.mul(&sum)?)?)
+    }
+
+    /// The value at `since`.
+    fn initial(&self, value: &Value) -> Result<Value, ValueError> {
+        let mut value = value.with(self.index, &Value::integer(self.since))?;
+        for (place, one) in self.layers.iter().enumerate() {
+            value = value.with(&layer(place), &one.first())?;
+        }
+        Ok(value)
+    }
+
+    /// A multiple of the product of a ratio: factors that meet again further on leave a quotient of polynomials.
+    fn product(&mut self, ratio: &Value) -> Result<Value, NoClosedForm> {
+        let count = Value::variable(self.index);
+        if !ratio.mentions(self.index) {
+            return Ok(ratio.power(&count)?);
+        }
+        let Some((scale, [above, below])) = scaled(ratio, self.index) else {
+            return Ok(self.layered(ratio.clone()));
+        };
+        let base = above.coefficient(above.degree()) / below.coefficient(below.degree());
+        let (mut tops, mut bottoms) = (listed(&above), listed(&below));
+        let mut value = scale.mul(&Value::rational(base))?.power(&count)?;
+        let mut at = 0;
+        while let Some(f) = tops.get(at) {
+            let met = bottoms.iter().enumerate().find_map(|(place, g)| {
+                let apart = distance(f, g).filter(|apart| apart.abs() <= MOST_APART)?;
+                Some((place, apart))
+            });
+            let Some((place, apart)) = met else {
+                at += 1;
+                continue;
+            };
+            let (f, g) = (tops.swap_remove(at), bottoms.swap_remove(place));
+            // f(n) = g(n+i): the product of f/g is that of i values of g, now over those at first.
+            for step in 0..apart.abs() {
+                let factor = value_of(&shifted(if apart > 0 { &g } else { &f }, step), &count)?;
+                value = if apart > 0 { value.mul(&factor)? } else { value.div(&factor)? };
+            }
+        }
+        if tops.is_empty() && bottoms.is_empty() {
+            return Ok(value);
+        }
+        let whole = |all: &[Univariate]| all.iter().fold(Univariate::one(), |product, one| product.times(one));
+        let rest = value_of(&whole(&tops), &count)?.div(&value_of(&whole(&bottoms), &count)?)?;
+        Ok(value.mul(&self.layered(rest))?)
+    }
+
+    /// The product of a ratio as a layer; the same one for the same ratio.
+    fn layered(&mut self, ratio: Value) -> Value {
+        let wanted = Layer::Product(ratio);
+        let place = self.layers.iter().position(|one| *one == wanted).unwrap_or_else(|| {
+            self.layers.push(wanted);
+            self.layers.len() - 1
+        });
+        Value::variable(&layer(place))
+    }
+
+    /// A value in the index and layers, part by part; a part that is not hypergeometric is left as a value.
+    fn parts(&self, value: &Value) -> Result<Vec<Result<Part, Value>>, NoClosedForm> {
+        // First by sums, then by products: each part has one monomial in the layers.
+        let mut pieces = vec![(value.clone(), Value::one(), [Univariate::one(), Univariate::one()], true)];
+        for (place, one) in self.layers.iter().enumerate().rev() {
+            let name = layer(place);
+            let mut next = Vec::new();
+            for (rest, layers, ratio, simple) in pieces {
+                let Some((factor, constant)) = rest.linear_in(&name).filter(|(factor, _)| !factor.is_zero()) else {
+                    let simple = simple && !rest.mentions(&name);
+                    next.push((rest, layers, ratio, simple));
+                    continue;
+                };
+                let own = match one {
+                    Layer::Product(inner) => quotient(inner, self.index),
+                    Layer::Sum(_) => None,
+                };
+                let grown = layers.mul(&Value::variable(&name))?;
+                match own {
+                    Some([above, below]) => {
+                        next.push((factor, grown, [ratio[0].times(&above), ratio[1].times(&below)], simple));
+                    }
+                    None => next.push((factor, grown, ratio.clone(), false)),
+                }
+                if !constant.is_zero() {
+                    next.push((constant, layers, ratio, simple));
+                }
+            }
+            pieces = next;
+        }
+        let mut all = Vec::new();
+        for (rest, layers, ratio, simple) in pieces {
+            match self.split(&rest, &layers, &ratio).filter(|_| simple) {
+                Some(parts) => all.extend(parts.into_iter().map(Ok)),
+                None => all.push(Err(rest.mul(&layers)?)),
+            }
+        }
+        Ok(all)
+    }
+
+    /// A value in the index, by powers, and by its coefficients where these are symbolic.
+    fn split(&self, value: &Value, layers: &Value, ratio: &[Univariate; 2]) -> Option<Vec<Part>> {
+        let (top, bottom) = (value.numerator()?, value.denominator()?);
+        let bottoms: Vec<_> = exponentials(&bottom, self.index)?.into_iter().collect();
+        let [(under, coefficients)] = bottoms.as_slice() else { return None };
+        let scale = coefficients.iter().rev().find(|one| !one.is_zero())?.clone();
+        let rational = |all: &[Value], scale: &Value| {
+            let all = all.iter().map(|one| one.div(scale).ok()?.as_rational()).collect::<Option<Vec<_>>>()?;
+            Some(Univariate::new(all))
+        };
+        let denominator = rational(coefficients, &scale)?;
+        let mut parts = Vec::new();
+        for (base, coefficients) in exponentials(&top, self.index)? {
+            let base = base.div(under).ok()?;
+            let part = |coefficient: &Value, numerator: Univariate| {
+                Some(Part {
+                    coefficient: coefficient.div(&scale).ok()?,
+                    numerator,
+                    denominator: denominator.clone(),
+                    base: base.clone(),
+                    layers: layers.clone(),
+                    ratio: ratio.clone(),
+                })
+            };
+            let lead = coefficients.iter().rev().find(|one| !one.is_zero())?;
+            if let Some(numerator) = rational(&coefficients, lead) {
+                parts.push(part(lead, numerator)?);
+                continue;
+            }
+            for (power, coefficient) in coefficients.iter().enumerate().filter(|(_, one)| !one.is_zero()) {
+                let mut monomial = Univariate::one();
+                for _ in 0..power {
+                    monomial =
+                        monomial.times(&Univariate::new(vec![BigRational::from_integer(0.into()), BigRational::one()]));
+                }
+                parts.push(part(coefficient, monomial)?);
+            }
+        }
+        Some(parts)
+    }
+
+    fn part_value(&self, part: &Part) -> Result<Value, NoClosedForm> {
+        let count = Value::variable(self.index);
+        let quotient = value_of(&part.numerator, &count)?.div(&value_of(&part.denominator, &count)?)?;
+        Ok(part.coefficient.mul(&quotient)?.mul(&part.base.power(&count)?)?.mul(&part.layers)?)
+    }
+
+    /// A rational multiple of the part that solves the equation with it for input.
+    fn telescoped(&self, own: &[Univariate; 2], part: &Part) -> Result<Option<Value>, NoClosedForm> {
+        let Some(base) = part.base.as_rational() else { return Ok(None) };
+        // y = R*base^n*layers: base*ratio(n)*R(n+1) - own(n)*R(n) = numerator/denominator.
+        let a = part.ratio[0].times(&own[1]).times(&part.denominator).scale(&base);
+        let b = own[0].times(&part.ratio[1]).times(&part.denominator);
+        let c = part.numerator.times(&own[1]).times(&part.ratio[1]);
+        let Some([above, below]) = solution(&a, &b, &c) else { return Ok(None) };
+        // What is not defined from `since` on is no solution there.
+        let bad = |(factor, _): &(Univariate, usize)| {
+            let root = -factor.coefficient(0);
+            factor.degree() == 1 && root.is_integer() && root >= BigRational::from_integer(self.since.into())
+        };
+        if below.factors().iter().any(bad) {
+            return Ok(None);
+        }
+        let count = Value::variable(self.index);
+        let quotient = value_of(&above, &count)?.div(&value_of(&below, &count)?)?;
+        Ok(Some(part.coefficient.mul(&quotient)?.mul(&part.base.power(&count)?)?.mul(&part.layers)?))
+    }
+}
+
+/// The monic factors, each as often as it divides.
+fn listed(polynomial: &Univariate) -> Vec<Univariate> {
+    polynomial.factors().into_iter().flat_map(|(factor, count)| vec![factor; count]).collect()
+}
