@@ -34,6 +34,7 @@ mod splitting;
 mod spread;
 mod step;
 mod sums;
+mod unlikely;
 mod unrolled;
 mod window;
 

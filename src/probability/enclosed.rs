@@ -9,6 +9,8 @@
 //! * *truncation*: whatever the sums leave out (states outside the window of their round, densities far out) is what
 //!   the chance of going on exceeds the sum of the kernel by; it is carried along as a chance of its own;
 //! * *rounding*: each kernel value is known to a stated error, a sum of n terms to n units in the last place;
+//! * *what is next to impossible*: moves that no state makes likely are left out ([`super::unlikely`]), and their chances
+//!   widen the answer;
 //! * all of them add up from round to round, as the kernel's total mass is at most 1.
 
 use num_rational::BigRational;
@@ -21,9 +23,10 @@ use super::grid::{Grid, Smooth};
 use super::joint::joint;
 use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
 use super::operator::{Key, Operator};
-use super::plan::{Entry, PLACES, Plan, Way, plan};
+use super::plan::{Entry, MOST_ROUNDS, PLACES, Plan, Way, plan};
 use super::region::Patch;
 use super::sharp::blunted;
+use super::unlikely::without;
 use super::window::windows;
 use super::{Enclosed, Question};
 use crate::interval::Interval;
@@ -57,10 +60,17 @@ pub(super) struct FastEntry {
 /// # Errors
 /// Where the states or the kernel grow too large, or a way has no noise.
 pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
-    apart(chain, question, wanted).or_else(|reason| {
-        let both = joint(chain, question, wanted);
+    let (chain, lost) = without(chain);
+    let found = apart(&chain, question, wanted).or_else(|reason| {
+        let both = joint(&chain, question, wanted);
         both.map_err(|other| format!("{reason}; over two dimensions that lean on each other: {other}"))
-    })
+    })?;
+    if lost == Interval::exactly(0.0) {
+        return Ok(found);
+    }
+    // What is left out may have led anywhere, in each of the rounds and before them.
+    let lost = lost.times(Interval::exactly(MOST_ROUNDS as f64 + 2.0)).high;
+    Ok(Enclosed::within(found.plus(Interval::between(-lost, lost)).probability()))
 }
 
 /// Over dimensions that are independent.

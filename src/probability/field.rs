@@ -22,6 +22,9 @@ impl Field {
     pub(super) fn go(&mut self, weight: f64, one: &Operator, other: &Operator, after: &Field) {
         let [rows, columns] = self.active;
         let width = columns.1 - columns.0;
+        if width == 1 && (after.values.is_empty() || after.active[1].1 - after.active[1].0 == 1) {
+            return self.go_along(weight, one, other, after);
+        }
         let chances = |operator: &Operator, range: (usize, usize)| operator.chances[range.0..range.1].to_vec();
         add(&mut self.leaks, &chances(one, rows), &chances(other, columns), weight);
         if after.values.is_empty() {
@@ -45,6 +48,42 @@ impl Field {
             self.leaks[here].iter_mut().zip(leaks).for_each(|(sum, leak)| *sum += weight * leak);
         }
     }
+}
+
+impl Field {
+    /// The same where the second axis has one point.
+    fn go_along(&mut self, weight: f64, one: &Operator, other: &Operator, after: &Field) {
+        let [rows, (column, _)] = self.active;
+        let along = if after.values.is_empty() { 0.0 } else { other.total(column, after.active[1]) };
+        let sums = self.values.iter_mut().zip(&mut self.leaks);
+        for (row, (value, leak)) in (rows.0..rows.1).zip(sums) {
+            *leak += weight * one.chances[row] * other.chances[column];
+            if along == 0.0 {
+                continue;
+            }
+            let (weights, place) = one.within(row, after.active[0]);
+            let places = place..place + weights.len();
+            let [passed, left] = products(weights, [&after.values[places.clone()], &after.leaks[places]]);
+            *leak += weight * along * (left - one.total(row, after.active[0]));
+            *value += weight * along * passed;
+        }
+    }
+}
+
+/// The products of a row with two columns, several sums at a time.
+fn products(row: &[f64], columns: [&[f64]; 2]) -> [f64; 2] {
+    columns.map(|column| {
+        let (some, rest) = row.as_chunks::<4>();
+        let (others, last) = column.as_chunks::<4>();
+        let mut sums = [0.0; 4];
+        for (one, other) in some.iter().zip(others) {
+            for (sum, (one, other)) in sums.iter_mut().zip(one.iter().zip(other)) {
+                *sum += one * other;
+            }
+        }
+        let rest: f64 = rest.iter().zip(last).map(|(one, other)| one * other).sum();
+        (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+    })
 }
 
 /// Adds a product of two vectors to a matrix.

@@ -26,6 +26,8 @@ pub(super) struct Operator {
     /// Where each row ends among the values.
     ends: Vec<usize>,
     values: Vec<f64>,
+    /// The sum of each row.
+    totals: Vec<f64>,
     /// The chance of going on from each point.
     pub chances: Vec<f64>,
     /// The most values in a row.
@@ -43,6 +45,7 @@ impl Operator {
             firsts: Vec::with_capacity(count),
             ends: Vec::with_capacity(count),
             values: Vec::new(),
+            totals: Vec::with_capacity(count),
             chances: Vec::with_capacity(count),
             longest: 0,
             key,
@@ -77,6 +80,7 @@ impl Operator {
         }
         let small = values.iter().take_while(|value| **value < LEAST).count();
         self.values.extend_from_slice(&values[small..]);
+        self.totals.push(values[small..].iter().sum());
         self.longest = self.longest.max(values.len() - small);
         self.firsts.push(first + small);
         self.ends.push(self.values.len());
@@ -87,10 +91,14 @@ impl Operator {
         self.values.len()
     }
 
+    /// Where a row is among the values.
+    fn range(&self, row: usize) -> std::ops::Range<usize> {
+        if row == 0 { 0..self.ends[row] } else { self.ends[row - 1]..self.ends[row] }
+    }
+
     /// A row as far as it lies in a range of points: its values, and the place of the first in that range.
-    fn within(&self, row: usize, active: (usize, usize)) -> (&[f64], usize) {
-        let start = if row == 0 { 0 } else { self.ends[row - 1] };
-        let (first, values) = (self.firsts[row], &self.values[start..self.ends[row]]);
+    pub(super) fn within(&self, row: usize, active: (usize, usize)) -> (&[f64], usize) {
+        let (first, values) = (self.firsts[row], &self.values[self.range(row)]);
         let low = first.max(active.0);
         let high = (first + values.len()).min(active.1);
         if low >= high { (&[], 0) } else { (&values[low - first..high - first], low - active.0) }
@@ -98,7 +106,8 @@ impl Operator {
 
     /// The sum of a row over a range of points.
     pub(super) fn total(&self, row: usize, active: (usize, usize)) -> f64 {
-        self.within(row, active).0.iter().sum()
+        let (values, _) = self.within(row, active);
+        if values.len() == self.range(row).len() { self.totals[row] } else { values.iter().sum() }
     }
 
     /// The product with a matrix of `width` columns whose rows are the points of a range, for a range of rows.
