@@ -20,7 +20,7 @@ const MOST_ORDER: usize = 6;
 /// The furthest that a factor of a ratio is moved to meet another.
 const MOST_APART: i64 = 30;
 /// The latest index at which a coefficient may be 0 or not defined.
-const MOST_EARLY: i64 = 300;
+const MOST_EARLY: i64 = 60;
 
 /// The form of one sequence that begins at 0; nothing if it is not linear, or has no factor of first order.
 ///

@@ -37,17 +37,7 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
             lines.extend(left_out(solved, known));
             lines
         }
-        Err(reason) => {
-            let mut lines = vec![format!("no closed form is known: {}", reason.0)];
-            for (title, solved) in forms_in_orders(recurrence, known).unwrap_or_default() {
-                lines[0] = "one closed form for each order:".to_string();
-                lines.push(format!("if {title}:"));
-                lines.extend(solved.lines().into_iter().map(|line| format!("    {line}")));
-                lines.push(format!("    {}", proof(recurrence)));
-            }
-            lines.extend(without_form(recurrence, &behaviour(recurrence, known)));
-            lines
-        }
+        Err(reason) => unsolved(recurrence, &reason.0, known),
     };
     let found = question.find.as_ref().map(|(relation, left, right)| {
         let found = reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop);
@@ -79,6 +69,23 @@ fn left_out(solved: &Solved, known: &Assumptions) -> Vec<String> {
         lines.push(format!("where {}:", special.title()));
         lines.extend(special.solved.lines().into_iter().map(|line| format!("    {line}")));
         lines.push(format!("    {}", proof(special.solved.recurrence())));
+    }
+    lines
+}
+
+/// The forms in each order of two values, or that there are none and what is known without.
+fn unsolved(recurrence: &Recurrence, reason: &str, known: &Assumptions) -> Vec<String> {
+    let orders = forms_in_orders(recurrence, known).unwrap_or_default();
+    if orders.is_empty() {
+        let mut lines = vec![format!("no closed form is known: {reason}")];
+        lines.extend(without_form(recurrence, &behaviour(recurrence, known)));
+        return lines;
+    }
+    let mut lines = vec!["one closed form for each order:".to_string()];
+    for (title, solved) in orders {
+        lines.push(format!("if {title}:"));
+        lines.extend(solved.lines().into_iter().map(|line| format!("    {line}")));
+        lines.push(format!("    {}", proof(recurrence)));
     }
     lines
 }
