@@ -17,7 +17,7 @@ use crate::invariant::{Claim, Rejected, Safe, check, check_states, follows, goal
 use crate::name::Name;
 use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
-use crate::value::ValueError;
+use crate::value::{Relation, ValueError, View};
 use condition::{Clause, exclusion, sufficient, weakest};
 use equality::equalities;
 use orbit::{Limits, Orbit, Run, extreme, follow};
@@ -168,7 +168,11 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
                     for tests in sufficient(assumptions, &missing) {
                         let mut with = assumptions.clone();
                         tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
-                        if !outcome.conditions.contains(&tests) && check(period, &with, claim, &invariant).is_ok() {
+                        let empty = drawable(period, &with).contradictory();
+                        if !empty
+                            && !outcome.conditions.contains(&tests)
+                            && check(period, &with, claim, &invariant).is_ok()
+                        {
                             outcome.conditions.push(tests);
                         }
                     }
@@ -187,6 +191,20 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
     }
     outcome.conditions = weakest(assumptions, std::mem::take(&mut outcome.conditions));
     outcome.remaining.extend(reasons);
+}
+
+/// What is assumed, and that what is drawn from has its lower bound first.
+fn drawable(period: &Period, assumptions: &Assumptions) -> Assumptions {
+    let mut known = assumptions.clone();
+    let edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    for (_, distribution) in edges.flat_map(|edge| &edge.draws) {
+        if let View::Distribution(kind, ends) = distribution.view()
+            && let ("Uniform", [low, high]) = (kind.as_str(), ends.as_slice())
+        {
+            known.assume(Relation::Lte, low, high);
+        }
+    }
+    known
 }
 
 /// Has an invariant checked, and notes that it proves the claim.

@@ -291,3 +291,48 @@ expect feasible = 1, infeasible = 1, open = 0
     }
     assert_eq!(tables, 1, "the column `feasible` of the first sweep is empty");
 }
+
+/// A value of which the feedback says that it is not enough was judged, and is not.
+#[test]
+fn what_is_said_not_to_be_enough_is_not() {
+    let mission = |gain: &str, far: &str| {
+        folder(&format!(
+            "param gain = {gain}, tt = 3/4, far = {far}, tol = 1/10
+proc Env_r = (Delay_tt # Odo_r # At_r) ; In_v<u> ; Env_{{r+u}}
+proc Odo_r = Out_{{p,r}} ; Odo_r
+proc Go_g = In_p<r> ; Gtr_{{abs(r-g),tol}} ; Out_{{v,gain*(g-r)}} ; Go_g
+proc BF_{{a,b}} = Go_a ; Go_b ; BF_{{a,b}}
+system Sys = Env_0 | BF_{{far,0}}
+criteria Trip for Sys {{
+  goals At_far, At_0
+  radius 1/10
+  round within 37/5
+}}"
+        ))
+    };
+    let verdict = |gain: &str, far: &str| {
+        let folder = mission(gain, far);
+        let output = pars(folder.path(), &["run", "--json", "mission.pars"]);
+        json(&out(&output)).remove(0)
+    };
+    let report = verdict("1/2", "3");
+    assert_eq!(report["verdict"], "not met");
+    let advice = report["feedback"].as_array().expect("lines").iter().filter_map(|line| line.as_str());
+    let mut repaired = 0;
+    for line in advice {
+        for (parameter, at) in [("gain", 0), ("far", 1)] {
+            let judge = |value: &str| match at {
+                0 => verdict(value, "3"),
+                _ => verdict("1/2", value),
+            };
+            let Some((_, rest)) = line.split_once(&format!("{parameter} = ")) else { continue };
+            let value = rest.split(' ').next().expect("a value");
+            assert_eq!(judge(value)["verdict"], "met", "{line}");
+            repaired += 1;
+            if let Some(place) = line.strip_suffix(" itself is not enough").and_then(|line| line.split("; ").last()) {
+                assert_ne!(judge(place)["verdict"], "met", "{line}");
+            }
+        }
+    }
+    assert!(repaired > 1, "{report}");
+}

@@ -296,3 +296,17 @@ system On = Go_0 | Delay_1\nsystem Turn = Back_1 | Delay_1\nprove {claim}"
         assert!(matches!(outcome.verdict, Verdict::Proved(_)), "{system}: {shown}");
     }
 }
+
+/// `b < a` would prove anything of a number between a and b.
+#[test]
+fn a_condition_under_which_nothing_can_be_drawn_is_none() {
+    let outcome = judged(
+        "param a, b\nobserver Seen(x)
+proc Flat = Ran_{Uniform(a,b)}<x> ; (Delay_1 # Seen_x) ; In_c<y> ; Flat
+proc Tick = Out_{c,0} ; Tick
+system Sys = Flat | Tick
+prove Sys always x <= b-1 when Seen_x",
+    );
+    assert!(matches!(outcome.verdict, Verdict::Open), "{:?}", outcome.verdict);
+    assert_eq!(outcome.conditions, Vec::<Vec<Test>>::new());
+}

@@ -132,9 +132,13 @@ impl<'a> Workshop<'a> {
     }
 
     fn met(&self, name: &Name, point: &[(Name, BigRational)]) -> bool {
-        let Some((criteria, environment)) = self.elsewhere(point) else { return false };
+        self.standing(name, point) == Some(Standing::Met)
+    }
+
+    fn standing(&self, name: &Name, point: &[(Name, BigRational)]) -> Option<Standing> {
+        let (criteria, environment) = self.elsewhere(point)?;
         let found = Judge { chances: self.roughly, ..self.judge }.one(&criteria, &environment, name);
-        found.is_some_and(|finding| finding.standing == Standing::Met)
+        found.map(|finding| finding.standing)
     }
 
     /// Judges everything with a change: a repair if the criterion is met then.
@@ -235,17 +239,22 @@ impl<'a> Workshop<'a> {
             }
         }
         let simple = simplest(&fails, &works);
+        if simple != fails && met(&simple) {
+            works = simple.clone();
+        }
+        // Where it is open it may be met after all.
+        let not_met = |value: &BigRational| self.standing(name, &at(value)) == Some(Standing::NotMet);
         let mut repair = None;
         if simple.denom() < &MOST_DENOMINATOR.into() && simple != works {
             // The place itself does not count: a little further then.
             let further = self.further(name, parameter, value, &works);
             repair = further.or_else(|| self.repair(name, &at(&works)));
-            if let Some(repair) = &mut repair {
+            if let Some(repair) = repair.as_mut().filter(|_| not_met(&simple)) {
                 repair.not_at = Some(simple);
             }
         } else if works.denom() < &MOST_DENOMINATOR.into() {
             repair = self.repair(name, &at(&works));
-            if let Some(repair) = &mut repair {
+            if let Some(repair) = repair.as_mut().filter(|_| not_met(&fails)) {
                 repair.least = Some((&works - &fails).abs());
             }
         }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::property::names_in;
 use super::scope::{Lowerer, Metas};
 use super::{By, CalcStep, Claim, ClaimKind, Entity, Environment, Event, Expectation, Likelihood, Subject};
 use crate::ast::{self, ConditionKind, Ident, Item, LawItem, Term as Written, TermKind};
@@ -222,7 +223,8 @@ impl Lowerer<'_> {
         let examples = item.examples.iter().map(|(left, right)| Some((self.process(left)?, self.process(right)?)));
         let examples = examples.collect::<Option<Vec<_>>>()?;
         let mut bound = metavariables(&left);
-        let unbound = metavariables(&right).into_iter().find(|name| !bound.contains(name));
+        let unbound = metavariables(&right).into_iter().chain(written(&item.right));
+        let unbound = unbound.into_iter().find(|name| !bound.contains(name));
         if unbound.is_none() {
             self.law_direction(item, &left, &right);
         }
@@ -416,4 +418,20 @@ fn carried_out(term: &Term, context: &Context<'_>) -> Option<Term> {
         return inner;
     }
     replace(body, name, value, context).ok().or(inner.clone())
+}
+
+/// The metavariables for values that are written in a process, those that cancel out included.
+fn written(process: &ast::Term) -> BTreeSet<Name> {
+    let mut found = BTreeSet::new();
+    for part in process.all() {
+        let values: Vec<&ast::Value> = match &part.kind {
+            TermKind::Apply { arguments, .. } | TermKind::Meta(_, arguments) => arguments.iter().collect(),
+            TermKind::Power(_, value, _) | TermKind::Replace(_, _, value) => vec![value],
+            _ => Vec::new(),
+        };
+        for value in values {
+            names_in(value, &mut |name| found.extend(name.name.is_meta().then(|| name.name.clone())));
+        }
+    }
+    found
 }

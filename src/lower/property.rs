@@ -200,7 +200,7 @@ fn is_call(term: &Written, own: &Name) -> bool {
 }
 
 /// Every name of a value that stands in another.
-fn names_in(value: &Number, found: &mut impl FnMut(&Ident)) {
+pub(super) fn names_in(value: &Number, found: &mut impl FnMut(&Ident)) {
     let mut rest = vec![value];
     while let Some(value) = rest.pop() {
         match &value.kind {
