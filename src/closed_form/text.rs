@@ -92,7 +92,7 @@ fn nested_text(nested: &Nested, index: &Name, since: i64) -> Result<String, Valu
     written(nested, &nested.value, index, since, &mut Vec::new())
 }
 
-/// A value layer by layer, each written as it is, inside of sums that count by `outer`.
+/// A value layer by layer, inside of sums that count by `outer`; sums and products are written apart from the rest.
 fn written(
     nested: &Nested,
     value: &Value,
@@ -105,11 +105,14 @@ fn written(
         if !value.mentions(&name) {
             continue;
         }
-        let image = match (one, factorials(one.inner(), index, since)) {
-            (Layer::Product(_), Some(whole)) => whole.to_string(),
-            (Layer::Product(_), None) => big("prod", nested, one, index, since, outer)?,
-            (Layer::Sum(_), _) => big("sum", nested, one, index, since, outer)?,
+        let word = match one {
+            Layer::Product(ratio) => match factorials(ratio, index, since) {
+                Some(whole) => return written(nested, &value.with(&name, &whole)?, index, since, outer),
+                None => "prod",
+            },
+            Layer::Sum(_) => "sum",
         };
+        let image = big(word, nested, one, index, since, outer)?;
         if let Some((factor, rest)) = value.linear_in(&name) {
             let product = if factor == Value::one() {
                 image
@@ -133,11 +136,6 @@ fn written(
             && !above.mentions(&name)
         {
             let above = written(nested, &above.div(&factor)?, index, since, outer)?;
-            if let Some(under) = image.strip_prefix("1/") {
-                return Ok(format!("{}*{under}", bracketed(above)));
-            }
-            let plain = image.ends_with(')') && !image.contains('/') || !image.contains(['*', '/']);
-            let image = if plain { image } else { format!("({image})") };
             return Ok(format!("{}/{image}", bracketed(above)));
         }
         let value = value.with(&name, &Value::variable(&Name::new(&image)))?;
