@@ -19,6 +19,7 @@ pub mod advance;
 pub mod proof;
 pub mod kernel;
 // ── the line: above it a theorem can be made, below it one can only be asked for ──
+mod elimination;
 pub mod univariate;
 pub mod exponential_polynomial;
 pub mod closed_form;

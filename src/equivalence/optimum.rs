@@ -4,6 +4,7 @@
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
+use crate::elimination::reduced;
 use crate::transition_system::{Builder, Label, Mark};
 
 /// A place of a decision process.
@@ -129,20 +130,8 @@ fn solved(
             (Spot::Choice(..), None) => rows[at][count] = leave[at].clone(),
         }
     }
-    for column in 0..count {
-        let pivot = (column..count).find(|row| !rows[*row][column].is_zero())?;
-        rows.swap(column, pivot);
-        let scale = rows[column][column].clone();
-        rows[column].iter_mut().for_each(|entry| *entry /= &scale);
-        let own = rows[column].clone();
-        for (at, row) in rows.iter_mut().enumerate() {
-            let factor = row[column].clone();
-            if at != column && !factor.is_zero() {
-                row.iter_mut().zip(&own).for_each(|(entry, other)| *entry -= &factor * other);
-            }
-        }
-    }
-    Some(rows.into_iter().map(|row| row[count].clone()).collect())
+    let (rows, pivots) = reduced(rows, count);
+    (pivots.len() == count).then(|| rows.into_iter().map(|row| row[count].clone()).collect())
 }
 
 #[cfg(test)]

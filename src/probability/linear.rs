@@ -9,6 +9,7 @@ use super::{Enclosed, Question};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, Solved};
 use crate::distribution::Distribution;
+use crate::elimination;
 use crate::interval::{Interval, normal_between};
 use crate::name::Name;
 use crate::rational::{product, quotient};
@@ -124,31 +125,7 @@ pub(super) fn combination(forms: &[Linear], state: &[BigRational]) -> Option<Vec
         let left = forms.iter().map(|form| entry(&form.state, place));
         left.chain([entry(state, place)]).collect::<Vec<BigRational>>()
     };
-    let mut rows: Vec<Vec<BigRational>> = (0..width).map(equation).collect();
-    let mut factors = vec![BigRational::zero(); forms.len()];
-    let mut done = 0;
-    let mut pivots = Vec::new();
-    for column in 0..forms.len() {
-        let Some(found) = (done..rows.len()).find(|row| !rows[*row][column].is_zero()) else { continue };
-        rows.swap(done, found);
-        let pivot = rows[done].clone();
-        for (_, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != done) {
-            if row[column].is_zero() {
-                continue;
-            }
-            let ratio = -quotient(&row[column], &pivot[column]);
-            row.iter_mut().zip(&pivot).for_each(|(entry, other)| add_product(entry, &ratio, other));
-        }
-        pivots.push(column);
-        done += 1;
-    }
-    if rows[done..].iter().any(|row| !row[forms.len()].is_zero()) {
-        return None;
-    }
-    for (row, column) in rows.iter().zip(pivots) {
-        factors[column] = quotient(&row[forms.len()], &row[column]);
-    }
-    Some(factors)
+    elimination::combination((0..width).map(equation).collect(), forms.len())
 }
 
 /// The factors of all means, and what is added: the forms' constants count in the means.

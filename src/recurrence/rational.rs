@@ -8,6 +8,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
+use crate::elimination;
 use crate::univariate::Univariate;
 
 /// The furthest that two roots may be apart, to be looked at together.
@@ -110,21 +111,12 @@ fn numerator(ahead: &Univariate, here: &Univariate, wanted: &Univariate, most: u
 
 /// Coefficients with which some polynomials add up to another; those that are free are 0.
 fn combination(columns: &[Univariate], wanted: &Univariate) -> Option<Univariate> {
-    let (rows, pivots) = reduced(columns, wanted)?;
-    let last = columns.len();
-    if rows[pivots.len()..].iter().any(|row| !row[last].is_zero()) {
-        return None;
-    }
-    let mut coefficients = vec![BigRational::zero(); last];
-    for (row, column) in rows.iter().zip(&pivots) {
-        coefficients[*column] = row[last].clone();
-    }
-    Some(Univariate::new(coefficients))
+    elimination::combination(equations(columns, wanted)?, columns.len()).map(Univariate::new)
 }
 
 /// Coefficients, not all 0, with which some polynomials add up to 0.
 pub(super) fn relation(columns: &[Univariate]) -> Option<Univariate> {
-    let (rows, pivots) = reduced(columns, &Univariate::zero())?;
+    let (rows, pivots) = elimination::reduced(equations(columns, &Univariate::zero())?, columns.len());
     let free = (0..columns.len()).find(|column| !pivots.contains(column))?;
     let mut coefficients = vec![BigRational::zero(); columns.len()];
     coefficients[free] = BigRational::one();
@@ -134,36 +126,17 @@ pub(super) fn relation(columns: &[Univariate]) -> Option<Univariate> {
     Some(Univariate::new(coefficients))
 }
 
-/// The equations of all coefficients in reduced echelon form, and the places of its ones.
-fn reduced(columns: &[Univariate], wanted: &Univariate) -> Option<(Vec<Vec<BigRational>>, Vec<usize>)> {
+/// An equation for each coefficient, with that of what is wanted in the end.
+fn equations(columns: &[Univariate], wanted: &Univariate) -> Option<Vec<Vec<BigRational>>> {
     let height = columns.iter().chain([wanted]).map(Univariate::degree).max()? + 1;
-    let mut rows: Vec<Vec<BigRational>> = (0..height)
-        .map(|place| columns.iter().chain([wanted]).map(|column| column.coefficient(place)).collect())
-        .collect();
-    let mut pivots = Vec::new();
-    for column in 0..columns.len() {
-        let Some(found) = (pivots.len()..height).find(|row| !rows[*row][column].is_zero()) else { continue };
-        let target = pivots.len();
-        rows.swap(target, found);
-        let scale = rows[target][column].recip();
-        rows[target].iter_mut().for_each(|number| *number *= &scale);
-        let pivot = rows[target].clone();
-        for (_, row) in rows.iter_mut().enumerate().filter(|(place, row)| *place != target && !row[column].is_zero()) {
-            let factor = row[column].clone();
-            row.iter_mut().zip(&pivot).for_each(|(number, other)| *number -= &factor * other);
-        }
-        pivots.push(column);
-    }
-    Some((rows, pivots))
+    let row = |place| columns.iter().chain([wanted]).map(|column| column.coefficient(place)).collect();
+    Some((0..height).map(row).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn polynomial(coefficients: &[i64]) -> Univariate {
-        Univariate::new(coefficients.iter().map(|number| BigRational::from_integer((*number).into())).collect())
-    }
+    use crate::univariate::polynomial;
 
     #[test]
     fn sums_that_telescope_and_one_that_does_not() {
