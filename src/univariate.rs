@@ -225,13 +225,15 @@ impl Univariate {
     }
 }
 
+/// The polynomial with these coefficients, the lowest first.
+#[cfg(test)]
+pub(crate) fn polynomial(coefficients: &[i64]) -> Univariate {
+    Univariate::new(coefficients.iter().map(|number| BigRational::from_integer((*number).into())).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn polynomial(coefficients: &[i64]) -> Univariate {
-        Univariate::new(coefficients.iter().map(|number| BigRational::from_integer((*number).into())).collect())
-    }
 
     #[test]
     fn inverses_and_sums() {

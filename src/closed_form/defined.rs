@@ -41,6 +41,13 @@ fn polynomial_in(value: &Value, index: &Name) -> Option<Univariate> {
     }
 }
 
+/// The layers that may stand in a value: how many there are, and which of them are known not to be 0.
+#[derive(Clone, Copy)]
+pub(super) struct Layers<'v> {
+    pub count: usize,
+    pub fine: &'v [Value],
+}
+
 /// What is being collected: the assumptions, and the conditions that had to be added to them.
 pub(super) struct Defined<'a> {
     pub(super) index: &'a Name,
@@ -80,20 +87,12 @@ impl<'a> Defined<'a> {
     /// Makes sure that a value is defined for every index from this one on: adds conditions on what is free of the
     /// index.
     pub(super) fn value(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
-        for part in divisors(value)? {
-            self.not_zero(&part, from)?;
-        }
-        Ok(())
+        self.in_layers(value, from, Layers { count: 0, fine: &[] })
     }
 
-    /// The same for a value in so many layers, of which some are known not to be 0.
-    pub(super) fn in_layers(
-        &mut self,
-        value: &Value,
-        from: i64,
-        count: usize,
-        fine: &[Value],
-    ) -> Result<(), Unchecked> {
+    /// The same for a value in layers.
+    pub(super) fn in_layers(&mut self, value: &Value, from: i64, layers: Layers<'_>) -> Result<(), Unchecked> {
+        let Layers { count, fine } = layers;
         for part in divisors(value)?.into_iter().filter(|part| !fine.contains(part)) {
             if (0..count).any(|place| part.mentions(&layer(place))) {
                 return Err(Unchecked(format!("it divides by {part}, which may be 0")));
@@ -104,18 +103,12 @@ impl<'a> Defined<'a> {
     }
 
     /// Makes sure that a quotient is defined and not 0 for every index from this one on.
-    pub(super) fn never_zero(
-        &mut self,
-        value: &Value,
-        from: i64,
-        count: usize,
-        fine: &[Value],
-    ) -> Result<(), Unchecked> {
+    pub(super) fn never_zero(&mut self, value: &Value, from: i64, layers: Layers<'_>) -> Result<(), Unchecked> {
         if value.is_zero() {
             return Err(Unchecked("it multiplies by 0".to_string()));
         }
-        self.in_layers(value, from, count, fine)?;
-        self.in_layers(&Value::one().div(value)?, from, count, fine)
+        self.in_layers(value, from, layers)?;
+        self.in_layers(&Value::one().div(value)?, from, layers)
     }
 
     pub(super) fn sum(&mut self, sum: &ExponentialPolynomial, from: i64) -> Result<(), Unchecked> {

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::check::{Induction, failed};
+use super::defined::Layers;
 use super::{Unchecked, error};
 use crate::name::Name;
 use crate::value::{Value, ValueError};
@@ -127,13 +128,13 @@ impl Induction<'_> {
         let since = from.saturating_add_unsigned(nested.early.len() as u64);
         let (count, mut products) = (nested.layers.len(), Vec::new());
         for (place, one) in nested.layers.iter().enumerate() {
-            self.defined.in_layers(one.inner(), since, count, &products)?;
+            self.defined.in_layers(one.inner(), since, Layers { count, fine: &products })?;
             if let Layer::Product(ratio) = one {
-                self.defined.never_zero(ratio, since, count, &products)?;
+                self.defined.never_zero(ratio, since, Layers { count, fine: &products })?;
                 products.push(Value::variable(&layer(place)));
             }
         }
-        self.defined.in_layers(&nested.value, since, count, &products)
+        self.defined.in_layers(&nested.value, since, Layers { count, fine: &products })
     }
 
     /// From as many terms as the order to the next, for all indices at which the layers are there.

@@ -114,10 +114,7 @@ fn divisors(polynomial: &Univariate) -> Option<Vec<Univariate>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn polynomial(coefficients: &[i64]) -> Univariate {
-        Univariate::new(coefficients.iter().map(|number| BigRational::from_integer((*number).into())).collect())
-    }
+    use crate::univariate::polynomial;
 
     #[test]
     fn solutions_by_their_ratios() {

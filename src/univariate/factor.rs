@@ -265,10 +265,7 @@ fn choices(places: usize, count: usize) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn polynomial(coefficients: &[i64]) -> Univariate {
-        Univariate::new(coefficients.iter().map(|number| BigRational::from_integer((*number).into())).collect())
-    }
+    use crate::univariate::polynomial;
 
     #[test]
     fn products_come_apart_again() {
