@@ -12,9 +12,6 @@ mod term;
 mod value;
 mod verdict;
 
-use std::cell::Cell;
-use std::rc::Rc;
-
 use crate::ast::{Condition, Ident, Item, Term, Value};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind, MOST_ERRORS, Token, lex_until};
@@ -24,6 +21,9 @@ pub use exercise::parse_step;
 
 /// Brackets and other nesting deeper than this are refused.
 pub const DEEPEST: usize = 200;
+
+/// The code of the error that something else was expected.
+const UNEXPECTED: &str = "P0201";
 
 /// After so many tokens it is asked whether to go on.
 const POLL: usize = 1 << 14;
@@ -39,6 +39,8 @@ pub struct Parsed {
     pub broken: Vec<usize>,
     /// Whether the only thing wrong is that the text ends too early: more lines may mend it.
     pub incomplete: bool,
+    /// Whether it was interrupted: then what stands further on was not read.
+    pub interrupted: bool,
     /// The tokens, for the layout of files.
     pub tokens: Vec<Token>,
     /// For each token, how it was read.
@@ -74,10 +76,8 @@ pub fn parse(text: &str) -> Parsed {
 
 /// The same, until it is interrupted: then nothing.
 pub fn parse_until(text: &str, interrupted: &dyn Fn() -> bool) -> Option<Parsed> {
-    let parser = Parser::until(text, false, interrupted);
-    let stopped = parser.stopped.clone();
-    let parsed = parser.items();
-    (!stopped.get()).then_some(parsed)
+    let parsed = Parser::until(text, false, interrupted).items();
+    (!parsed.interrupted).then_some(parsed)
 }
 
 /// Reads an input at the prompt: items, or one term alone, which asks to simplify it.
@@ -125,7 +125,7 @@ struct Parser<'t> {
     incomplete: bool,
     diagnostics: Vec<Diagnostic>,
     interrupted: &'t dyn Fn() -> bool,
-    stopped: Rc<Cell<bool>>,
+    stopped: bool,
 }
 
 impl<'t> Parser<'t> {
@@ -146,7 +146,7 @@ impl<'t> Parser<'t> {
             incomplete: false,
             diagnostics: lexed.diagnostics,
             interrupted,
-            stopped: Rc::new(Cell::new(interrupted())),
+            stopped: interrupted(),
         }
     }
 
@@ -181,6 +181,7 @@ impl<'t> Parser<'t> {
             items,
             broken,
             incomplete: self.incomplete && self.diagnostics.len() == 1,
+            interrupted: self.stopped,
             diagnostics: self.diagnostics,
             tokens: self.tokens,
             roles: self.roles,
@@ -245,8 +246,8 @@ impl<'t> Parser<'t> {
         if token.kind != Kind::End {
             self.position += 1;
         }
-        if self.position.is_multiple_of(POLL) && (self.stopped.get() || (self.interrupted)()) {
-            self.stopped.set(true);
+        if self.position.is_multiple_of(POLL) && (self.stopped || (self.interrupted)()) {
+            self.stopped = true;
             self.position = self.tokens.len();
         }
         token
@@ -296,7 +297,10 @@ impl<'t> Parser<'t> {
     }
 
     fn fail<T>(&mut self, diagnostic: Diagnostic) -> Parse<T> {
-        self.report(diagnostic);
+        // What cannot be read at all has been reported.
+        if diagnostic.code != UNEXPECTED || self.kind() != Kind::Unknown {
+            self.report(diagnostic);
+        }
         Err(Failed)
     }
 
@@ -316,7 +320,7 @@ impl<'t> Parser<'t> {
                 .label(Span::new(end, end), format!("expected {what}"));
         }
         let found = excerpt(token.span.of(self.text));
-        Diagnostic::error("P0201", format!("expected {what}, found `{found}`"))
+        Diagnostic::error(UNEXPECTED, format!("expected {what}, found `{found}`"))
             .label(token.span, format!("expected {what}"))
     }
 
