@@ -25,6 +25,7 @@ mod nonlinear;
 mod numeric;
 mod powers;
 mod product;
+mod ranges;
 mod rational;
 mod reach;
 mod region;

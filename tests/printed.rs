@@ -7,6 +7,7 @@ use pars::lower::{Environment, Lowered};
 use pars::name::Name;
 use pars::parser::parse;
 use pars::recurrence::solve_all;
+use pars::value::Value;
 
 /// Reads a formula in names whose numbers are known; nothing where there is more than numbers, sums, products and powers.
 struct Reader<'t> {
@@ -19,8 +20,8 @@ fn whole(number: i64) -> BigRational {
 }
 
 impl<'t> Reader<'t> {
-    fn of(text: &'t str, name: &'t str, number: i64) -> Option<BigRational> {
-        let mut reader = Reader { text, known: vec![(name, whole(number))] };
+    fn of(text: &'t str, known: &[(&'t str, i64)]) -> Option<BigRational> {
+        let mut reader = Reader { text, known: known.iter().map(|(name, number)| (*name, whole(*number))).collect() };
         let value = reader.sum()?;
         reader.text.is_empty().then_some(value)
     }
@@ -80,6 +81,10 @@ impl<'t> Reader<'t> {
         let word = &self.text[..end];
         self.text = &self.text[end..];
         match word {
+            "floor" if self.takes("(") => {
+                let value = self.sum()?.floor();
+                self.takes(")").then_some(value)
+            }
             "sum" | "prod" if self.takes("(") => self.series(word == "sum"),
             _ if word.starts_with(|letter: char| letter.is_ascii_digit()) => word.parse().ok().map(whole),
             _ => self.known.iter().find(|(name, _)| *name == word).map(|(_, number)| number.clone()),
@@ -119,8 +124,20 @@ impl<'t> Reader<'t> {
     }
 }
 
-/// How many formulas the forms of a recurrence have that can be read; each gives what iteration gives.
-fn read(source: &str) -> usize {
+/// The first index of `3 <= n < 5`, and the one after the last; nothing if they are no numbers.
+fn ends(range: &str, index: &str, from: i64, known: &[(&str, i64)]) -> Option<(i64, i64)> {
+    let number = |text: &str| Reader::of(text, known)?.to_i64();
+    let (before, after) = match range.split_once(&format!(" <= {index}")) {
+        Some((before, after)) => (Some(before), after),
+        None => (None, range.strip_prefix(index)?),
+    };
+    let until = if after.is_empty() { i64::MAX } else { number(after.strip_prefix(" < ")?)? };
+    Some((before.map_or(Some(from), number)?, until))
+}
+
+/// How many formulas the forms of a recurrence have that can be read; each gives what iteration gives, where the parameters
+/// are these numbers and what was said to be needed holds.
+fn read_at(source: &str, parameters: &[(&str, i64)]) -> usize {
     let mut environment = Environment::new();
     let lowered = environment.declare(&parse(source).items, source);
     let question = lowered.into_iter().flatten().find_map(|one| match one {
@@ -129,32 +146,53 @@ fn read(source: &str) -> usize {
     });
     let question = question.unwrap_or_else(|| panic!("{source}"));
     let Ok(solved) = solve_all(question.recurrence, &environment.assumptions) else { return 0 };
+    let images = parameters.iter().map(|(name, number)| (Name::new(name), Value::integer(*number))).collect();
+    let put = |value: &Value| value.substitute(&images).expect("a value").as_rational();
+    if !solved.conditions().iter().all(|(relation, left, right)| {
+        let sides = put(left).zip(put(right));
+        sides.is_some_and(|(left, right)| relation.holds(left.cmp(&right)))
+    }) {
+        return 0;
+    }
     let recurrence = solved.recurrence();
     let index = recurrence.index.to_string();
+    let mut plain = recurrence.clone();
+    for sequence in &mut plain.sequences {
+        for value in sequence.start.iter_mut().chain([&mut sequence.next]) {
+            *value = value.substitute(&images).expect("a value");
+        }
+    }
     let mut count = 0;
     for line in solved.lines() {
         let Some((left, text)) = line.split_once(" = ") else { continue };
-        let Some(name) = left.strip_suffix(&format!("({index})")) else { continue };
-        let (text, since) = match text.split_once(" for ") {
-            None => (text, recurrence.from),
-            Some((text, range)) => match range.strip_suffix(&format!(" <= {index}")).and_then(|from| from.parse().ok())
-            {
-                Some(from) => (text, from),
-                None => continue,
-            },
+        let Some((name, place)) = left.strip_suffix(')').and_then(|left| left.split_once('(')) else { continue };
+        let (text, range) = text.split_once(" for ").unwrap_or((text, &index));
+        // What is said of every second index, say, counts rounds.
+        let from = if place == index { recurrence.from } else { 0 };
+        let Some((since, until)) = ends(range, &index, from, parameters).filter(|_| place.contains(&index)) else {
+            continue;
         };
-        let place = recurrence.sequences.iter().position(|one| one.name == Name::new(name)).expect("a sequence");
-        let terms = recurrence.iterate(16).expect("terms").swap_remove(place);
+        let sequence = recurrence.sequences.iter().position(|one| one.name == Name::new(name)).expect("a sequence");
+        let terms = plain.iterate(16).expect("terms").swap_remove(sequence);
         let mut all = true;
-        for (at, term) in (recurrence.from..).zip(&terms).filter(|(at, _)| *at >= since) {
-            match (Reader::of(text, &index, at), term.as_rational()) {
-                (Some(found), Some(wanted)) => assert_eq!(found, wanted, "{source}\n{line}\nat {at}"),
+        for at in since..until {
+            let known = [&[(index.as_str(), at)], parameters].concat();
+            let own = Reader::of(place, &known).and_then(|at| usize::try_from(at.to_i64()? - recurrence.from).ok());
+            let Some(wanted) = own.and_then(|own| terms.get(own)) else { break };
+            match (Reader::of(text, &known), wanted.as_rational()) {
+                (Some(found), Some(wanted)) => {
+                    assert_eq!(found, wanted, "{source}\n{line}\nat {at} with {parameters:?}");
+                }
                 _ => all = false,
             }
         }
         count += usize::from(all);
     }
     count
+}
+
+fn read(source: &str) -> usize {
+    read_at(source, &[])
 }
 
 #[test]
@@ -183,4 +221,43 @@ fn sums_over_factorials_with_factors() {
         count += read(&format!("solve u(n+2) = (({one})*u(n+1) + ({other})*u(n))/({below}) + 1, u(0) = -1, u(1) = 2"));
     }
     assert!(count > 35, "only {count} were read");
+}
+
+#[test]
+fn conditions_on_the_index() {
+    let mut count = 0;
+    for condition in ["n < 4", "n >= 2", "n = 3", "n^2 > 20", "n < 0", "2*n <= 9"] {
+        for (one, other) in [
+            ("u(n) + 1", "2*u(n)"),
+            ("max(u(n) - 2, 0)", "u(n) + n"),
+            ("-u(n)", "if n < 7 then u(n)/2 else 1"),
+            ("(n+1)*u(n)", "3 - u(n)"),
+            ("u(n) + max(n, 3)", "(-1)^n*u(n)"),
+        ] {
+            let formulas = read(&format!("solve u(n+1) = if {condition} then {one} else {other}, u(0) = 3"))
+                + read(&format!("solve u(n+1) = if {condition} then {other} else {one}, u(1) = -2"));
+            assert!(formulas >= 2, "{condition}: {one}, {other}");
+            count += formulas;
+        }
+        count += read(&format!("solve u(n+2) = if {condition} then u(n+1) + u(n) else 2*u(n), u(0) = 1, u(1) = 3"));
+    }
+    assert!(count > 120, "only {count} were read");
+}
+
+#[test]
+fn changes_at_a_symbolic_index() {
+    let mut count = 0;
+    for (map, first) in [
+        ("if n <= m then u(n) + 3 else u(n)/2", 1),
+        ("u(n) + min(n, 2*m)", -1),
+        ("if n < m then 2*u(n) else if n < 2*m + 3 then u(n) - 1 else -u(n)", 4),
+        ("if n = m + 2 then 7 else u(n) + n", 0),
+        ("max(n - m, 3 - n)", 2),
+    ] {
+        for m in 0..6 {
+            let source = format!("param m : natural\nsolve u(n+1) = {map}, u(0) = {first}");
+            count += read_at(&source, &[("m", m)]);
+        }
+    }
+    assert!(count > 50, "only {count} were read");
 }

@@ -3,12 +3,14 @@
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
+use num_traits::ToPrimitive;
+
 use super::defined::Defined;
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, layer, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The most turns of a periodic form, and the most first terms.
 const MOST_TURNS: usize = 400;
@@ -122,7 +124,10 @@ impl Induction<'_> {
             }
             Form::Nested(nested) => self.nested_divisors(nested, from),
             Form::Turns(forms) => forms.iter().try_for_each(|form| self.form_divisors(form, 0)),
-            Form::Pieces(pieces) => pieces.iter().try_for_each(|piece| self.defined.value(&piece.form, from)),
+            Form::Pieces(pieces) => pieces.iter().try_for_each(|piece| {
+                let first = piece.from.as_rational().and_then(|first| first.to_integer().to_i64());
+                self.defined.value(&piece.form, first.map_or(from, |first| first.max(from)))
+            }),
         }
     }
 
@@ -169,12 +174,24 @@ impl Induction<'_> {
             } else {
                 in_class(&sequence.next, &recurrence.index, many, offset)?
             };
+            let next = self.since(next, since);
             let left = self.moved(place, count, turn + sequence.start.len())?;
             self.equation(&left, &next, &images, since).map_err(|Unchecked(reason)| {
                 Unchecked(format!("the step of {} could not be checked: {reason}", sequence.name))
             })?;
         }
         Ok(())
+    }
+
+    /// An expression for all indices from one on: without the conditions on the index that are decided there.
+    pub(super) fn since(&self, value: Value, since: i64) -> Value {
+        let conditional = |atom: &Atom| matches!(atom, Atom::Positive(_) | Atom::Maximum(_));
+        if !value.atoms().iter().any(|atom| conditional(atom) && atom.mentions(&self.recurrence.index)) {
+            return value;
+        }
+        let mut known = self.defined.known().clone();
+        known.assume(Relation::Gte, &Value::variable(&self.recurrence.index), &Value::integer(since));
+        known.simplify(&value)
     }
 
     fn moved(&self, place: usize, count: usize, offset: usize) -> Result<Moved<'_>, Unchecked> {

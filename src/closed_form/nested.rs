@@ -143,7 +143,10 @@ impl Induction<'_> {
         let sequence = recurrence.sequences.first().ok_or_else(|| failed("there is no sequence"))?;
         let (mut images, mut moved) = (BTreeMap::new(), nested.value.clone());
         // In turns the next term is that of the next round, and reads the first alone.
-        let order = if matches!(self.forms, [super::Form::Turns(_)]) { 1 } else { sequence.start.len() };
+        let rounds = matches!(self.forms, [super::Form::Turns(_)]);
+        let order = if rounds { 1 } else { sequence.start.len() };
+        let from = if rounds { 0 } else { recurrence.from };
+        let next = self.since(next.clone(), from.saturating_add_unsigned(nested.early.len() as u64));
         for offset in 0..order {
             images.insert(recurrence.term(&sequence.name, offset), moved.clone());
             moved = nested.next(&moved, index)?;

@@ -51,7 +51,7 @@ impl Induction<'_> {
             }
             // From its last index to the next piece.
             if let Some((last, next)) = last {
-                let image = sequence.next.with(&term, &piece.form.with(index, &last)?)?;
+                let image = sequence.next.with(index, &last)?.with(&term, &piece.form.with(index, &last)?)?;
                 let first = next.form.with(index, &next.from)?;
                 if !self.same(&image, &first) {
                     return Err(Unchecked(format!("{image} at {} is not known to be {first}", next.from)));

@@ -9,6 +9,7 @@ use super::itinerary::itinerary;
 use super::linear::System;
 use super::nested::nested;
 use super::product::with_product;
+use super::ranges::in_ranges;
 use super::symbolic::symbolic;
 use super::turns::{cycle, in_turns};
 use super::{Comparison, NoClosedForm, solve};
@@ -49,6 +50,9 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
         let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
         Ok::<_, NoClosedForm>(Solved::check(recurrence.clone(), forms, conditions, known)?)
     };
+    if let Some(solved) = in_ranges(&moved, known).into_iter().find_map(|found| checked(found).ok()) {
+        return Ok(solved);
+    }
     let reason = match found(&moved, known).and_then(&checked) {
         Ok(solved) => return Ok(solved),
         Err(reason) => reason,
@@ -78,7 +82,15 @@ fn from_zero(recurrence: &Recurrence) -> Result<Recurrence, NoClosedForm> {
 
 /// A form that counts from 0, counted as the recurrence does.
 fn begins(form: Form, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
-    let (index, from) = (&recurrence.index, recurrence.from);
+    match form {
+        // Rounds are counted from the first index in any case.
+        Form::Turns(forms) => Ok(Form::Turns(forms)),
+        form => counted_from(form, &recurrence.index, recurrence.from),
+    }
+}
+
+/// A form with `n - from` for n.
+pub(super) fn counted_from(form: Form, index: &Name, from: i64) -> Result<Form, NoClosedForm> {
     if from == 0 {
         return Ok(form);
     }
@@ -92,17 +104,23 @@ fn begins(form: Form, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
             Form::Sum(early, sum)
         }
         Form::Product(ratio, value) => Form::Product(ratio.with(index, &place)?, value.with(index, &place)?),
-        Form::Turns(forms) => Form::Turns(forms),
-        Form::Nested(nested) => Form::Nested(nested.with_index(index, &place)?),
-        Form::Pieces(pieces) => {
-            let later = |value: &Value| value.add(&Value::integer(from));
-            let moved = pieces.into_iter().map(|piece| {
-                let (until, form) = (piece.until.as_ref().map(later).transpose()?, piece.form.with(index, &place)?);
-                Ok::<_, NoClosedForm>(Piece { from: later(&piece.from)?, until, form })
-            });
-            Form::Pieces(moved.collect::<Result<_, _>>()?)
+        Form::Turns(forms) => {
+            let all = forms.into_iter().map(|form| counted_from(form, index, from));
+            Form::Turns(all.collect::<Result<_, _>>()?)
         }
+        Form::Nested(nested) => Form::Nested(nested.with_index(index, &place)?),
+        Form::Pieces(pieces) => Form::Pieces(later(pieces, index, &Value::integer(from))?),
     })
+}
+
+/// Pieces that count from this index, counted from 0.
+pub(super) fn later(pieces: Vec<Piece>, index: &Name, from: &Value) -> Result<Vec<Piece>, NoClosedForm> {
+    let place = Value::variable(index).sub(from)?;
+    let moved = pieces.into_iter().map(|piece| {
+        let until = piece.until.as_ref().map(|until| until.add(from)).transpose()?;
+        Ok(Piece { from: piece.from.add(from)?, until, form: piece.form.with(index, &place)? })
+    });
+    moved.collect()
 }
 
 pub(super) type Found = (Vec<Form>, Vec<Comparison>);
