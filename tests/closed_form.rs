@@ -313,6 +313,9 @@ fn wrong_sums_are_turned_away() {
     let next = |layers: Vec<Layer>| nested(&[], layers, whole.clone());
     assert!(accepted(&[0], "(n+1)*f0+n+1", next(over("n+1"))));
     assert!(!accepted(&[0], "(n-3)*f0+n-3", next(over("n-3"))), "a factor is 0 at 3");
+    // 1 over this is 1 wherever it is defined.
+    let gone = "(if n = 3 then 0 else 1)";
+    assert!(!accepted(&[0], &format!("{gone}*f0+{gone}"), next(over(gone))), "a factor is 0 at 3");
     assert!(
         !accepted(
             &[0],

@@ -261,3 +261,17 @@ fn changes_at_a_symbolic_index() {
     }
     assert!(count > 50, "only {count} were read");
 }
+
+#[test]
+fn symbolic_factors_that_are_never_0() {
+    let mut count = 0;
+    for factor in ["n+a", "(n+a)/(n+a+1)", "n*a+1", "(n^2+a)/(n+1)", "a^n", "2^n+a"] {
+        for input in ["1", "n", "a*2^n", "1/(n+a)"] {
+            for a in 1..4 {
+                let source = format!("param a > 0\nsolve u(n+1) = ({factor})*u(n) + {input}, u(0) = a-2");
+                count += read_at(&source, &[("a", a)]);
+            }
+        }
+    }
+    assert!(count > 60, "only {count} were read");
+}

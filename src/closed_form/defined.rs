@@ -92,8 +92,13 @@ impl<'a> Defined<'a> {
 
     /// The same for a value in layers.
     pub(super) fn in_layers(&mut self, value: &Value, from: i64, layers: Layers<'_>) -> Result<(), Unchecked> {
+        let Some((_, denominator)) = value.polynomials() else { return Ok(()) };
+        self.none_zero(factors(denominator)?, from, layers)
+    }
+
+    fn none_zero(&mut self, factors: Vec<Value>, from: i64, layers: Layers<'_>) -> Result<(), Unchecked> {
         let Layers { count, fine } = layers;
-        for part in divisors(value)?.into_iter().filter(|part| !fine.contains(part)) {
+        for part in factors.into_iter().filter(|part| !fine.contains(part)) {
             if (0..count).any(|place| part.mentions(&layer(place))) {
                 return Err(Unchecked(format!("it divides by {part}, which may be 0")));
             }
@@ -108,7 +113,9 @@ impl<'a> Defined<'a> {
             return Err(Unchecked("it multiplies by 0".to_string()));
         }
         self.in_layers(value, from, layers)?;
-        self.in_layers(&Value::one().div(value)?, from, layers)
+        // Not by 1/value: that of `if n = 3 then 0 else 1` is 1 wherever it is defined.
+        let Some((numerator, _)) = value.polynomials() else { return Ok(()) };
+        self.none_zero(factors(numerator)?, from, layers)
     }
 
     pub(super) fn sum(&mut self, sum: &ExponentialPolynomial, from: i64) -> Result<(), Unchecked> {
@@ -168,11 +175,10 @@ impl<'a> Defined<'a> {
     }
 }
 
-/// What a value divides by, in factors; powers by their bases.
-fn divisors(value: &Value) -> Result<Vec<Value>, Unchecked> {
-    let Some((_, denominator)) = value.polynomials() else { return Ok(Vec::new()) };
-    let content = denominator.monomial_content();
-    let rest = denominator.without(&content);
+/// The factors of a polynomial that may be 0; powers by their bases.
+fn factors(polynomial: &Polynomial<Atom>) -> Result<Vec<Value>, Unchecked> {
+    let content = polynomial.monomial_content();
+    let rest = polynomial.without(&content);
     let mut all = Vec::new();
     if rest.as_constant().is_none_or(|number| number.is_zero()) {
         all.push(Value::from_polynomials(rest, Polynomial::one())?);

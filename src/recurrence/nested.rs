@@ -118,12 +118,14 @@ fn operator(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Univariat
     Ok(Some(all))
 }
 
-/// The index after the last one at which a ratio is 0 or not defined.
+/// The index after the last one at which a ratio with rational roots is 0 or not defined.
 fn since(ratios: &[Value], index: &Name) -> Option<i64> {
     let mut since = 0;
     for ratio in ratios.iter().filter(|ratio| ratio.mentions(index)) {
         for part in [ratio.numerator()?, ratio.denominator()?] {
-            for (factor, _) in without_powers(&part, index)?.factors() {
+            // Of others it is for the induction to show that they are never 0.
+            let Some(part) = without_powers(&part, index) else { continue };
+            for (factor, _) in part.factors() {
                 let root = -factor.coefficient(0);
                 if factor.degree() == 1 && root.is_integer() {
                     since = since.max(root.to_integer().to_i64()?.checked_add(1)?);

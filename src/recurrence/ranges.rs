@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use num_traits::{Signed, ToPrimitive};
 
-use super::Comparison;
 use super::sequences::{Found, counted_from, later, solve_all};
+use super::{Closed, Comparison};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Layer, Nested, Piece, Recurrence, Solved, layer, product};
 use crate::name::Name;
@@ -180,31 +180,36 @@ fn by_pieces(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) ->
             known.assume(*relation, left, right);
             conditions.push((*relation, left.clone(), right.clone()));
         }
-        let found = inside(&solved, length.as_ref(), &known)?;
-        let last = found.last()?.form.clone();
-        pieces.extend(later(found, index, &from).ok()?);
-        if let (Some(end), Some(length)) = (end, &length) {
-            value = known.simplify(&last.with(index, length).ok()?);
-            from = end.clone();
-        }
+        let found = as_pieces(&solved)?;
+        let (Some(end), Some(length)) = (end, &length) else {
+            pieces.extend(later(found, index, &from).ok()?);
+            continue;
+        };
+        let whole = Closed { variable: index.clone(), pieces: found.clone(), conditions: Vec::new() };
+        value = known.simplify(&whole.at(index, length, &known)?);
+        pieces.extend(later(up_to(found, length, &known)?, index, &from).ok()?);
+        from = end.clone();
     }
     Some((pieces, conditions))
 }
 
-/// The pieces of a form of one sequence that begins at 0, as far as this length.
-fn inside(solved: &Solved, length: Option<&Value>, known: &Assumptions) -> Option<Vec<Piece>> {
+/// The pieces of a form of one sequence that begins at 0.
+fn as_pieces(solved: &Solved) -> Option<Vec<Piece>> {
     let (index, [form]) = (&solved.recurrence().index, solved.forms()) else { return None };
     let followed = |early: &[Value], rest: Value| {
         let from = Value::integer(i64::try_from(early.len()).ok()?);
         Some([singles(early), vec![Piece { from, until: None, form: rest }]].concat())
     };
-    let pieces = match form {
-        Form::Value(early, value) => followed(early, value.clone())?,
-        Form::Sum(early, sum) => followed(early, sum.value(index)?)?,
-        Form::Pieces(pieces) => pieces.clone(),
-        Form::Product(..) | Form::Nested(_) | Form::Turns(_) => return None,
-    };
-    let Some(length) = length else { return Some(pieces) };
+    match form {
+        Form::Value(early, value) => followed(early, value.clone()),
+        Form::Sum(early, sum) => followed(early, sum.value(index)?),
+        Form::Pieces(pieces) => Some(pieces.clone()),
+        Form::Product(..) | Form::Nested(_) | Form::Turns(_) => None,
+    }
+}
+
+/// Pieces as far as this index.
+fn up_to(pieces: Vec<Piece>, length: &Value, known: &Assumptions) -> Option<Vec<Piece>> {
     let mut kept = Vec::new();
     for mut piece in pieces {
         if !known.decide(Relation::Lss, &piece.from, length)? {
