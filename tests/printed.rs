@@ -235,7 +235,7 @@ fn conditions_on_the_index() {
             ("u(n) + max(n, 3)", "(-1)^n*u(n)"),
         ] {
             let formulas = read(&format!("solve u(n+1) = if {condition} then {one} else {other}, u(0) = 3"))
-                + read(&format!("solve u(n+1) = if {condition} then {other} else {one}, u(1) = -2"));
+                + read(&format!("solve u(n+1) = if {condition} then {other} else {one}, u(-3) = -2"));
             assert!(formulas >= 2, "{condition}: {one}, {other}");
             count += formulas;
         }

@@ -41,7 +41,8 @@ fn form_lines(form: &Form, name: &Name, index: &Name, from: i64) -> Vec<String> 
         Form::Turns(forms) => return turns(forms, name, index, from),
         Form::Pieces(pieces) => {
             let line = |piece: &super::Piece| {
-                let range = match (&piece.until, piece.from.is_zero()) {
+                // Indices are counted from 0 where nothing is said.
+                let range = match (&piece.until, from == 0 && piece.from.is_zero()) {
                     (None, true) => String::new(),
                     (None, false) => format!(" for {} <= {index}", piece.from),
                     (Some(until), true) => format!(" for {index} < {until}"),

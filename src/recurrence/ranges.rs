@@ -73,7 +73,7 @@ fn changes(recurrence: &Recurrence, known: &Assumptions) -> Option<(Vec<Value>, 
             }
         }
     }
-    (!all.is_empty()).then_some((all, conditions))
+    (!differences.is_empty()).then_some((all, conditions))
 }
 
 /// What is compared with 0, with whether it matters that 0 itself belongs to one side: in a condition, not in a maximum.
@@ -238,7 +238,7 @@ fn singles(early: &[Value]) -> Vec<Piece> {
 
 /// All terms up to the last change, and the forms of what is left.
 fn listed(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) -> Option<Found> {
-    let mut since = changes.last()?.as_rational()?.to_integer().to_i64()?;
+    let mut since = changes.last().map_or(Some(0), |last| last.as_rational()?.to_integer().to_i64())?;
     for _ in 0..2 {
         if since > MOST_LISTED {
             return None;
