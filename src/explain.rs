@@ -9,7 +9,7 @@ use crate::advance::Instant;
 use crate::advance::draw::Draws;
 use crate::fact::Context;
 use crate::kernel::Theory;
-use crate::law::Connective;
+use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step, StepId, carried_on, hole};
 use crate::scope::fill;
@@ -41,6 +41,8 @@ pub enum Why {
     Advance,
     /// Because the network draws so.
     Draw,
+    /// A comparison, and that it holds or does not.
+    Cases(Condition),
     /// By the hypothesis of the induction around.
     Hypothesis,
     /// By induction on this number.
@@ -85,6 +87,7 @@ impl fmt::Display for Why {
             Why::UniqueLoop => write!(f, "the only solution: a loop"),
             Why::Advance => write!(f, "the network runs on"),
             Why::Draw => write!(f, "the network draws"),
+            Why::Cases(when) => write!(f, "where {when}, and where not"),
             Why::Hypothesis => write!(f, "induction hypothesis"),
             Why::Induction(name) => write!(f, "induction on {name}"),
             Why::Trust(reason) => write!(f, "on trust: {reason}"),
@@ -164,6 +167,12 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
             let statement = proof.lemmas.get(*of).map(|lemma| &lemma.statement);
             let connective = statement.map_or(Connective::Equal, |statement| statement.connective);
             let side = |side: fn(&Statement) -> &Term| statement.map_or_else(Term::stop, |all| image(side(all)));
+            Ends { left: side(|all| &all.left), connective, right: side(|all| &all.right) }
+        }
+        Step::Cases { holds, .. } => {
+            let statement = proof.lemmas.get(*holds).map(|lemma| &lemma.statement);
+            let connective = statement.map_or(Connective::Equal, |statement| statement.connective);
+            let side = |side: fn(&Statement) -> &Term| statement.map_or_else(Term::stop, |all| side(all).clone());
             Ends { left: side(|all| &all.left), connective, right: side(|all| &all.right) }
         }
         Step::Instance(of, with) => {
@@ -321,6 +330,7 @@ fn why(proof: &Proof, step: &Step) -> Why {
         Step::UniqueLoop { .. } | Step::Turns { .. } => Why::UniqueLoop,
         Step::Advance(..) => Why::Advance,
         Step::Draw(..) => Why::Draw,
+        Step::Cases { when, .. } => Why::Cases(when.clone()),
         Step::Rounds { variable, .. } => Why::Induction(variable.clone()),
         Step::Suppose(..) => Why::Hypothesis,
         Step::Induction { variable, .. } => Why::Induction(variable.clone()),

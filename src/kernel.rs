@@ -275,6 +275,7 @@ impl Checker<'_> {
             }
             Step::Instance(of, substitution) => self.instance(*of, substitution),
             Step::Lemma(of, substitution) => self.lemma(*of, substitution),
+            Step::Cases { when, holds, fails } => self.cases(when, [*holds, *fails]),
             Step::Advance(network, time) => self.advance(network, time.as_ref()),
             Step::Draw(network, names) => self.draw(network, names),
             Step::Rounds { lemma, variable, round, index, count } => {

@@ -83,6 +83,15 @@ pub enum Step {
     /// A closed network draws all that it draws at once in this instant, each value under one of these names. See
     /// [`crate::advance::draw`].
     Draw(Term, Vec<Name>),
+    /// From two lemmas of the same, one where a comparison of numbers holds and one where it does not: it holds in any case.
+    Cases {
+        /// The comparison.
+        when: Condition,
+        /// The number of the lemma where it holds.
+        holds: usize,
+        /// The number of the lemma where it does not.
+        fails: usize,
+    },
     /// From a lemma `A(n) = P(n) ; A(n+1)`, for every n of the rounds: `A(0) = P^{i<N} ; A(N)`.
     Rounds {
         /// The number of the lemma.

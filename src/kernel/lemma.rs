@@ -1,14 +1,15 @@
 //! Instances of what was proved before: of an earlier step, and of a lemma.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Checker, Derived, Reason, Thm, no_supposition};
+use super::{Checker, Derived, Reason, Thm, no_supposition, same};
+use crate::law::Condition;
 use crate::name::Name;
 use crate::proof::StepId;
 use crate::scope::{bound_names, condition_metavariables, metavariables, read_names, subterms, written};
 use crate::substitution::{Stuck, Substitution};
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Sort, Value};
 
 /// What was proved of a name was proved of one that is no other: the names that come in stand nowhere in the theorem,
 /// and no two metavariables become one.
@@ -74,6 +75,47 @@ impl Checker<'_> {
         }
         self.rests_on(name, theorem);
         Ok(Derived { left, connective: statement.connective, right, supposed: BTreeSet::new() })
+    }
+
+    /// Two lemmas of the same: one where a comparison of numbers holds, and one where it does not. Of what is compared
+    /// something is assumed already, so that it means the same everywhere; and it has a value wherever the claim has one.
+    pub(super) fn cases(&mut self, when: &Condition, of: [usize; 2]) -> Result<Derived, Reason> {
+        let Condition::Compare(relation, one, other) = when else {
+            return Err(Reason::Condition(Box::new(when.clone())));
+        };
+        for value in [one, other] {
+            if value.sort() != Sort::Real {
+                return Err(Reason::Sort(Box::new(value.clone())));
+            }
+            if let Some(name) = value.variables().into_iter().find(|name| !self.fixed.contains(name)) {
+                return Err(Reason::Name(name));
+            }
+            value.needs().into_iter().try_for_each(|need| self.meaning.require(need, &self.context.assumptions))?;
+        }
+        let mut found: Option<Derived> = None;
+        for (lemma, relation) in of.into_iter().zip([*relation, relation.negated()]) {
+            let proved = self.proved;
+            let (name, theorem) = proved.get(lemma).ok_or(Reason::NotEarlier(lemma))?;
+            let statement = theorem.statement();
+            let case = Condition::Compare(relation, one.clone(), other.clone());
+            let unmet = |hypothesis: &&Condition| **hypothesis != case && !self.context.holds(hypothesis);
+            if let Some(hypothesis) = statement.hypotheses.iter().find(unmet) {
+                return Err(Reason::Condition(Box::new(hypothesis.clone())));
+            }
+            self.meaning.instance(&theorem.needs, &BTreeMap::new(), &self.context.assumptions)?;
+            if theorem.advanced {
+                self.speaks_of_known([&statement.left, &statement.right])?;
+            }
+            let mut connective = statement.connective;
+            if let Some(first) = &found {
+                same(&statement.left, &first.left).and_then(|()| same(&statement.right, &first.right))?;
+                connective = connective.join(first.connective);
+            }
+            let (left, right) = (statement.left.clone(), statement.right.clone());
+            found = Some(Derived { left, connective, right, supposed: BTreeSet::new() });
+            self.rests_on(name, theorem);
+        }
+        found.ok_or(Reason::Empty)
     }
 
     /// What a theorem rests on, whatever uses it rests on.

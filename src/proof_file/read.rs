@@ -178,6 +178,9 @@ impl Reader {
                 let names: Result<_, Rejection> = names.iter().map(|name| identifier(name)).collect();
                 Step::Draw(self.term(network)?, names?)
             }
+            StepText::Cases { when, holds, fails } => {
+                Step::Cases { when: self.condition(when)?, holds: *holds, fails: *fails }
+            }
             StepText::Rounds { lemma, variable, round, index, count } => Step::Rounds {
                 lemma: *lemma,
                 variable: metavariable(variable)?,

@@ -145,6 +145,11 @@ pub(super) enum Step {
         network: String,
         names: Vec<String>,
     },
+    Cases {
+        when: String,
+        holds: usize,
+        fails: usize,
+    },
     Rounds {
         lemma: usize,
         variable: String,

@@ -149,7 +149,7 @@ fn terms(step: &Step) -> Vec<&Term> {
         | Step::Rounds { round: term, .. }
         | Step::Turns { turn: term, .. } => vec![term],
         Step::Induction { left, right, .. } => vec![left, right],
-        Step::Symmetric(_) | Step::Transitive(_) => Vec::new(),
+        Step::Symmetric(_) | Step::Transitive(_) | Step::Cases { .. } => Vec::new(),
     }
 }
 
@@ -185,6 +185,7 @@ fn step(step: &Step) -> StepText {
         Step::Draw(network, names) => {
             StepText::Draw { network: network.to_string(), names: names.iter().map(Name::to_string).collect() }
         }
+        Step::Cases { when, holds, fails } => StepText::Cases { when: when.to_string(), holds: *holds, fails: *fails },
         Step::Rounds { lemma, variable, round, index, count } => StepText::Rounds {
             lemma: *lemma,
             variable: variable.to_string(),

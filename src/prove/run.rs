@@ -4,6 +4,7 @@
 mod draw;
 mod end;
 mod shape;
+mod split;
 mod turn;
 
 use std::collections::BTreeMap;
@@ -12,6 +13,7 @@ pub use draw::{draws, due, goes_on};
 pub use end::{End, ends};
 use num_traits::ToPrimitive;
 use shape::{alike, between, unused};
+pub use split::runs;
 pub use turn::interval;
 
 use crate::advance::{Instant, stretch};
@@ -35,20 +37,6 @@ pub struct Lost(pub String);
 
 fn lost<T>(why: impl Into<String>) -> Result<T, Lost> {
     Err(Lost(why.into()))
-}
-
-/// A proof that the system is weakly equal to the run, or weakly refined by one that shows less.
-///
-/// # Errors
-/// Where the run is not of stretches, rounds and one loop, or the system cannot be followed.
-pub fn runs(theory: &Theory, hypotheses: &[Condition], system: &Term, run: &Term) -> Result<Proof, Lost> {
-    let mut follower = Follower { forgets: true, ..Follower::new(theory, hypotheses, false) };
-    let (start, state) = follower.settled(system)?;
-    let step = follower.whole(run, state)?;
-    follower.script.chain(vec![start, step]);
-    let (connective, hypotheses) = (follower.connective(), hypotheses.to_vec());
-    let statement = Statement { hypotheses, left: system.clone(), connective, right: run.clone() };
-    Ok(Proof { lemmas: follower.lemmas, statement, steps: follower.script.steps })
 }
 
 /// A proof that one network is weakly equal to these stretches and then another.
@@ -393,6 +381,15 @@ impl<'t> Follower<'t> {
         state: &Term,
     ) -> Result<(StepId, Term), Lost> {
         let known = &self.context.assumptions;
+        if known.decide(Relation::Eq, count, &Value::zero()) == Some(true) {
+            let (step, state) = self.counted(body, index, 0, state)?;
+            let power = |count: &Value| {
+                let power = Term::new(Node::Power(body.clone(), count.clone(), index.cloned()));
+                Term::seq([power, state.clone()])
+            };
+            let step = self.same(step, &power(&Value::zero()), &power(count))?;
+            return Ok((step, state));
+        }
         let whole = known.simplify(count);
         let fewer = whole.sub(&Value::one()).map_err(|error| Lost(error.0))?;
         let Some(index) = index.filter(|_| !self.inside && known.is_natural(&fewer) == Some(true)) else {
@@ -445,7 +442,8 @@ impl<'t> Follower<'t> {
         let (connective, forgot, steps) = (prover.connective(), prover.forgot, prover.script.steps);
         self.forgot |= forgot;
         let statement = Statement { hypotheses: hypotheses.clone(), left: general.clone(), connective, right };
-        if put(&general, &variable, Value::zero())? != *state {
+        let start = put(&general, &variable, Value::zero())?;
+        if !alike(&start, state, &self.context) {
             return lost("the rounds do not start as the system is");
         }
         let name = Name::new(&format!("Round{}", self.lemmas.len() + 1));
@@ -458,6 +456,12 @@ impl<'t> Follower<'t> {
             index: index.clone(),
             count: count.clone(),
         });
+        let step = if start == *state {
+            step
+        } else {
+            let equal = self.script.push(Step::Arithmetic(state.clone(), start));
+            self.script.chain(vec![equal, step])
+        };
         Ok((step, put(&general, &variable, count.clone())?))
     }
 }

@@ -21,14 +21,13 @@ pub(super) fn unused(terms: &[&Term], count: &Value) -> Name {
 
 /// Whether two processes have one shape, and equal values in equal places.
 pub(super) fn alike(one: &Term, other: &Term, context: &Context<'_>) -> bool {
-    let known = &context.assumptions;
-    let equal = |one: &Value, other: &Value| {
-        one == other
-            || known.decide(Relation::Eq, one, other) == Some(true)
-            || known.simplify(one) == known.simplify(other)
-    };
-    let both = joined(one, other, &mut |one, other| equal(one, other).then(|| other.clone()));
+    let both = joined(one, other, &mut |one, other| equal(one, other, context).then(|| other.clone()));
     both.is_some_and(|both| both == *other)
+}
+
+fn equal(one: &Value, other: &Value, context: &Context<'_>) -> bool {
+    let known = &context.assumptions;
+    one == other || known.decide(Relation::Eq, one, other) == Some(true) || known.simplify(one) == known.simplify(other)
 }
 
 /// The process that is the first for n = 0 and the second for n = 1: its values change by some step, or are made of one
@@ -36,11 +35,13 @@ pub(super) fn alike(one: &Term, other: &Term, context: &Context<'_>) -> bool {
 pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &Context<'_>)) -> Option<Term> {
     let mut moving: Vec<(Name, Value)> = Vec::new();
     joined(first, second, &mut |one, other| {
-        if let (Some(name), Ok(step)) = (one.as_variable(), other.sub(one))
+        if let Ok(step) = other.sub(one)
             && !step.is_zero()
             && is_plain(&step)
         {
-            moving.push((name.clone(), step));
+            // What changes by a step does so if a name that counts once in it does: `a-t` with `a`.
+            let counts_once = |name: &Name| one.linear_in(name).is_some_and(|(factor, _)| factor == Value::one());
+            moving.extend(one.variables().into_iter().filter(counts_once).map(|name| (name, step.clone())));
         }
         Some(one.clone())
     })?;
@@ -50,14 +51,19 @@ pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &
         }
         let step = other.sub(one).ok()?;
         if !is_plain(&step) {
+            let equal =
+                |made: &Value, other: &Value| context.assumptions.decide(Relation::Eq, made, other) == Some(true);
             let made = moving.iter().find_map(|(name, step)| {
-                let by = |many: &Value| {
+                let by = |value: &Value, many: &Value| {
                     let moved = step.mul(many).and_then(|moved| moved.add(&Value::variable(name))).ok()?;
-                    one.substitute(&[(name.clone(), moved)].into()).ok()
+                    value.substitute(&[(name.clone(), moved)].into()).ok()
                 };
-                let next = by(&Value::one())?;
-                let same = context.assumptions.decide(Relation::Eq, &next, other) == Some(true);
-                if same { by(number) } else { None }
+                if equal(&by(one, &Value::one())?, other) {
+                    return by(one, number);
+                }
+                // The first may be known more simply than it is made.
+                let before = by(other, &Value::integer(-1))?;
+                if equal(&before, one) { by(&before, number) } else { None }
             });
             if made.is_some() {
                 return made;

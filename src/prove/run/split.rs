@@ -1,0 +1,101 @@
+//! Runs in which something happens a number of times that may be none: where it is some, and where it is none, the system is
+//! followed by itself.
+
+use super::{Follower, Lost};
+use crate::fact::Context;
+use crate::kernel::Theory;
+use crate::law::Condition;
+use crate::name::Name;
+use crate::proof::{Lemma, Proof, Script, Statement, Step};
+use crate::scope::subterms;
+use crate::term::{Node, Term};
+use crate::value::{Relation, Value};
+
+/// The most numbers of rounds of which it is asked whether they are 0.
+const MOST_SPLITS: usize = 3;
+
+/// A proof that the system is weakly equal to the run, or weakly refined by one that shows less.
+///
+/// # Errors
+/// Where the run is not of stretches, rounds and one loop, or the system cannot be followed.
+pub fn runs(theory: &Theory, hypotheses: &[Condition], system: &Term, run: &Term) -> Result<Proof, Lost> {
+    in_cases(theory, hypotheses, (system, run), MOST_SPLITS)
+}
+
+fn in_cases(
+    theory: &Theory,
+    hypotheses: &[Condition],
+    (system, run): (&Term, &Term),
+    splits: usize,
+) -> Result<Proof, Lost> {
+    let lost = match directly(theory, hypotheses, system, run) {
+        Err(lost) if splits > 0 => lost,
+        found => return found,
+    };
+    let context = Context::new(&theory.assumptions, &theory.definitions, hypotheses);
+    let Some(count) = undecided(run, &context) else { return Err(lost) };
+    let case = |relation| {
+        let mut all = hypotheses.to_vec();
+        all.push(Condition::Compare(relation, count.clone(), Value::zero()));
+        in_cases(theory, &all, (system, run), splits - 1).map_err(|inner| {
+            eprintln!("SPLIT {relation:?} {count}: {}", inner.0);
+            lost.clone()
+        })
+    };
+    let (some, none) = (case(Relation::Gtr)?, case(Relation::Lte)?);
+    let connective = some.statement.connective.join(none.statement.connective);
+    let mut lemmas = Vec::new();
+    let (holds, fails) = (added(&mut lemmas, some), added(&mut lemmas, none));
+    let when = Condition::Compare(Relation::Gtr, count, Value::zero());
+    let script = Script { steps: vec![Step::Cases { when, holds, fails }] };
+    let (left, right) = (system.clone(), run.clone());
+    let statement = Statement { hypotheses: hypotheses.to_vec(), left, connective, right };
+    Ok(Proof { lemmas, ..script.finish(statement) })
+}
+
+/// The system followed along the run as it is.
+fn directly(theory: &Theory, hypotheses: &[Condition], system: &Term, run: &Term) -> Result<Proof, Lost> {
+    let mut follower = Follower { forgets: true, ..Follower::new(theory, hypotheses, false) };
+    let (start, state) = follower.settled(system)?;
+    let step = follower.whole(run, state)?;
+    follower.script.chain(vec![start, step]);
+    let (connective, hypotheses) = (follower.connective(), hypotheses.to_vec());
+    let statement = Statement { hypotheses, left: system.clone(), connective, right: run.clone() };
+    Ok(Proof { lemmas: follower.lemmas, statement, steps: follower.script.steps })
+}
+
+/// A number of rounds that may be 0 and may be more.
+fn undecided(run: &Term, context: &Context<'_>) -> Option<Value> {
+    let known = &context.assumptions;
+    subterms(run).into_iter().find_map(|part| match part.node() {
+        Node::Power(_, count, _)
+            if known.is_natural(count) == Some(true)
+                && known.decide(Relation::Gtr, count, &Value::zero()).is_none() =>
+        {
+            Some(count.clone())
+        }
+        _ => None,
+    })
+}
+
+/// Adds a proof as a lemma behind its own, each under a name of its own; its place.
+fn added(lemmas: &mut Vec<Lemma>, proof: Proof) -> usize {
+    let before = lemmas.len();
+    let whole = Lemma { name: Name::new("Case"), statement: proof.statement, steps: proof.steps };
+    for mut lemma in proof.lemmas.into_iter().chain([whole]) {
+        for step in &mut lemma.steps {
+            match step {
+                Step::Rounds { lemma, .. } | Step::Turns { lemma, .. } | Step::Lemma(lemma, _) => *lemma += before,
+                Step::Cases { holds, fails, .. } => {
+                    *holds += before;
+                    *fails += before;
+                }
+                _ => {}
+            }
+        }
+        let stem = lemma.name.as_str().trim_end_matches(|letter: char| letter.is_ascii_digit());
+        lemma.name = Name::new(&format!("{stem}{}", lemmas.len() + 1));
+        lemmas.push(lemma);
+    }
+    lemmas.len() - 1
+}
