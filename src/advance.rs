@@ -19,7 +19,9 @@
 //!
 //! Whatever is not decided here for all values that meet the assumptions is an error, never a guess.
 
+mod apart;
 pub mod draw;
+mod instantly;
 mod settle;
 
 use std::collections::{BTreeSet, HashSet};
@@ -37,6 +39,9 @@ use crate::value::{Relation, Sort, Value};
 const MOST_DEPTH: usize = 400;
 /// States that one instant may go through, in all orders.
 const MOST_STATES: usize = 10_000;
+
+/// Different orders lead to different states.
+const ORDER: &str = "the order in which parts communicate in one instant matters";
 
 fn stuck<T>(why: impl Into<String>) -> Result<T, Stuck> {
     Err(Stuck(why.into()))
@@ -63,9 +68,9 @@ impl Instant {
         if drawing.is_some() { stuck("a random draw") } else { Ok(instant) }
     }
 
-    /// The end of the instant, or the moment in it at which draws are due, and then whether anything is communicated
-    /// before.
-    fn or_draws(network: &Term, context: &Context<'_>) -> Result<(Instant, Option<bool>), Stuck> {
+    /// The end of the instant, or the moment in it at which draws are due, and then what is drawn; the network as it
+    /// begins where it draws at several moments.
+    fn or_draws(network: &Term, context: &Context<'_>) -> Result<(Instant, Option<draw::Due>), Stuck> {
         let names = names_apart(network, context)?;
         // What it carries when it stops is compared, so all that is bound is kept.
         let kept = if Facts::of(network, context).may_stop { names.clone() } else { BTreeSet::new() };
@@ -77,9 +82,8 @@ impl Instant {
         }
         let runner = Runner::new(context, &kept);
         let start = runner.running(body)?;
-        let state = last(&runner, start.clone(), &ports)?;
-        let drawing = draw::is_due(&state).then(|| state != start);
-        Ok((Instant { ports, state, names, kept }, drawing))
+        let (state, due) = last_or_draws(&runner, start, (&ports, &names, &kept))?;
+        Ok((Instant { ports, state, names, kept }, due))
     }
 
     /// The network as it is now.
@@ -140,9 +144,9 @@ impl Instant {
         match runner.ended_or_running(&passed)? {
             (true, end) => Ok(end),
             (false, now) => {
-                let last = last(&runner, now.clone(), &self.ports)?;
                 // Where something is drawn before the instant is over, that is another step.
-                Ok(closed(&self.ports, if draw::is_due(&last) { now } else { last }))
+                let (last, due) = last_or_draws(&runner, now.clone(), (&self.ports, &self.names, &self.kept))?;
+                Ok(closed(&self.ports, if due.is_some() { now } else { last }))
             }
         }
     }
@@ -250,6 +254,11 @@ fn is_observer(leaf: &Term) -> bool {
     matches!(leaf.node(), Node::Observe(..))
 }
 
+/// Whether this draws at once.
+fn is_drawing(leaf: &Term) -> bool {
+    matches!(leaf.node(), Node::Ran(..))
+}
+
 fn is_set(term: &Term) -> bool {
     matches!(term.node(), Node::Set(..))
 }
@@ -301,6 +310,27 @@ fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term)
     }
 }
 
+/// The one state to which all orders of communications lead, or what is drawn before, with the state in which that is
+/// due, or the first one where it is due at several moments; given the ports, the names that are bound and those kept.
+fn last_or_draws(
+    runner: &Runner<'_, '_>,
+    first: Term,
+    (ports, names, kept): (&[Name], &BTreeSet<Name>, &BTreeSet<Name>),
+) -> Result<(Term, Option<draw::Due>), Stuck> {
+    match last(runner, first.clone(), ports) {
+        Ok(state) => {
+            let due = draw::is_due(&state).then(|| draw::Due::at_once(&state, state != first));
+            Ok((state, due))
+        }
+        // What is drawn by a network that may stop would be carried.
+        Err(why) if why.0 == ORDER && kept.is_empty() && draw::may_be_due(&first, runner.context) => {
+            let due = apart::due(runner, &first, ports, names)?;
+            Ok((first, Some(due)))
+        }
+        Err(why) => Err(why),
+    }
+}
+
 /// The one state to which all orders of communications lead, at which nothing is communicated any more or draws are due.
 fn last(runner: &Runner<'_, '_>, first: Term, ports: &[Name]) -> Result<Term, Stuck> {
     let found = last_of(runner, first.clone(), ports, Orders::Alike)?;
@@ -332,7 +362,7 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
             if seen.insert(state.clone()) {
                 let next = communications(runner, &state, ports, orders)?;
                 if next.is_empty() && last.replace(state.clone()).is_some_and(|other| other != state) {
-                    return stuck("the order in which parts communicate in one instant matters");
+                    return stuck(ORDER);
                 }
                 on_the_way.insert(state.clone());
                 way.push((state, next));

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::digest::Quick;
 use crate::name::Name;
 use crate::term::Term;
 
@@ -22,26 +23,37 @@ pub struct Definition {
 
 /// All definitions in force, by name; cheap to copy.
 #[derive(Clone, Debug, Default)]
-pub struct Definitions(Arc<BTreeMap<Name, Definition>>);
+pub struct Definitions(Arc<Known>);
+
+/// The definitions in order, and where they are found at once.
+#[derive(Clone, Debug, Default)]
+struct Known {
+    ordered: BTreeMap<Name, Arc<Definition>>,
+    found: Quick<Name, Arc<Definition>>,
+}
 
 impl Definitions {
     /// The definition of this name.
     pub fn get(&self, name: &Name) -> Option<&Definition> {
-        self.0.get(name)
+        self.0.found.get(name).map(Arc::as_ref)
     }
 
     /// Adds or replaces one.
     pub fn insert(&mut self, definition: Definition) {
-        Arc::make_mut(&mut self.0).insert(definition.name.clone(), definition);
+        let (known, definition) = (Arc::make_mut(&mut self.0), Arc::new(definition));
+        known.ordered.insert(definition.name.clone(), definition.clone());
+        known.found.insert(definition.name.clone(), definition);
     }
 
     /// Takes one out, if it is there.
     pub fn remove(&mut self, name: &Name) {
-        Arc::make_mut(&mut self.0).remove(name);
+        let known = Arc::make_mut(&mut self.0);
+        known.ordered.remove(name);
+        known.found.remove(name);
     }
 
     /// All of them, by name.
     pub fn iter(&self) -> impl Iterator<Item = &Definition> {
-        self.0.values()
+        self.0.ordered.values().map(Arc::as_ref)
     }
 }

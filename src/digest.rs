@@ -1,6 +1,10 @@
 //! A quick hash of what a value or a term is made of. Nothing rests on it: what has the same hash is still compared.
 
-use std::hash::Hasher;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// A map of which the order is nobody's concern: what is looked up takes the same time however much there is.
+pub type Quick<K, V> = HashMap<K, V, BuildHasherDefault<Digest>>;
 
 /// Takes in word after word: a rotation, an exclusive or and a product each, and mixes all bits at the end.
 #[derive(Clone, Default, Debug)]

@@ -11,6 +11,7 @@ pub mod enclosed;
 pub mod estimated;
 pub mod exact;
 mod field;
+mod foreseen;
 mod form;
 pub mod grid;
 mod growth;

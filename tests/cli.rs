@@ -416,3 +416,22 @@ fn what_is_wrong_comes_in_the_order_of_the_text_and_a_refuted_claim_has_its_run(
     assert_eq!(claim["run"]["left"]["process"], "Delay_1 ; Out_{c,0}");
     assert_eq!(claim["run"]["right"]["steps"], serde_json::json!(["wait 1"]));
 }
+
+#[test]
+fn one_answer_for_every_order_has_a_value_in_each() {
+    // A quotient by abs(g-p0) would say nothing where the start is the goal.
+    let text = "param w > 0, g, p0\n\
+                solve r(n+1) = if r(n) < g then r(n)+w else r(n), r(0) = p0 find n with r(n) >= g\n";
+    let said = out(&script(text));
+    assert!(said.contains("if p0 = g:") && !said.contains("in every order"), "{said}");
+}
+
+#[test]
+fn what_is_said_of_later_rounds_is_true_of_all_of_them() {
+    // The second round waits for 2, all later ones for 0.
+    let text = "observer One(r)\nproc World_r = (Delay_1 # One_r) ; (In_v<u> # One_r) ; World_u\n\
+                proc Rob = Out_{v,1} ; Out_{v,0} ; Out_{v,0} ; Out_{v,1}\nsystem Sys = World_0 | Rob\n\
+                property G = Delay_{?t1} ; (Delay_{?t2} # One_1) ; Delay_{?t3} ; G\nprove Sys satisfies G\n";
+    let said = out(&script(text));
+    assert!(said.contains("in later rounds ?t2 = 2, ?t3 = 0"), "{said}");
+}

@@ -440,3 +440,15 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_power_before_the_index_0_needs_a_base_that_is_not_0() {
+    let nonzero = |text: &str| {
+        let relation = |(relation, ..): &(Relation, Value, Value)| *relation == Relation::Neq;
+        solved(text).conditions().iter().filter(|one| relation(one)).count()
+    };
+    assert_eq!(nonzero("param c\nsolve u(n+1) = c*u(n), u(0) = 2"), 0);
+    assert_eq!(nonzero("param c\nsolve u(n+1) = c*u(n), u(-1) = 2"), 1);
+    assert_eq!(nonzero("param c, c > 0\nsolve u(n+1) = c*u(n), u(-1) = 2"), 0);
+    assert_eq!(nonzero("param c\nsolve x(n+1) = 2*x(n)+y(n), y(n+1) = c*y(n), x(-1) = 1, y(-1) = 1"), 2);
+}

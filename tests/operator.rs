@@ -336,3 +336,23 @@ criteria Trip for Sys {{
     }
     assert!(repaired > 1, "{report}");
 }
+
+#[test]
+fn half_of_a_change_is_proposed_where_it_is_enough() {
+    // The run never shows 5/4 unless k is just that, which only a change of both happened to try.
+    let text = "param k = 1, j = 1\nsystem Sys = (Delay_1 # At_0) ; (Delay_j # At_k)\n\
+                criteria C for Sys { goals At_{5/4} round within 10 }\n";
+    let folder = folder(text);
+    let said = out(&pars(folder.path(), &["run", "mission.pars"]));
+    assert!(said.contains("k = 5/4 in place of 1 gives round"), "{said}");
+    assert!(!said.contains("alone"), "{said}");
+}
+
+#[test]
+fn what_a_change_leaves_open_is_not_called_unmet() {
+    let text = "param d = 25\nsystem Sys = (Delay_d # At_0) ; (Delay_1 # At_2)\n\
+                criteria C for Sys { goals At_2 round within 3 battery 100 rate 1 keep 3 for 20 }\n";
+    let folder = folder(text);
+    let said = out(&pars(folder.path(), &["run", "mission.pars"]));
+    assert!(said.contains("but then open: battery") && !said.contains("but then not met"), "{said}");
+}

@@ -10,29 +10,77 @@
 //! before something beside it moved. But all states on the way to the draws are one up to weak equality: each runs,
 //! lets no time pass, does nothing but communicate inside, and comes to that one moment, whatever the order. `Tau`
 //! does that too, and binds nothing. A network that may come to one draw before another, as its communications are
-//! ordered, has no such moment.
+//! ordered, has no such moment, but may have several (`apart.rs`).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
-use super::{Instant, closed, leaves, rebuilt, stuck};
+use super::{Instant, closed, is_drawing, leaves, rebuilt, stuck};
 use crate::fact::Context;
 use crate::name::Name;
-use crate::scope::{bound_names, condition_parts, subterms};
-use crate::substitution::Stuck;
+use crate::scope::{bound_names, calls, condition_parts, subterms};
+use crate::substitution::{Stuck, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Sort, Value, View};
 
 /// Whether a settled term is about to draw.
 pub(super) fn is_due(state: &Term) -> bool {
-    leaves(state).into_iter().any(|leaf| matches!(leaf.node(), Node::Ran(..)))
+    leaves(state).into_iter().any(is_drawing)
+}
+
+/// Whether a network, or a process that it calls, draws anywhere.
+pub(super) fn may_be_due(network: &Term, context: &Context<'_>) -> bool {
+    let draws = |term: &Term| subterms(term).into_iter().any(is_drawing);
+    let mut seen = BTreeSet::new();
+    let mut work = vec![network.clone()];
+    while let Some(term) = work.pop() {
+        if draws(&term) {
+            return true;
+        }
+        let more = calls(&term).into_iter().filter(|name| seen.insert(name.clone()));
+        work.extend(more.filter_map(|name| context.definitions.get(&name)).map(|known| known.body.clone()));
+    }
+    false
+}
+
+/// What the number of this place among all that are drawn is called as long as it has no name; no source text can spell
+/// it.
+pub fn nth(place: usize) -> Name {
+    Name::new(&format!("!{place}"))
+}
+
+/// What is drawn, and what then is.
+#[derive(Clone, Debug)]
+pub(super) struct Due {
+    /// Under which name each value is drawn, and from what; that may mention what is drawn before it.
+    pub(super) drawn: Vec<(Name, Value)>,
+    /// What is drawn at each moment.
+    pub(super) moments: Vec<Range<usize>>,
+    /// Whether it communicates before.
+    pub(super) later: bool,
+    /// The network with what was drawn.
+    pub(super) after: Term,
+}
+
+impl Due {
+    /// What is due in this state.
+    pub(super) fn at_once(state: &Term, later: bool) -> Due {
+        let mut drawn = Vec::new();
+        let after = rebuilt(state, &mut 0, &mut |_, leaf| {
+            let Node::Ran(from, name) = leaf.node() else { return None };
+            drawn.push((name.clone(), from.clone()));
+            Some(Term::new(Node::Set(Value::variable(&nth(drawn.len() - 1)), name.clone())))
+        });
+        let moments = vec![0..drawn.len()];
+        Due { drawn, moments, later, after }
+    }
 }
 
 /// A network that is about to draw, now or once it has communicated.
 #[derive(Clone, Debug)]
 pub struct Draws {
     instant: Instant,
-    /// Whether it communicates before.
-    later: bool,
+    due: Due,
 }
 
 impl Draws {
@@ -44,17 +92,14 @@ impl Draws {
         match Instant::or_draws(network, context)? {
             (_, None) => stuck("nothing is drawn"),
             (instant, _) if !instant.kept.is_empty() => stuck("it draws, and may stop: what is drawn may be carried"),
-            (instant, Some(later)) => Ok(Draws { instant, later }),
+            (instant, Some(due)) => Ok(Draws { instant, due }),
         }
     }
 
-    /// Under which name each value is drawn, and from what, in the order of the network.
-    pub fn due(&self) -> Vec<(Name, Value)> {
-        let drawn = |leaf: &Term| match leaf.node() {
-            Node::Ran(from, name) => Some((name.clone(), from.clone())),
-            _ => None,
-        };
-        leaves(&self.instant.state).into_iter().filter_map(drawn).collect()
+    /// Under which name each value is drawn, and from what, in the order in which they are named. What is drawn may
+    /// depend on what is drawn before at the same moment, which is called by its place ([`nth`]).
+    pub fn due(&self) -> &[(Name, Value)] {
+        &self.due.drawn
     }
 
     /// What the network is weakly equal to: the draws, each bound to one of these names, and the network with what was
@@ -65,20 +110,28 @@ impl Draws {
     /// numbers.
     pub fn made(&self, names: &[Name], context: &Context<'_>) -> Result<Term, Stuck> {
         self.may_be_named(names, context)?;
-        let due = self.due();
-        let draws = due.iter().zip(names).map(|((_, from), own)| Term::new(Node::Ran(from.clone(), own.clone())));
-        let before = if self.later { Some(self.tau(names)?) } else { None };
-        Ok(Term::seq(before.into_iter().chain(draws).chain([self.after(names)])))
+        let known = named(names);
+        let mut branches = Vec::new();
+        for moment in &self.due.moments {
+            let (due, own) = (&self.due.drawn[moment.clone()], &names[moment.clone()]);
+            let mut parts = Vec::new();
+            if self.due.later {
+                parts.push(self.tau(own)?);
+            }
+            for ((_, from), own) in due.iter().zip(own) {
+                parts.push(Term::new(Node::Ran(from.substitute(&known)?, own.clone())));
+            }
+            branches.push(Term::seq(parts));
+        }
+        Ok(Term::seq([Term::par(branches), self.after(names)?]))
     }
 
     /// The network with what was drawn, under these names.
-    pub fn after(&self, names: &[Name]) -> Term {
-        let mut fresh = names.iter();
-        let drawn = rebuilt(&self.instant.state, &mut 0, &mut |_, leaf| {
-            let Node::Ran(_, name) = leaf.node() else { return None };
-            fresh.next().map(|own| Term::new(Node::Set(Value::variable(own), name.clone())))
-        });
-        closed(&self.instant.ports, drawn)
+    ///
+    /// # Errors
+    /// Where a value has no normal form.
+    pub fn after(&self, names: &[Name]) -> Result<Term, Stuck> {
+        Ok(closed(&self.instant.ports, substitute_values(&self.due.after, &named(names))?))
     }
 
     /// There is one name for each draw, which stands nowhere else, and numbers are drawn.
@@ -130,6 +183,11 @@ impl Draws {
         let write = Term::new(Node::Out(port.clone(), Value::zero()));
         Ok(Term::new(Node::New(port.clone(), Term::par([read, write]))))
     }
+}
+
+/// The names for what is drawn.
+fn named(names: &[Name]) -> BTreeMap<Name, Value> {
+    names.iter().enumerate().map(|(place, name)| (nth(place), Value::variable(name))).collect()
 }
 
 /// Whether this is a distribution of numbers that PARS knows: a name, or one of vectors, is not.

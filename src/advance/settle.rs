@@ -89,6 +89,16 @@ impl<'c, 'd> Runner<'c, 'd> {
         }
     }
 
+    /// One of the parts of a network that run side by side, settled; `Stop` or `Abort` if it has ended.
+    pub(super) fn part(&self, part: &Term) -> Result<Term, Stuck> {
+        Ok(match self.settle(part, self.kept, 0)? {
+            State::Running(state) if state.depth() > MOST_DEPTH => return stuck("it is nested too deeply"),
+            State::Running(state) => state,
+            State::Stopped(results) => Term::seq(sets(results)),
+            State::Aborted => Term::abort(),
+        })
+    }
+
     fn spend(&self, depth: usize) -> Result<(), Stuck> {
         let work = self.work.get() + 1;
         self.work.set(work);

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use num_bigint::BigInt;
-use num_traits::{One, Zero};
+use num_traits::{One, Signed, Zero};
 
 use super::{Comparison, Recurrence, Unchecked, layer};
 use crate::assumption::Assumptions;
@@ -93,7 +93,32 @@ impl<'a> Defined<'a> {
     /// The same for a value in layers.
     pub(super) fn in_layers(&mut self, value: &Value, from: i64, layers: Layers<'_>) -> Result<(), Unchecked> {
         let Some((_, denominator)) = value.polynomials() else { return Ok(()) };
-        self.none_zero(factors(denominator)?, from, layers)
+        let mut below = factors(denominator)?;
+        self.inverted(value, from, &mut below)?;
+        self.none_zero(below, from, layers)
+    }
+
+    /// The bases of powers whose exponent may be negative from this index on: `c^n`, where n begins at -1.
+    fn inverted(&self, value: &Value, from: i64, found: &mut Vec<Value>) -> Result<(), Unchecked> {
+        for atom in value.atoms().into_iter().filter(|atom| atom.mentions(self.index)) {
+            let inner = match &atom {
+                Atom::Power(base, exponent) => {
+                    let first = exponent.with(self.index, &Value::integer(from))?;
+                    let rises = exponent.linear_in(self.index).and_then(|(slope, _)| slope.as_rational());
+                    let natural = rises.is_some_and(|slope| !slope.is_negative())
+                        && self.known().decide(Relation::Gte, &first, &Value::zero()) == Some(true);
+                    if !natural && base.as_rational().is_none_or(|base| base.is_zero()) {
+                        found.push(base.clone());
+                    }
+                    vec![base.clone()]
+                }
+                Atom::Maximum(elements) => elements.to_vec(),
+                Atom::Positive(inner) | Atom::Floor(inner) | Atom::Root(inner) => vec![inner.clone()],
+                Atom::Apply(..) | Atom::Variable(_) => continue,
+            };
+            inner.iter().try_for_each(|part| self.inverted(part, from, found))?;
+        }
+        Ok(())
     }
 
     fn none_zero(&mut self, factors: Vec<Value>, from: i64, layers: Layers<'_>) -> Result<(), Unchecked> {

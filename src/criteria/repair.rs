@@ -1,6 +1,6 @@
 //! What would repair a criterion: one parameter, to which value, or two; each tried by judging again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
@@ -31,8 +31,10 @@ pub struct Repair {
     pub changes: Vec<(Name, BigRational, BigRational)>,
     /// What comes of the criterion then.
     pub after: Finding,
-    /// Other criteria that were met, and are not any more.
+    /// Other criteria that were met, and are not known to be any more.
     pub breaks: Vec<Name>,
+    /// Those of them that are open.
+    pub open: Vec<Name>,
     /// By how little the change may not be less.
     pub least: Option<BigRational>,
     /// A value that is only just not enough.
@@ -152,11 +154,12 @@ impl<'a> Workshop<'a> {
         let met_before =
             |name: &Name| self.judged.findings.iter().any(|one| one.name == *name && one.standing == Standing::Met);
         let breaks = judged.findings.iter().filter(|one| one.standing != Standing::Met && met_before(&one.name));
+        let open = breaks.clone().filter(|one| one.standing != Standing::NotMet).map(|one| one.name.clone()).collect();
         let breaks = breaks.map(|one| one.name.clone()).collect();
         let present = |name: &Name| self.parameters.iter().find(|(other, _)| other == name).map(|(_, value)| value);
         let changes =
             point.iter().filter_map(|(name, value)| Some((name.clone(), present(name)?.clone(), value.clone())));
-        Some(Repair { changes: changes.collect(), after, breaks, least: None, not_at: None, formula: None })
+        Some(Repair { changes: changes.collect(), after, breaks, open, least: None, not_at: None, formula: None })
     }
 
     /// A repair that breaks nothing.
@@ -180,11 +183,15 @@ impl<'a> Workshop<'a> {
         single.sort_by(|one, other| {
             one.breaks.len().cmp(&other.breaks.len()).then_with(|| change(one).cmp(&change(other)))
         });
-        let pairs = if single.iter().any(|repair| repair.breaks.is_empty()) {
-            Vec::new()
-        } else {
-            self.pairs(&finding.name, &single)
-        };
+        let mut pairs = Vec::new();
+        if !single.iter().any(|repair| repair.breaks.is_empty()) {
+            pairs = self.pairs(&finding.name, &single);
+            // One half of what helps may be enough, at a place that was not tried.
+            let halves = self.halves(&finding.name, &pairs);
+            if !halves.is_empty() {
+                (single, pairs) = ([halves, single].concat(), Vec::new());
+            }
+        }
         let tried = self.parameters.iter().map(|(name, _)| name.clone()).collect();
         Feedback { name: finding.name.clone(), blame, limit: self.limit(finding), single, pairs, tried }
     }
@@ -291,6 +298,18 @@ impl<'a> Workshop<'a> {
         }
         found.sort_by_key(change);
         found.truncate(4);
+        found
+    }
+
+    /// The changes of one parameter among those of two that break nothing by themselves, the least of each parameter.
+    fn halves(&self, name: &Name, pairs: &[Repair]) -> Vec<Repair> {
+        let mut found: Vec<Repair> = Vec::new();
+        for (parameter, _, value) in pairs.iter().flat_map(|pair| &pair.changes) {
+            found.extend(self.harmless(name, &[(parameter.clone(), value.clone())]));
+        }
+        found.sort_by_key(change);
+        let mut seen = BTreeSet::new();
+        found.retain(|one| one.changes.iter().all(|(parameter, ..)| seen.insert(parameter.clone())));
         found
     }
 

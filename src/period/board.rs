@@ -1,9 +1,10 @@
 //! Who offers what: the reads and writes that wait, by component and by port.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::run::{Halt, Run};
 use super::step::{Offer, offers};
+use crate::digest::Quick;
 use crate::name::Name;
 
 /// A place in the system: the component, then the branches of `|` and `#`.
@@ -20,7 +21,7 @@ struct Waiting {
 #[derive(Clone, Default)]
 pub(super) struct Board {
     own: Vec<Vec<Offer>>,
-    ports: BTreeMap<Name, Waiting>,
+    ports: Quick<Name, Waiting>,
     /// Ports with a writer and a reader, by their first writer.
     ready: BTreeSet<(Place, Name)>,
 }

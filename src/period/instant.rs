@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{Hash, Hasher};
 
 use super::board::Board;
+use super::board::same;
+use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
-use super::step::{Offer, finish, inspect, written};
+use super::step::{Offer, finish, inspect, offers, written};
 use super::{Blocked, End, Failure, Test, in_case};
-use crate::digest::Digest;
+use crate::digest::{Digest, Quick};
 use crate::name::Name;
 use crate::value::Value;
 
@@ -38,7 +40,7 @@ pub(super) struct Moment {
 #[derive(Clone)]
 struct Earlier {
     /// What those components were that have changed since.
-    changed: BTreeMap<usize, Run>,
+    changed: Quick<usize, Run>,
     hash: u64,
     /// How many communications had been made, and how much had been drawn.
     at: usize,
@@ -108,7 +110,7 @@ pub(super) struct Clock<'a> {
     /// The components' names.
     pub(super) names: &'a [String],
     /// Who reads and who writes each port.
-    pub(super) users: BTreeMap<Name, (Vec<usize>, Vec<usize>)>,
+    pub(super) users: Users,
     /// How many reads and writes the processes have.
     pub(super) operations: usize,
     /// The wish to stop.
@@ -227,7 +229,7 @@ impl Clock<'_> {
     }
 
     /// Any other communication of the same components, made first, must leave this one possible.
-    fn check_others(&self, moment: &Moment, made: (&Offer, &Offer), pairs: &[(Offer, Offer)]) -> Result<(), Halt> {
+    fn check_others(&self, moment: &mut Moment, made: (&Offer, &Offer), pairs: &[(Offer, Offer)]) -> Result<(), Halt> {
         let (writer, reader) = made;
         let wanted = BTreeSet::new();
         for (from, to) in pairs {
@@ -237,17 +239,20 @@ impl Clock<'_> {
             let value = from.value.clone().unwrap_or_else(Value::zero);
             put(few.get_mut(from.place.first().unwrap_or(&usize::MAX)), from, &Env::new());
             put(few.get_mut(to.place.first().unwrap_or(&usize::MAX)), to, &results(to, &value));
-            let mut path = moment.path.clone();
-            let mut board = Board::new(moment.state.len());
+            let mark = moment.path.mark();
+            let mut standing = Vec::new();
             let mut known = true;
             for (index, run) in few {
                 // What cannot be told here comes up again when that communication is made.
-                match self.settler.settle(run, &wanted, &mut path, 0) {
-                    Ok(run) => board.update(index, &run)?,
+                match self.settler.settle(run, &wanted, &mut moment.path, 0) {
+                    Ok(run) => offers(&run, &mut vec![index], &mut standing)?,
                     Err(_) => known = false,
                 }
             }
-            if let Some(one) = [writer, reader].into_iter().find(|one| known && !board.has(one)) {
+            moment.path.back_to(mark);
+            if let Some(one) =
+                [writer, reader].into_iter().find(|one| known && !standing.iter().any(|other| same(one, other)))
+            {
                 let component = self.name_of(one);
                 return Err(Failure::KillRace { component, ports: (written(&from.port), written(&one.port)) }.into());
             }
@@ -327,7 +332,7 @@ fn again(moment: &mut Moment) -> Option<End> {
     }
     if made.is_power_of_two() && moment.earlier.as_ref().is_none_or(|earlier| earlier.at < made) {
         let draws = moment.path.draws.len();
-        moment.earlier = Some(Earlier { changed: BTreeMap::new(), hash, at: made, draws, unfolded: Vec::new() });
+        moment.earlier = Some(Earlier { changed: Quick::default(), hash, at: made, draws, unfolded: Vec::new() });
     }
     None
 }

@@ -9,6 +9,7 @@ use num_traits::{One, ToPrimitive};
 
 use super::{Blocked, Failure};
 use crate::definition::Definitions;
+use crate::digest::Quick;
 use crate::name::Name;
 use crate::scope::subterms;
 use crate::term::{Node, Term};
@@ -34,6 +35,9 @@ pub fn flatten(components: &[Term], definitions: &Definitions) -> Vec<Term> {
     flat
 }
 
+/// The components that read a port, and those that write it.
+pub type Users = Quick<Name, (Vec<usize>, Vec<usize>)>;
+
 /// Components with the ports they read and write.
 #[derive(Clone, Debug)]
 pub struct System {
@@ -54,7 +58,7 @@ impl System {
         let mut reads = Vec::new();
         let mut writes = Vec::new();
         let mut names: Vec<String> = Vec::new();
-        let mut called: BTreeMap<String, usize> = BTreeMap::new();
+        let mut called: Quick<String, usize> = Quick::default();
         let mut counted = 0;
         for (index, component) in components.iter().enumerate() {
             let (read, written) = ports_of(component, definitions);
@@ -75,14 +79,15 @@ impl System {
 
     /// Ports that one component uses and no other answers.
     pub fn unmatched(&self) -> Vec<Failure> {
-        let all_reads: BTreeSet<&Name> = self.reads.iter().flatten().collect();
-        let all_writes: BTreeSet<&Name> = self.writes.iter().flatten().collect();
+        let users = self.users();
+        let unread = |port: &&Name| users.get(*port).is_none_or(|(readers, _)| readers.is_empty());
+        let unwritten = |port: &&Name| users.get(*port).is_none_or(|(_, writers)| writers.is_empty());
         let mut failures = Vec::new();
         for (index, component) in self.names.iter().enumerate() {
-            for port in self.reads[index].iter().filter(|port| !all_writes.contains(port)) {
+            for port in self.reads[index].iter().filter(unwritten) {
                 failures.push(unmatched(component, port, true));
             }
-            for port in self.writes[index].iter().filter(|port| !all_reads.contains(port)) {
+            for port in self.writes[index].iter().filter(unread) {
                 failures.push(unmatched(component, port, false));
             }
         }
@@ -90,8 +95,8 @@ impl System {
     }
 
     /// The components that read each port, and those that write it.
-    pub fn users(&self) -> BTreeMap<Name, (Vec<usize>, Vec<usize>)> {
-        let mut users: BTreeMap<Name, (Vec<usize>, Vec<usize>)> = BTreeMap::new();
+    pub fn users(&self) -> Users {
+        let mut users = Users::default();
         for (index, (reads, writes)) in self.reads.iter().zip(&self.writes).enumerate() {
             reads.iter().for_each(|port| users.entry(port.clone()).or_default().0.push(index));
             writes.iter().for_each(|port| users.entry(port.clone()).or_default().1.push(index));
@@ -225,7 +230,7 @@ struct Equation {
 }
 
 fn equations(counts: &[Counts]) -> Vec<Equation> {
-    let mut readers: BTreeMap<&Name, Vec<(usize, usize)>> = BTreeMap::new();
+    let mut readers: Quick<&Name, Vec<(usize, usize)>> = Quick::default();
     for (reader, counts) in counts.iter().enumerate() {
         counts.reads.iter().for_each(|(port, read)| readers.entry(port).or_default().push((reader, *read)));
     }

@@ -117,6 +117,15 @@ pub(crate) struct Path {
     pub open: Vec<(Term, Env, usize)>,
 }
 
+/// How far a path had come.
+#[derive(Clone, Copy)]
+pub(crate) struct Mark {
+    exits: usize,
+    draws: usize,
+    unfolded: usize,
+    lengths: usize,
+}
+
 impl Path {
     /// What is assumed, with the least values of the numbers that were drawn, where their distributions give them.
     fn with_draws(&self) -> Rc<Assumptions> {
@@ -127,6 +136,19 @@ impl Path {
             }
         }
         with
+    }
+
+    /// How far it has come, to go back to after a trial.
+    pub(crate) fn mark(&self) -> Mark {
+        Mark { exits: self.exits, draws: self.draws.len(), unfolded: self.unfolded.len(), lengths: self.lengths }
+    }
+
+    /// Takes back what has happened since; a trial gives no answers.
+    pub(crate) fn back_to(&mut self, mark: Mark) {
+        (self.exits, self.lengths) = (mark.exits, mark.lengths);
+        self.draws.truncate(mark.draws);
+        self.unfolded.truncate(mark.unfolded);
+        self.open.clear();
     }
 
     /// A value as people wrote it: what was drawn has the name that it was given.

@@ -134,7 +134,9 @@ impl Draft<'_> {
         let Some(taken) = self.patch(&self.one.tests, &mut owners)? else { return Ok(None) };
         let mut asked = Vec::new();
         for sides in &region {
-            asked.extend(self.patch(sides, &mut owners)?.and_then(|patch| common(&taken, &patch)));
+            let patch = self.patch(sides, &mut owners)?.and_then(|patch| common(&taken, &patch));
+            // What is shown in two ways counts once.
+            asked.extend(asked.iter().fold(patch.into_iter().collect(), outside));
         }
         let target = if let Some(Err(phase)) = target { Some(phase) } else { None };
         Ok(Some(Parts { target, next, bases: owners.bases, taken, asked }))

@@ -14,16 +14,17 @@
 //! * all of them add up from round to round, as the kernel's total mass is at most 1.
 
 use num_rational::BigRational;
-use num_traits::{One, Zero};
+use num_traits::{One, ToPrimitive, Zero};
 
-use super::axes::AXES;
+use super::axes::{AXES, settled};
 use super::chain::Chain;
 use super::field::{Field, Outcome, add};
+use super::foreseen::foreseen;
 use super::grid::{Grid, Smooth};
 use super::joint::joint;
 use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
 use super::operator::{Key, Operator};
-use super::plan::{Entry, MOST_ROUNDS, PLACES, Plan, Way, plan};
+use super::plan::{Entry, MOST_ROUNDS, PLACES, Plan, Way, duration, plan};
 use super::region::Patch;
 use super::sharp::blunted;
 use super::unlikely::without;
@@ -62,7 +63,10 @@ pub(super) struct FastEntry {
 pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
     let (chain, lost) = without(chain);
     let found = apart(&chain, question, wanted).or_else(|reason| {
-        let both = joint(&chain, question, wanted);
+        let both = joint(&chain, question, wanted).or_else(|other| {
+            let rest = rounds(&chain, question).and_then(|rounds| foreseen(&chain, rounds)).ok_or(other.clone())?;
+            apart(&rest, question, wanted).or_else(|_| joint(&rest, question, wanted)).map_err(|_| other)
+        });
         both.map_err(|other| format!("{reason}; over two dimensions that lean on each other: {other}"))
     })?;
     if lost == Interval::exactly(0.0) {
@@ -71,6 +75,13 @@ pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclo
     // What is left out may have led anywhere, in each of the rounds and before them.
     let lost = lost.times(Interval::exactly(MOST_ROUNDS as f64 + 2.0)).high;
     Ok(Enclosed::within(found.plus(Interval::between(-lost, lost)).probability()))
+}
+
+/// How many rounds there are, where all last equally long.
+fn rounds(chain: &Chain, question: &Question) -> Option<u64> {
+    let open: Vec<usize> = (0..chain.phases.len()).filter(|phase| settled(chain, question, *phase).is_none()).collect();
+    let duration = duration(chain, &open).ok().flatten()?;
+    (&question.time / duration).floor().to_integer().to_u64().filter(|rounds| *rounds <= MOST_ROUNDS)
 }
 
 /// Over dimensions that are independent.

@@ -26,6 +26,7 @@ use crate::interval::Interval;
 /// Values that are held, and multiplications.
 const MOST_VALUES: f64 = 4e7;
 const MOST_WORK: f64 = 4e10;
+const CLOSE: &str = "points, as close together as the bound on how chances grow asks for";
 
 /// What happens for certain, or not at all, at the end that a state has.
 struct Ending<'a> {
@@ -113,8 +114,9 @@ impl Machine {
                 work += size(phase, 0) * (one * size(next, 1) + size(phase, 1) * other);
             }
         }
+        let most = self.grids.iter().map(|both| both[0].nodes.len() * both[1].nodes.len()).max().unwrap_or(0);
         match values > MOST_VALUES || work * rounds as f64 > MOST_WORK {
-            true => Err("there is too much to compute over both dimensions".to_string()),
+            true => Err(format!("there is too much to compute over both dimensions: {most} {CLOSE}")),
             false => Ok(()),
         }
     }

@@ -220,7 +220,7 @@ impl Coordinates<'_> {
             self.carry()?;
             let idle = |phase: &&usize| self.bases[**phase].first.is_none() && !spans[**phase].is_empty();
             let Some(phase) = self.live.iter().find(idle).copied() else { break };
-            self.bases[phase].first = spans[phase].first().map(|form| form.state.clone());
+            self.choose(phase, &spans[phase])?;
         }
         for phase in self.live {
             let Some(first) = self.bases[*phase].first.clone() else { continue };
@@ -293,6 +293,43 @@ impl Coordinates<'_> {
         }
     }
 
+    /// Where nothing decides, the first coordinate is one of these that lean on no other.
+    fn choose(&mut self, phase: usize, span: &[Linear]) -> Result<(), String> {
+        let bases = self.bases.clone();
+        let mut refused = String::new();
+        let own = span.iter().map(|form| form.state.clone());
+        for state in own.chain(self.kept(phase, span)) {
+            self.bases[phase].first = Some(state);
+            match self.carry() {
+                Ok(()) => return Ok(()),
+                Err(reason) => refused = reason,
+            }
+            self.bases.clone_from(&bases);
+        }
+        Err(refused)
+    }
+
+    /// The forms of a phase that a round makes multiples of themselves, where their factors are rational: of a matrix with
+    /// the eigenvalues l and m the rows of A - m are multiples of a form with the eigenvalue l.
+    fn kept(&self, phase: usize, span: &[Linear]) -> Vec<Direction> {
+        let [one, other] = span else { return Vec::new() };
+        let mut kept = Vec::new();
+        for (_, round) in self.moves_into(phase).filter(|(from, _)| *from == phase) {
+            let rows = [one, other].map(|form| combination(span, &before(&form.state, round).state));
+            let [Some(top), Some(low)] = &rows else { continue };
+            let ([a, b], [c, d]) = (top.as_slice(), low.as_slice()) else { continue };
+            let square = (a - d) * (a - d) + BigRational::from_integer(4.into()) * b * c;
+            let Some(root) = root(&square) else { continue };
+            for root in [root.clone(), -root] {
+                let value = (a + d + root) / BigRational::from_integer(2.into());
+                let row = [(a - &value, b.clone()), (c.clone(), d - &value)];
+                let found = row.into_iter().find(|(x, y)| !x.is_zero() || !y.is_zero());
+                kept.extend(found.map(|(x, y)| one.scaled(&x).plus(&other.scaled(&y)).state));
+            }
+        }
+        kept
+    }
+
     /// What is looked at must be known a round before.
     fn carry(&mut self) -> Result<(), String> {
         let mut work: Vec<usize> = self.live.to_vec();
@@ -354,6 +391,12 @@ impl Coordinates<'_> {
             into.flat_map(|(one, last)| last.iter().flatten().flatten().map(|side| before(&side.form.state, one)));
         forms.filter(|form| form.draws.iter().all(Zero::is_zero)).map(|form| form.state)
     }
+}
+
+/// The root of a rational, where that is one.
+fn root(square: &BigRational) -> Option<BigRational> {
+    let root = BigRational::new(square.numer().abs().sqrt(), square.denom().sqrt());
+    (&root * &root == *square).then_some(root)
 }
 
 impl Look {

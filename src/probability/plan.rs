@@ -10,7 +10,7 @@ use super::Question;
 use super::axes::{AXES, Axes, axes, combinations, random, shown};
 use super::chain::{Chain, Move};
 use super::draft::Draft;
-use super::region::{Patch, Range, merged, whole};
+use super::region::{Patch, Range, common, merged, whole};
 use super::unrolled::unrolled;
 use crate::distribution::standard;
 use crate::interval::{Interval, normal_between};
@@ -160,12 +160,21 @@ fn planned(chain: &Chain, question: &Question) -> Result<Plan, String> {
     Ok(Plan { states, phases, entries, decided, rounds })
 }
 
-/// Ways that move alike, as one.
+/// Ways that move alike, as one: the chances of their patches add up where no two have anything in common. Those of two
+/// parts of a mixture may be the same, and each counts.
 fn together(ways: Vec<Way>) -> Vec<Way> {
     let mut all: Vec<Way> = Vec::new();
+    let apart =
+        |one: &[Patch], other: &[Patch]| one.iter().all(|one| other.iter().all(|other| common(one, other).is_none()));
     for way in ways {
-        let alike =
-            |other: &&mut Way| other.next == way.next && other.weight == way.weight && other.motions == way.motions;
+        let alike = |other: &&mut Way| {
+            other.next == way.next
+                && other.weight == way.weight
+                && other.motions == way.motions
+                && apart(&other.success, &way.success)
+                && apart(&other.last, &way.last)
+                && apart(&other.onward, &way.onward)
+        };
         match all.iter_mut().find(alike) {
             Some(other) => {
                 other.success.extend(way.success);

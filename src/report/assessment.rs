@@ -186,9 +186,12 @@ fn advice(feedback: &Feedback) -> Vec<String> {
         if let Some(place) = &repair.not_at {
             line.push_str(&format!("; {} itself is not enough", text(place)));
         }
-        if !repair.breaks.is_empty() {
-            let broken: Vec<String> = repair.breaks.iter().map(ToString::to_string).collect();
-            line.push_str(&format!("; but then not met: {}", broken.join(", ")));
+        let (open, broken): (Vec<_>, Vec<_>) = repair.breaks.iter().partition(|name| repair.open.contains(name));
+        for (word, names) in [("not met", broken), ("open", open)] {
+            if !names.is_empty() {
+                let names: Vec<String> = names.into_iter().map(ToString::to_string).collect();
+                line.push_str(&format!("; but then {word}: {}", names.join(", ")));
+            }
         }
         lines.push(line);
     }
@@ -197,7 +200,7 @@ fn advice(feedback: &Feedback) -> Vec<String> {
         lines.push(match (tried.is_empty(), feedback.pairs.is_empty()) {
             (true, _) => format!("{}: no parameter has a value that could be changed", feedback.name),
             (false, true) => format!("{}: no change found of one or two of {}", feedback.name, tried.join(", ")),
-            (false, false) => format!("{}: no change of one of {} alone", feedback.name, tried.join(", ")),
+            (false, false) => format!("{}: no change of one of {} alone was found", feedback.name, tried.join(", ")),
         });
     }
     if let Some(limit) = &feedback.limit {

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::rounds::{Named, Rounds, passing};
+use crate::advance::draw::nth;
 use crate::assumption::Assumptions;
 use crate::fact::Context;
 use crate::invariant::support;
@@ -125,10 +126,14 @@ impl Way<'_, '_> {
         let mut layer: Layer = Vec::new();
         let known = self.known(hypotheses);
         for (name, from) in &due {
+            // What has been drawn just before is called by its place there, and by its label here.
+            let place = |(place, (label, _)): (usize, &(Name, Value))| (nth(place), Value::variable(label));
+            let places: Named = layer.iter().enumerate().map(place).collect();
             let mut fitting = None;
             for (label, printed) in self.left().filter(|(label, _)| called(label, name)) {
                 let free = !layer.iter().any(|(other, _)| other == label);
                 let here = printed.substitute(&self.named).map_err(odd)?;
+                let from = &from.substitute(&places).map_err(odd)?;
                 let equal = here == *from || known.simplify(&here) == known.simplify(from);
                 if free && equal && (self.backwards || fitting.is_none()) {
                     fitting = Some((label.clone(), printed.clone()));

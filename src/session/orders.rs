@@ -156,6 +156,10 @@ fn merged(cases: &[Case], one: &Value, other: &Value) -> Option<Reach> {
         Some((*relation, merge.values(left, low)?, merge.values(right, high)?)).filter(|_| relation == own)
     };
     let conditions = before.iter().zip(after).map(pair).collect::<Option<Vec<Comparison>>>()?;
+    // It must have a value in each of them.
+    if !cases.iter().all(|case| at.needs().iter().all(|need| case.known.grants(need) == Some(true))) {
+        return None;
+    }
     // Where both are equal the conditions must hold, and the index be the same.
     let same = of(Relation::Eq).is_none_or(|equal| {
         let known = |value: &Value| equal.known.simplify(value);

@@ -468,7 +468,8 @@ pub(super) fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Or
     outcome.property_term = Some(property);
     outcome.values = rounds.first().or(steady.first()).map(|laid| laid.values.clone()).unwrap_or_default();
     // What is said of later rounds is true of each of them.
-    let in_all = |(name, value): &(&Name, &Value)| steady.iter().all(|laid| laid.values.get(*name) == Some(*value));
+    let later = || rounds.iter().skip(1).chain(&steady);
+    let in_all = |(name, value): &(&Name, &Value)| later().all(|laid| laid.values.get(*name) == Some(*value));
     let first = steady.first().map(|laid| laid.values.iter().filter(in_all)).into_iter().flatten();
     outcome.steady = first.map(|(name, value)| (name.clone(), value.clone())).collect();
     outcome

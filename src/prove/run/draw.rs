@@ -7,6 +7,7 @@ use crate::kernel::Theory;
 use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{Proof, Statement, Step};
+use crate::substitution::Stuck;
 use crate::term::Term;
 use crate::value::Value;
 
@@ -25,13 +26,13 @@ pub fn goes_on(theory: &Theory, hypotheses: &[Condition], from: &Term, stretch: 
     Ok((Proof { lemmas: Vec::new(), statement, steps: follower.script.steps }, next))
 }
 
-/// What a network draws in the instant in which it is.
+/// What a network draws in the instant in which it is; a value that is drawn before is called by its place.
 ///
 /// # Errors
 /// Where nothing is drawn, or it cannot be followed.
 pub fn due(theory: &Theory, hypotheses: &[Condition], from: &Term) -> Result<Vec<(Name, Value)>, Lost> {
     let context = Context::new(&theory.assumptions, &theory.definitions, hypotheses);
-    Ok(Draws::of(from, &context).map_err(|stuck| Lost(stuck.0))?.due())
+    Ok(Draws::of(from, &context).map_err(|stuck| Lost(stuck.0))?.due().to_vec())
 }
 
 /// A proof that a network is weakly equal to what it draws, under these names, and then another network.
@@ -41,7 +42,8 @@ pub fn due(theory: &Theory, hypotheses: &[Condition], from: &Term) -> Result<Vec
 pub fn draws(theory: &Theory, hypotheses: &[Condition], from: &Term, names: &[Name]) -> Result<(Proof, Term), Lost> {
     let context = Context::new(&theory.assumptions, &theory.definitions, hypotheses);
     let draws = Draws::of(from, &context).map_err(|stuck| Lost(stuck.0))?;
-    let (right, next) = (draws.made(names, &context).map_err(|stuck| Lost(stuck.0))?, draws.after(names));
+    let odd = |stuck: Stuck| Lost(stuck.0);
+    let (right, next) = (draws.made(names, &context).map_err(odd)?, draws.after(names).map_err(odd)?);
     let (hypotheses, left) = (hypotheses.to_vec(), from.clone());
     let statement = Statement { hypotheses, left, connective: Connective::Weak, right };
     Ok((Proof::new(statement, vec![Step::Draw(from.clone(), names.to_vec())]), next))

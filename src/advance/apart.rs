@@ -1,0 +1,360 @@
+//! Draws that become due at several moments of one instant: parts of a network that each communicate and then draw, and
+//! know nothing of each other before all have drawn.
+//!
+//! The network `N` is then weakly equal to `(Tau ; Ran_D1<e1> | … | Tau ; Ran_Dm<em>) ; N'`: here each branch is one
+//! *moment*, with all that is drawn at it, and `N'` is the network when all have drawn.
+//!
+//! Why: all orders of the communications are followed, with a name for each value that is drawn, which stands for any
+//! number. In each state of the network some moments have been and others are to come. What is found of all states: each
+//! communication leads to a state at which nothing more is drawn, or draws just what belongs to one moment to come, the
+//! same parts from the same distributions whatever the order; from a state with moments to come each of these can be
+//! next, by communications at which nothing is drawn; no state goes on for ever; and when all have drawn, all orders
+//! lead to one state. So a state of the network and that state of the branches at which the same moments have been
+//! simulate each other: a communication without a draw is matched by none, one that leads to a moment by the `Tau` of its
+//! branch, and that `Tau` by the communications that lead there. Both communicate, so neither lets time pass before all
+//! have drawn. Then the network is a state that leads to the one last state, or that state itself.
+//!
+//! A part may depend on what it has drawn in a way that is not decided for all values. It stays as it is, *open*: what it
+//! may do in this instant, for any values whatever, is on ports that no other part may use in it, with no partner inside
+//! and no draw. So for each value it is some state that changes nothing of the above.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::draw::{Due, nth};
+use super::instantly::Reach;
+use super::settle::Runner;
+use super::{MOST_STATES, ORDER, is_drawing, leaves, rebuilt, stuck};
+use crate::name::Name;
+use crate::scope::read_names;
+use crate::substitution::{Stuck, substitute_values};
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// The order matters, and why.
+fn matters<T>(why: &str) -> Result<T, Stuck> {
+    stuck(format!("{ORDER}: {why}"))
+}
+
+/// The parts of a network in one order of what happens in the instant.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct State {
+    parts: Vec<Term>,
+    /// The parts that are not decided.
+    open: BTreeSet<usize>,
+    /// The moments that have been.
+    drawn: BTreeSet<usize>,
+}
+
+/// What is drawn at one moment: by which part, under which name of its own, the name that it gives, and from what.
+type Moment = Vec<(usize, Name, Name, Value)>;
+
+struct Search<'s, 'c, 'd> {
+    runner: &'s Runner<'c, 'd>,
+    ports: &'s [Name],
+    /// The names that the network binds.
+    bound: &'s BTreeSet<Name>,
+    /// The parts that may draw before any has drawn.
+    drawing: BTreeSet<usize>,
+    moments: Vec<Moment>,
+    states: Vec<State>,
+    known: HashMap<State, usize>,
+    /// From each state: where a communication leads, and what moment it leads to.
+    ways: Vec<Vec<(usize, Option<usize>)>>,
+}
+
+/// What is drawn, moment by moment.
+pub(super) fn due(runner: &Runner<'_, '_>, start: &Term, ports: &[Name], bound: &BTreeSet<Name>) -> Result<Due, Stuck> {
+    let Node::Par(parts) = start.node() else { return stuck(ORDER) };
+    let mut search = Search {
+        runner,
+        ports,
+        bound,
+        drawing: BTreeSet::new(),
+        moments: Vec::new(),
+        states: Vec::new(),
+        known: HashMap::new(),
+        ways: Vec::new(),
+    };
+    let first = State { parts: parts.clone(), open: BTreeSet::new(), drawn: BTreeSet::new() };
+    search.find_drawing(&first)?;
+    if search.drawing.is_empty() {
+        return stuck(ORDER);
+    }
+    search.follow(first)?;
+    let last = search.last()?;
+    search.due(last)
+}
+
+/// The name, in this search, of what a part draws; no source text can spell it.
+fn own(part: usize, number: usize) -> Name {
+    Name::new(&format!("!{part}.{number}"))
+}
+
+fn drawn_in(part: &Term) -> bool {
+    leaves(part).into_iter().any(is_drawing)
+}
+
+impl Search<'_, '_, '_> {
+    /// The parts that draw after communications alone.
+    fn find_drawing(&mut self, first: &State) -> Result<(), Stuck> {
+        let mut seen = BTreeSet::from([first.parts.clone()]);
+        let mut work = vec![first.parts.clone()];
+        while let Some(parts) = work.pop() {
+            let due: BTreeSet<usize> = (0..parts.len()).filter(|part| drawn_in(&parts[*part])).collect();
+            for (next, _) in self.communications(&parts, &due)? {
+                if seen.insert(next.clone()) {
+                    work.push(next);
+                }
+            }
+            self.drawing.extend(due);
+            if seen.len() > MOST_STATES {
+                return stuck("too much may happen in one instant");
+            }
+        }
+        Ok(())
+    }
+
+    /// The parts after each communication between parts that are not among these, with those that are then open.
+    fn communications(
+        &self,
+        parts: &[Term],
+        but: &BTreeSet<usize>,
+    ) -> Result<Vec<(Vec<Term>, BTreeSet<usize>)>, Stuck> {
+        let mut readers: Vec<(usize, usize, Name, Name)> = Vec::new();
+        let mut writers: BTreeMap<Name, Vec<(usize, usize, Value)>> = BTreeMap::new();
+        for (part, term) in parts.iter().enumerate().filter(|(part, _)| !but.contains(part)) {
+            for (number, leaf) in leaves(term).into_iter().enumerate() {
+                match leaf.node() {
+                    Node::In(port, _) | Node::Out(port, _) if !self.ports.contains(port) => {
+                        return stuck(format!("the port {port} is open"));
+                    }
+                    Node::In(port, name) => readers.push((part, number, port.clone(), name.clone())),
+                    Node::Out(port, value) => {
+                        writers.entry(port.clone()).or_default().push((part, number, value.clone()));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let mut all = Vec::new();
+        for (reader, read, port, name) in &readers {
+            for (writer, written, value) in writers.get(port).into_iter().flatten() {
+                let mut next = parts.to_vec();
+                for part in BTreeSet::from([*reader, *writer]) {
+                    next[part] = rebuilt(&next[part], &mut 0, &mut |number, _| {
+                        if (part, number) == (*reader, *read) {
+                            return Some(Term::new(Node::Set(value.clone(), name.clone())));
+                        }
+                        ((part, number) == (*writer, *written)).then(Term::stop)
+                    });
+                }
+                let mut open = BTreeSet::new();
+                for part in BTreeSet::from([*reader, *writer]) {
+                    self.settle(&mut next, part, &mut open)?;
+                }
+                all.push((next, open));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Ends all that ends at once in a part, which stays as it is where that is not decided for all that was drawn.
+    fn settle(&self, parts: &mut [Term], part: usize, open: &mut BTreeSet<usize>) -> Result<(), Stuck> {
+        match self.runner.part(&parts[part]) {
+            Ok(settled) => parts[part] = settled,
+            Err(why) => {
+                let hangs = read_names(&parts[part]).iter().any(|name| name.as_str().starts_with('!'));
+                if !(hangs && why.0.starts_with("whether ")) {
+                    return Err(why);
+                }
+                open.insert(part);
+            }
+        }
+        Ok(())
+    }
+
+    /// All states that may come, from the first on, with the ways between them.
+    fn follow(&mut self, first: State) -> Result<(), Stuck> {
+        self.number(first);
+        let mut place = 0;
+        while let Some(state) = self.states.get(place).cloned() {
+            let mut ways = Vec::new();
+            if !(self.is_complete(&state) && state.parts.iter().any(drawn_in)) {
+                for (parts, open) in self.communications(&state.parts, &state.open)? {
+                    let open = state.open.union(&open).copied().collect();
+                    let mut next = State { parts, open, drawn: state.drawn.clone() };
+                    let moment = if self.is_complete(&next) { None } else { self.draw(&mut next)? };
+                    self.open_parts_do_nothing(&next)?;
+                    ways.push((self.number(next), moment));
+                }
+            }
+            self.ways.push(ways);
+            place += 1;
+            if self.states.len() > MOST_STATES {
+                return stuck("too much may happen in one instant");
+            }
+        }
+        Ok(())
+    }
+
+    fn number(&mut self, state: State) -> usize {
+        if let Some(known) = self.known.get(&state) {
+            return *known;
+        }
+        self.states.push(state.clone());
+        self.known.insert(state, self.states.len() - 1);
+        self.states.len() - 1
+    }
+
+    /// Whether all parts that draw have drawn.
+    fn is_complete(&self, state: &State) -> bool {
+        let drawn: BTreeSet<usize> =
+            state.drawn.iter().flat_map(|moment| &self.moments[*moment]).map(|(part, ..)| *part).collect();
+        self.drawing.is_subset(&drawn)
+    }
+
+    /// Makes all draws that are due, and those that are due at once when they have been made.
+    fn draw(&mut self, state: &mut State) -> Result<Option<usize>, Stuck> {
+        let mut made = Moment::new();
+        loop {
+            let due: Vec<usize> = (0..state.parts.len())
+                .filter(|part| !state.open.contains(part) && drawn_in(&state.parts[*part]))
+                .collect();
+            if due.is_empty() {
+                break;
+            }
+            for part in due {
+                let mut number = made.iter().filter(|(other, ..)| *other == part).count();
+                state.parts[part] = rebuilt(&state.parts[part], &mut 0, &mut |_, leaf| {
+                    let Node::Ran(from, name) = leaf.node() else { return None };
+                    let own = own(part, number);
+                    number += 1;
+                    made.push((part, own.clone(), name.clone(), from.clone()));
+                    Some(Term::new(Node::Set(Value::variable(&own), name.clone())))
+                });
+                self.settle(&mut state.parts, part, &mut state.open)?;
+                if made.len() > MOST_STATES {
+                    return stuck("too much may happen in one instant");
+                }
+            }
+        }
+        if made.is_empty() {
+            return Ok(None);
+        }
+        let parts = |moment: &Moment| moment.iter().map(|(part, ..)| *part).collect::<BTreeSet<usize>>();
+        let drawing = parts(&made);
+        let known = self.moments.iter().position(|moment| *moment == made);
+        let met = self.moments.iter().any(|moment| !parts(moment).is_disjoint(&drawing));
+        let number = match known {
+            Some(number) if !state.drawn.contains(&number) => number,
+            None if !met && drawing.is_subset(&self.drawing) => {
+                self.moments.push(made);
+                self.moments.len() - 1
+            }
+            _ => return matters("what is drawn at one moment depends on it"),
+        };
+        state.drawn.insert(number);
+        Ok(Some(number))
+    }
+
+    /// What the parts that are not decided may do in this instant is nothing that others, or they, could answer.
+    fn open_parts_do_nothing(&self, state: &State) -> Result<(), Stuck> {
+        if state.open.is_empty() {
+            return Ok(());
+        }
+        let reach = |part: &Term| Reach::of(part, self.bound, self.runner.context);
+        let all: Vec<Reach> = state.parts.iter().map(reach).collect::<Result<_, Stuck>>()?;
+        for own in state.open.iter().map(|part| &all[*part]) {
+            let shared = |port: &Name| all.iter().filter(|other| other.uses(port)).count() > 1;
+            if own.draws {
+                return matters("a part may draw again, as a value that was drawn is");
+            }
+            if let Some(port) = own.ports().find(|port| !self.ports.contains(port)) {
+                return stuck(format!("the port {port} is open"));
+            }
+            if let Some(port) = own.ports().find(|port| shared(port) || own.answers(port)) {
+                return matters(&format!("a part may use port {port}, as a value that was drawn is"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The state of the network when all have drawn, if all orders agree on it.
+    fn last(&self) -> Result<usize, Stuck> {
+        let mut left: Vec<usize> = self.ways.iter().map(Vec::len).collect();
+        let mut before: Vec<Vec<(usize, Option<usize>)>> = vec![Vec::new(); self.states.len()];
+        for (from, ways) in self.ways.iter().enumerate() {
+            ways.iter().for_each(|(to, moment)| before[*to].push((from, *moment)));
+        }
+        let ends: Vec<usize> = (0..left.len()).filter(|state| left[*state] == 0).collect();
+        let mut can: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); self.states.len()];
+        let (mut work, mut met) = (ends.clone(), 0);
+        while let Some(state) = work.pop() {
+            met += 1;
+            for (from, moment) in &before[state] {
+                let more: Vec<usize> = moment.map_or_else(|| can[state].iter().copied().collect(), |one| vec![one]);
+                can[*from].extend(more);
+                left[*from] -= 1;
+                if left[*from] == 0 {
+                    work.push(*from);
+                }
+            }
+        }
+        if met < self.states.len() {
+            return stuck("it communicates for ever in no time");
+        }
+        for (state, can) in self.states.iter().zip(&can) {
+            let next = |moment: usize| can.contains(&moment) != state.drawn.contains(&moment);
+            if !(0..self.moments.len()).all(next) {
+                return matters("a draw waits for another, or prevents it");
+            }
+        }
+        match ends.as_slice() {
+            [last] if self.is_complete(&self.states[*last]) => self.entered(*last),
+            _ => stuck(ORDER),
+        }
+    }
+
+    /// The state to which the moments lead, given the one to which all orders lead.
+    fn entered(&self, last: usize) -> Result<usize, Stuck> {
+        let end = &self.states[last];
+        let first =
+            self.ways.iter().flatten().filter(|(to, moment)| moment.is_some() && self.is_complete(&self.states[*to]));
+        let first: BTreeSet<usize> = first.map(|(to, _)| *to).collect();
+        if first.iter().all(|state| *state == last) {
+            return Ok(last);
+        }
+        let runs =
+            |part: usize| !end.open.contains(&part) && !matches!(end.parts[part].node(), Node::Stop | Node::Abort);
+        if !(0..end.parts.len()).any(runs) {
+            return stuck("the network has ended");
+        }
+        // A draw that is due at once is another thing than one that is due when more has been communicated.
+        match first.first() {
+            Some(one) if end.parts.iter().any(drawn_in) => {
+                if first.contains(&last) {
+                    matters("a draw may be due at once or later")
+                } else {
+                    Ok(*one)
+                }
+            }
+            _ => Ok(last),
+        }
+    }
+
+    /// What is drawn, in the order of the moments, and the network in this state.
+    fn due(&self, last: usize) -> Result<Due, Stuck> {
+        let all = || self.moments.iter().flatten();
+        let names: BTreeMap<Name, Value> =
+            all().enumerate().map(|(number, (_, own, ..))| (own.clone(), Value::variable(&nth(number)))).collect();
+        let mut count = 0;
+        let moments = self.moments.iter().map(|moment| {
+            count += moment.len();
+            count - moment.len()..count
+        });
+        let moments = moments.collect();
+        let drawn = all().map(|(_, _, name, from)| Ok((name.clone(), from.substitute(&names)?)));
+        let after = substitute_values(&Term::par(self.states[last].parts.iter().cloned()), &names)?;
+        Ok(Due { drawn: drawn.collect::<Result<_, Stuck>>()?, moments, later: true, after })
+    }
+}
