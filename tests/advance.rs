@@ -443,7 +443,7 @@ fn missions_are_proved_with_nothing_on_trust_and_their_files_check() {
         assert!(files > 0, "{example} has no proof file");
     }
     // Where the kernel cannot follow, the trust stays and is said, with the reason.
-    let text = pars(&["run", "examples/symbolic_speed.pars"]);
+    let text = pars(&["run", "tests/cases/missions/drained.pars"]);
     assert!(text.contains("the kernel could not follow the run: "), "{text}");
     assert!(text.contains("on trust: that the system runs as printed"), "{text}");
 }
@@ -465,5 +465,17 @@ fn a_symbolic_number_of_rounds_is_proved_by_a_lemma_about_one() {
     let file = std::fs::read_dir(proofs).expect("a folder").flatten().next().expect("a proof").path();
     let written = std::fs::read_to_string(&file).expect("a proof");
     assert!(written.contains("\"step\":\"rounds\""), "{written}");
+    assert!(!pars(&["check", file.to_str().expect("a path")]).contains("on trust"));
+}
+
+#[test]
+fn a_number_of_rounds_that_may_be_none_is_proved_in_two_cases() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let proofs = folder.path().join("proofs");
+    let text = pars(&["run", "--proofs", proofs.to_str().expect("a path"), "examples/symbolic_speed.pars"]);
+    assert!(text.contains("proved: Sys satisfies Goal") && !text.contains("on trust"), "{text}");
+    let file = std::fs::read_dir(proofs).expect("a folder").flatten().next().expect("a proof").path();
+    let written = std::fs::read_to_string(&file).expect("a proof");
+    assert!(written.contains("\"step\":\"cases\""), "{written}");
     assert!(!pars(&["check", file.to_str().expect("a path")]).contains("on trust"));
 }

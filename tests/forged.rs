@@ -442,3 +442,41 @@ fn no_result_is_called_like_a_declared_value() {
     let rejected = pars::proof_file::check_file(text.as_bytes()).expect_err("a falsehood, as read");
     assert!(rejected.to_string().contains("binds e, which is declared as a value"), "{rejected}");
 }
+
+#[test]
+fn two_cases_are_all_there_are() {
+    let texts = under("param k, m, k >= m\nparam a >= 0\n");
+    let when = |text: &str| texts::condition(&texts.0, text);
+    let by_cases = |condition: &str| vec![Step::Cases { when: when(condition), holds: 0, fails: 1 }];
+    let lemma = |left: &str, right: &str, condition: &str| {
+        (texts.claim(left, right, &[condition]), vec![texts.equal(left, right)])
+    };
+    let sum = "Out_{c,max(k,0)+min(k,0)}";
+    let lemmas = vec![lemma(sum, "Out_{c,k}", "k > 0"), lemma(sum, "Out_{c,k}", "k <= 0")];
+    assert!(texts.check(lemmas.clone(), texts.claim(sum, "Out_{c,k}", &[]), by_cases("k > 0")).is_ok());
+    assert!(texts.check(lemmas, texts.claim(sum, "Out_{c,k}", &[]), by_cases("k > m")).is_err(), "another condition");
+    // At 0 it is false, and of 0 neither lemma speaks.
+    let odd = "Out_{c,if k = 0 then 5 else 7}";
+    let both = |one: &str, other: &str| vec![lemma(odd, "Out_{c,7}", one), lemma(odd, "Out_{c,7}", other)];
+    let claim = || texts.claim(odd, "Out_{c,7}", &[]);
+    let unmet = |found: Result<Thm, Reason>| assert!(matches!(found, Err(Reason::Condition(_))), "{found:?}");
+    unmet(texts.check(both("k > 0", "k < 0"), claim(), by_cases("k > 0")));
+    unmet(texts.check(both("k > 0", "k < 0"), claim(), by_cases("k >= 0")));
+    unmet(texts.check(both("k > 0", "k > 0"), claim(), by_cases("k > 0")));
+    unmet(texts.check(both("k < 0", "k > 0"), claim(), by_cases("k > 0")));
+    // The lemmas must say the same.
+    let apart = vec![lemma(odd, "Out_{c,7}", "k > 0"), lemma("Out_{c,k}", "Out_{c,k}", "k <= 0")];
+    assert!(matches!(texts.check(apart, claim(), by_cases("k > 0")), Err(Reason::Differ(..))));
+    // What is compared has a value, is a number, and means the same everywhere.
+    let same = |condition: &str| {
+        let step = Step::Reflexive(texts.term("Out_{c,1}"));
+        (texts.claim("Out_{c,1}", "Out_{c,1}", &[condition]), vec![step])
+    };
+    let plain = || texts.claim("Out_{c,1}", "Out_{c,1}", &[]);
+    let whole = |one: &str, other: &str| texts.check(vec![same(one), same(other)], plain(), by_cases(one));
+    assert!(whole("a > 2", "a <= 2").is_ok());
+    undefined(whole("1/a > 2", "1/a <= 2"));
+    name_refused(whole("x > 2", "x <= 2"), "x");
+    let one = texts.check(vec![same("a > 2")], plain(), by_cases("a > 2"));
+    assert!(matches!(one, Err(Reason::NotEarlier(1))), "{one:?}");
+}

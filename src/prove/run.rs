@@ -381,14 +381,18 @@ impl<'t> Follower<'t> {
         state: &Term,
     ) -> Result<(StepId, Term), Lost> {
         let known = &self.context.assumptions;
-        if known.decide(Relation::Eq, count, &Value::zero()) == Some(true) {
-            let (step, state) = self.counted(body, index, 0, state)?;
-            let power = |count: &Value| {
+        // So few that it is known how many.
+        let few = [0, 1]
+            .into_iter()
+            .find(|few| known.decide(Relation::Eq, count, &Value::integer(*few as i64)) == Some(true));
+        if let Some(few) = few {
+            let (step, next) = self.counted(body, index, few, state)?;
+            let rounds = |count: &Value| {
                 let power = Term::new(Node::Power(body.clone(), count.clone(), index.cloned()));
-                Term::seq([power, state.clone()])
+                Term::seq([power, next.clone()])
             };
-            let step = self.same(step, &power(&Value::zero()), &power(count))?;
-            return Ok((step, state));
+            let step = self.same(step, &rounds(&Value::integer(few as i64)), &rounds(count))?;
+            return Ok((step, next));
         }
         let whole = known.simplify(count);
         let fewer = whole.sub(&Value::one()).map_err(|error| Lost(error.0))?;

@@ -51,19 +51,17 @@ pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &
         }
         let step = other.sub(one).ok()?;
         if !is_plain(&step) {
-            let equal =
-                |made: &Value, other: &Value| context.assumptions.decide(Relation::Eq, made, other) == Some(true);
             let made = moving.iter().find_map(|(name, step)| {
                 let by = |value: &Value, many: &Value| {
                     let moved = step.mul(many).and_then(|moved| moved.add(&Value::variable(name))).ok()?;
                     value.substitute(&[(name.clone(), moved)].into()).ok()
                 };
-                if equal(&by(one, &Value::one())?, other) {
+                if equal(&by(one, &Value::one())?, other, context) {
                     return by(one, number);
                 }
                 // The first may be known more simply than it is made.
                 let before = by(other, &Value::integer(-1))?;
-                if equal(&before, one) { by(&before, number) } else { None }
+                if equal(&before, one, context) { by(&before, number) } else { None }
             });
             if made.is_some() {
                 return made;

@@ -37,10 +37,7 @@ fn in_cases(
     let case = |relation| {
         let mut all = hypotheses.to_vec();
         all.push(Condition::Compare(relation, count.clone(), Value::zero()));
-        in_cases(theory, &all, (system, run), splits - 1).map_err(|inner| {
-            eprintln!("SPLIT {relation:?} {count}: {}", inner.0);
-            lost.clone()
-        })
+        in_cases(theory, &all, (system, run), splits - 1).map_err(|_| lost.clone())
     };
     let (some, none) = (case(Relation::Gtr)?, case(Relation::Lte)?);
     let connective = some.statement.connective.join(none.statement.connective);
