@@ -45,6 +45,9 @@ struct State {
     drawn: BTreeSet<usize>,
 }
 
+/// The parts after a communication, and those that are then open.
+type Reached = (Vec<Term>, BTreeSet<usize>);
+
 /// What is drawn at one moment: by which part, under which name of its own, the name that it gives, and from what.
 type Moment = Vec<(usize, Name, Name, Value)>;
 
@@ -115,11 +118,7 @@ impl Search<'_, '_, '_> {
     }
 
     /// The parts after each communication between parts that are not among these, with those that are then open.
-    fn communications(
-        &self,
-        parts: &[Term],
-        but: &BTreeSet<usize>,
-    ) -> Result<Vec<(Vec<Term>, BTreeSet<usize>)>, Stuck> {
+    fn communications(&self, parts: &[Term], but: &BTreeSet<usize>) -> Result<Vec<Reached>, Stuck> {
         let mut readers: Vec<(usize, usize, Name, Name)> = Vec::new();
         let mut writers: BTreeMap<Name, Vec<(usize, usize, Value)>> = BTreeMap::new();
         for (part, term) in parts.iter().enumerate().filter(|(part, _)| !but.contains(part)) {

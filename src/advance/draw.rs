@@ -71,7 +71,8 @@ impl Due {
             drawn.push((name.clone(), from.clone()));
             Some(Term::new(Node::Set(Value::variable(&nth(drawn.len() - 1)), name.clone())))
         });
-        let moments = vec![0..drawn.len()];
+        let all = 0..drawn.len();
+        let moments = vec![all];
         Due { drawn, moments, later, after }
     }
 }
