@@ -119,6 +119,17 @@ pub enum Step {
     Trust(Term, Connective, Term, String),
 }
 
+impl Step {
+    /// The same with other numbers for the lemmas that it uses.
+    pub fn renumber(&mut self, place: &dyn Fn(usize) -> usize) {
+        match self {
+            Step::Lemma(lemma, _) | Step::Rounds { lemma, .. } | Step::Turns { lemma, .. } => *lemma = place(*lemma),
+            Step::Cases { holds, fails, .. } => (*holds, *fails) = (place(*holds), place(*fails)),
+            _ => {}
+        }
+    }
+}
+
 /// A value that moves on from turn to turn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moving {

@@ -139,7 +139,7 @@ impl<'a> Defined<'a> {
         }
         self.in_layers(value, from, layers)?;
         // Not by 1/value: that of `if n = 3 then 0 else 1` is 1 wherever it is defined.
-        let Some((numerator, _)) = value.polynomials() else { return Ok(()) };
+        let Some((numerator, _)) = value.polynomials() else { return Err(Unchecked(format!("{value} is no number"))) };
         self.none_zero(factors(numerator)?, from, layers)
     }
 

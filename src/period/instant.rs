@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{Hash, Hasher};
 
-use super::board::Board;
-use super::board::same;
+use super::board::{Board, same};
 use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
 use super::step::{Offer, finish, inspect, offers, written};

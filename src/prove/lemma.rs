@@ -97,11 +97,7 @@ fn with_lemmas(mut proof: Proof, earlier: &[Earlier]) -> Proof {
 
 /// The place of a lemma among those of the whole proof; the lemmas that it uses have their places already.
 fn placed(lemmas: &mut Vec<Lemma>, mut lemma: Lemma, places: &[usize]) -> usize {
-    for step in &mut lemma.steps {
-        if let Step::Lemma(of, _) = step {
-            *of = places.get(*of).copied().unwrap_or(*of);
-        }
-    }
+    lemma.steps.iter_mut().for_each(|step| step.renumber(&|of| places.get(of).copied().unwrap_or(of)));
     lemmas.iter().position(|known| *known == lemma).unwrap_or_else(|| {
         lemmas.push(lemma);
         lemmas.len() - 1

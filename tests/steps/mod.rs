@@ -1,6 +1,8 @@
 //! What the kernel says to networks that draw, and what such networks are made of.
 #![allow(dead_code)]
 
+use pars::advance::draw::Draws;
+use pars::fact::Context;
 use pars::kernel::{Reason, Thm, check};
 use pars::law::Connective;
 use pars::lower::Environment;
@@ -57,6 +59,28 @@ pub fn differs(network: &str, under: &[&str], right: &str) {
         Err(Reason::Differ(..)) => {}
         other => panic!("{network}: {other:?}"),
     }
+}
+
+/// What a network that draws is weakly equal to, with names of our own for what is drawn; the kernel says so too.
+#[track_caller]
+pub fn concluded(environment: &Environment, left: &Term, (draws, context): (&Draws, &Context<'_>)) -> Term {
+    let under: Vec<Name> = (0..draws.due().len()).map(|number| Name::new(&format!("e{number}"))).collect();
+    let right = draws.made(&under, context).expect("the draws are made");
+    let found = judged(environment, &[], (left, &right), vec![Step::Draw(left.clone(), under)]);
+    assert!(found.is_ok(), "{left}: {found:?}");
+    right
+}
+
+/// What `pars run` says to these lines of `compare … weak`, and how many it answers with yes; none with no.
+pub fn compared(text: &str) -> (String, usize) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = folder.path().join("drawn.pars");
+    std::fs::write(&script, text).expect("written");
+    let ran = std::process::Command::new(env!("CARGO_BIN_EXE_pars")).arg("run").arg(&script).output().expect("it runs");
+    let told = String::from_utf8_lossy(&ran.stdout).into_owned();
+    let yes = told.lines().filter(|line| line.trim_start().starts_with("yes:")).count();
+    assert!(!told.contains(" no: "), "{told}");
+    (told, yes)
 }
 
 /// One thing that a component does; y has been bound before.

@@ -80,16 +80,7 @@ fn added(lemmas: &mut Vec<Lemma>, proof: Proof) -> usize {
     let before = lemmas.len();
     let whole = Lemma { name: Name::new("Case"), statement: proof.statement, steps: proof.steps };
     for mut lemma in proof.lemmas.into_iter().chain([whole]) {
-        for step in &mut lemma.steps {
-            match step {
-                Step::Rounds { lemma, .. } | Step::Turns { lemma, .. } | Step::Lemma(lemma, _) => *lemma += before,
-                Step::Cases { holds, fails, .. } => {
-                    *holds += before;
-                    *fails += before;
-                }
-                _ => {}
-            }
-        }
+        lemma.steps.iter_mut().for_each(|step| step.renumber(&|of| of + before));
         let stem = lemma.name.as_str().trim_end_matches(|letter: char| letter.is_ascii_digit());
         lemma.name = Name::new(&format!("{stem}{}", lemmas.len() + 1));
         lemmas.push(lemma);
