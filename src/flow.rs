@@ -1,6 +1,7 @@
 //! Periods and flow functions as the paper prints them (§V.A): the components' periods, and one table a phase.
 
 mod carried;
+mod drawn;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -153,7 +154,8 @@ impl PhaseFlow {
         Term::seq(self.segments.iter().map(|segment| stretch(&segment.duration, &segment.observed)))
     }
 
-    /// The checked closed form of each variable from a symbolic start, called by the variable's name and `0`.
+    /// The checked closed form of each variable that depends on no random draw, from a symbolic start, called by the
+    /// variable's name and `0`.
     ///
     /// # Errors
     /// Why there are none.
@@ -161,7 +163,8 @@ impl PhaseFlow {
         let [(_, map)] = self.maps.as_slice() else {
             return Ok(Vec::new());
         };
-        let changes = |(name, image): &(&Name, &Value)| **image != Value::variable(name);
+        let drawn = self.drawn();
+        let changes = |(name, image): &(&Name, &Value)| **image != Value::variable(name) && !drawn.contains(*name);
         let changing: BTreeMap<Name, Value> =
             map.iter().filter(changes).map(|(name, image)| (name.clone(), image.clone())).collect();
         let starts = map.keys().map(|name| (name.clone(), Value::variable(&Name::new(&format!("{name}0"))))).collect();
@@ -171,7 +174,8 @@ impl PhaseFlow {
     /// The checked closed forms as text, where one of them is no single value: a sum over the roots of a polynomial.
     pub fn sums(&self, index: &Name, assumptions: &Assumptions) -> Vec<String> {
         let start = |name: &Name| Value::variable(&Name::new(&format!("{name}0")));
-        let sequences = self.steps(index).into_iter();
+        let drawn = self.drawn();
+        let sequences = self.steps(index).into_iter().filter(|(name, _)| !drawn.contains(name));
         let sequences = sequences.map(|(name, next)| Sequence { start: vec![start(&name)], name, next }).collect();
         let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, assumptions);
         solved.map_or_else(|_| Vec::new(), |solved| solved.lines())

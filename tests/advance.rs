@@ -443,7 +443,7 @@ fn missions_are_proved_with_nothing_on_trust_and_their_files_check() {
         assert!(files > 0, "{example} has no proof file");
     }
     // Where the kernel cannot follow, the trust stays and is said, with the reason.
-    let text = pars(&["run", "tests/cases/missions/drained.pars"]);
+    let text = pars(&["run", "tests/cases/missions/on_trust.pars"]);
     assert!(text.contains("the kernel could not follow the run: "), "{text}");
     assert!(text.contains("on trust: that the system runs as printed"), "{text}");
 }

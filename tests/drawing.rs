@@ -251,6 +251,8 @@ const MISSIONS: &str = "observer At(r), See(x)\nparam a, b, s > 0\nproc Tick = O
     proc Then_r = (Delay_1 # At_r) ; In_c<u> ; Ran_{Normal(0, sd: 1)}<e> ; Ran_{Normal(e, sd: 1)}<f> ; Then_{r+f}\n\
     proc Also_r = (Delay_1 # See_r) ; In_d<u> ; Ran_{Normal(0, sd: 1)}<g> ; Also_{r+g}\n\
     proc Twice_r = (Delay_1 # At_r) ; In_c<u> ; Ran_{Normal(0, sd: 1)}<e> ; In_c<u> ; Ran_{Normal(e, sd: 1)}<f> ; Twice_{r+f}\n\
+    proc Gives_r = (Delay_1 # At_r) ; In_c<u> ; Ran_{Normal(0, sd: 1)}<e> ; In_c<u> ; Ran_{Normal(e, sd: 1)}<f> ; Out_{g,f} ; Gives_{r+f}\n\
+    proc Takes_r = (Delay_1 # See_r) ; In_d<u> ; Ran_{Normal(0, sd: 1)}<h> ; In_g<y> ; Ran_{Normal(y, sd: 1)}<k> ; Takes_{r+k}\n\
     proc Ends = (Delay_1 # See_0) ; Ran_{Uniform(1,2)}<e> ; Delay_e ; Set_e<z>\n";
 
 /// What is said of the ways of a system of these.
@@ -275,11 +277,14 @@ fn the_ways_of_phases_that_draw_are_theorems() {
         ("Sure_0 | Tick", 3),
         ("Then_0 | Tick", 2),
         ("Then_0 | Also_0 | Tick | Tock", 2),
+        ("Twice_0 | Also_0 | Tick | Tock", 2),
+        ("Most_0 | Also_0 | Tick | Tock", 3),
     ] {
         let told = ways(system, "");
         assert!(told.contains(&format!("by the kernel: all {count} ways")), "{system}: {told}");
     }
-    let told = ways("Twice_0 | Also_0 | Tick | Tock", "");
+    // One draws again before the other has drawn, and what that draws next waits for it.
+    let told = ways("Gives_0 | Takes_0 | Tick | Tock", "");
     assert!(
         told.contains("by the kernel: 1 of 2 ways") && told.contains("the order in which parts communicate"),
         "{told}"
@@ -289,13 +294,33 @@ fn the_ways_of_phases_that_draw_are_theorems() {
 }
 
 #[test]
+fn what_is_drawn_anew_in_each_round_has_a_mean_and_no_closed_form() {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cases/periods/draws.pars");
+    let ran = std::process::Command::new(env!("CARGO_BIN_EXE_pars")).arg("run").arg(script).output().expect("it runs");
+    let told = String::from_utf8_lossy(&ran.stdout).into_owned();
+    for line in told.lines().filter(|line| line.contains(" closed ") || line.contains(" mean ")) {
+        let form = line.split_once(" = ").map_or(line, |(_, form)| form);
+        assert!(!form.contains('~'), "{line}: one value for all rounds");
+    }
+    // Of r' = r/2+(1+e)*t with E(e) = 1/8+3/4*(k+1)/2 and k = k0+n, by hand.
+    let mean = "mean      r = 3/2*t+3/4*k0*t+3/4*n*t+1/4*(1/2)^n*(4*r0-6*t-3*k0*t) from n = 0";
+    assert!(told.contains(mean) && told.contains("closed    k = k0+n from n = 0"), "{told}");
+    let means = |system: &str| {
+        let (_, told) = told.split_once(&format!(": flow {system}\n")).unwrap_or_else(|| panic!("{system}: {told}"));
+        told.split(": flow ").next().unwrap_or(told).contains(" mean ")
+    };
+    assert!(means("Chains") && means("Drifts"), "{told}");
+    assert!(!means("Ends") && !means("Grows") && !means("Coins"), "{told}");
+}
+
+#[test]
 fn what_always_holds_of_draws_need_not_trust_the_phases() {
     for (system, claim) in [("Sure_0 | Tick", "r >= 0"), ("Fork_0 | Tick", "r >= 0")] {
         let told = ways(system, &format!("prove Sys always {claim} when At_r"));
         assert!(told.contains("proved: Sys always") && !told.contains("on trust"), "{system}: {told}");
     }
     // Where the kernel does not follow, the trust stays.
-    let told = ways("Sure_0 | Twice_0 | Also_0 | Tick | Tock", "prove Sys always r >= r when At_r");
+    let told = ways("Sure_0 | Gives_0 | Takes_0 | Tick | Tock", "prove Sys always r >= r when At_r");
     assert!(!told.contains("proved: Sys always") || told.contains("on trust: that the phases"), "{told}");
 }
 

@@ -406,7 +406,9 @@ fn a_variable_of_a_phase_may_be_called_like_a_name_that_is_bound() {
 
 #[test]
 fn runs_that_end_and_turns_that_move_on_are_proved_with_nothing_on_trust() {
-    for case in ["followed", "tolerance", "inside_turn", "coupled", "rounds", "unknowns", "ends", "branches", "line"] {
+    for case in
+        ["followed", "drained", "tolerance", "inside_turn", "coupled", "rounds", "unknowns", "ends", "branches", "line"]
+    {
         let script = format!("{}/tests/cases/missions/{case}.pars", env!("CARGO_MANIFEST_DIR"));
         let ran =
             std::process::Command::new(env!("CARGO_BIN_EXE_pars")).arg("run").arg(script).output().expect("it runs");

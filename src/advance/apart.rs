@@ -14,6 +14,10 @@
 //! branch, and that `Tau` by the communications that lead there. Both communicate, so neither lets time pass before all
 //! have drawn. Then the network is a state that leads to the one last state, or that state itself.
 //!
+//! Parts may draw at several moments, one after the other, before others have drawn at all: then a branch is
+//! `Tau ; Ran_D1<e1> ; Tau ; Ran_D2<e2> ; …`, its moments have one order in all orders of the communications, and the
+//! next of each branch, and no other, can be next. In this case all that is drawn in the instant is in the branches.
+//!
 //! A part may depend on what it has drawn in a way that is not decided for all values. It stays as it is, *open*: what it
 //! may do in this instant, for any values whatever, is on ports that no other part may use in it, with no partner inside
 //! and no draw. So for each value it is some state that changes nothing of the above.
@@ -59,38 +63,49 @@ struct Search<'s, 'c, 'd> {
     /// The parts that may draw before any has drawn.
     drawing: BTreeSet<usize>,
     moments: Vec<Moment>,
+    /// Whether parts draw at several moments, until nothing is drawn any more in the instant.
+    again: bool,
     states: Vec<State>,
     known: HashMap<State, usize>,
     /// From each state: where a communication leads, and what moment it leads to.
     ways: Vec<Vec<(usize, Option<usize>)>>,
 }
 
-/// What is drawn, moment by moment.
+/// What is drawn, moment by moment: by each part once, and if that has no answer until nothing is drawn any more.
 pub(super) fn due(runner: &Runner<'_, '_>, start: &Term, ports: &[Name], bound: &BTreeSet<Name>) -> Result<Due, Stuck> {
     let Node::Par(parts) = start.node() else { return stuck(ORDER) };
-    let mut search = Search {
-        runner,
-        ports,
-        bound,
-        drawing: BTreeSet::new(),
-        moments: Vec::new(),
-        states: Vec::new(),
-        known: HashMap::new(),
-        ways: Vec::new(),
-    };
     let first = State { parts: parts.clone(), open: BTreeSet::new(), drawn: BTreeSet::new() };
-    search.find_drawing(&first)?;
-    if search.drawing.is_empty() {
-        return stuck(ORDER);
-    }
-    search.follow(first)?;
-    let last = search.last()?;
-    search.due(last)
+    let search = |again| -> Result<Due, Stuck> {
+        let mut search = Search {
+            runner,
+            ports,
+            bound,
+            drawing: BTreeSet::new(),
+            moments: Vec::new(),
+            again,
+            states: Vec::new(),
+            known: HashMap::new(),
+            ways: Vec::new(),
+        };
+        search.find_drawing(&first)?;
+        if search.drawing.is_empty() {
+            return stuck(ORDER);
+        }
+        search.follow(first.clone())?;
+        let last = search.last()?;
+        search.due(last)
+    };
+    search(false).or_else(|why| search(true).map_err(|_| why))
 }
 
 /// The name, in this search, of what a part draws; no source text can spell it.
 fn own(part: usize, number: usize) -> Name {
     Name::new(&format!("!{part}.{number}"))
+}
+
+/// The parts that draw at a moment.
+fn parts(moment: &Moment) -> BTreeSet<usize> {
+    moment.iter().map(|(part, ..)| *part).collect()
 }
 
 fn drawn_in(part: &Term) -> bool {
@@ -178,11 +193,12 @@ impl Search<'_, '_, '_> {
         let mut place = 0;
         while let Some(state) = self.states.get(place).cloned() {
             let mut ways = Vec::new();
-            if !(self.is_complete(&state) && state.parts.iter().any(drawn_in)) {
+            if self.again || !(self.is_complete(&state) && state.parts.iter().any(drawn_in)) {
                 for (parts, open) in self.communications(&state.parts, &state.open)? {
                     let open = state.open.union(&open).copied().collect();
                     let mut next = State { parts, open, drawn: state.drawn.clone() };
-                    let moment = if self.is_complete(&next) { None } else { self.draw(&mut next)? };
+                    let done = !self.again && self.is_complete(&next);
+                    let moment = if done { None } else { self.draw(&mut next)? };
                     self.open_parts_do_nothing(&next)?;
                     ways.push((self.number(next), moment));
                 }
@@ -205,8 +221,11 @@ impl Search<'_, '_, '_> {
         self.states.len() - 1
     }
 
-    /// Whether all parts that draw have drawn.
+    /// Whether all parts that draw have drawn, or all moments that were found have been.
     fn is_complete(&self, state: &State) -> bool {
+        if self.again {
+            return state.drawn.len() == self.moments.len();
+        }
         let drawn: BTreeSet<usize> =
             state.drawn.iter().flat_map(|moment| &self.moments[*moment]).map(|(part, ..)| *part).collect();
         self.drawing.is_subset(&drawn)
@@ -223,7 +242,8 @@ impl Search<'_, '_, '_> {
                 break;
             }
             for part in due {
-                let mut number = made.iter().filter(|(other, ..)| *other == part).count();
+                let earlier = state.drawn.iter().flat_map(|moment| &self.moments[*moment]);
+                let mut number = earlier.chain(&made).filter(|(other, ..)| *other == part).count();
                 state.parts[part] = rebuilt(&state.parts[part], &mut 0, &mut |_, leaf| {
                     let Node::Ran(from, name) = leaf.node() else { return None };
                     let own = own(part, number);
@@ -240,20 +260,54 @@ impl Search<'_, '_, '_> {
         if made.is_empty() {
             return Ok(None);
         }
-        let parts = |moment: &Moment| moment.iter().map(|(part, ..)| *part).collect::<BTreeSet<usize>>();
-        let drawing = parts(&made);
-        let known = self.moments.iter().position(|moment| *moment == made);
-        let met = self.moments.iter().any(|moment| !parts(moment).is_disjoint(&drawing));
-        let number = match known {
-            Some(number) if !state.drawn.contains(&number) => number,
-            None if !met && drawing.is_subset(&self.drawing) => {
-                self.moments.push(made);
-                self.moments.len() - 1
-            }
-            _ => return matters("what is drawn at one moment depends on it"),
-        };
+        let number = self.numbered(made, &state.drawn)?;
         state.drawn.insert(number);
         Ok(Some(number))
+    }
+
+    /// The number of a moment, which comes after all others of its branch that have been found or is one of them.
+    fn numbered(&mut self, made: Moment, drawn: &BTreeSet<usize>) -> Result<usize, Stuck> {
+        let drawing = parts(&made);
+        let known = self.moments.iter().position(|moment| *moment == made);
+        let meets = |moment: &Moment| !parts(moment).is_disjoint(&drawing);
+        let met: Vec<usize> = (0..self.moments.len()).filter(|other| meets(&self.moments[*other])).collect();
+        let mut before = met.iter().filter(|other| known.is_none_or(|known| **other < known));
+        // As many as have been: no moment of the branch has been that comes after it.
+        let in_turn = before.clone().count() == met.iter().filter(|other| drawn.contains(other)).count();
+        if !in_turn
+            || !before.all(|other| drawn.contains(other) && self.again && parts(&self.moments[*other]) == drawing)
+        {
+            return matters("what is drawn at one moment depends on it");
+        }
+        match known {
+            Some(number) => Ok(number),
+            None if self.again || drawing.is_subset(&self.drawing) => {
+                self.moments.push(made);
+                Ok(self.moments.len() - 1)
+            }
+            None => matters("what is drawn at one moment depends on it"),
+        }
+    }
+
+    /// The moments that come next if these have been: in each branch the first that has not.
+    fn next(&self, drawn: &BTreeSet<usize>) -> BTreeSet<usize> {
+        self.branches()
+            .iter()
+            .filter_map(|branch| branch.iter().find(|moment| !drawn.contains(moment)).copied())
+            .collect()
+    }
+
+    /// The moments of each branch, one after the other.
+    fn branches(&self) -> Vec<Vec<usize>> {
+        let mut branches: Vec<Vec<usize>> = Vec::new();
+        for number in 0..self.moments.len() {
+            let own = parts(&self.moments[number]);
+            match branches.iter_mut().find(|branch| parts(&self.moments[branch[0]]) == own) {
+                Some(branch) => branch.push(number),
+                None => branches.push(vec![number]),
+            }
+        }
+        branches
     }
 
     /// What the parts that are not decided may do in this instant is nothing that others, or they, could answer.
@@ -303,8 +357,7 @@ impl Search<'_, '_, '_> {
             return stuck("it communicates for ever in no time");
         }
         for (state, can) in self.states.iter().zip(&can) {
-            let next = |moment: usize| can.contains(&moment) != state.drawn.contains(&moment);
-            if !(0..self.moments.len()).all(next) {
+            if *can != self.next(&state.drawn) {
                 return matters("a draw waits for another, or prevents it");
             }
         }
@@ -341,19 +394,28 @@ impl Search<'_, '_, '_> {
         }
     }
 
-    /// What is drawn, in the order of the moments, and the network in this state.
+    /// What is drawn, branch by branch and in each in the order of the moments, and the network in this state.
     fn due(&self, last: usize) -> Result<Due, Stuck> {
-        let all = || self.moments.iter().flatten();
-        let names: BTreeMap<Name, Value> =
-            all().enumerate().map(|(number, (_, own, ..))| (own.clone(), Value::variable(&nth(number)))).collect();
-        let mut count = 0;
-        let moments = self.moments.iter().map(|moment| {
-            count += moment.len();
-            count - moment.len()..count
-        });
-        let moments = moments.collect();
-        let drawn = all().map(|(_, _, name, from)| Ok((name.clone(), from.substitute(&names)?)));
+        let mut names: BTreeMap<Name, Value> = BTreeMap::new();
+        let (mut drawn, mut branches) = (Vec::new(), Vec::new());
+        for branch in self.branches() {
+            let (mut own, mut moments) = (BTreeSet::new(), Vec::new());
+            for (_, name, given, from) in branch.iter().flat_map(|moment| &self.moments[*moment]) {
+                if from.variables().iter().any(|read| read.as_str().starts_with('!') && !own.contains(read)) {
+                    return matters("what one part draws from is drawn by another");
+                }
+                drawn.push((given.clone(), from.substitute(&names)?));
+                names.insert(name.clone(), Value::variable(&nth(names.len())));
+                own.insert(name.clone());
+            }
+            let mut from = drawn.len() - own.len();
+            for moment in &branch {
+                moments.push(from..from + self.moments[*moment].len());
+                from += self.moments[*moment].len();
+            }
+            branches.push(moments);
+        }
         let after = substitute_values(&Term::par(self.states[last].parts.iter().cloned()), &names)?;
-        Ok(Due { drawn: drawn.collect::<Result<_, Stuck>>()?, moments, later: true, after })
+        Ok(Due { drawn, branches, later: true, after })
     }
 }

@@ -54,8 +54,8 @@ pub fn nth(place: usize) -> Name {
 pub(super) struct Due {
     /// Under which name each value is drawn, and from what; that may mention what is drawn before it.
     pub(super) drawn: Vec<(Name, Value)>,
-    /// What is drawn at each moment.
-    pub(super) moments: Vec<Range<usize>>,
+    /// What is drawn at each moment, in each branch one after the other.
+    pub(super) branches: Vec<Vec<Range<usize>>>,
     /// Whether it communicates before.
     pub(super) later: bool,
     /// The network with what was drawn.
@@ -72,8 +72,8 @@ impl Due {
             Some(Term::new(Node::Set(Value::variable(&nth(drawn.len() - 1)), name.clone())))
         });
         let all = 0..drawn.len();
-        let moments = vec![all];
-        Due { drawn, moments, later, after }
+        let branches = vec![vec![all]];
+        Due { drawn, branches, later, after }
     }
 }
 
@@ -98,7 +98,7 @@ impl Draws {
     }
 
     /// Under which name each value is drawn, and from what, in the order in which they are named. What is drawn may
-    /// depend on what is drawn before at the same moment, which is called by its place ([`nth`]).
+    /// depend on what is drawn before in the same branch, which is called by its place ([`nth`]).
     pub fn due(&self) -> &[(Name, Value)] {
         &self.due.drawn
     }
@@ -113,14 +113,16 @@ impl Draws {
         self.may_be_named(names, context)?;
         let known = named(names);
         let mut branches = Vec::new();
-        for moment in &self.due.moments {
-            let (due, own) = (&self.due.drawn[moment.clone()], &names[moment.clone()]);
+        for moments in &self.due.branches {
             let mut parts = Vec::new();
-            if self.due.later {
-                parts.push(self.tau(own)?);
-            }
-            for ((_, from), own) in due.iter().zip(own) {
-                parts.push(Term::new(Node::Ran(from.substitute(&known)?, own.clone())));
+            for moment in moments {
+                let (due, own) = (&self.due.drawn[moment.clone()], &names[moment.clone()]);
+                if self.due.later {
+                    parts.push(self.tau(own)?);
+                }
+                for ((_, from), own) in due.iter().zip(own) {
+                    parts.push(Term::new(Node::Ran(from.substitute(&known)?, own.clone())));
+                }
             }
             branches.push(Term::seq(parts));
         }

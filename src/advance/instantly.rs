@@ -113,7 +113,8 @@ impl Reach {
         })
     }
 
-    /// A call: with its arguments the first time, and then with any at all, so that calls come to an end.
+    /// A call: with its arguments the first time, and then with any at all, so that calls come to an end; with any also
+    /// where an argument reads a name that is bound, which may be bound again in the body.
     fn called(
         &mut self,
         name: &Name,
@@ -130,7 +131,9 @@ impl Reach {
             return Ok(true);
         }
         let any: Vec<Value> = (0..arguments.len()).map(|place| Value::variable(&anything(place))).collect();
-        let arguments = if self.named.insert(name.clone()) { arguments.to_vec() } else { any };
+        let reads = |value: &Value| value.variables().iter().any(|read| bound.contains(read));
+        let plain = self.named.insert(name.clone()) && !arguments.iter().any(reads);
+        let arguments = if plain { arguments.to_vec() } else { any };
         let call = Term::new(Node::Call(name.clone(), arguments.clone()));
         if !self.seen.insert(call) {
             return Ok(true);

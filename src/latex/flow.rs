@@ -45,7 +45,9 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     for (name, next) in flow.steps(&index) {
         rows.push((format!("{}_{{{index}+1}}", escaped_name(&name)), indexed(value(&next))));
     }
-    for (name, closed) in flow.recurrences(&index, assumptions).unwrap_or_default() {
+    let closed = flow.recurrences(&index, assumptions).unwrap_or_default().into_iter().map(|one| ("", one));
+    let means = flow.means(&index, assumptions).into_iter().map(|one| ("\\operatorname{E}", one));
+    for (of, (name, closed)) in closed.chain(means) {
         for piece in &closed.pieces {
             let from = if piece.from.is_zero() { String::new() } else { format!("{} \\le ", value(&piece.from)) };
             let range = match (&piece.until, from.is_empty()) {
@@ -53,7 +55,8 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
                 (None, false) => format!(" \\quad ({from}{index})"),
                 (None, true) => String::new(),
             };
-            rows.push((format!("{}_{{{index}}}", escaped_name(&name)), indexed(value(&piece.form) + &range)));
+            let term = format!("{of}{}_{{{index}}}", escaped_name(&name));
+            rows.push((term, indexed(value(&piece.form) + &range)));
         }
     }
     for (tests, next) in &flow.exits {

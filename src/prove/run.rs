@@ -3,6 +3,8 @@
 
 mod draw;
 mod end;
+mod endless;
+mod rounds;
 mod shape;
 mod split;
 mod turn;
@@ -12,7 +14,7 @@ use std::collections::BTreeMap;
 pub use draw::{draws, due, goes_on};
 pub use end::{End, ends};
 use num_traits::ToPrimitive;
-use shape::{alike, between, unused};
+use shape::alike;
 pub use split::runs;
 pub use turn::interval;
 
@@ -22,7 +24,7 @@ use crate::kernel::Theory;
 use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{Lemma, Proof, Script, Statement, Step, StepId, hole};
-use crate::substitution::{Substitution, substitute_values};
+use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -151,11 +153,7 @@ impl<'t> Follower<'t> {
         };
         let tail = match last.node() {
             Node::Loop(body) => self.round_and_round(body, &starts, &state_at_end)?,
-            _ => {
-                let step = self.script.push(Step::Advance(state_at_end.clone(), None));
-                let rest = self.instant(&state_at_end)?.rest().map_err(|stuck| Lost(stuck.0))?;
-                self.same(step, &rest, &last)?
-            }
+            _ => self.at_rest(&state_at_end, &last)?,
         };
         Ok(match end {
             None => tail,
@@ -164,6 +162,17 @@ impl<'t> Follower<'t> {
                 self.script.chain(vec![step, behind])
             }
         })
+    }
+
+    /// Proves that a state is weakly equal to what it shows for ever, or that it goes on for ever.
+    fn at_rest(&mut self, state: &Term, shown: &Term) -> Result<StepId, Lost> {
+        let instant = self.instant(state)?;
+        if self.forgets && *shown == Term::idle() && !instant.delays().is_empty() {
+            return self.for_ever(state);
+        }
+        let rest = instant.rest().map_err(|stuck| Lost(stuck.0))?;
+        let step = self.script.push(Step::Advance(state.clone(), None));
+        self.same(step, &rest, shown)
     }
 
     /// From `… ~~ found`, `… ~~ wanted`, if their values are equal.
@@ -321,151 +330,5 @@ impl<'t> Follower<'t> {
         let back = self.script.push(Step::Symmetric(both));
         let all = alone(&sum, &mut self.script);
         Ok((self.script.chain(vec![back, law, all]), sum))
-    }
-
-    /// Rounds one by one: `state ~~ P^{i<n} ; next`.
-    fn counted(
-        &mut self,
-        body: &Term,
-        index: Option<&Name>,
-        number: usize,
-        state: &Term,
-    ) -> Result<(StepId, Term), Lost> {
-        let power = |count: usize| Term::new(Node::Power(body.clone(), Value::integer(count as i64), index.cloned()));
-        let law = |name: &str, at: usize| {
-            let mut with = Substitution::default();
-            with.processes.insert(Name::new("?P"), body.clone());
-            if let Some(index) = index {
-                with.names.insert(Name::new("?i"), index.clone());
-            }
-            if name.ends_with("step") {
-                with.values.insert(Name::new("?n"), Value::integer(at as i64));
-            }
-            Step::Law(Name::new(name), with)
-        };
-        let names = if index.is_some() { ("rounds-zero", "rounds-step") } else { ("power-zero", "power-step") };
-        // state = Stop ; state = P^0 ; state
-        let mut with = Substitution::default();
-        with.processes.insert(Name::new("?P"), state.clone());
-        let stop = self.script.push(Step::Law(Name::new("seq-stop-left"), with));
-        let none = self.script.push(law(names.0, 0));
-        let none = self.before(none, state);
-        let forward = self.script.chain(vec![none, stop]);
-        let mut found = self.script.push(Step::Symmetric(forward));
-        let mut state = state.clone();
-        for done in 0..number {
-            let round = match index {
-                Some(index) => {
-                    let map = BTreeMap::from([(index.clone(), Value::integer(done as i64))]);
-                    substitute_values(body, &map).map_err(|stuck| Lost(stuck.0))?
-                }
-                None => body.clone(),
-            };
-            let (step, next) = self.along(&items(&round), state)?;
-            let behind = self.behind(&[power(done)], step);
-            let one_more = self.script.push(law(names.1, done));
-            let back = self.script.push(Step::Symmetric(one_more));
-            let back = self.before(back, &next);
-            found = self.script.chain(vec![found, behind, back]);
-            state = next;
-        }
-        Ok((found, state))
-    }
-
-    /// A number of rounds that is not known: all but the last by a lemma, and the last, after which another thing happens.
-    fn rounds(
-        &mut self,
-        body: &Term,
-        index: Option<&Name>,
-        count: &Value,
-        state: &Term,
-    ) -> Result<(StepId, Term), Lost> {
-        let known = &self.context.assumptions;
-        // So few that it is known how many.
-        let few = [0, 1]
-            .into_iter()
-            .find(|few| known.decide(Relation::Eq, count, &Value::integer(*few as i64)) == Some(true));
-        if let Some(few) = few {
-            let (step, next) = self.counted(body, index, few, state)?;
-            let rounds = |count: &Value| {
-                let power = Term::new(Node::Power(body.clone(), count.clone(), index.cloned()));
-                Term::seq([power, next.clone()])
-            };
-            let step = self.same(step, &rounds(&Value::integer(few as i64)), &rounds(count))?;
-            return Ok((step, next));
-        }
-        let whole = known.simplify(count);
-        let fewer = whole.sub(&Value::one()).map_err(|error| Lost(error.0))?;
-        let Some(index) = index.filter(|_| !self.inside && known.is_natural(&fewer) == Some(true)) else {
-            return lost(format!("{count} rounds"));
-        };
-        let power = |count: &Value| Term::new(Node::Power(body.clone(), count.clone(), Some(index.clone())));
-        let (step, state) = self.all_alike(body, index, &fewer, state)?;
-        let last = substitute_values(body, &BTreeMap::from([(index.clone(), fewer.clone())]));
-        let (last, next) = self.along(&items(&last.map_err(|stuck| Lost(stuck.0))?), state)?;
-        let last = self.behind(&[power(&fewer)], last);
-        let mut with = Substitution::default();
-        with.processes.insert(Name::new("?P"), body.clone());
-        with.names.insert(Name::new("?i"), index.clone());
-        with.values.insert(Name::new("?n"), fewer);
-        let one_more = self.script.push(Step::Law(Name::new("rounds-step"), with));
-        let back = self.script.push(Step::Symmetric(one_more));
-        let back = self.before(back, &next);
-        let step = self.script.chain(vec![step, last, back]);
-        let behind = |count: &Value| Term::seq([power(count), next.clone()]);
-        let step = self.same(step, &behind(&whole), &behind(count))?;
-        Ok((step, next))
-    }
-
-    /// Rounds by a lemma about any one of them: `A(n) ~~ P(n) ; A(n+1)`. What changes in the first round by some step is
-    /// taken to change so in all; the proof of the lemma tells whether it does.
-    fn all_alike(&mut self, body: &Term, index: &Name, count: &Value, state: &Term) -> Result<(StepId, Term), Lost> {
-        let variable = unused(&[state, body], count);
-        let put = |term: &Term, name: &Name, value: Value| {
-            substitute_values(term, &BTreeMap::from([(name.clone(), value)])).map_err(|stuck| Lost(stuck.0))
-        };
-        let own = Value::variable(&variable);
-        let mut hypotheses = self.context.hypotheses.to_vec();
-        // The first of these rounds shows how values change.
-        hypotheses.push(Condition::Compare(Relation::Gtr, count.clone(), Value::zero()));
-        let first = put(body, index, Value::zero())?;
-        let second = self.within(&hypotheses).along(&items(&first), state.clone())?.1;
-        let inside = Context::new(&self.theory.assumptions, &self.theory.definitions, &hypotheses);
-        let Some(general) = between(state, &second, (&own, &inside)) else {
-            return lost("the rounds do not change in steps");
-        };
-        hypotheses.pop();
-        hypotheses.push(Condition::Natural(own.clone()));
-        hypotheses.push(Condition::Compare(Relation::Lss, own.clone(), count.clone()));
-        let round = put(body, index, own.clone())?;
-        let next = own.add(&Value::one()).map_err(|error| Lost(error.0))?;
-        let right = Term::seq([round.clone(), put(&general, &variable, next)?]);
-        let mut prover = self.within(&hypotheses);
-        let (step, found) = prover.along(&items(&round), general.clone())?;
-        prover.same(step, &Term::seq([round.clone(), found]), &right)?;
-        let (connective, forgot, steps) = (prover.connective(), prover.forgot, prover.script.steps);
-        self.forgot |= forgot;
-        let statement = Statement { hypotheses: hypotheses.clone(), left: general.clone(), connective, right };
-        let start = put(&general, &variable, Value::zero())?;
-        if !alike(&start, state, &self.context) {
-            return lost("the rounds do not start as the system is");
-        }
-        let name = Name::new(&format!("Round{}", self.lemmas.len() + 1));
-        self.lemmas.push(Lemma { name, statement, steps });
-        let lemma = self.lemmas.len() - 1;
-        let step = self.script.push(Step::Rounds {
-            lemma,
-            variable: variable.clone(),
-            round: round.clone(),
-            index: index.clone(),
-            count: count.clone(),
-        });
-        let step = if start == *state {
-            step
-        } else {
-            let equal = self.script.push(Step::Arithmetic(state.clone(), start));
-            self.script.chain(vec![equal, step])
-        };
-        Ok((step, put(&general, &variable, count.clone())?))
     }
 }

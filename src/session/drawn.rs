@@ -18,8 +18,15 @@ use crate::substitution::substitute_values;
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
-/// What is drawn at one moment: each value with its name and distribution.
-pub(super) type Layer = Vec<(Name, Value)>;
+/// What is drawn at one moment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Layer {
+    /// Each value with its name and distribution.
+    drawn: Vec<(Name, Value)>,
+    /// Where a test asks of one of several values that are drawn under one name: the networks before and after, which
+    /// tell which of them is which.
+    between: Option<(Term, Term)>,
+}
 
 /// A way that is being followed.
 struct Way<'a, 'r> {
@@ -123,7 +130,7 @@ impl Way<'_, '_> {
 
     /// One moment at which these are drawn.
     fn draw(&mut self, hypotheses: &[Condition], due: Vec<(Name, Value)>) -> Result<(), Lost> {
-        let mut layer: Layer = Vec::new();
+        let mut layer: Vec<(Name, Value)> = Vec::new();
         let known = self.known(hypotheses);
         for (name, from) in &due {
             // What has been drawn just before is called by its place there, and by its label here.
@@ -142,20 +149,19 @@ impl Way<'_, '_> {
             let Some(found) = fitting else { return Err(Lost(format!("{name} is drawn from {from}"))) };
             layer.push(found);
         }
-        // Which of several of one name is which is not told by what is printed.
-        for (place, (name, _)) in due.iter().enumerate() {
+        // Which of several of one name is which is not told by their labels.
+        let several = due.iter().enumerate().any(|(place, (name, _))| {
             let again = due.iter().enumerate().any(|(other, (same, _))| other != place && same == name);
-            if again && self.asked.iter().any(|test| asks_of(test, &layer[place].0)) {
-                return Err(Lost(format!("a test asks of one of several {name} that are drawn at once")));
-            }
-        }
+            again && self.asked.iter().any(|test| asks_of(test, &layer[place].0))
+        });
         let labels: Vec<Name> = layer.iter().map(|(label, _)| label.clone()).collect();
         let (proof, next) = draws(self.rounds.theory, hypotheses, &self.state, &labels)?;
         self.checked(&proof)?;
         let open: Named = labels.iter().map(|label| (label.clone(), Value::variable(&open_name(label)))).collect();
-        self.state = substitute_values(&next, &open).map_err(|stuck| Lost(stuck.0))?;
+        let next = substitute_values(&next, &open).map_err(|stuck| Lost(stuck.0))?;
+        let before = std::mem::replace(&mut self.state, next.clone());
         self.named.extend(open);
-        self.layers.push(layer);
+        self.layers.push(Layer { drawn: layer, between: several.then_some((before, next)) });
         Ok(())
     }
 }
@@ -170,7 +176,8 @@ fn called(label: &Name, name: &Name) -> bool {
 }
 
 /// Whether the ways that leave from one place name what they draw alike: two ways draw the same under the same names as
-/// long as no test tells them apart. So what their tests say of a name, they say of one value.
+/// long as no test tells them apart, and where several are drawn under one name, of which tests ask, from one network to
+/// one. So what their tests say of a name, they say of one value.
 pub(super) fn named_alike(ways: &[(&Edge, &[Layer])]) -> bool {
     ways.iter().enumerate().all(|(place, (one, layers))| {
         ways[..place].iter().all(|(other, theirs)| {
@@ -182,7 +189,7 @@ pub(super) fn named_alike(ways: &[(&Edge, &[Layer])]) -> bool {
 
 /// Whether one of two ways has a test, of nothing that is drawn later, that the other has turned round.
 fn told_apart(one: &Edge, other: &Edge, before: &[Layer]) -> bool {
-    let drawn: BTreeSet<&Name> = before.iter().flatten().map(|(name, _)| name).collect();
+    let drawn: BTreeSet<&Name> = before.iter().flat_map(|layer| &layer.drawn).map(|(name, _)| name).collect();
     let later =
         |edge: &Edge, test: &Test| edge.draws.iter().any(|(name, _)| !drawn.contains(name) && asks_of(test, name));
     one.tests.iter().any(|test| !later(one, test) && !later(other, test) && other.tests.contains(&test.negated()))

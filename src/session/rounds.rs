@@ -135,13 +135,28 @@ fn count(period: &Period, system: &System, environment: &Environment, interrupte
         start.chain(edges).filter(|(_, edge)| !matches!(edge.next, Next::End(End::Livelock { .. }))).collect();
     let mut layers = Vec::new();
     let mut failed = Vec::new();
-    for (from, edge) in all.iter().take(MOST_WAYS) {
+    for beside in all[..all.len().min(MOST_WAYS)].chunk_by(|(one, _), (other, _)| one == other) {
         if failed.len() >= MOST_FAILURES || interrupted() {
             break;
         }
-        let found = rounds.proved(*from, edge, &whole);
-        failed.extend(found.as_ref().err().map(|Lost(why)| format!("{}: {}", named(*from, edge), short(why))));
-        layers.push(found.ok());
+        let each = |backwards| -> Vec<Result<Vec<Layer>, Lost>> {
+            beside.iter().map(|(from, edge)| rounds.proved(*from, edge, (&whole, backwards))).collect()
+        };
+        // All ways from one place name what they draw in one order: so one name is of one value.
+        let mut found = each(false);
+        if found.iter().any(Result::is_err) && beside.iter().any(|(_, edge)| !edge.draws.is_empty()) {
+            let other = each(true);
+            let all = other.iter().all(Result::is_ok);
+            for (one, other) in found.iter_mut().zip(other) {
+                if all || one.is_err() && other.is_ok() {
+                    *one = other;
+                }
+            }
+        }
+        for ((from, edge), found) in beside.iter().zip(found) {
+            failed.extend(found.as_ref().err().map(|Lost(why)| format!("{}: {}", named(*from, edge), short(why))));
+            layers.push(found.ok());
+        }
     }
     let unseen = (layers.len() < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
     Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen) }
@@ -185,7 +200,8 @@ impl Rounds<'_> {
     }
 
     /// Has the kernel check that one way through a phase is what the system does, and returns what is drawn on it.
-    fn proved(&self, from: Option<usize>, edge: &Edge, whole: &Term) -> Result<Vec<Layer>, Lost> {
+    /// Of several values that are drawn under one name, the last that is printed may be taken for the first.
+    fn proved(&self, from: Option<usize>, edge: &Edge, (whole, backwards): (&Term, bool)) -> Result<Vec<Layer>, Lost> {
         let phase = from.and_then(|number| self.period.phases.get(number));
         let named = phase.map_or_else(Named::new, any_values);
         let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
@@ -199,14 +215,11 @@ impl Rounds<'_> {
         }
         let beside = phase.map_or(&self.period.initial, |phase| &phase.edges);
         let asked: Vec<Test> = beside.iter().flat_map(|edge| edge.tests.iter().cloned()).collect();
-        let through = |backwards: bool| {
-            let reached = followed(self, edge, (&named, &running, &left), (&asked, backwards))?;
-            if let Some(state) = &reached.state {
-                self.leads(edge, (state, &[]), &reached.named, &reached.hypotheses)?;
-            }
-            Ok(reached.layers)
-        };
-        through(false).or_else(|why| through(true).map_err(|_| why))
+        let reached = followed(self, edge, (&named, &running, &left), (&asked, backwards))?;
+        if let Some(state) = &reached.state {
+            self.leads(edge, (state, &[]), &reached.named, &reached.hypotheses)?;
+        }
+        Ok(reached.layers)
     }
 
     /// In a phase, what is left of each delay that runs is more than 0: so it is where the phase is entered.

@@ -149,6 +149,9 @@ impl Run<'_, '_> {
                         sums => lines.extend(sums.into_iter().map(|line| format!("  closed    {line}"))),
                     },
                 }
+                let means = flow.means(&n, &environment.assumptions);
+                let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed));
+                lines.extend(means.map(|line| line.replacen("closed", "mean  ", 1)));
             }
             lines
         })

@@ -27,6 +27,12 @@ pub fn interval(numbers: &[BigRational; 3]) -> Option<(BigRational, BigRational)
     Some(((*all.iter().min()?).clone(), (*all.iter().max()?).clone()))
 }
 
+/// The place on whose two sides three values in turn lie, ever farther from it or as far: none comes to it.
+fn leaping(numbers: &[BigRational; 3]) -> Option<BigRational> {
+    let factor = factor(numbers).filter(|factor| *factor <= -BigRational::one())?;
+    Some(&numbers[0] + (&numbers[1] - &numbers[0]) / (BigRational::one() - factor))
+}
+
 /// How much larger the second of two steps is.
 fn factor(numbers: &[BigRational; 3]) -> Option<BigRational> {
     let (before, step) = (&numbers[1] - &numbers[0], &numbers[2] - &numbers[1]);
@@ -45,12 +51,17 @@ pub(super) fn starts(parts: &mut Vec<Term>) -> Vec<(Name, Value)> {
 }
 
 /// A turn as the run writes it, and under the names of what moves the values of the next one.
-struct Turn {
+pub(super) struct Turn {
     parts: Vec<Term>,
     nexts: Vec<Value>,
 }
 
 impl Turn {
+    /// One that carries no values on.
+    pub(super) fn plain(parts: Vec<Term>) -> Turn {
+        Turn { parts, nexts: Vec::new() }
+    }
+
     fn of(body: &Term, names: usize) -> Result<Turn, Lost> {
         let mut parts = items(body);
         let mut nexts: Vec<Value> = if names == 0 { Vec::new() } else { values_of(starts(&mut parts)) };
@@ -142,7 +153,7 @@ impl Follower<'_> {
     }
 
     /// One turn from anywhere that the turns may begin, as a lemma.
-    fn turning(&mut self, turn: &Turn, starts: &[(Name, Value)], state: &Term) -> Result<StepId, Lost> {
+    pub(super) fn turning(&mut self, turn: &Turn, starts: &[(Name, Value)], state: &Term) -> Result<StepId, Lost> {
         let (states, named) = self.three(turn, starts, state)?;
         let (mut bases, general) = self.generalised(&states, named)?;
         let mut hypotheses = self.context.hypotheses.to_vec();
@@ -297,6 +308,9 @@ fn supposed(base: &Base) -> Result<Vec<Condition>, Lost> {
     };
     let numbers = [one, two, three];
     let compare = |relation, bound: BigRational| Condition::Compare(relation, own.clone(), Value::rational(bound));
+    if let Some(centre) = leaping(&numbers) {
+        return Ok(vec![compare(Relation::Neq, centre)]);
+    }
     if factor(&numbers).is_some_and(|factor| factor >= BigRational::one()) {
         let relation = if numbers[1] > numbers[0] { Relation::Gte } else { Relation::Lte };
         return Ok(vec![compare(relation, numbers[0].clone())]);
