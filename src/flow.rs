@@ -88,6 +88,40 @@ fn component_period(definition: &Definition) -> Option<ComponentPeriod> {
     })
 }
 
+/// A way from a phase to another one, or to an end.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Exit {
+    /// When it is taken.
+    pub tests: Vec<Test>,
+    /// Where it leads.
+    pub next: Next,
+    /// The variables of the next phase whose values the flow function of a round does not tell.
+    pub map: Vec<(Name, Value)>,
+    /// What passes with what is shown, where that is not as in the round.
+    pub segments: Option<Vec<Segment>>,
+}
+
+impl Exit {
+    fn of(edge: &Edge, rounds: &[&Edge], shown: Option<&Edge>) -> Exit {
+        let told = |(name, value): &(&Name, &Value)| match rounds {
+            [] => **value == Value::variable(name),
+            rounds => rounds.iter().all(|round| round.map.get(*name) == Some(*value)),
+        };
+        let map = edge.map.iter().filter(|one| !told(one)).map(|(name, value)| (name.clone(), value.clone())).collect();
+        let segments = shown.is_some_and(|shown| shown.segments != edge.segments).then(|| edge.segments.clone());
+        Exit { tests: edge.tests.clone(), next: edge.next.clone(), map, segments }
+    }
+
+    /// What passes before it leads there, where that is not as in the round.
+    pub fn period_term(&self) -> Option<Term> {
+        self.segments.as_ref().map(|segments| passing(segments))
+    }
+}
+
+fn passing(segments: &[Segment]) -> Term {
+    Term::seq(segments.iter().map(|segment| stretch(&segment.duration, &segment.observed)))
+}
+
 /// One phase as a table.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PhaseFlow {
@@ -107,12 +141,12 @@ pub struct PhaseFlow {
     pub maps: Vec<(Vec<Test>, BTreeMap<Name, Value>)>,
     /// What the parameters of its processes are before and after, where the phase does not come back to itself.
     pub carried: Vec<Carried>,
-    /// Random draws of a round: names for what is drawn, with the distribution.
+    /// Random draws: names for what is drawn, with the distribution.
     pub draws: Vec<(Name, Value)>,
     /// Ports with the values that pass in a round.
     pub communications: Vec<(Name, Value)>,
-    /// Where it goes on otherwise: the tests, and the phase.
-    pub exits: Vec<(Vec<Test>, Next)>,
+    /// Where it goes on otherwise.
+    pub exits: Vec<Exit>,
 }
 
 /// The table of every phase.
@@ -126,6 +160,14 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
             let shown = rounds.first().copied().or(phase.edges.first());
             let mut ways = phase.edges.iter().filter(|edge| matches!(edge.next, Next::Phase(_)));
             let only = ways.next().filter(|_| rounds.is_empty() && ways.next().is_none());
+            let carried = only.map_or_else(Vec::new, |edge| carried::carried(phase, edge, &period.phases, definitions));
+            let leaving = phase.edges.iter().filter(|edge| edge.next != Next::Phase(number));
+            let mut draws: Vec<(Name, Value)> = Vec::new();
+            for draw in phase.edges.iter().flat_map(|edge| &edge.draws) {
+                if !draws.contains(draw) {
+                    draws.push(draw.clone());
+                }
+            }
             PhaseFlow {
                 phase: number,
                 control: phase.control.clone(),
@@ -134,15 +176,10 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
                 segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
                 duration: shown.and_then(|edge| edge.duration().ok()),
                 maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
-                carried: only.map_or_else(Vec::new, |edge| carried::carried(phase, edge, &period.phases, definitions)),
-                draws: shown.map(|edge| edge.draws.clone()).unwrap_or_default(),
+                carried,
+                draws,
                 communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
-                exits: phase
-                    .edges
-                    .iter()
-                    .filter(|edge| edge.next != Next::Phase(number))
-                    .map(|edge| (edge.tests.clone(), edge.next.clone()))
-                    .collect(),
+                exits: leaving.map(|edge| Exit::of(edge, &rounds, shown)).collect(),
             }
         })
         .collect()
@@ -151,7 +188,7 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
 impl PhaseFlow {
     /// The round, projected on the observers and time.
     pub fn period_term(&self) -> Term {
-        Term::seq(self.segments.iter().map(|segment| stretch(&segment.duration, &segment.observed)))
+        passing(&self.segments)
     }
 
     /// The checked closed form of each variable that depends on no random draw, from a symbolic start, called by the
@@ -224,18 +261,27 @@ impl PhaseFlow {
             let ways: Vec<String> = self.guard.iter().map(all).collect();
             lines.push(format!("  again     while {} after the round", ways.join(", or ")));
         }
-        for (tests, next) in &self.exits {
-            let to = match next {
-                Next::Phase(number) => format!("to phase {}", number + 1),
-                Next::End(end) => ending(end),
-            };
-            lines.push(format!("  then      {to}{}", crate::period::in_case(tests)));
-        }
+        lines.extend(self.exits.iter().map(|exit| self.exit_line(exit)));
         let most = if self.communications.len() > MOST_LISTED { MOST_LISTED } else { self.communications.len() };
         lines.extend(self.communications[..most].iter().map(|(port, value)| format!("  port {port}    {value}")));
         if let more @ 1.. = self.communications.len() - most {
             lines.push(format!("  … and {more} more communications"));
         }
         lines
+    }
+    /// Where it goes on otherwise, with the variables of the next phase that no other line tells.
+    fn exit_line(&self, exit: &Exit) -> String {
+        let to = match &exit.next {
+            Next::Phase(number) => format!("to phase {}", number + 1),
+            Next::End(end) => ending(end),
+        };
+        let after = exit.period_term().map_or(String::new(), |term| format!(" after {term}"));
+        let all: Vec<String> = exit.map.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        let with = if all.is_empty() || !self.carried.is_empty() {
+            String::new()
+        } else {
+            format!(" with {}", all.join(", "))
+        };
+        format!("  then      {to}{after}{with}{}", crate::period::in_case(&exit.tests))
     }
 }

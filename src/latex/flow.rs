@@ -59,12 +59,16 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
             rows.push((term, indexed(value(&piece.form) + &range)));
         }
     }
-    for (tests, next) in &flow.exits {
-        let to = match next {
+    for exit in &flow.exits {
+        let to = match &exit.next {
             Next::Phase(number) => format!("phase {}", number + 1),
             Next::End(end) => escaped(&ending(end)),
         };
-        rows.push(("\\text{then}".to_string(), format!("\\text{{{to}}}{}", conditions(tests, "if"))));
+        let known = flow.carried.is_empty().then_some(&exit.map).into_iter().flatten();
+        let known: Vec<String> =
+            known.map(|(name, image)| format!("{} = {}", escaped_name(name), value(image))).collect();
+        let with = if known.is_empty() { String::new() } else { format!("\\text{{ with }}{}", known.join(", ")) };
+        rows.push(("\\text{then}".to_string(), format!("\\text{{{to}}}{with}{}", conditions(&exit.tests, "if"))));
     }
     let control = escaped(&flow.control.join(" | "));
     let mut out = format!("{{\\raggedright\\noindent Phase {}: \\texttt{{{control}}}\\par}}\n", flow.phase + 1);
