@@ -22,10 +22,24 @@ struct Part {
     reads: BTreeSet<Name>,
     writes: Vec<(Name, Value)>,
     shows: Vec<(Name, Vec<Value>)>,
-    /// Ports read whose value changes a parameter of the component.
-    moves: BTreeSet<Name>,
-    /// The parameters that change from call to call.
-    changing: BTreeSet<Name>,
+    /// The ports on which results are read.
+    sources: BTreeMap<Name, BTreeSet<Name>>,
+    /// What parameters and results are made of, and what the tests ask of by which they become one thing or another.
+    depends: BTreeMap<Name, BTreeSet<Name>>,
+}
+
+impl Part {
+    /// The ports read of which what this observer shows may depend.
+    fn moved_by(&self, observer: &Name) -> BTreeSet<&Name> {
+        let shown = self.shows.iter().filter(|(name, _)| name == observer).flat_map(|(_, values)| values);
+        let mut known: BTreeSet<Name> = shown.flat_map(Value::variables).collect();
+        let mut work: Vec<Name> = known.iter().cloned().collect();
+        while let Some(name) = work.pop() {
+            let more = self.depends.get(&name).into_iter().flatten().filter(|more| known.insert((*more).clone()));
+            work.extend(more.cloned());
+        }
+        known.iter().filter_map(|name| self.sources.get(name)).flatten().collect()
+    }
 }
 
 /// Who reads what from whom, and whether what must be sensed reaches what moves.
@@ -59,7 +73,9 @@ pub fn connectivity(components: &[Term], observers: &[Name], definitions: &Defin
     let moved: Vec<(&Name, &Part)> = observers
         .iter()
         .flat_map(|observer| parts.iter().map(move |part| (observer, part)))
-        .filter(|(observer, part)| part.shows.iter().any(|(name, _)| name == *observer) && moves(part, observer))
+        .filter(|(observer, part)| {
+            part.shows.iter().any(|(name, _)| name == *observer) && !part.moved_by(observer).is_empty()
+        })
         .collect();
     let still: Vec<&Name> = observers.iter().filter(|name| !moved.iter().any(|(other, _)| other == name)).collect();
     if moved.is_empty() {
@@ -106,13 +122,6 @@ impl Connectivity {
     }
 }
 
-/// Whether an observer of a part shows a value that what is read can change.
-fn moves(part: &Part, observer: &Name) -> bool {
-    let varies =
-        |values: &[Value]| values.iter().any(|value| value.variables().iter().any(|name| part.changing.contains(name)));
-    !part.moves.is_empty() && part.shows.iter().any(|(name, values)| name == observer && varies(values))
-}
-
 /// A path from where a thing is shown, over a port that carries what is shown, to a port that moves a target.
 fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Name, &Part)]) -> Result<String, String> {
     let mut carries: BTreeSet<(usize, Name)> = BTreeSet::new();
@@ -142,7 +151,8 @@ fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Na
         {
             for (written, _) in &part.writes {
                 let next = format!("{so_far} {} -{written}->", part.name);
-                if let Some((observer, target)) = targets.iter().find(|(_, target)| target.moves.contains(written)) {
+                let moves = |(observer, target): &&&(&Name, &Part)| target.moved_by(observer).contains(written);
+                if let Some((observer, target)) = targets.iter().find(moves) {
                     return Ok(format!("{next} {observer} ({})", target.name));
                 }
                 if seen.insert(written.clone()) {
@@ -152,7 +162,7 @@ fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Na
         }
     }
     let ports = |names: BTreeSet<&Name>| names.into_iter().map(Name::as_str).collect::<Vec<_>>().join(", ");
-    let actuators = ports(targets.iter().flat_map(|(_, target)| &target.moves).collect());
+    let actuators = ports(targets.iter().flat_map(|(observer, target)| target.moved_by(observer)).collect());
     Err(format!(
         "there is no path from {thing}, which is sensed on {}, through a program to {actuators}, which moves {}",
         ports(carries.iter().map(|(_, port)| port).collect()),
@@ -165,7 +175,7 @@ fn part(component: &Term, name: String, definitions: &Definitions) -> Part {
     let mut part = Part { name, ..Part::default() };
     let mut bound: Vec<(Name, Name)> = Vec::new();
     let mut used: BTreeSet<Name> = BTreeSet::new();
-    let mut passed: BTreeSet<Name> = BTreeSet::new();
+    let (mut asked, mut changing): (BTreeSet<Name>, BTreeSet<Name>) = Default::default();
     let mut seen: BTreeSet<Name> = BTreeSet::new();
     let mut work = vec![(component.clone(), true)];
     while let Some((term, outermost)) = work.pop() {
@@ -179,11 +189,11 @@ fn part(component: &Term, name: String, definitions: &Definitions) -> Part {
                 Node::Call(name, arguments) => {
                     let parameters = definitions.get(name).map(|definition| definition.parameters.clone());
                     for (parameter, argument) in parameters.iter().flatten().zip(arguments) {
-                        if *argument != Value::variable(parameter) && argument.as_rational().is_none() {
-                            part.changing.insert(parameter.clone());
+                        if *argument != Value::variable(parameter) {
+                            part.depends.entry(parameter.clone()).or_default().extend(argument.variables());
+                            changing.insert(parameter.clone());
                         }
                     }
-                    passed.extend(arguments.iter().flat_map(Value::variables));
                     let Some(definition) = definitions.get(name).filter(|_| seen.insert(name.clone())) else {
                         continue;
                     };
@@ -197,17 +207,23 @@ fn part(component: &Term, name: String, definitions: &Definitions) -> Part {
                     };
                     work.push((body.unwrap_or_else(|| definition.body.clone()), false));
                 }
+                Node::Set(value, result) => {
+                    part.depends.entry(result.clone()).or_default().extend(value.variables());
+                    changing.insert(result.clone());
+                }
+                Node::Guard(_, left, right) => asked.extend(left.variables().into_iter().chain(right.variables())),
                 _ => {}
             }
         }
+    }
+    for name in changing {
+        part.depends.entry(name).or_default().extend(asked.iter().cloned());
     }
     for (port, result) in bound {
         if used.contains(&result) {
             part.reads.insert(port.clone());
         }
-        if passed.contains(&result) {
-            part.moves.insert(port);
-        }
+        part.sources.entry(result).or_default().insert(port);
     }
     part
 }

@@ -12,8 +12,8 @@ use crate::closed_form::{Recurrence, Sequence, term};
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
 use crate::period::graph::ending;
-use crate::period::{Edge, Next, Period, Segment, Test, stretch};
-use crate::recurrence::{Closed, NoClosedForm, solve_all, solve_together};
+use crate::period::{Edge, Next, Period, Segment, Test, in_case, stretch};
+use crate::recurrence::{Closed, Comparison, NoClosedForm, solve_all, solve_together};
 use crate::scope::calls;
 use crate::term::{Node, Term};
 use crate::value::Value;
@@ -88,6 +88,34 @@ fn component_period(definition: &Definition) -> Option<ComponentPeriod> {
     })
 }
 
+/// What passes in a round that comes back to its phase, or, where none does, on a way out of it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Way {
+    /// When it is so.
+    pub tests: Vec<Test>,
+    /// What passes, with what is shown.
+    pub segments: Vec<Segment>,
+    /// Ports with the values that pass.
+    pub communications: Vec<(Name, Value)>,
+}
+
+impl Way {
+    fn of(edge: &Edge) -> Way {
+        let (tests, segments) = (edge.tests.clone(), edge.segments.clone());
+        Way { tests, segments, communications: edge.communications.clone() }
+    }
+
+    /// What passes, projected on the observers and time.
+    pub fn period_term(&self) -> Term {
+        passing(&self.segments)
+    }
+
+    /// How long it takes, where that is known.
+    pub fn duration(&self) -> Option<Value> {
+        self.segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration).ok())
+    }
+}
+
 /// A way from a phase to another one, or to an end.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Exit {
@@ -102,13 +130,14 @@ pub struct Exit {
 }
 
 impl Exit {
-    fn of(edge: &Edge, rounds: &[&Edge], shown: Option<&Edge>) -> Exit {
+    fn of(edge: &Edge, rounds: &[&Edge]) -> Exit {
         let told = |(name, value): &(&Name, &Value)| match rounds {
             [] => **value == Value::variable(name),
             rounds => rounds.iter().all(|round| round.map.get(*name) == Some(*value)),
         };
         let map = edge.map.iter().filter(|one| !told(one)).map(|(name, value)| (name.clone(), value.clone())).collect();
-        let segments = shown.is_some_and(|shown| shown.segments != edge.segments).then(|| edge.segments.clone());
+        let other = rounds.iter().any(|round| round.segments != edge.segments);
+        let segments = other.then(|| edge.segments.clone());
         Exit { tests: edge.tests.clone(), next: edge.next.clone(), map, segments }
     }
 
@@ -133,18 +162,14 @@ pub struct PhaseFlow {
     pub variables: Vec<Name>,
     /// When a round is followed by another.
     pub guard: Vec<Vec<Test>>,
-    /// The round: what passes, with what is shown.
-    pub segments: Vec<Segment>,
-    /// How long the round takes.
-    pub duration: Option<Value>,
+    /// What passes in each round; on each way out, where no round comes back.
+    pub ways: Vec<Way>,
     /// The flow function of a round that comes back; several where guards branch, each with its tests.
     pub maps: Vec<(Vec<Test>, BTreeMap<Name, Value>)>,
     /// What the parameters of its processes are before and after, where the phase does not come back to itself.
     pub carried: Vec<Carried>,
     /// Random draws: names for what is drawn, with the distribution.
     pub draws: Vec<(Name, Value)>,
-    /// Ports with the values that pass in a round.
-    pub communications: Vec<(Name, Value)>,
     /// Where it goes on otherwise.
     pub exits: Vec<Exit>,
 }
@@ -157,9 +182,9 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
         .enumerate()
         .map(|(number, phase)| {
             let rounds: Vec<&Edge> = phase.rounds(number).collect();
-            let shown = rounds.first().copied().or(phase.edges.first());
-            let mut ways = phase.edges.iter().filter(|edge| matches!(edge.next, Next::Phase(_)));
-            let only = ways.next().filter(|_| rounds.is_empty() && ways.next().is_none());
+            let ways = if rounds.is_empty() { phase.edges.iter().collect() } else { rounds.clone() };
+            let mut on = phase.edges.iter().filter(|edge| matches!(edge.next, Next::Phase(_)));
+            let only = on.next().filter(|_| rounds.is_empty() && on.next().is_none());
             let carried = only.map_or_else(Vec::new, |edge| carried::carried(phase, edge, &period.phases, definitions));
             let leaving = phase.edges.iter().filter(|edge| edge.next != Next::Phase(number));
             let mut draws: Vec<(Name, Value)> = Vec::new();
@@ -173,22 +198,25 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
                 control: phase.control.clone(),
                 variables: phase.variables.clone(),
                 guard: phase.guard(number),
-                segments: shown.map(|edge| edge.segments.clone()).unwrap_or_default(),
-                duration: shown.and_then(|edge| edge.duration().ok()),
+                ways: ways.into_iter().map(Way::of).collect(),
                 maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
                 carried,
                 draws,
-                communications: shown.map(|edge| edge.communications.clone()).unwrap_or_default(),
-                exits: leaving.map(|edge| Exit::of(edge, &rounds, shown)).collect(),
+                exits: leaving.map(|edge| Exit::of(edge, &rounds)).collect(),
             }
         })
         .collect()
 }
 
 impl PhaseFlow {
-    /// The round, projected on the observers and time.
-    pub fn period_term(&self) -> Term {
-        passing(&self.segments)
+    /// The rounds with what tells when they are so: one, without, where all pass alike.
+    pub fn periods(&self) -> Vec<(&Way, &[Test])> {
+        told_apart(&self.ways, |one, other| one.segments == other.segments)
+    }
+
+    /// The rounds with what passes through their ports, as [`PhaseFlow::periods`].
+    pub fn communications(&self) -> Vec<(&Way, &[Test])> {
+        told_apart(&self.ways, |one, other| one.communications == other.communications)
     }
 
     /// The checked closed form of each variable that depends on no random draw, from a symbolic start, called by the
@@ -235,14 +263,16 @@ impl PhaseFlow {
     /// The table, line by line.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!("phase {}: {}", self.phase + 1, self.control.join(" | "))];
-        if let Some(duration) = &self.duration {
-            lines.push(format!("  period    {}, lasting {duration}", self.period_term()));
+        for (way, tests) in self.periods() {
+            if let Some(duration) = way.duration() {
+                lines.push(format!("  period    {}, lasting {duration}{}", way.period_term(), in_case(tests)));
+            }
         }
         for (tests, map) in &self.maps {
             let list = map.keys().map(Name::as_str).collect::<Vec<_>>().join(",");
             let images = map.values().map(Value::to_string).collect::<Vec<_>>().join(", ");
             let images = if map.len() == 1 { images } else { format!("({images})") };
-            let when = if self.maps.len() > 1 { crate::period::in_case(tests) } else { String::new() };
+            let when = if self.maps.len() > 1 || self.guard.is_empty() { in_case(tests) } else { String::new() };
             lines.push(format!("  flow      f({list}) = {images}{when}"));
         }
         if !self.carried.is_empty() {
@@ -262,13 +292,17 @@ impl PhaseFlow {
             lines.push(format!("  again     while {} after the round", ways.join(", or ")));
         }
         lines.extend(self.exits.iter().map(|exit| self.exit_line(exit)));
-        let most = if self.communications.len() > MOST_LISTED { MOST_LISTED } else { self.communications.len() };
-        lines.extend(self.communications[..most].iter().map(|(port, value)| format!("  port {port}    {value}")));
-        if let more @ 1.. = self.communications.len() - most {
-            lines.push(format!("  … and {more} more communications"));
+        for (way, tests) in self.communications() {
+            let (all, when) = (&way.communications, in_case(tests));
+            let most = all.len().min(MOST_LISTED);
+            lines.extend(all[..most].iter().map(|(port, value)| format!("  port {port}    {value}{when}")));
+            if let more @ 1.. = all.len() - most {
+                lines.push(format!("  … and {more} more communications{when}"));
+            }
         }
         lines
     }
+
     /// Where it goes on otherwise, with the variables of the next phase that no other line tells.
     fn exit_line(&self, exit: &Exit) -> String {
         let to = match &exit.next {
@@ -282,6 +316,21 @@ impl PhaseFlow {
         } else {
             format!(" with {}", all.join(", "))
         };
-        format!("  then      {to}{after}{with}{}", crate::period::in_case(&exit.tests))
+        format!("  then      {to}{after}{with}{}", in_case(&exit.tests))
     }
+}
+
+/// Each way with its tests; the first without, where all are alike.
+fn told_apart(ways: &[Way], alike: impl Fn(&Way, &Way) -> bool) -> Vec<(&Way, &[Test])> {
+    match ways {
+        [first, others @ ..] if others.iter().all(|other| alike(first, other)) => vec![(first, &[])],
+        _ => ways.iter().map(|way| (way, way.tests.as_slice())).collect(),
+    }
+}
+
+/// What must hold for a closed form to be right, beyond what was assumed.
+pub(crate) fn needed(closed: &Closed) -> Vec<Test> {
+    let test =
+        |(relation, left, right): &Comparison| Test { relation: *relation, left: left.clone(), right: right.clone() };
+    closed.conditions.iter().map(test).collect()
 }

@@ -109,7 +109,9 @@ fn measured(report: &Report) -> Vec<String> {
 
 /// Whether a line says by how much a claim about all times holds, or where it fails.
 fn decides(line: &str) -> bool {
-    ["there ", "the least ", "the greatest ", "note: it holds for want"].iter().any(|start| line.starts_with(start))
+    ["there ", "the least ", "the greatest ", "note: it holds for want", "from round "]
+        .iter()
+        .any(|start| line.starts_with(start))
 }
 
 impl Page<'_> {

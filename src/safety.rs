@@ -59,6 +59,22 @@ pub struct Outcome {
     pub remaining: Vec<String>,
 }
 
+impl Outcome {
+    /// Nothing is known yet.
+    fn open() -> Outcome {
+        Outcome {
+            verdict: Verdict::Open,
+            invariant: Vec::new(),
+            conditions: Vec::new(),
+            extreme: None,
+            speaks: None,
+            period: None,
+            diagnostics: Vec::new(),
+            remaining: Vec::new(),
+        }
+    }
+}
+
 /// Whether the claim holds of the system at all times.
 pub fn always(
     system: &Term,
@@ -68,21 +84,15 @@ pub fn always(
     assumptions: &Assumptions,
     interrupted: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut outcome = Outcome {
-        verdict: Verdict::Open,
-        invariant: Vec::new(),
-        conditions: Vec::new(),
-        extreme: None,
-        speaks: None,
-        period: None,
-        diagnostics: Vec::new(),
-        remaining: Vec::new(),
-    };
+    let mut outcome = Outcome::open();
     match analyse(components, definitions, assumptions) {
         Ok(period) => {
             outcome.diagnostics.extend(period.warnings.iter().cloned());
             outcome.speaks = (!may_speak(&period, claim)).then_some(false);
             by_invariant(&period, claim, assumptions, &mut outcome);
+            let conditions = std::mem::take(&mut outcome.conditions);
+            let known = (assumptions, interrupted);
+            outcome.conditions = fewer(components, claim, definitions, known, conditions);
             outcome.period = Some(period);
         }
         Err(failures) => {
@@ -133,6 +143,38 @@ fn may_speak(period: &Period, claim: &Claim) -> bool {
         let silent = matches!(&edge.next, Next::End(End::Silent { observed, .. }) if speaks(observed));
         silent || edge.segments.iter().any(|segment| speaks(&segment.observed))
     })
+}
+
+/// Leaves out of several conditions that are asked for together those without which the claim is proved, too: the system is
+/// looked at as if the others were assumed.
+fn fewer(
+    components: &[Term],
+    claim: &Claim,
+    definitions: &Definitions,
+    (assumptions, interrupted): (&Assumptions, &dyn Fn() -> bool),
+    mut conditions: Vec<Vec<Test>>,
+) -> Vec<Vec<Test>> {
+    let enough = |tests: &[Test]| {
+        let mut with = assumptions.clone();
+        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
+        let mut found = Outcome::open();
+        if !interrupted()
+            && let Ok(period) = analyse(components, definitions, &with)
+        {
+            by_invariant(&period, claim, &with, &mut found);
+        }
+        matches!(found.verdict, Verdict::Proved(_))
+    };
+    for tests in &mut conditions {
+        for place in (0..tests.len()).rev() {
+            let mut others = tests.clone();
+            others.remove(place);
+            if !others.is_empty() && enough(&others) {
+                *tests = others;
+            }
+        }
+    }
+    weakest(assumptions, conditions)
 }
 
 /// Looks for an invariant of the phases: with parts of what is claimed, one after the other, then with all of it.

@@ -57,6 +57,10 @@ pub struct Outcome {
     pub values: BTreeMap<Name, Value>,
     /// The same in later rounds.
     pub steady: BTreeMap<Name, Value>,
+    /// Those that are not the same in all later rounds: from which round on, and then again and again.
+    pub by_turns: Option<(usize, BTreeMap<Name, Vec<Value>>)>,
+    /// What has to be said of a value found: that any longer time would do as well.
+    pub remark: Option<String>,
     /// What passes before the legs.
     pub opening: Vec<Unit>,
     /// The stretches of the run.
@@ -83,6 +87,8 @@ impl Outcome {
             verdict,
             values: BTreeMap::new(),
             steady: BTreeMap::new(),
+            by_turns: None,
+            remark: None,
             opening: Vec::new(),
             legs: Vec::new(),
             orbit: None,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{escaped, math, process};
 use crate::assumption::Assumptions;
-use crate::flow::PhaseFlow;
+use crate::flow::{PhaseFlow, needed};
 use crate::name::Name;
 use crate::period::graph::ending;
 use crate::period::{Next, Test};
@@ -16,15 +16,18 @@ pub fn phases(flows: &[PhaseFlow], assumptions: &Assumptions) -> String {
 }
 
 fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
-    let mut rows: Vec<(String, String)> = vec![("P'".to_string(), process(&flow.period_term()))];
-    if let Some(duration) = &flow.duration {
-        rows.push(("\\text{duration}".to_string(), value(duration)));
+    let mut rows: Vec<(String, String)> = Vec::new();
+    for (way, tests) in flow.periods() {
+        rows.push(("P'".to_string(), process(&way.period_term()) + &conditions(tests, "if")));
+        if let Some(duration) = way.duration() {
+            rows.push(("\\text{duration}".to_string(), value(&duration)));
+        }
     }
     for (tests, map) in &flow.maps {
         let names: Vec<String> = map.keys().map(|name| value(&Value::variable(name))).collect();
         let images: Vec<String> = map.values().map(value).collect();
         let images = if images.len() == 1 { images.concat() } else { format!("({})", images.join(", ")) };
-        let when = if flow.maps.len() > 1 { conditions(tests, "if") } else { String::new() };
+        let when = if flow.maps.len() > 1 || flow.guard.is_empty() { conditions(tests, "if") } else { String::new() };
         rows.push((format!("f({})", names.join(", ")), images + &when));
     }
     if !flow.guard.is_empty() {
@@ -48,6 +51,7 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     let closed = flow.recurrences(&index, assumptions).unwrap_or_default().into_iter().map(|one| ("", one));
     let means = flow.means(&index, assumptions).into_iter().map(|one| ("\\operatorname{E}", one));
     for (of, (name, closed)) in closed.chain(means) {
+        let when = conditions(&needed(&closed), "if");
         for piece in &closed.pieces {
             let from = if piece.from.is_zero() { String::new() } else { format!("{} \\le ", value(&piece.from)) };
             let range = match (&piece.until, from.is_empty()) {
@@ -56,7 +60,7 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
                 (None, true) => String::new(),
             };
             let term = format!("{of}{}_{{{index}}}", escaped_name(&name));
-            rows.push((term, indexed(value(&piece.form) + &range)));
+            rows.push((term, indexed(value(&piece.form) + &range + &when)));
         }
     }
     for exit in &flow.exits {

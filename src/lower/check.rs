@@ -35,6 +35,13 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Reports a result behind a call that the process does not bind.
+    pub(super) fn check_passed(&mut self, name: &Ident, results: &[Ident], flow: &Flow) {
+        if let Some(wrong) = self.unbound(name, results, &flow.binds) {
+            self.report(wrong);
+        }
+    }
+
     /// Reports calls of a process on the same loop that are not the last thing done.
     pub(super) fn check_tails(&mut self, term: &Term, on_loop: &dyn Fn(&Name) -> bool) {
         let mut rest: Vec<(&Term, Option<&'static str>)> = vec![(term, None)];

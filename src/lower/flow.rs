@@ -229,7 +229,7 @@ impl Walk<'_, '_> {
             "In" => self.binding(results),
             "Set" | "Ran" => self.binding(results).at_once(),
             text if guard(text).is_some() => Flow { aborts: true, quick_abort: true, ..Flow::stops().at_once() },
-            _ => self.call(name),
+            _ => self.call(name, results),
         }
     }
 
@@ -237,13 +237,16 @@ impl Walk<'_, '_> {
         results.first().map_or(Flow::stops(), |result| Flow::binding(self.lowerer.result_name(&result.name)))
     }
 
-    fn call(&self, name: &Ident) -> Flow {
+    fn call(&mut self, name: &Ident, results: &[Ident]) -> Flow {
         let mut flow = match (self.flows.get(&name.name), self.lowerer.environment.entity(&name.name)) {
             (Some(flow), _) => flow.clone(),
             (None, Some(Entity::Process(signature))) => signature.flow.clone(),
             (None, Some(Entity::System(_))) => Flow::stops(),
             _ => Flow::default(),
         };
+        if self.report && !self.lowerer.settled {
+            self.lowerer.check_passed(name, results, &flow);
+        }
         flow.reaches.insert(name.name.clone());
         flow
     }

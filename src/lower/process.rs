@@ -277,25 +277,29 @@ impl Lowerer<'_> {
         if !self.settled {
             return Some(());
         }
-        for result in results {
-            if !signature.flow.binds.contains(self.result_name(&result.name)) {
-                let bound: Vec<&str> = signature.flow.binds.iter().map(Name::as_str).collect();
-                let text = &name.name;
-                let note = if bound.is_empty() {
-                    "it binds nothing".to_string()
-                } else {
-                    format!("it binds {}", bound.join(", "))
-                };
-                return self.fail(
-                    Diagnostic::error("P0504", format!("`{text}` binds no result `{}`", result.name))
-                        .label(result.span, "this result")
-                        .note(note)
-                        .note("a process passes on its results under the names its definition gives them")
-                        .help(format!("to rename one, write `{text} ; Set_y<{}>`", result.name)),
-                );
-            }
+        match self.unbound(name, results, &signature.flow.binds) {
+            Some(diagnostic) => self.fail(diagnostic),
+            None => Some(()),
         }
-        Some(())
+    }
+
+    /// What is wrong with the results that stand behind a call, of a process that binds these.
+    pub(super) fn unbound(&self, name: &Ident, results: &[Ident], binds: &BTreeSet<Name>) -> Option<Diagnostic> {
+        let result = results.iter().find(|result| !binds.contains(self.result_name(&result.name)))?;
+        let (text, wrong) = (&name.name, &result.name);
+        let bound: Vec<&str> = binds.iter().map(Name::as_str).collect();
+        let note =
+            if bound.is_empty() { "it binds nothing".to_string() } else { format!("it binds {}", bound.join(", ")) };
+        let diagnostic = Diagnostic::error("P0504", format!("`{text}` binds no result `{wrong}`"))
+            .label(result.span, "this result")
+            .note(note)
+            .note("a process passes on its results under the names its definition gives them");
+        Some(match bound.first() {
+            Some(first) => diagnostic.help(format!(
+                "to give `{first}` the name `{wrong}`, leave it out and write `; Set_{first}<{wrong}>` behind it"
+            )),
+            None => diagnostic.help("leave it out, with its brackets"),
+        })
     }
 
     fn no_results(&mut self, name: &Ident, results: &[Ident]) {

@@ -219,5 +219,5 @@ fn little(least: &BigRational) -> String {
     while least.is_positive() && *least < &bound * &tenth && bound.denom().bits() < 400 {
         bound *= &tenth;
     }
-    format!("less than {} ", Value::rational(bound)).trim_end().to_string()
+    format!("some amount below {}", Value::rational(bound))
 }

@@ -7,7 +7,7 @@ use crate::definition::Definitions;
 use crate::flow::flows;
 use crate::lower::Expectation;
 use crate::name::Name;
-use crate::period::{self, Failure, Period, graph};
+use crate::period::{self, Failure, Period, graph, in_case};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
@@ -41,7 +41,10 @@ impl Run<'_, '_> {
 fn told(period: &Period, definitions: &Definitions) -> Vec<String> {
     let mut lines = Vec::new();
     for flow in flows(period, definitions) {
-        lines.push(format!("phase {}: {}", flow.phase + 1, flow.period_term()));
+        let periods = flow.periods().into_iter();
+        lines.extend(
+            periods.map(|(way, tests)| format!("phase {}: {}{}", flow.phase + 1, way.period_term(), in_case(tests))),
+        );
     }
     if let Some(rates) = &period.repetitions {
         let rates: Vec<String> = rates.iter().map(|(name, count)| format!("{name} {count}")).collect();

@@ -6,12 +6,12 @@ use super::compare::theory;
 use super::contradiction::contradict;
 use super::reading::{Run, Waiting};
 use crate::closed_form::term;
-use crate::flow::{PhaseFlow, component_periods, flows};
+use crate::flow::{PhaseFlow, component_periods, flows, needed};
 use crate::kernel::{Theory, Thm, check};
 use crate::law::Connective;
 use crate::lower::{Environment, System};
 use crate::name::Name;
-use crate::period::{self, Period};
+use crate::period::{self, Period, in_case};
 use crate::proof::{Lemma, Proof, Script, Statement, Step};
 use crate::prove::{Answer, By, prove, run};
 use crate::recurrence::Closed;
@@ -28,6 +28,8 @@ use crate::verify::{self, Outcome};
 const MOST_LEGS: usize = 12;
 /// Phases that are printed beside a verdict.
 const MOST_PHASES: usize = 12;
+/// Values that come by turns that are listed.
+const MOST_TURNS: usize = 8;
 /// The longest closed formula that is printed whole, in characters.
 const WIDE: usize = 160;
 /// The longest reason.
@@ -47,7 +49,9 @@ impl Run<'_, '_> {
             &environment.assumptions,
             &|| self.surroundings.interrupted(),
         );
-        let mut found = Found { trace: account(system, &outcome, environment), ..Found::default() };
+        let mut trace: Vec<String> = by_turns(&outcome).into_iter().chain(outcome.remark.clone()).collect();
+        trace.extend(account(system, &outcome, environment));
+        let mut found = Found { trace, ..Found::default() };
         found.values = outcome.values.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         found.steady = outcome.steady.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         match &outcome.verdict {
@@ -270,6 +274,21 @@ pub(super) fn components(system: &System, environment: &Environment) -> Vec<Stri
     component_periods(&system.components, &environment.definitions).iter().flat_map(|one| one.lines()).collect()
 }
 
+/// What was found in the rounds that come again and again, where it is not the same in each.
+fn by_turns(outcome: &Outcome) -> Option<String> {
+    let (from, turns) = outcome.by_turns.as_ref()?;
+    let told = |(name, values): (&Name, &Vec<Value>)| {
+        if values.iter().all(|value| *value == values[0]) {
+            return format!("{name} = {}", values[0]);
+        }
+        let all: Vec<String> = values.iter().take(MOST_TURNS).map(Value::to_string).collect();
+        let more = if values.len() > MOST_TURNS { ", …" } else { "" };
+        format!("{name} = {}{more} by turns", all.join(", "))
+    };
+    let told: Vec<String> = turns.iter().filter(|(_, values)| !values.is_empty()).map(told).collect();
+    Some(format!("from round {from} on {}", told.join("; "))).filter(|_| !told.is_empty())
+}
+
 /// The road to the verdict: component periods, phases with their flow functions, legs with closed forms, the run.
 fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec<String> {
     let mut lines = Vec::new();
@@ -344,12 +363,13 @@ fn leg_lines(number: usize, leg: &Leg, phase: Option<&PhaseFlow>) -> Vec<String>
 }
 
 fn closed_lines(name: &Name, closed: &Closed) -> Vec<String> {
+    let when = in_case(&needed(closed));
     closed
         .pieces
         .iter()
         .map(|piece| {
             let until = piece.until.as_ref().map_or(String::new(), |until| format!(" until n = {until}"));
-            format!("  closed    {name} = {} from n = {}{until}", short(&piece.form.to_string()), piece.from)
+            format!("  closed    {name} = {} from n = {}{until}{when}", short(&piece.form.to_string()), piece.from)
         })
         .collect()
 }

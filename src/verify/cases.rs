@@ -78,6 +78,7 @@ impl Merge {
         let mut found = one.clone();
         found.values = self.maps(&one.values, &other.values)?;
         found.steady = self.maps(&one.steady, &other.steady)?;
+        found.by_turns = one.by_turns.clone().filter(|turns| other.by_turns.as_ref() == Some(turns));
         found.trajectory_term = Some(self.terms(one.trajectory_term.as_ref()?, other.trajectory_term.as_ref()?)?);
         found.property_term = Some(self.terms(one.property_term.as_ref()?, other.property_term.as_ref()?)?);
         found.period_term = match (&one.period_term, &other.period_term) {

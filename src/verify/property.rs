@@ -203,8 +203,9 @@ impl Matcher<'_> {
         let cycle = trajectory.cycle.map(|cycle| units_of(&trajectory.legs[cycle..])).unwrap_or_default();
         let laid = self.lay_once(trajectory, &cycle)?;
         let endless = self.wanted.wants.iter().any(|want| want.length == Length::Endless);
+        let remark = self.any_longer(&laid, &cycle, trajectory);
         if !trajectory.open.is_empty() && trajectory.unending && !endless {
-            return Ok(going_on(laid));
+            return Ok(Outcome { remark, ..going_on(laid) });
         }
         let (rest, cycle) = match &trajectory.orbit {
             // What is shown from here on is of no interest any more, or what moves on from turn to turn is not.
@@ -244,7 +245,7 @@ impl Matcher<'_> {
             property.push(Term::idle());
         }
         let mut outcome = Outcome::new(Verdict::Proved);
-        outcome.steady = BTreeMap::new();
+        outcome.remark = remark;
         outcome.values = laid.values;
         // A run that is not known to its end has no term.
         let forever = |unit: &Unit| matches!(unit, Unit::Repeat { count: None, .. });
@@ -472,5 +473,9 @@ pub(super) fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Or
     let in_all = |(name, value): &(&Name, &Value)| later().all(|laid| laid.values.get(*name) == Some(*value));
     let first = steady.first().map(|laid| laid.values.iter().filter(in_all)).into_iter().flatten();
     outcome.steady = first.map(|(name, value)| (name.clone(), value.clone())).collect();
+    let turns = |name: &Name| steady.iter().map(|laid| laid.values.get(name).cloned()).collect::<Option<Vec<Value>>>();
+    let others = outcome.values.keys().filter(|name| !outcome.steady.contains_key(name));
+    let by_turns: BTreeMap<Name, Vec<Value>> = others.filter_map(|name| Some((name.clone(), turns(name)?))).collect();
+    outcome.by_turns = (!by_turns.is_empty() && orbit.is_none()).then_some((rounds.len() + 1, by_turns));
     outcome
 }

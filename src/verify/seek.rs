@@ -11,7 +11,7 @@ use super::property::{Length, Want};
 use super::trajectory::{Trajectory, at_rest};
 use super::unit::{Unit, same_observer, shows};
 use crate::name::Name;
-use crate::period::{Segment, Test};
+use crate::period::{End, Segment, Test};
 use crate::recurrence::{Closed, Piece, Reach, first};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
@@ -224,6 +224,29 @@ impl Matcher<'_> {
             }
         }
         Ok(Some(way))
+    }
+
+    /// That what the last segment asks for is shown for longer than the time that was found, for ever or as far as is known.
+    pub(super) fn any_longer(&self, laid: &Laid, cycle: &[Unit], trajectory: &Trajectory) -> Option<String> {
+        let want = self.wanted.wants.last().filter(|want| !want.shown.is_empty() && laid.rest.is_empty())?;
+        let Length::Unknown(name) = &want.length else { return None };
+        if !trajectory.open.is_empty() {
+            return Some(format!("{name} is as long as the run was followed; it may be shown for longer"));
+        }
+        let wanted = with_values(&want.shown, &laid.values).ok()?;
+        let fits = |observed: &[Term]| shows(observed, &wanted, self.assumptions) == Ok(true);
+        let goes_on = match &trajectory.end {
+            Some(End::Silent { observed, .. }) => fits(observed),
+            Some(_) => false,
+            None => {
+                !cycle.is_empty()
+                    && cycle.iter().all(|unit| match unit {
+                        Unit::Single(segment) => fits(&segment.observed),
+                        Unit::Repeat { segments, .. } => segments.iter().all(|segment| fits(&segment.observed)),
+                    })
+            }
+        };
+        goes_on.then(|| format!("it is shown for ever: {name} could be any longer"))
     }
 
     /// Where what is asked is shown for ever from here, how much longer it has to be shown for the conditions on its

@@ -1,0 +1,106 @@
+//! What is said beside a verdict is true: of rounds that pass in several ways, of values that come by turns, of what moves
+//! what, and under which conditions.
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+/// What the program says to a script.
+fn told(script: &str) -> String {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_pars"))
+        .args(["run", "--color", "never", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("pars runs");
+    child.stdin.take().expect("an input").write_all(script.as_bytes()).expect("it reads");
+    String::from_utf8_lossy(&child.wait_with_output().expect("it ends").stdout).into_owned()
+}
+
+#[track_caller]
+fn says(script: &str, lines: &[&str]) {
+    let told = told(script);
+    for line in lines {
+        assert!(told.lines().any(|other| other.trim() == *line), "not said: {line}\n{told}");
+    }
+}
+
+#[track_caller]
+fn never_says(script: &str, words: &str) {
+    let told = told(script);
+    assert!(!told.contains(words), "said: {words}\n{told}");
+}
+
+#[test]
+fn a_flow_table_tells_of_each_way_what_passes() {
+    let script = "proc W_r = (Delay_1 # At_r) ; ((Gtr_{r,3} ; (Delay_2 # At_{0-r}) ; Out_{c,r} ; Set_0<z>) | (Lte_{r,3} ; Set_{r+1}<z>)) ; W_z\n\
+        proc R = In_c<x> ; R\nsystem Sys = W_0 | R\nflow Sys\nperiod Sys\n";
+    says(
+        script,
+        &[
+            "period    (Delay_1 # At_r) ; (Delay_2 # At_{-r}), lasting 3 if r > 3",
+            "period    Delay_1 # At_r, lasting 1 if r <= 3",
+            "port c    r if r > 3",
+            "phase 1: (Delay_1 # At_r) ; (Delay_2 # At_{-r}) if r > 3",
+            "phase 1: Delay_1 # At_r if r <= 3",
+        ],
+    );
+    // Another phase is entered with values of its own, after another time.
+    let script = "proc W_r = (Delay_1 # At_r) ; ((Gtr_{r,3} ; (Delay_2 # At_{0-r}) ; V_{r*2}) | (Lte_{r,3} ; W_{r+1}))\n\
+        proc V_s = (Delay_5 # At_s) ; ((Gtr_{s,0} ; V_{s-1}) | (Lte_{s,0} ; W_{s+1}))\nsystem Sys = W_0\nflow Sys\n";
+    let leaves = "then      to phase 2 after (Delay_1 # At_r) ; (Delay_2 # At_{-r}) with s = 2*r if r > 3";
+    let back = "then      to phase 1 with r = s+1 if s <= 0";
+    says(script, &["period    Delay_1 # At_r, lasting 1", "flow      f(r) = r+1 if r <= 3", leaves, back]);
+}
+
+#[test]
+fn a_closed_form_in_a_flow_table_says_what_it_needs() {
+    let script = "param t > 0\nproc W_r = (Delay_t # At_r) ; W_{t*r+1}\nsystem S = W_0\nflow S\n";
+    says(script, &["closed    r = (t^n*(r0*t-r0+1)-1)/(t-1) from n = 0 if t != 1"]);
+}
+
+#[test]
+fn values_that_are_not_the_same_in_all_later_rounds_are_said_by_turns() {
+    let world = "observer One(x)\nproc Sub_n = Gtr_{n,0} ; (Delay_1 # One_1) ; Sub_{n-1}\n\
+        proc W_x = (Delay_1 # One_0) ; Sub_x ; (Delay_1 # One_0) ; W_{if x >= 2 then 1 else x+1}\nsystem Sys = W_1\n";
+    let free = "property G = Delay_{?t1} ; (Delay_{?t2} # One_1) ; Delay_{?t3} ; G\nprove Sys satisfies G\n";
+    let lines =
+        ["with ?t1 = 1, ?t2 = 1, ?t3 = 1", "in later rounds ?t1 = 1, ?t3 = 1", "from round 2 on ?t2 = 2, 1 by turns"];
+    says(&format!("{world}{free}"), &lines);
+    let fixed = "property L = Delay_1 ; (Delay_{?t2} # One_1) ; Delay_1 ; L\nprove Sys satisfies L\n";
+    says(&format!("{world}{fixed}"), &["with ?t2 = 1", "from round 1 on ?t2 = 1, 2 by turns"]);
+}
+
+#[test]
+fn what_is_shown_for_ever_could_be_shown_for_longer() {
+    let script = "proc W = (Delay_1 # At_0) ; W\nsystem Sys = W\nproperty G = Delay_{?t1} ; (Delay_{?t2} # At_0)\nprove Sys satisfies G\n";
+    says(script, &["it is shown for ever: ?t2 could be any longer"]);
+    let ends = "proc W = (Delay_1 # At_0) ; (Delay_1 # At_1) ; W\nsystem Sys = W\nproperty G = Delay_{?t1} ; (Delay_{?t2} # At_0)\nprove Sys satisfies G\n";
+    says(ends, &["with ?t1 = 0, ?t2 = 1"]);
+    never_says(ends, "any longer");
+}
+
+#[test]
+fn what_moves_by_itself_is_moved_by_no_port() {
+    let world = |next: &str| {
+        format!(
+            "observer Rock(o)\nproc Odo_r = Out_{{p,r}} ; Odo_r\nproc Env_{{r,o}} = (Delay_1 # Odo_r # At_r # Rock_o) ; In_v<u> ; {next}\n\
+            proc Go = In_p<r> ; Out_{{v,-2}} ; Go\nsystem A = Env_{{0,5}} | Go\nprove A always p < o when At_p, Rock_o\n"
+        )
+    };
+    let itself = world("Env_{r+u,o-1}");
+    says(&itself, &["not connected: no port carries what Rock shows, so nothing can sense it"]);
+    never_says(&itself, "moves Rock");
+    // What a test decides moves, too.
+    let tested = world("((Gtr_{u,0} ; Env_{r+1,o-1}) | (Lte_{u,0} ; Env_{r-2,o-1}))");
+    never_says(&tested, "there is no actuator");
+}
+
+#[test]
+fn the_weakest_condition_asks_for_nothing_that_is_not_needed() {
+    let script = "param k, v > 0, w > 0\nproc Odo_r = Out_{p,r} ; Odo_r\nproc Env_r = (Delay_{1/2} # Odo_r # At_r) ; In_v<u> ; Env_{r+u*1/2}\n\
+        proc Go = In_p<r> ; ((Gte_{r-k,1} ; Out_{v,k}) | (Lss_{r-k,1} ; Out_{v,0})) ; Go\nsystem A = Env_0 | Go\n\
+        prove A always p <= k+3, p >= -v when At_p\n";
+    says(script, &["try: it is proved if k >= 0, the weakest condition found"]);
+    let assumed = script.replace("param k,", "param k >= 0,");
+    assert!(told(&assumed).contains("proved: A always"), "{}", told(&assumed));
+}
