@@ -17,6 +17,8 @@ use crate::value::{Relation, Value};
 pub struct Parts {
     ports: ports::System,
     shows: Vec<BTreeSet<Name>>,
+    /// Whether time passes in a component: one in which none does is a program.
+    waits: Vec<bool>,
     period: Option<Period>,
     trail: Option<Timeline>,
 }
@@ -27,17 +29,27 @@ impl Parts {
         let system = environment.system(&criteria.system)?;
         let components = ports::flatten(&system.components, &environment.definitions);
         let ports = ports::System::of(&components, &environment.definitions);
-        let shows = components.iter().map(|component| shown_by(component, &environment.definitions)).collect();
+        let known = &environment.definitions;
+        let (shows, waits) = components.iter().map(|component| shown_by(component, known)).unzip();
         let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok();
         let trail = period.as_ref().map(|period| trail(period, &BTreeMap::new(), &environment.assumptions, stretches));
-        Some(Parts { ports, shows, period, trail })
+        Some(Parts { ports, shows, waits, period, trail })
     }
 
-    /// The components that command what shows this observer, with the ports they do it by.
+    /// The components that command what shows this observer, with the ports they do it by; a program that shows it itself
+    /// commands those in which time passes.
     fn commanders(&self, observer: &Name) -> Vec<(usize, Name)> {
         let mut found = Vec::new();
         for (place, shown) in self.shows.iter().enumerate() {
             if !shown.contains(observer) {
+                continue;
+            }
+            let own = self.ports.writes[place].iter();
+            let own = own
+                .filter(|port| (0..self.waits.len()).any(|to| self.waits[to] && self.ports.reads[to].contains(*port)));
+            let own: Vec<(usize, Name)> = own.map(|port| (place, port.clone())).collect();
+            if !self.waits[place] && !own.is_empty() {
+                found.extend(own);
                 continue;
             }
             for port in &self.ports.reads[place] {
@@ -66,9 +78,9 @@ impl Parts {
     }
 }
 
-/// The observers that a component can show.
-fn shown_by(component: &Term, definitions: &Definitions) -> BTreeSet<Name> {
-    let mut shown = BTreeSet::new();
+/// The observers that a component can show, and whether time passes in it.
+fn shown_by(component: &Term, definitions: &Definitions) -> (BTreeSet<Name>, bool) {
+    let (mut shown, mut waits) = (BTreeSet::new(), false);
     let mut seen = BTreeSet::new();
     let mut stack = vec![component.clone()];
     while let Some(term) = stack.pop() {
@@ -77,6 +89,7 @@ fn shown_by(component: &Term, definitions: &Definitions) -> BTreeSet<Name> {
                 Node::Observe(name, _) => {
                     shown.insert(name.clone());
                 }
+                Node::Delay(_) => waits = true,
                 Node::Call(name, _) => {
                     if let Some(definition) = definitions.get(name).filter(|_| seen.insert(name.clone())) {
                         stack.push(definition.body.clone());
@@ -86,7 +99,7 @@ fn shown_by(component: &Term, definitions: &Definitions) -> BTreeSet<Name> {
             }
         }
     }
-    shown
+    (shown, waits)
 }
 
 /// What decides a criterion, in words: when, in which phase, by whose commands.
