@@ -2,12 +2,13 @@
 //!
 //! The chance V(s) of success within n more rounds from state s satisfies V_0 = 0 and
 //! V_n(s) = D(s) + ∫ k(s,x) V_(n-1)(x) dx, summed over the ways of a round, with a kernel that is a product over the axes
-//! of a normal density times the chance of the guard. Integrals become sums over points. Four errors are bounded, none
-//! by experience:
+//! of a normal density times the chance of the guard. Integrals become sums over points, and these sums of sums are added
+//! up from the start on: with the mass of each point of a round, of which D(s) is won in that round and the rest goes on by
+//! the weighted kernel. Four errors are bounded, none by experience:
 //!
 //! * *discretisation*: [`super::grid`] says how;
 //! * *truncation*: whatever the sums leave out (states outside the window of their round, densities far out) is what
-//!   the chance of going on exceeds the sum of the kernel by; it is carried along as a chance of its own;
+//!   the chances of going on exceed the masses by that are found in the next round; it may have led anywhere;
 //! * *rounding*: each kernel value is known to a stated error, a sum of n terms to n units in the last place;
 //! * *what is next to impossible*: moves that no state makes likely are left out ([`super::unlikely`]), and their chances
 //!   widen the answer;
@@ -23,7 +24,7 @@ use super::foreseen::foreseen;
 use super::grid::{Grid, Smooth};
 use super::joint::joint;
 use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
-use super::operator::{Key, Operator};
+use super::operator::{Cut, Key, Operator};
 use super::plan::{Entry, MOST_ROUNDS, PLACES, Plan, Way, duration, plan};
 use super::region::Patch;
 use super::sharp::blunted;
@@ -32,6 +33,10 @@ use super::window::windows;
 use super::{Enclosed, Question};
 use crate::interval::Interval;
 
+/// Chances that are left out and counted, in relation to what one sum should err by: of a way that a state takes, and at the
+/// ends of an axis.
+const NEGLIGIBLE: f64 = 1e-3;
+const TRIMMED: f64 = 0.05;
 /// Values that are held, and multiplications.
 const MOST_VALUES: usize = 8_000_000;
 const MOST_WORK: f64 = 3e11;
@@ -132,8 +137,6 @@ struct Machine {
     band: f64,
     /// What one round errs by at most.
     step: f64,
-    /// Whether both axes matter somewhere.
-    plane: bool,
     /// The number of phases that are not entered apart.
     own: usize,
 }
@@ -168,7 +171,6 @@ impl Machine {
             share: share / 4.0,
             band: wide,
             step: 0.0,
-            plane: plan.states.iter().any(|axes| axes.iter().all(|lives| *lives)),
             own,
         };
         for (phase, windows) in windows.iter().enumerate() {
@@ -250,6 +252,11 @@ impl Machine {
         if work > MOST_WORK { Err("there is too much to compute".to_string()) } else { Ok(()) }
     }
 
+    /// What of an operator is left out, and counted.
+    fn cut(&self) -> Cut {
+        Cut { band: self.band, least: NEGLIGIBLE * self.share }
+    }
+
     fn operator(&mut self, plan: &Plan, (phase, way, patch): (usize, usize, usize), axis: usize) -> usize {
         let one = &self.phases[phase][way];
         let key = key(plan, one, &one.onward[patch], axis, phase * AXES + axis);
@@ -262,11 +269,7 @@ impl Machine {
         if let Some(found) = self.operators.iter().position(same) {
             return found;
         }
-        let (from, to) = (grid(key.from), grid(key.to));
-        let mut operator = Operator::new(key.clone(), &from.nodes, to, self.band);
-        if self.plane {
-            operator.turn(to.nodes.len());
-        }
+        let operator = Operator::new(key.clone(), &grid(key.from).nodes, grid(key.to), self.cut());
         self.operators.push(operator);
         self.operators.len() - 1
     }
@@ -297,13 +300,15 @@ impl Machine {
             |one: (f64, f64, f64), other: (f64, f64, f64)| (one.0.max(other.0), one.1.max(other.1), one.2.max(other.2));
         let (relative, absolute, patches) = groups.chain(entries).fold((0.0, 0.0, 0.0), worst);
         let longest = self.operators.iter().map(|one| one.longest).max().unwrap_or(0);
-        let most = self.grids.iter().flatten().map(|grid| grid.nodes.len()).max().unwrap_or(0);
+        let most = |axis: usize| self.grids.iter().map(|grids| grids[axis].nodes.len()).max().unwrap_or(0) as f64;
         let into = |phase: usize| {
             let ways = self.phases.iter().flatten().filter(|way| way.next == phase);
-            ways.map(|way| way.onward.len()).sum::<usize>() + self.entries.len()
+            let entries = self.entries.iter().map(|entry| &entry.way).filter(|way| way.next == phase);
+            ways.chain(entries).map(|way| way.onward.len()).sum::<usize>()
         };
         let into = (0..self.phases.len()).map(into).max().unwrap_or(0);
-        let terms = 2.0 * (longest * into.max(1) + 2 * most) as f64 + 8.0 * patches + 60.0;
+        // Sums along both axes, and of all that leads into a phase; masses and chances are summed by the eight.
+        let terms = (2 * longest + into) as f64 + most(0) / 8.0 + most(1) + 8.0 * patches + 80.0;
         2.1 * quadrature + 2.0 * relative + 2.0 * absolute + 2.0 * terms * UNIT
     }
 
@@ -320,10 +325,11 @@ impl Machine {
             std::mem::swap(&mut now, &mut next);
             while let Some(entry) = entries.next_if(|entry| entry.time == time) {
                 let chance = f64::midpoint(entry.chance.low, entry.chance.high);
-                onward += self.enter(plan, &entry.way, chance, &mut now, &mut room);
-                wide += entry.chance.width() + entry.chance.high * self.error(&entry.way, plan.rounds - time);
+                let entered = self.enter(plan, &entry.way, chance, &mut now, &mut room);
+                wide += entry.chance.width() + self.error(entry, entered, plan.rounds - time);
+                onward += entered;
             }
-            now.iter_mut().for_each(|field| field.trim(0.01 * self.share));
+            now.iter_mut().for_each(|field| field.trim(TRIMMED * self.share));
             lost += onward - now.iter().map(Field::mass).sum::<f64>();
             onward = 0.0;
             let last = time + 1 == plan.rounds;
@@ -340,7 +346,9 @@ impl Machine {
                     for operators in patches {
                         let [one, other] = operators.map(|place| &self.operators[place]);
                         onward += way.weight * field.weighted(&one.chances, &other.chances);
-                        field.go(way.weight, one, other, &mut next[way.next], &mut room);
+                        if way.weight * one.most * other.most > NEGLIGIBLE * self.share {
+                            field.go(way.weight, one, other, &mut next[way.next], &mut room);
+                        }
                     }
                 }
             }
@@ -359,12 +367,13 @@ impl Machine {
         }
     }
 
-    /// What the chance from an entry errs by at most, so many rounds before the end: the kernel's mass is at most 1, and
-    /// its quadrature errs by no more than a step.
-    fn error(&self, way: &FastWay, rounds: u64) -> f64 {
-        let entered: f64 = self.grids[way.next].iter().map(|grid| grid.error).sum();
+    /// What the chance from an entry that is taken with this chance errs by at most, so many rounds before the end: the
+    /// kernel's mass is at most 1, and its quadrature errs by no more than a step.
+    fn error(&self, entry: &FastEntry, entered: f64, rounds: u64) -> f64 {
+        let grid: f64 = self.grids[entry.way.next].iter().map(|grid| grid.error).sum();
+        let taken = (1.001 * entered + entry.chance.width() + 2.1 * grid + self.step).min(entry.chance.high);
         let sum = rounds as f64 * self.step;
-        2.1 * sum * (1.001 * sum).exp() + 2.1 * entered + UNLIKELY
+        2.1 * taken * sum * (1.001 * sum).exp() + entry.chance.high * (2.1 * grid + 2.1 * self.step + UNLIKELY)
     }
 
     /// The chances of success from each point, by phase: in a round, and in the last one.
@@ -394,12 +403,7 @@ impl Machine {
         let mut sum = 0.0;
         for patch in &way.onward {
             let make = |axis: usize| {
-                let grid = &self.grids[way.next][axis];
-                let mut operator = Operator::new(key(plan, way, patch, axis, 0), &[0.0], grid, self.band);
-                if self.plane {
-                    operator.turn(grid.nodes.len());
-                }
-                operator
+                Operator::new(key(plan, way, patch, axis, 0), &[0.0], &self.grids[way.next][axis], self.cut())
             };
             let [one, other] = [make(0), make(1)];
             sum += way.weight * start.weighted(&one.chances, &other.chances);
@@ -433,8 +437,8 @@ fn units(plan: &Plan) -> Result<[BigRational; AXES], String> {
     Ok([one, other])
 }
 
-/// More than the chance that a normal number is 12 standard deviations off, a thousand times.
-const UNLIKELY: f64 = 1e-29;
+/// More than the chance that a normal number is 12 standard deviations off, a million times.
+const UNLIKELY: f64 = 1e-26;
 
 impl FastWay {
     /// From where there is no state, without the ends of ranges that the next state does not come near to.

@@ -169,7 +169,7 @@ impl Fast {
     }
 
     /// Everything that decides: factor of the state, what is added, standard deviation, place of the set.
-    pub fn limits(&self) -> Vec<(f64, f64, f64, usize)> {
+    pub fn limits(&self) -> impl Iterator<Item = (f64, f64, f64, usize)> {
         let own = match &self.guard {
             Guard::Nothing => None,
             Guard::Next => Some((self.slope, self.shift, self.sd, 1)),
@@ -177,7 +177,7 @@ impl Fast {
         };
         let gates =
             self.gates.iter().enumerate().map(|(place, (factor, offset, sd))| (*factor, *offset, *sd, place + 2));
-        own.into_iter().chain(gates).collect()
+        own.into_iter().chain(gates)
     }
 
     /// How fast the density grows with the square of the distance from the reals: it is at most `e^(growth * b²/2)`

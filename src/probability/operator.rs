@@ -5,8 +5,17 @@ use super::field::{CHUNK, Matrix, clear, filled};
 use super::grid::Grid;
 use super::kernel::{AxisRanges, Fast, contains};
 
-/// Weighted densities below this are left out; like all that is left out, they are counted.
-const LEAST: f64 = 1e-19;
+/// Weighted densities below this share of a chance that is left out are left out too.
+const TINY: f64 = 1e-2;
+
+/// What is left out of an operator, and counted: what it leaves out of the chance of going on is found to be missing.
+#[derive(Clone, Copy)]
+pub(super) struct Cut {
+    /// Standard deviations beyond which there are no densities.
+    pub band: f64,
+    /// Chances of going on that are not worth following.
+    pub least: f64,
+}
 
 /// What an operator is made from.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,24 +29,30 @@ pub(super) struct Key {
     pub to: usize,
 }
 
+/// Where a row begins, and where it is among the values.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    first: usize,
+    start: usize,
+    end: usize,
+}
+
 /// Rows of numbers that each begin somewhere.
 #[derive(Clone, Debug, Default)]
 struct Rows {
-    firsts: Vec<usize>,
-    /// Where each row ends among the values.
-    ends: Vec<usize>,
+    spans: Vec<Span>,
     values: Vec<f64>,
 }
 
-/// Rows of weighted densities: each begins at a point of the grid to which it leads.
+/// Weighted densities from points to points.
 #[derive(Clone, Debug)]
 pub(super) struct Operator {
     pub key: Key,
-    rows: Rows,
-    /// The same by the points to which they lead, where that is asked for.
+    /// A row for each point to which it leads, over those from which it does.
     columns: Rows,
-    /// The chance of going on from each point.
+    /// The chance of going on from each point, and the greatest of them.
     pub chances: Vec<f64>,
+    pub most: f64,
     /// From where it leads, and to where.
     support: [(usize, usize); 2],
     /// The most values in a row or a column.
@@ -45,56 +60,45 @@ pub(super) struct Operator {
 }
 
 impl Rows {
-    /// Where a row is among the values.
-    fn range(&self, row: usize) -> std::ops::Range<usize> {
-        if row == 0 { 0..self.ends[row] } else { self.ends[row - 1]..self.ends[row] }
-    }
-
+    #[inline]
     fn row(&self, row: usize) -> (usize, &[f64]) {
-        (self.firsts[row], &self.values[self.range(row)])
+        let Span { first, start, end } = self.spans[row];
+        (first, &self.values[start..end])
     }
 
     fn add(&mut self, first: usize, values: &[f64]) {
+        let start = self.values.len();
         self.values.extend_from_slice(values);
-        self.firsts.push(first);
-        self.ends.push(self.values.len());
+        self.spans.push(Span { first, start, end: self.values.len() });
     }
 
     /// The rows that are not empty, from the first to the last.
     fn support(&self) -> (usize, usize) {
-        let full = |row: &usize| !self.range(*row).is_empty();
-        let mut rows = 0..self.ends.len();
-        let first = rows.find(full).unwrap_or(0);
-        (first, (first..self.ends.len()).rfind(full).map_or(first, |last| last + 1))
+        let full = |span: &Span| span.start < span.end;
+        let first = self.spans.iter().position(full).unwrap_or(0);
+        (first, self.spans.iter().rposition(full).map_or(first, |last| last + 1))
     }
 
-    /// For each column of so many, the first row and the last one that reach it.
-    fn reached(&self, columns: usize) -> Vec<(usize, usize)> {
-        let mut reached = vec![(usize::MAX, 0); columns];
-        for row in 0..self.ends.len() {
-            let first = self.firsts[row];
-            for column in &mut reached[first..first + self.range(row).len()] {
-                *column = (column.0.min(row), row + 1);
+    /// Rows for so many columns; what is missing between is 0.
+    fn turned(&self, columns: usize) -> Rows {
+        let mut reached = vec![(0, 0); columns];
+        for (row, span) in self.spans.iter().enumerate() {
+            for column in &mut reached[span.first..span.first + span.end - span.start] {
+                *column = (if column.1 == 0 { row } else { column.0 }, row + 1);
             }
         }
-        reached
-    }
-
-    /// Rows for the columns of which this is known; what is missing between is 0.
-    fn turned(&self, reached: &[(usize, usize)]) -> Rows {
         let mut turned = Rows::default();
-        let mut size = 0;
-        for (first, last) in reached {
-            size += last.saturating_sub(*first);
-            turned.firsts.push(if last > first { *first } else { 0 });
-            turned.ends.push(size);
+        let mut start = 0;
+        for (first, last) in &reached {
+            let end = start + last - first;
+            turned.spans.push(Span { first: *first, start, end });
+            start = end;
         }
-        turned.values.resize(size, 0.0);
-        for row in 0..self.ends.len() {
+        turned.values.resize(start, 0.0);
+        for row in 0..self.spans.len() {
             let (first, values) = self.row(row);
-            for (column, value) in (first..).zip(values) {
-                let start = if column == 0 { 0 } else { turned.ends[column - 1] };
-                turned.values[start + row - turned.firsts[column]] = *value;
+            for (span, value) in turned.spans[first..].iter().zip(values) {
+                turned.values[span.start + row - span.first] = *value;
             }
         }
         turned
@@ -102,40 +106,35 @@ impl Rows {
 }
 
 impl Operator {
-    /// The operator from these points, with densities up to so many standard deviations.
-    pub(super) fn new(key: Key, from: &[f64], to: &Grid, band: f64) -> Operator {
+    /// The operator from these points.
+    pub(super) fn new(key: Key, from: &[f64], to: &Grid, cut: Cut) -> Operator {
         let Key { motion, ranges, lands, .. } = &key;
         let (mut rows, mut chances) = (Rows::default(), Vec::with_capacity(from.len()));
-        let mut bell = Bell::new(motion, to, band);
+        let mut bell = Bell::new(motion, to, cut.band);
         let mut longest = 0;
         for state in from {
             let chance = if contains(&ranges[0], *state) { motion.chance(ranges, *state).max(0.0) } else { 0.0 };
             chances.push(chance);
-            if chance <= 0.0 || !lands {
-                rows.add(0, if chance <= 0.0 { &[] } else { std::slice::from_ref(&chance) });
+            if chance <= cut.least || !lands {
+                rows.add(0, if chance <= cut.least { &[] } else { std::slice::from_ref(&chance) });
                 continue;
             }
             let (first, values) = bell.row(motion, ranges, *state, to);
-            let values = &values[..values.iter().rposition(|value| *value >= LEAST).map_or(0, |last| last + 1)];
-            let small = values.iter().take_while(|value| **value < LEAST).count();
-            longest = longest.max(values.len() - small);
-            rows.add(first + small, &values[small..]);
+            let small = |value: &&f64| **value < TINY * cut.least;
+            let values = &values[..values.len() - values.iter().rev().take_while(small).count()];
+            let before = values.iter().take_while(small).count();
+            longest = longest.max(values.len() - before);
+            rows.add(first + before, &values[before..]);
         }
-        let reached = rows.reached(if *lands { to.nodes.len() } else { 1 });
-        let deep = reached.iter().map(|(first, last)| last.saturating_sub(*first)).max().unwrap_or(0);
-        let low = reached.iter().position(|(first, last)| first < last).unwrap_or(0);
-        let high = reached.iter().rposition(|(first, last)| first < last).map_or(low, |last| last + 1);
-        let support = [rows.support(), (low, high)];
-        Operator { key, rows, columns: Rows::default(), chances, support, longest: longest.max(deep) }
-    }
-
-    /// Makes products with matrices possible.
-    pub(super) fn turn(&mut self, columns: usize) {
-        self.columns = self.rows.turned(&self.rows.reached(columns));
+        let columns = rows.turned(if *lands { to.nodes.len() } else { 1 });
+        let deep = columns.spans.iter().map(|span| span.end - span.start).max().unwrap_or(0);
+        let support = [rows.support(), columns.support()];
+        let most = chances.iter().copied().fold(0.0, f64::max);
+        Operator { key, columns, chances, most, support, longest: longest.max(deep) }
     }
 
     pub(super) fn size(&self) -> usize {
-        self.rows.values.len()
+        self.columns.values.len()
     }
 
     /// From where it leads, and to where.
@@ -145,20 +144,21 @@ impl Operator {
 
     /// Multiplications to reach these points once.
     pub(super) fn work(&self, (low, high): (usize, usize)) -> usize {
-        if low >= high { 0 } else { self.columns.range(high - 1).end - self.columns.range(low).start }
+        if low >= high { 0 } else { self.columns.spans[high - 1].end - self.columns.spans[low].start }
     }
 
-    /// A row as far as it lies in a range of points: its values, and the place of the first in that range.
-    pub(super) fn within(&self, row: usize, active: (usize, usize)) -> (&[f64], usize) {
-        let (first, values) = self.rows.row(row);
-        let low = first.max(active.0);
-        let high = (first + values.len()).min(active.1);
-        if low >= high { (&[], 0) } else { (&values[low - first..high - first], low - active.0) }
+    /// The value from one point to another.
+    pub(super) fn at(&self, row: usize, column: usize) -> f64 {
+        let (first, values) = self.columns.row(column);
+        row.checked_sub(first).and_then(|place| values.get(place)).copied().unwrap_or(0.0)
     }
 
-    /// The first value of a row in a range of points, which is one point.
-    pub(super) fn at(&self, row: usize, active: (usize, usize)) -> f64 {
-        self.within(row, active).0.first().copied().unwrap_or(0.0)
+    /// The values with which a point is reached from a range of others, and the first of these.
+    #[inline]
+    pub(super) fn into(&self, column: usize, from: (usize, usize)) -> (&[f64], usize) {
+        let (first, values) = self.columns.row(column);
+        let (low, high) = (first.max(from.0), (first + values.len()).min(from.1));
+        if low >= high { (&[], from.0) } else { (&values[low - first..high - first], low) }
     }
 
     /// The sums over one range of points with which another is reached, for so many columns of a matrix; a row for each
@@ -173,12 +173,10 @@ impl Operator {
         let stride = filled(to.1 - to.0);
         clear(product, columns.next_multiple_of(CHUNK) * stride);
         for (place, reached) in (to.0..to.1).enumerate() {
-            let (first, values) = self.columns.row(reached);
-            let (low, high) = (first.max(from.0), (first + values.len()).min(from.1));
-            if low >= high {
+            let (values, low) = self.into(reached, from);
+            if values.is_empty() {
                 continue;
             }
-            let values = &values[low - first..high - first];
             let rows = &matrix.values[(low - matrix.row) * matrix.stride + matrix.column..];
             let mut column = 0;
             while column < columns {
