@@ -373,7 +373,7 @@ impl Machine {
         let grid: f64 = self.grids[entry.way.next].iter().map(|grid| grid.error).sum();
         let taken = (1.001 * entered + entry.chance.width() + 2.1 * grid + self.step).min(entry.chance.high);
         let sum = rounds as f64 * self.step;
-        2.1 * taken * sum * (1.001 * sum).exp() + entry.chance.high * (2.1 * grid + 2.1 * self.step + UNLIKELY)
+        2.0 * taken * sum * (1.001 * sum).exp() + entry.chance.high * (2.1 * grid + 2.1 * self.step + UNLIKELY)
     }
 
     /// The chances of success from each point, by phase: in a round, and in the last one.

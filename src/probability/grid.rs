@@ -125,12 +125,12 @@ fn panels((low, high): (f64, f64), smooth: &Smooth) -> Result<Grid, String> {
 }
 
 /// A point of a rule, and its weight.
-type Weighted = (f64, f64);
+pub type Weighted = (f64, f64);
 
 /// Points and weights of Gauss's rule on [-1,1].
-pub fn gauss() -> &'static [Weighted; POINTS] {
+pub fn gauss() -> [Weighted; POINTS] {
     static RULE: OnceLock<[Weighted; POINTS]> = OnceLock::new();
-    RULE.get_or_init(legendre)
+    *RULE.get_or_init(legendre)
 }
 
 /// The roots of Legendre's polynomial by Newton's method, with their weights.

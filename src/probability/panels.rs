@@ -64,7 +64,7 @@ impl Panels {
             edges.extend((0..count as usize).map(|number| from + (to - from) * (number as f64 / count)));
         }
         edges.push(high);
-        let rule = *gauss();
+        let rule = gauss();
         let (mut nodes, mut weights) = (Vec::new(), Vec::new());
         for pair in edges.windows(2) {
             let (middle, half) = (f64::midpoint(pair[0], pair[1]), (pair[1] - pair[0]) / 2.0);
