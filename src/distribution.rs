@@ -5,6 +5,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use crate::interval::{Interval, normal_between};
+use crate::rational::{difference, product, quotient};
 use crate::value::{Value, View};
 
 /// A distribution. Its parameters are valid: variances and widths are not negative, weights add up to 1.
@@ -319,9 +320,9 @@ fn certain(holds: bool) -> Interval {
 
 /// `(bound - mean) / sd`
 pub(crate) fn standard(bound: &BigRational, mean: &BigRational, variance: &BigRational) -> Interval {
-    let gap = bound - mean;
+    let gap = difference(bound, mean);
     // Squared, the quotient is exact; its root is then taken once.
-    let square = Interval::of(&(&gap * &gap / variance)).root();
+    let square = Interval::of(&quotient(&product(&gap, &gap), variance)).root();
     if gap.is_negative() { square.opposite() } else { square }
 }
 

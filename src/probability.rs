@@ -10,6 +10,7 @@ mod draft;
 pub mod enclosed;
 pub mod estimated;
 pub mod exact;
+mod bell;
 mod field;
 mod foreseen;
 mod form;

@@ -25,8 +25,28 @@ pub(crate) fn common(one: &BigInt, other: &BigInt) -> BigInt {
     }
 }
 
+/// A numerator and a denominator so short that sums and products of two of them are machine words.
+fn short(number: &BigRational) -> Option<(i64, i64)> {
+    let part = |part: &BigInt| part.to_i64().filter(|part| part.unsigned_abs() < 1 << 31);
+    Some((part(number.numer())?, part(number.denom())?))
+}
+
+fn raw(top: i64, bottom: i64) -> BigRational {
+    BigRational::new_raw(BigInt::from(top), BigInt::from(bottom))
+}
+
 /// The product.
 pub(crate) fn product(left: &BigRational, right: &BigRational) -> BigRational {
+    if left.is_one() || right.is_zero() {
+        return right.clone();
+    }
+    if right.is_one() || left.is_zero() {
+        return left.clone();
+    }
+    if let (Some((a, b)), Some((c, d))) = (short(left), short(right)) {
+        let (one, other) = (a.gcd(&d), c.gcd(&b));
+        return raw((a / one) * (c / other), (b / other) * (d / one));
+    }
     if left.is_integer() && right.is_integer() {
         return BigRational::from_integer(left.numer() * right.numer());
     }
@@ -42,8 +62,21 @@ pub(crate) fn quotient(left: &BigRational, right: &BigRational) -> BigRational {
     if right.is_one() || left.is_zero() { left.clone() } else { product(left, &right.recip()) }
 }
 
+/// The difference.
+pub(crate) fn difference(left: &BigRational, right: &BigRational) -> BigRational {
+    if right.is_zero() { left.clone() } else { sum(left, &-right) }
+}
+
 /// The sum.
 pub(crate) fn sum(left: &BigRational, right: &BigRational) -> BigRational {
+    if left.is_zero() || right.is_zero() {
+        return if left.is_zero() { right.clone() } else { left.clone() };
+    }
+    if let (Some((a, b)), Some((c, d))) = (short(left), short(right)) {
+        let (top, bottom) = (a * d + c * b, b * d);
+        let shared = top.gcd(&bottom);
+        return raw(top / shared, bottom / shared);
+    }
     match (left.is_integer(), right.is_integer()) {
         (true, true) => return BigRational::from_integer(left.numer() + right.numer()),
         // A whole number brings no common factor in.
@@ -95,6 +128,7 @@ mod tests {
             for other in &numbers {
                 // Equal numbers in lowest terms: the parts are compared, not the values.
                 let mut all = vec![(product(one, other), one * other), (sum(one, other), one + other)];
+                all.push((difference(one, other), one - other));
                 if !other.is_zero() {
                     all.push((quotient(one, other), one / other));
                 }

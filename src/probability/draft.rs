@@ -4,10 +4,11 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::axes::{AXES, ratio, shown, stateless};
-use super::chain::{Linear, Move, Region, Side};
+use super::chain::{Linear, Move, Region, Side, add_product};
 use super::form::{Drawn, Form, Said, inner};
 use super::plan::{DECIDERS, Decider, Gate, Motion, PLACES, Reducer, Way};
 use super::region::{Patch, Range, Set, common, half, meet, merged, outside, whole};
+use crate::rational::{difference, product, quotient, sum};
 use crate::value::Relation;
 
 /// A way in the making: a move with the means and variances of what it draws.
@@ -84,7 +85,7 @@ impl Draft<'_> {
                 }
                 shared = self.shared(&forms, own)?;
             }
-            let lead: BigRational = leads(target).into_iter().flatten().sum();
+            let lead = leads(target).into_iter().flatten().fold(BigRational::zero(), |all, part| sum(&all, part));
             let (motion, order) = self.motion(&next[axis], &bases[axis], &shared, &lead)?;
             for patch in patches.iter_mut().flatten() {
                 let first = axis * PLACES;
@@ -191,7 +192,7 @@ impl Draft<'_> {
         let Some((slope, next)) = next else {
             return Ok((Motion { slope: zero(), shift: zero(), variance: zero(), decider, gates }, order));
         };
-        let variance = self.inner(&next, &next) + lead;
+        let variance = sum(&self.inner(&next, &next), lead);
         Ok((Motion { slope, shift: next.offset, variance, decider, gates }, order))
     }
 
@@ -202,9 +203,9 @@ impl Draft<'_> {
         let factor = axis_factor(first);
         let mut draws = Vec::new();
         for (draw, (_, variance)) in self.drawn.iter().enumerate() {
-            let share = &first.draws[draw] / &factor;
-            if !share.is_zero() && forms.iter().all(|form| form.draws[draw] == axis_factor(form) * &share) {
-                draws.push((draw, &share * &share * variance));
+            let share = quotient(&first.draws[draw], &factor);
+            if !share.is_zero() && forms.iter().all(|form| form.draws[draw] == product(&axis_factor(form), &share)) {
+                draws.push((draw, product(&product(&share, &share), variance)));
             }
         }
         Some(draws)
@@ -243,7 +244,7 @@ impl Draft<'_> {
         let found = along.find_map(|(axis, direction)| Some((axis, ratio(direction.as_ref()?, &linear.state)?)));
         let (axis, factor) = found.ok_or("a round depends on a combination of the state that is not followed")?;
         match self.point {
-            Some(point) => form.offset += factor * point.get(axis).ok_or("a state is missing")?,
+            Some(point) => add_product(&mut form.offset, &factor, point.get(axis).ok_or("a state is missing")?),
             None => form.factors[axis] = factor,
         }
         Ok(form)
@@ -331,7 +332,7 @@ impl Form {
 
 /// Ranges of `ratio * x + constant` as ranges of x.
 pub(super) fn moved(set: &Set, ratio: &BigRational, constant: &BigRational) -> Set {
-    let place = |bound: &Option<BigRational>| bound.as_ref().map(|bound| (bound - constant) / ratio);
+    let place = |bound: &Option<BigRational>| bound.as_ref().map(|bound| quotient(&difference(bound, constant), ratio));
     let range = |(low, high): &Range| {
         if ratio.is_negative() { (place(high), place(low)) } else { (place(low), place(high)) }
     };

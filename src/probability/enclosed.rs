@@ -2,12 +2,13 @@
 //!
 //! The chance V(s) of success within n more rounds from state s satisfies V_0 = 0 and
 //! V_n(s) = D(s) + ∫ k(s,x) V_(n-1)(x) dx, summed over the ways of a round, with a kernel that is a product over the axes
-//! of a normal density times the chance of the guard. Integrals become sums over points. Four errors are bounded, none
-//! by experience:
+//! of a normal density times the chance of the guard. Integrals become sums over points, and these sums of sums are added
+//! up from the start on: with the mass of each point of a round, of which D(s) is won in that round and the rest goes on by
+//! the weighted kernel. Four errors are bounded, none by experience:
 //!
 //! * *discretisation*: [`super::grid`] says how;
 //! * *truncation*: whatever the sums leave out (states outside the window of their round, densities far out) is what
-//!   the chance of going on exceeds the sum of the kernel by; it is carried along as a chance of its own;
+//!   the chances of going on exceed the masses by that are found in the next round; it may have led anywhere;
 //! * *rounding*: each kernel value is known to a stated error, a sum of n terms to n units in the last place;
 //! * *what is next to impossible*: moves that no state makes likely are left out ([`super::unlikely`]), and their chances
 //!   widen the answer;
@@ -18,12 +19,12 @@ use num_traits::{One, ToPrimitive, Zero};
 
 use super::axes::{AXES, settled};
 use super::chain::Chain;
-use super::field::{Field, Outcome, add};
+use super::field::{Field, Outcome, Room};
 use super::foreseen::foreseen;
 use super::grid::{Grid, Smooth};
 use super::joint::joint;
 use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
-use super::operator::{Key, Operator};
+use super::operator::{Cut, Key, Operator};
 use super::plan::{Entry, MOST_ROUNDS, PLACES, Plan, Way, duration, plan};
 use super::region::Patch;
 use super::sharp::blunted;
@@ -32,6 +33,10 @@ use super::window::windows;
 use super::{Enclosed, Question};
 use crate::interval::Interval;
 
+/// Chances that are left out and counted, in relation to what one sum should err by: of a way that a state takes, and at the
+/// ends of an axis.
+const NEGLIGIBLE: f64 = 1e-3;
+const TRIMMED: f64 = 0.05;
 /// Values that are held, and multiplications.
 const MOST_VALUES: usize = 8_000_000;
 const MOST_WORK: f64 = 3e11;
@@ -128,6 +133,8 @@ struct Machine {
     onward: Vec<Vec<Vec<[usize; AXES]>>>,
     /// What one sum should err by at most.
     share: f64,
+    /// Standard deviations beyond which densities are left out.
+    band: f64,
     /// What one round errs by at most.
     step: f64,
     /// The number of phases that are not entered apart.
@@ -139,7 +146,7 @@ impl Machine {
         let units = units(plan)?;
         let fast = |way: &Way| FastWay::of(way, &units);
         let phases: Vec<Vec<FastWay>> = plan.phases.iter().map(|ways| ways.iter().map(fast).collect()).collect();
-        let entry = |one: &Entry| FastEntry { time: one.time, way: fast(&one.way), chance: one.chance };
+        let entry = |one: &Entry| FastEntry { time: one.time, way: fast(&one.way).near(), chance: one.chance };
         let entries: Vec<FastEntry> = plan.entries.iter().map(entry).collect();
         let all = || phases.iter().flatten().chain(entries.iter().map(|entry| &entry.way));
         if !all().flat_map(|way| &way.motions).all(Fast::is_sound) {
@@ -162,6 +169,7 @@ impl Machine {
             operators: Vec::new(),
             onward: Vec::new(),
             share: share / 4.0,
+            band: wide,
             step: 0.0,
             own,
         };
@@ -244,6 +252,11 @@ impl Machine {
         if work > MOST_WORK { Err("there is too much to compute".to_string()) } else { Ok(()) }
     }
 
+    /// What of an operator is left out, and counted.
+    fn cut(&self) -> Cut {
+        Cut { band: self.band, least: NEGLIGIBLE * self.share }
+    }
+
     fn operator(&mut self, plan: &Plan, (phase, way, patch): (usize, usize, usize), axis: usize) -> usize {
         let one = &self.phases[phase][way];
         let key = key(plan, one, &one.onward[patch], axis, phase * AXES + axis);
@@ -256,7 +269,7 @@ impl Machine {
         if let Some(found) = self.operators.iter().position(same) {
             return found;
         }
-        let operator = Operator::new(key.clone(), &grid(key.from).nodes, grid(key.to));
+        let operator = Operator::new(key.clone(), &grid(key.from).nodes, grid(key.to), self.cut());
         self.operators.push(operator);
         self.operators.len() - 1
     }
@@ -287,44 +300,80 @@ impl Machine {
             |one: (f64, f64, f64), other: (f64, f64, f64)| (one.0.max(other.0), one.1.max(other.1), one.2.max(other.2));
         let (relative, absolute, patches) = groups.chain(entries).fold((0.0, 0.0, 0.0), worst);
         let longest = self.operators.iter().map(|one| one.longest).max().unwrap_or(0);
-        let most = self.grids.iter().flatten().map(|grid| grid.nodes.len()).max().unwrap_or(0);
-        let terms = 2.0 * (longest.max(most) as f64) + 8.0 * patches + 60.0;
+        let most = |axis: usize| self.grids.iter().map(|grids| grids[axis].nodes.len()).max().unwrap_or(0) as f64;
+        let into = |phase: usize| {
+            let ways = self.phases.iter().flatten().filter(|way| way.next == phase);
+            let entries = self.entries.iter().map(|entry| &entry.way).filter(|way| way.next == phase);
+            ways.chain(entries).map(|way| way.onward.len()).sum::<usize>()
+        };
+        let into = (0..self.phases.len()).map(into).max().unwrap_or(0);
+        // Sums along both axes, and of all that leads into a phase; masses and chances are summed by the eight.
+        let terms = (2 * longest + into) as f64 + most(0) / 8.0 + most(1) + 8.0 * patches + 80.0;
         2.1 * quadrature + 2.0 * relative + 2.0 * absolute + 2.0 * terms * UNIT
     }
 
     fn run(&self, plan: &Plan) -> Result<Interval, String> {
-        let mut fields: Vec<Field> = vec![Field::default(); self.phases.len()];
-        let mut total = plan.decided;
-        let mut entries: Vec<&FastEntry> = self.entries.iter().collect();
+        let fields = || vec![Field::default(); self.phases.len()];
+        let (mut now, mut next, mut room) = (fields(), fields(), Room::default());
         let outcomes = self.outcomes();
-        let step = self.step;
-        let mut error = step;
-        for time in (0..plan.rounds).rev() {
+        let (mut value, mut lost, mut wide) = (0.0, 0.0, 0.0);
+        let mut entries = self.entries.iter().peekable();
+        self.clear(&mut next, 0);
+        // What goes on into a round; what of it is not found there is lost.
+        let mut onward = 0.0;
+        for time in 0..plan.rounds {
+            std::mem::swap(&mut now, &mut next);
+            while let Some(entry) = entries.next_if(|entry| entry.time == time) {
+                let chance = f64::midpoint(entry.chance.low, entry.chance.high);
+                let entered = self.enter(plan, &entry.way, chance, &mut now, &mut room);
+                wide += entry.chance.width() + self.error(entry, entered, plan.rounds - time);
+                onward += entered;
+            }
+            now.iter_mut().for_each(|field| field.trim(TRIMMED * self.share));
+            lost += onward - now.iter().map(Field::mass).sum::<f64>();
+            onward = 0.0;
             let last = time + 1 == plan.rounds;
-            let mut now = vec![Field::default(); self.phases.len()];
-            for (phase, field) in now.iter_mut().enumerate() {
-                let Some(Some(active)) = self.active[phase].get(time as usize) else { continue };
-                if active.iter().any(|(low, high)| low >= high) {
-                    continue;
+            for (field, outcomes) in now.iter().zip(&outcomes).filter(|(field, _)| !field.is_empty()) {
+                let won = |one: &Outcome| one.weight * field.weighted(&one.chances[0], &one.chances[1]);
+                value += outcomes[usize::from(last)].iter().map(won).sum::<f64>();
+            }
+            if last {
+                break;
+            }
+            self.clear(&mut next, time + 1);
+            for (phase, field) in now.iter().enumerate().filter(|(_, field)| !field.is_empty()) {
+                for (way, patches) in self.phases[phase].iter().zip(&self.onward[phase]) {
+                    for operators in patches {
+                        let [one, other] = operators.map(|place| &self.operators[place]);
+                        onward += way.weight * field.weighted(&one.chances, &other.chances);
+                        if way.weight * one.most * other.most > NEGLIGIBLE * self.share {
+                            field.go(way.weight, one, other, &mut next[way.next], &mut room);
+                        }
+                    }
                 }
-                *field = self.field(phase, *active, &fields, last, &outcomes[phase]);
             }
-            fields = now;
-            while let Some(entry) = entries.pop_if(|entry| entry.time == time) {
-                let (value, leak) = self.enter(plan, &entry.way, &fields);
-                let entered: f64 = self.grids[entry.way.next].iter().map(|grid| grid.error).sum();
-                let wide = 2.0 * error + 2.1 * entered;
-                let part = Interval::between((value - wide).max(0.0), (value + leak + wide).min(1.0));
-                total = total.plus(entry.chance.times(part));
-            }
-            // The kernel's mass is at most 1, and its quadrature errs by no more than a step.
-            error = error * (1.0 + step) + step;
         }
-        // Entries of the last moment have been counted where they enter.
-        if !total.low.is_finite() || !total.high.is_finite() {
+        let found = Interval::between((value - wide).max(0.0), value + lost.max(0.0) + wide);
+        if !found.high.is_finite() {
             return Err("the bounds are too wide".to_string());
         }
-        Ok(total.probability())
+        Ok(plan.decided.plus(found).probability())
+    }
+
+    /// Nothing yet at the points that are looked at in a round.
+    fn clear(&self, fields: &mut [Field], time: u64) {
+        for (field, active) in fields.iter_mut().zip(&self.active) {
+            field.clear(active.get(time as usize).copied().flatten().unwrap_or_default());
+        }
+    }
+
+    /// What the chance from an entry that is taken with this chance errs by at most, so many rounds before the end: the
+    /// kernel's mass is at most 1, and its quadrature errs by no more than a step.
+    fn error(&self, entry: &FastEntry, entered: f64, rounds: u64) -> f64 {
+        let grid: f64 = self.grids[entry.way.next].iter().map(|grid| grid.error).sum();
+        let taken = (1.001 * entered + entry.chance.width() + 2.1 * grid + self.step).min(entry.chance.high);
+        let sum = rounds as f64 * self.step;
+        2.0 * taken * sum * (1.001 * sum).exp() + entry.chance.high * (2.1 * grid + 2.1 * self.step + UNLIKELY)
     }
 
     /// The chances of success from each point, by phase: in a round, and in the last one.
@@ -347,45 +396,20 @@ impl Machine {
         all
     }
 
-    /// One round back.
-    fn field(
-        &self,
-        phase: usize,
-        active: [(usize, usize); AXES],
-        after: &[Field],
-        last: bool,
-        outcomes: &[Vec<Outcome>; 2],
-    ) -> Field {
-        let width = active[1].1 - active[1].0;
-        let size = (active[0].1 - active[0].0) * width;
-        let mut field = Field { active, values: vec![0.0; size], leaks: vec![0.0; size] };
-        for outcome in &outcomes[usize::from(last)] {
-            let [one, other] = [0, 1].map(|axis: usize| &outcome.chances[axis][active[axis].0..active[axis].1]);
-            add(&mut field.values, one, other, outcome.weight);
-        }
-        if last {
-            return field;
-        }
-        for (way, patches) in self.phases[phase].iter().zip(&self.onward[phase]) {
-            for operators in patches {
-                let [one, other] = operators.map(|place| &self.operators[place]);
-                field.go(way.weight, one, other, &after[way.next]);
-            }
-        }
-        field
-    }
-
-    /// The chance from where there is no state, into a phase.
-    fn enter(&self, plan: &Plan, way: &FastWay, fields: &[Field]) -> (f64, f64) {
-        let mut field = Field { active: [(0, 1), (0, 1)], values: vec![0.0], leaks: vec![0.0] };
+    /// From where there is no state into a phase; gives the chance of coming there.
+    fn enter(&self, plan: &Plan, way: &FastWay, chance: f64, fields: &mut [Field], room: &mut Room) -> f64 {
+        let mut start = Field::default();
+        start.put(chance);
+        let mut sum = 0.0;
         for patch in &way.onward {
             let make = |axis: usize| {
-                let key = key(plan, way, patch, axis, 0);
-                Operator::new(key, &[0.0], &self.grids[way.next][axis])
+                Operator::new(key(plan, way, patch, axis, 0), &[0.0], &self.grids[way.next][axis], self.cut())
             };
-            field.go(way.weight, &make(0), &make(1), &fields[way.next]);
+            let [one, other] = [make(0), make(1)];
+            sum += way.weight * start.weighted(&one.chances, &other.chances);
+            start.go(way.weight, &one, &other, &mut fields[way.next], room);
         }
-        (field.values[0], field.leaks[0])
+        sum
     }
 }
 
@@ -413,7 +437,27 @@ fn units(plan: &Plan) -> Result<[BigRational; AXES], String> {
     Ok([one, other])
 }
 
+/// More than the chance that a normal number is 12 standard deviations off, a million times.
+const UNLIKELY: f64 = 1e-26;
+
 impl FastWay {
+    /// From where there is no state, without the ends of ranges that the next state does not come near to.
+    fn near(mut self) -> FastWay {
+        for (axis, motion) in self.motions.iter().enumerate().filter(|(_, motion)| motion.guard == Guard::Next) {
+            let (low, high) = (motion.shift - 12.1 * motion.sd, motion.shift + 12.1 * motion.sd);
+            let few = |patch: &&mut FastPatch| patch[axis][1].len() < 100;
+            for patch in self.onward.iter_mut().filter(few) {
+                let ranges = &mut patch[axis][1];
+                ranges.retain(|(first, last)| *first < high && *last > low);
+                for (first, last) in ranges {
+                    *first = if *first < low { f64::NEG_INFINITY } else { *first };
+                    *last = if *last > high { f64::INFINITY } else { *last };
+                }
+            }
+        }
+        self
+    }
+
     fn of(way: &Way, units: &[BigRational; AXES]) -> FastWay {
         let ranges = |patch: &Patch, axis: usize| {
             Fast::ranges(&way.motions[axis], &units[axis], &patch[axis * PLACES..(axis + 1) * PLACES])

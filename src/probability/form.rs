@@ -4,7 +4,8 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::axes::AXES;
-use super::chain::Linear;
+use super::chain::{Linear, add_product};
+use crate::rational::{difference, product, quotient};
 
 /// What is drawn: means and variances.
 pub(super) type Drawn = [(BigRational, BigRational)];
@@ -23,13 +24,14 @@ pub(super) type Said = (usize, BigRational, BigRational);
 impl Form {
     /// A form with its part of the state still to come: the means are added up, and what is certain is no draw.
     pub(super) fn of(linear: &Linear, drawn: &Drawn) -> Form {
-        let means: BigRational = linear.draws.iter().zip(drawn).map(|(factor, (mean, _))| factor * mean).sum();
+        let mut offset = linear.constant.clone();
+        linear.draws.iter().zip(drawn).for_each(|(factor, (mean, _))| add_product(&mut offset, factor, mean));
         let mut draws = linear.draws.clone();
         draws.resize(drawn.len(), BigRational::zero());
         for (factor, _) in draws.iter_mut().zip(drawn).filter(|(_, (_, variance))| variance.is_zero()) {
             *factor = BigRational::zero();
         }
-        Form { factors: Default::default(), draws, offset: &linear.constant + means }
+        Form { factors: Default::default(), draws, offset }
     }
 
     /// Which of these bases, of which there are at most so many, it is a multiple of; where it is of none, it becomes one.
@@ -54,7 +56,7 @@ impl Form {
     /// The same over its first draw, without what is added: what guards compare is the same number then, however written.
     fn scaled(&self) -> Form {
         let first = self.draws.iter().find(|factor| !factor.is_zero()).cloned().unwrap_or_else(One::one);
-        let over = |factor: &BigRational| factor / &first;
+        let over = |factor: &BigRational| quotient(factor, &first);
         Form {
             factors: [over(&self.factors[0]), over(&self.factors[1])],
             draws: self.draws.iter().map(over).collect(),
@@ -65,15 +67,27 @@ impl Form {
     /// `(r, c)` with `other = r * self + c`.
     pub(super) fn multiple(&self, other: &Form) -> Option<(BigRational, BigRational)> {
         let place = self.draws.iter().position(|factor| !factor.is_zero())?;
-        let ratio = &other.draws[place] / &self.draws[place];
-        let same = |(one, two): (&BigRational, &BigRational)| *two == one * &ratio;
+        let ratio = quotient(&other.draws[place], &self.draws[place]);
+        let same = |(one, two): (&BigRational, &BigRational)| match one.is_zero() || two.is_zero() {
+            true => one.is_zero() == two.is_zero() || ratio.is_zero(),
+            false => *two == product(one, &ratio),
+        };
         let draws = || self.draws.iter().zip(&other.draws);
         let fits = draws().all(same) && self.factors.iter().zip(&other.factors).all(same);
-        (fits && !ratio.is_zero()).then(|| (ratio.clone(), &other.offset - &ratio * &self.offset))
+        (fits && !ratio.is_zero()).then(|| {
+            let constant = difference(&other.offset, &product(&ratio, &self.offset));
+            (ratio, constant)
+        })
     }
 }
 
 /// The covariance of two sums of draws.
 pub(super) fn inner(left: &[BigRational], right: &[BigRational], drawn: &Drawn) -> BigRational {
-    left.iter().zip(right).zip(drawn).map(|((a, b), (_, variance))| a * b * variance).sum()
+    let mut sum = BigRational::zero();
+    for ((left, right), (_, variance)) in left.iter().zip(right).zip(drawn) {
+        if !left.is_zero() && !right.is_zero() {
+            add_product(&mut sum, &product(left, right), variance);
+        }
+    }
+    sum
 }

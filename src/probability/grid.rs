@@ -7,6 +7,8 @@
 //! panels between them by `64/15 M ρ^(-2n)/(1-ρ^(-2))` for n+1 points, where M bounds the size on the ellipse of ρ
 //! (Trefethen, 2008, theorem 4.5).
 
+use std::sync::OnceLock;
+
 use super::kernel::{BAND, UNIT};
 
 /// Gauss points of a panel.
@@ -21,6 +23,8 @@ pub struct Grid {
     pub nodes: Vec<f64>,
     /// Their weights.
     pub weights: Vec<f64>,
+    /// How far they are from each other, where that is the same everywhere.
+    pub step: Option<f64>,
     /// A bound on what a sum over all points of the reals, or over all panels, errs by.
     pub error: f64,
 }
@@ -41,7 +45,7 @@ pub struct Smooth {
 impl Grid {
     /// For a state that does not matter.
     pub fn single() -> Grid {
-        Grid { nodes: vec![0.0], weights: vec![1.0], error: 0.0 }
+        Grid { nodes: vec![0.0], weights: vec![1.0], step: None, error: 0.0 }
     }
 
     /// Over a window, so that a sum errs by about as much as is wanted at most.
@@ -75,7 +79,7 @@ fn equal((low, high): (f64, f64), smooth: &Smooth, wanted: f64) -> Result<Grid, 
     // The best distance is 2π/(h*growth).
     let power = 2.0 * square / (smooth.growth * step * step);
     let error = 1.01 * 2.0 * smooth.size * (-power).exp() / (1.0 - (-2.0 * power).exp());
-    Ok(Grid { weights: vec![step; nodes.len()], nodes, error })
+    Ok(Grid { weights: vec![step; nodes.len()], nodes, step: Some(step), error })
 }
 
 /// Panels of Gauss points between the cuts.
@@ -117,11 +121,20 @@ fn panels((low, high): (f64, f64), smooth: &Smooth) -> Result<Grid, String> {
     let band = 2.0 * BAND * smooth.sd.1 + 4.0 * half;
     let distance = smooth.growth.sqrt().recip();
     let points = band * size(distance) / distance * 4.0 * UNIT * (reach + half);
-    Ok(Grid { nodes, weights, error: quadrature + points })
+    Ok(Grid { nodes, weights, step: None, error: quadrature + points })
 }
 
-/// Points and weights of Gauss's rule on [-1,1]: the roots of Legendre's polynomial by Newton's method.
-pub fn gauss() -> [(f64, f64); POINTS] {
+/// A point of a rule, and its weight.
+pub type Weighted = (f64, f64);
+
+/// Points and weights of Gauss's rule on [-1,1].
+pub fn gauss() -> [Weighted; POINTS] {
+    static RULE: OnceLock<[Weighted; POINTS]> = OnceLock::new();
+    *RULE.get_or_init(legendre)
+}
+
+/// The roots of Legendre's polynomial by Newton's method, with their weights.
+fn legendre() -> [Weighted; POINTS] {
     let count = POINTS as f64;
     let mut rule = [(0.0, 0.0); POINTS];
     for (number, entry) in rule.iter_mut().enumerate() {

@@ -5,9 +5,10 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
-use super::normal::{DENSITY_ERROR, DISTRIBUTION_ERROR, density, distribution};
+use super::normal::{DENSITY_ERROR, DISTRIBUTION_ERROR, distribution};
 use super::plan::{Decider, Gate, Motion, PLACES};
 use super::region::Set;
+use crate::rational::{difference, product, quotient};
 
 /// A unit in the last place.
 pub const UNIT: f64 = f64::EPSILON;
@@ -70,25 +71,29 @@ pub fn scale(variance: &BigRational) -> (BigRational, BigRational) {
 
 /// The nearest machine number, or almost.
 pub fn near(number: &BigRational) -> f64 {
+    let word = |part: &BigInt| part.to_i64().filter(|part| part.unsigned_abs() < 1 << f64::MANTISSA_DIGITS);
+    if let (Some(top), Some(bottom)) = (word(number.numer()), word(number.denom())) {
+        return top as f64 / bottom as f64;
+    }
     number.to_f64().unwrap_or(f64::NAN)
 }
 
 impl Fast {
     /// The motion over a state that is multiplied by `unit`.
     pub fn of(motion: &Motion, unit: &BigRational) -> Fast {
-        let variance = &motion.variance * unit * unit;
+        let variance = product(&product(&motion.variance, unit), unit);
         let guard = match &motion.decider {
             Decider::Nothing => Guard::Nothing,
             Decider::Next => Guard::Next,
             Decider::Noisy { factor, offset, variance: own, covariance } => {
                 let (square, root) = scale(own);
-                let (own, covariance) = (own * square, covariance * &root * unit);
+                let (own, covariance) = (product(own, &square), product(&product(covariance, &root), unit));
                 let still = variance.is_zero();
-                let follows = if still { BigRational::zero() } else { &covariance / &variance };
-                let rest = &own - &follows * &covariance;
+                let follows = if still { BigRational::zero() } else { quotient(&covariance, &variance) };
+                let rest = difference(&own, &product(&follows, &covariance));
                 Guard::Noisy {
-                    factor: near(&(factor * &root / unit)),
-                    offset: near(&(offset * &root)),
+                    factor: near(&quotient(&product(factor, &root), unit)),
+                    offset: near(&product(offset, &root)),
                     sd: near(&own).sqrt(),
                     follows: near(&follows),
                     rest: near(&rest).max(0.0).sqrt(),
@@ -97,12 +102,12 @@ impl Fast {
         };
         let gate = |gate: &Gate| {
             let (square, root) = scale(&gate.variance);
-            let sd = near(&(&gate.variance * square)).sqrt();
-            (near(&(&gate.factor * &root / unit)), near(&(&gate.offset * &root)), sd)
+            let sd = near(&product(&gate.variance, &square)).sqrt();
+            (near(&quotient(&product(&gate.factor, &root), unit)), near(&product(&gate.offset, &root)), sd)
         };
         Fast {
             slope: near(&motion.slope),
-            shift: near(&(&motion.shift * unit)),
+            shift: near(&product(&motion.shift, unit)),
             sd: near(&variance).sqrt(),
             guard,
             gates: motion.gates.iter().map(gate).collect(),
@@ -118,7 +123,8 @@ impl Fast {
                 _ => motion.gates.get(place - 2).map(|gate| &gate.variance),
             };
             let scale = variance.map_or_else(|| unit.clone(), |variance| scale(variance).1);
-            let end = |end: &Option<BigRational>, other: f64| end.as_ref().map_or(other, |end| near(&(end * &scale)));
+            let end =
+                |end: &Option<BigRational>, other: f64| end.as_ref().map_or(other, |end| near(&product(end, &scale)));
             set.iter().map(|(low, high)| (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY))).collect()
         };
         std::array::from_fn(|place| sets.get(place).map(|set| ranges(place, set)).unwrap_or_default())
@@ -162,27 +168,8 @@ impl Fast {
         self.gates.iter().zip(&ranges[2..]).map(pass).product()
     }
 
-    /// The density of the next state with a decider in these, without the gates.
-    pub fn density(&self, ranges: &Ranges, from: f64, to: f64) -> f64 {
-        let place = (to - self.mean(from)) / self.sd;
-        if place.abs() > BAND {
-            return 0.0;
-        }
-        let near = density(place) / self.sd;
-        match &self.guard {
-            _ if everything(ranges) => near,
-            Guard::Nothing => near,
-            Guard::Next if contains(ranges, to) => near,
-            Guard::Next => 0.0,
-            Guard::Noisy { factor, offset, follows, rest, .. } => {
-                let mean = factor * from + offset + follows * (to - self.mean(from));
-                near * between(ranges, mean, *rest)
-            }
-        }
-    }
-
     /// Everything that decides: factor of the state, what is added, standard deviation, place of the set.
-    pub fn limits(&self) -> Vec<(f64, f64, f64, usize)> {
+    pub fn limits(&self) -> impl Iterator<Item = (f64, f64, f64, usize)> {
         let own = match &self.guard {
             Guard::Nothing => None,
             Guard::Next => Some((self.slope, self.shift, self.sd, 1)),
@@ -190,7 +177,7 @@ impl Fast {
         };
         let gates =
             self.gates.iter().enumerate().map(|(place, (factor, offset, sd))| (*factor, *offset, *sd, place + 2));
-        own.into_iter().chain(gates).collect()
+        own.into_iter().chain(gates)
     }
 
     /// How fast the density grows with the square of the distance from the reals: it is at most `e^(growth * b²/2)`

@@ -18,19 +18,27 @@ const FACTOR: f64 = 0.398_942_280_401_432_7;
 
 /// The density of a standard normal number.
 pub fn density(place: f64) -> f64 {
-    let power = -0.5 * place * place;
+    FACTOR * exponential(-0.5 * place * place)
+}
+
+/// `e^power`, or 0 where that is next to it, for a power of at most 700.
+pub fn exponential(power: f64) -> f64 {
     if power < -700.0 {
         return 0.0;
     }
-    let count = (power * std::f64::consts::LOG2_E).round();
+    let count = (power * std::f64::consts::LOG2_E + WHOLE) - WHOLE;
     let rest = (power - count * LOGARITHM_HIGH) - count * LOGARITHM_LOW;
     // |rest| < 0.35: after the 13th power comes less than 0.35^14/14! < 5e-18.
     let mut sum = 1.0;
     for term in INVERSES.iter().rev() {
         sum = 1.0 + sum * rest * term;
     }
-    FACTOR * sum * f64::from_bits(((1023 + count as i64) as u64) << 52)
+    sum * f64::from_bits(((1023 + count as i64) as u64) << 52)
 }
+
+/// `3 * 2^51`: adding and subtracting it rounds to the nearest whole number, as machine numbers of its size have no places
+/// behind the point.
+const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 const INVERSES: [f64; 13] = [
     1.0,
@@ -68,7 +76,7 @@ pub fn distribution(place: f64) -> f64 {
     if place.is_nan() {
         return 0.0;
     }
-    let number = (place * DENSE).round();
+    let number = (place * DENSE + WHOLE) - WHOLE;
     let gap = place - number / DENSE;
     let index = (number + SIDE as f64 - 1.0) as usize;
     let row = TABLE.get_or_init(table).get(index).copied().unwrap_or_default();

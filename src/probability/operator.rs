@@ -1,10 +1,21 @@
 //! The kernel of one axis between two grids, as rows of weighted densities.
 
+use super::bell::Bell;
+use super::field::{CHUNK, Matrix, clear, filled};
 use super::grid::Grid;
-use super::kernel::{AxisRanges, BAND, Fast, contains};
+use super::kernel::{AxisRanges, Fast, contains};
 
-/// Weighted densities below this are left out; like all that is left out, they are counted.
-const LEAST: f64 = 1e-19;
+/// Weighted densities below this share of a chance that is left out are left out too.
+const TINY: f64 = 1e-2;
+
+/// What is left out of an operator, and counted: what it leaves out of the chance of going on is found to be missing.
+#[derive(Clone, Copy)]
+pub(super) struct Cut {
+    /// Standard deviations beyond which there are no densities.
+    pub band: f64,
+    /// Chances of going on that are not worth following.
+    pub least: f64,
+}
 
 /// What an operator is made from.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,124 +29,181 @@ pub(super) struct Key {
     pub to: usize,
 }
 
-/// Rows of weighted densities: each begins at a point of the grid to which it leads.
+/// Where a row begins, and where it is among the values.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    first: usize,
+    start: usize,
+    end: usize,
+}
+
+/// Rows of numbers that each begin somewhere.
+#[derive(Clone, Debug, Default)]
+struct Rows {
+    spans: Vec<Span>,
+    values: Vec<f64>,
+}
+
+/// Weighted densities from points to points.
 #[derive(Clone, Debug)]
 pub(super) struct Operator {
     pub key: Key,
-    firsts: Vec<usize>,
-    /// Where each row ends among the values.
-    ends: Vec<usize>,
-    values: Vec<f64>,
-    /// The sum of each row.
-    totals: Vec<f64>,
-    /// The chance of going on from each point.
+    /// A row for each point to which it leads, over those from which it does.
+    columns: Rows,
+    /// The chance of going on from each point, and the greatest of them.
     pub chances: Vec<f64>,
-    /// The most values in a row.
+    pub most: f64,
+    /// From where it leads, and to where.
+    support: [(usize, usize); 2],
+    /// The most values in a row or a column.
     pub longest: usize,
 }
 
-/// A row in the making: the place of its first value, and the values.
-type Row = (usize, Vec<f64>);
-
-impl Operator {
-    /// The operator from these points.
-    pub(super) fn new(key: Key, from: &[f64], to: &Grid) -> Operator {
-        let count = from.len();
-        let mut operator = Operator {
-            firsts: Vec::with_capacity(count),
-            ends: Vec::with_capacity(count),
-            values: Vec::new(),
-            totals: Vec::with_capacity(count),
-            chances: Vec::with_capacity(count),
-            longest: 0,
-            key,
-        };
-        for state in from {
-            let Key { motion, ranges, lands, .. } = &operator.key;
-            let chance = if contains(&ranges[0], *state) { motion.chance(ranges, *state) } else { 0.0 };
-            let row = match lands {
-                _ if chance <= 0.0 => (0, Vec::new()),
-                true => operator.straight(*state, to),
-                false => (0, vec![chance]),
-            };
-            operator.add(row, chance);
-        }
-        operator
+impl Rows {
+    #[inline]
+    fn row(&self, row: usize) -> (usize, &[f64]) {
+        let Span { first, start, end } = self.spans[row];
+        (first, &self.values[start..end])
     }
 
-    /// Densities from a state to the points of a grid.
-    fn straight(&self, state: f64, to: &Grid) -> Row {
-        let Key { motion, ranges, .. } = &self.key;
-        let (passes, mean) = (motion.passes(ranges, state), motion.mean(state));
-        let first = to.nodes.partition_point(|node| *node < mean - BAND * motion.sd);
-        let places = to.nodes[first..].iter().zip(&to.weights[first..]);
-        let places = places.take_while(|(node, _)| **node <= mean + BAND * motion.sd);
-        let value = |(node, weight): (&f64, &f64)| weight * passes * motion.density(&ranges[1], state, *node);
-        (first, places.map(value).collect())
+    fn add(&mut self, first: usize, values: &[f64]) {
+        let start = self.values.len();
+        self.values.extend_from_slice(values);
+        self.spans.push(Span { first, start, end: self.values.len() });
     }
 
-    fn add(&mut self, (first, mut values): Row, chance: f64) {
-        while values.last().is_some_and(|value| *value < LEAST) {
-            values.pop();
-        }
-        let small = values.iter().take_while(|value| **value < LEAST).count();
-        self.values.extend_from_slice(&values[small..]);
-        self.totals.push(values[small..].iter().sum());
-        self.longest = self.longest.max(values.len() - small);
-        self.firsts.push(first + small);
-        self.ends.push(self.values.len());
-        self.chances.push(chance);
+    /// The rows that are not empty, from the first to the last.
+    fn support(&self) -> (usize, usize) {
+        let full = |span: &Span| span.start < span.end;
+        let first = self.spans.iter().position(full).unwrap_or(0);
+        (first, self.spans.iter().rposition(full).map_or(first, |last| last + 1))
     }
 
-    pub(super) fn size(&self) -> usize {
-        self.values.len()
-    }
-
-    /// Where a row is among the values.
-    fn range(&self, row: usize) -> std::ops::Range<usize> {
-        if row == 0 { 0..self.ends[row] } else { self.ends[row - 1]..self.ends[row] }
-    }
-
-    /// A row as far as it lies in a range of points: its values, and the place of the first in that range.
-    pub(super) fn within(&self, row: usize, active: (usize, usize)) -> (&[f64], usize) {
-        let (first, values) = (self.firsts[row], &self.values[self.range(row)]);
-        let low = first.max(active.0);
-        let high = (first + values.len()).min(active.1);
-        if low >= high { (&[], 0) } else { (&values[low - first..high - first], low - active.0) }
-    }
-
-    /// The sum of a row over a range of points.
-    pub(super) fn total(&self, row: usize, active: (usize, usize)) -> f64 {
-        let (values, _) = self.within(row, active);
-        if values.len() == self.range(row).len() { self.totals[row] } else { values.iter().sum() }
-    }
-
-    /// The product with a matrix of `width` columns whose rows are the points of a range, for a range of rows.
-    pub(super) fn times(&self, rows: (usize, usize), active: (usize, usize), matrix: &[f64], width: usize) -> Vec<f64> {
-        let mut product = vec![0.0; (rows.1 - rows.0) * width];
-        for (row, out) in (rows.0..rows.1).zip(product.chunks_exact_mut(width)) {
-            let (values, place) = self.within(row, active);
-            let matrix = &matrix[place * width..(place + values.len()) * width];
-            let mut column = 0;
-            while column + CHUNK <= width {
-                let mut sums = [0.0; CHUNK];
-                for (value, row) in values.iter().zip(matrix.chunks_exact(width)) {
-                    for (sum, number) in sums.iter_mut().zip(&row[column..column + CHUNK]) {
-                        *sum += value * number;
-                    }
-                }
-                out[column..column + CHUNK].copy_from_slice(&sums);
-                column += CHUNK;
-            }
-            for (value, row) in values.iter().zip(matrix.chunks_exact(width)) {
-                for (sum, number) in out[column..].iter_mut().zip(&row[column..]) {
-                    *sum += value * number;
-                }
+    /// Rows for so many columns; what is missing between is 0.
+    fn turned(&self, columns: usize) -> Rows {
+        let mut reached = vec![(0, 0); columns];
+        for (row, span) in self.spans.iter().enumerate() {
+            for column in &mut reached[span.first..span.first + span.end - span.start] {
+                *column = (if column.1 == 0 { row } else { column.0 }, row + 1);
             }
         }
-        product
+        let mut turned = Rows::default();
+        let mut start = 0;
+        for (first, last) in &reached {
+            let end = start + last - first;
+            turned.spans.push(Span { first: *first, start, end });
+            start = end;
+        }
+        turned.values.resize(start, 0.0);
+        for row in 0..self.spans.len() {
+            let (first, values) = self.row(row);
+            for (span, value) in turned.spans[first..].iter().zip(values) {
+                turned.values[span.start + row - span.first] = *value;
+            }
+        }
+        turned
     }
 }
 
-/// Columns that are summed at a time.
-const CHUNK: usize = 8;
+impl Operator {
+    /// The operator from these points.
+    pub(super) fn new(key: Key, from: &[f64], to: &Grid, cut: Cut) -> Operator {
+        let Key { motion, ranges, lands, .. } = &key;
+        let (mut rows, mut chances) = (Rows::default(), Vec::with_capacity(from.len()));
+        let mut bell = Bell::new(motion, to, cut.band);
+        let mut longest = 0;
+        for state in from {
+            let chance = if contains(&ranges[0], *state) { motion.chance(ranges, *state).max(0.0) } else { 0.0 };
+            chances.push(chance);
+            if chance <= cut.least || !lands {
+                rows.add(0, if chance <= cut.least { &[] } else { std::slice::from_ref(&chance) });
+                continue;
+            }
+            let (first, values) = bell.row(motion, ranges, *state, to);
+            let small = |value: &&f64| **value < TINY * cut.least;
+            let values = &values[..values.len() - values.iter().rev().take_while(small).count()];
+            let before = values.iter().take_while(small).count();
+            longest = longest.max(values.len() - before);
+            rows.add(first + before, &values[before..]);
+        }
+        let columns = rows.turned(if *lands { to.nodes.len() } else { 1 });
+        let deep = columns.spans.iter().map(|span| span.end - span.start).max().unwrap_or(0);
+        let support = [rows.support(), columns.support()];
+        let most = chances.iter().copied().fold(0.0, f64::max);
+        Operator { key, columns, chances, most, support, longest: longest.max(deep) }
+    }
+
+    pub(super) fn size(&self) -> usize {
+        self.columns.values.len()
+    }
+
+    /// From where it leads, and to where.
+    pub(super) fn support(&self) -> [(usize, usize); 2] {
+        self.support
+    }
+
+    /// Multiplications to reach these points once.
+    pub(super) fn work(&self, (low, high): (usize, usize)) -> usize {
+        if low >= high { 0 } else { self.columns.spans[high - 1].end - self.columns.spans[low].start }
+    }
+
+    /// The value from one point to another.
+    pub(super) fn at(&self, row: usize, column: usize) -> f64 {
+        let (first, values) = self.columns.row(column);
+        row.checked_sub(first).and_then(|place| values.get(place)).copied().unwrap_or(0.0)
+    }
+
+    /// The values with which a point is reached from a range of others, and the first of these.
+    #[inline]
+    pub(super) fn into(&self, column: usize, from: (usize, usize)) -> (&[f64], usize) {
+        let (first, values) = self.columns.row(column);
+        let (low, high) = (first.max(from.0), (first + values.len()).min(from.1));
+        if low >= high { (&[], from.0) } else { (&values[low - first..high - first], low) }
+    }
+
+    /// The sums over one range of points with which another is reached, for so many columns of a matrix; a row for each
+    /// column. Gives the places from one row to the next.
+    pub(super) fn times(
+        &self,
+        [from, to]: [(usize, usize); 2],
+        matrix: &Matrix,
+        columns: usize,
+        product: &mut Vec<f64>,
+    ) -> usize {
+        let stride = filled(to.1 - to.0);
+        clear(product, columns.next_multiple_of(CHUNK) * stride);
+        for (place, reached) in (to.0..to.1).enumerate() {
+            let (values, low) = self.into(reached, from);
+            if values.is_empty() {
+                continue;
+            }
+            let rows = &matrix.values[(low - matrix.row) * matrix.stride + matrix.column..];
+            let mut column = 0;
+            while column < columns {
+                let places = product[column * stride + place..].iter_mut().step_by(stride);
+                if columns - column > CHUNK {
+                    let sums: [f64; 2 * CHUNK] = summed(values, &rows[column..], matrix.stride);
+                    places.zip(sums).for_each(|(place, sum)| *place = sum);
+                    column += 2 * CHUNK;
+                } else {
+                    let sums: [f64; CHUNK] = summed(values, &rows[column..], matrix.stride);
+                    places.zip(sums).for_each(|(place, sum)| *place = sum);
+                    column += CHUNK;
+                }
+            }
+        }
+        stride
+    }
+}
+
+/// The sums of rows that are so far from each other, weighted.
+fn summed<const COUNT: usize>(weights: &[f64], rows: &[f64], stride: usize) -> [f64; COUNT] {
+    let mut sums = [0.0; COUNT];
+    for (number, weight) in weights.iter().enumerate() {
+        let row = &rows[number * stride..number * stride + COUNT];
+        for (sum, number) in sums.iter_mut().zip(row) {
+            *sum += weight * number;
+        }
+    }
+    sums
+}

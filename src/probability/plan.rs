@@ -145,16 +145,14 @@ fn planned(chain: &Chain, question: &Question) -> Result<Plan, String> {
     let rounds = rounds.filter(|rounds| *rounds <= MOST_ROUNDS).ok_or("there are too many rounds")?;
     let leads = vec![Leads::default(); chain.phases.len()];
     let mut reducer = Reducer { chain, question, axes: &axes, leads };
-    if random(chain) {
-        reducer.leads = reducer.leads(&live)?;
+    let drawn = if random(chain) { live.as_slice() } else { &[] };
+    let mut phases = reducer.rounds(drawn);
+    if phases.is_err() {
+        // Where no guards share their noise, it did not matter.
+        reducer.leads = reducer.leads(drawn)?;
+        phases = reducer.rounds(drawn);
     }
-    let mut phases = vec![Vec::new(); chain.phases.len()];
-    for phase in live.into_iter().filter(|_| random(chain)) {
-        for one in &chain.phases[phase] {
-            phases[phase].extend(reducer.ways(one, Some(phase), None)?);
-        }
-        phases[phase] = together(std::mem::take(&mut phases[phase]));
-    }
+    let phases = phases?;
     let states = axes.directions.iter().map(|all| [all[0].is_some(), all[1].is_some()]).collect();
     let (entries, decided) = reducer.unfold(rounds)?;
     Ok(Plan { states, phases, entries, decided, rounds })
@@ -226,6 +224,19 @@ pub(super) struct Reducer<'a> {
 pub(super) type Leads = [Option<Vec<BigRational>>; AXES];
 
 impl Reducer<'_> {
+    /// The ways of a round of these phases.
+    fn rounds(&self, live: &[usize]) -> Result<Vec<Vec<Way>>, String> {
+        let mut phases = vec![Vec::new(); self.chain.phases.len()];
+        for phase in live {
+            let mut ways = Vec::new();
+            for one in &self.chain.phases[*phase] {
+                ways.extend(self.ways(one, Some(*phase), None)?);
+            }
+            phases[*phase] = together(ways);
+        }
+        Ok(phases)
+    }
+
     /// The ways of a move, from the states of a phase or from one that is known.
     fn ways(&self, one: &Move, phase: Option<usize>, point: Option<&[BigRational]>) -> Result<Vec<Way>, String> {
         let mut ways = Vec::new();

@@ -2,6 +2,7 @@
 
 use num_rational::BigRational;
 
+use crate::rational::quotient;
 use crate::value::Relation;
 
 /// A range of reals; none stands for no bound.
@@ -17,7 +18,7 @@ pub fn whole() -> Set {
 
 /// Where `ratio * x + constant REL 0`, for a ratio that is not 0 and an order.
 pub fn half(relation: Relation, ratio: &BigRational, constant: &BigRational) -> Set {
-    let bound = Some(-constant / ratio);
+    let bound = Some(-quotient(constant, ratio));
     let negative = num_traits::Signed::is_negative(ratio);
     if matches!(relation, Relation::Gtr | Relation::Gte) == negative {
         vec![(None, bound)]

@@ -8,9 +8,10 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
 use super::axes::{ratio, stateless};
-use super::chain::{Chain, Linear, Move, Side};
+use super::chain::{Chain, Linear, Move, Side, add_product};
 use crate::distribution::standard;
 use crate::interval::Interval;
+use crate::rational::product;
 use crate::value::Relation;
 
 /// Moves of a chance below this are left out.
@@ -69,8 +70,8 @@ fn small(form: &Linear, one: &Move) -> Option<Interval> {
     for (factor, draw) in form.draws.iter().zip(&one.draws).filter(|(factor, _)| !factor.is_zero()) {
         let parts = draw.normals()?;
         let [(_, middle, own)] = parts.as_slice() else { return None };
-        mean += factor * middle;
-        variance += factor * factor * own;
+        add_product(&mut mean, factor, middle);
+        add_product(&mut variance, &product(factor, factor), own);
     }
     if !mean.is_negative() {
         return None;
