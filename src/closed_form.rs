@@ -7,7 +7,10 @@ mod check;
 mod defined;
 mod nested;
 mod pieces;
+mod readable;
+mod signs;
 mod text;
+mod turned;
 
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;

@@ -4,6 +4,8 @@
 //! what is done to all of them at once is done modulo p, where p need not even be irreducible, and a sum over all
 //! roots is a number. The coefficients are polynomials in n and x whose own coefficients are any values.
 
+mod dominant;
+pub mod tail;
 mod term;
 mod text;
 

@@ -452,3 +452,48 @@ fn a_power_before_the_index_0_needs_a_base_that_is_not_0() {
     assert_eq!(nonzero("param c, c > 0\nsolve u(n+1) = c*u(n), u(-1) = 2"), 0);
     assert_eq!(nonzero("param c\nsolve x(n+1) = 2*x(n)+y(n), y(n+1) = c*y(n), x(-1) = 1, y(-1) = 1"), 2);
 }
+
+#[test]
+fn wrong_pieces_of_systems_are_turned_away() {
+    let [x, y] = ["x", "y"].map(Name::new);
+    let terms = |text: &str| {
+        let of = |value: Value, name: &Name| {
+            value.with(name, &Value::variable(&pars::closed_form::term(name, &n(), 0))).unwrap()
+        };
+        of(of(value(text), &x), &y)
+    };
+    let fits = |next: &str, first: Form, second: &str| {
+        let sequences = vec![
+            Sequence { name: x.clone(), start: vec![int(2)], next: terms(next) },
+            Sequence { name: y.clone(), start: vec![int(1)], next: terms("y/3") },
+        ];
+        let forms = vec![first, Form::Value(Vec::new(), value(second))];
+        let recurrence = Recurrence { index: n(), from: 0, sequences };
+        Solved::check(recurrence, forms, Vec::new(), &Assumptions::default()).is_ok()
+    };
+    let pieces = |first: &str, until: &str, second: &str| {
+        let until = value(until);
+        Form::Pieces(vec![
+            Piece { from: int(0), until: Some(until.clone()), form: value(first) },
+            Piece { from: until, until: None, form: value(second) },
+        ])
+    };
+    // 2, 1, 1/3, 1/9, …
+    let next = "max(x-1, y)";
+    assert!(fits(next, pieces("2-n", "1", "3*(1/3)^n"), "(1/3)^n"));
+    assert!(!fits(next, pieces("2-n", "3", "3*(1/3)^n"), "(1/3)^n"), "one index too late");
+    assert!(!fits(next, pieces("2-n", "3/2", "3*(1/3)^n"), "(1/3)^n"), "no whole number");
+    assert!(!fits(next, pieces("2-n", "2", "2-n"), "(1/3)^n"), "the region is left");
+    assert!(!fits(next, pieces("2-n", "2", "3*(1/3)^n"), "(1/2)^n"), "the other one is wrong");
+    assert!(!fits(next, pieces("3*(1/3)^n", "2", "3*(1/3)^n"), "(1/3)^n"), "another start");
+    // A region that is left after more than a thousand steps: n^2 outgrows (101/100)^n for so long only.
+    let long = "if n^2 + 2 > (101/100)^n then x + y else x";
+    assert!(!fits(long, Form::Value(Vec::new(), value("7/2 - 3/2*(1/3)^n")), "(1/3)^n"));
+    let late = "if (n+2)^2 < (101/100)^n then x else x + y";
+    assert!(!fits(late, Form::Value(Vec::new(), value("7/2 - 3/2*(1/3)^n")), "(1/3)^n"));
+    assert!(fits(
+        "if n + 2 > (99/100)^n then x + y else x",
+        Form::Value(Vec::new(), value("7/2 - 3/2*(1/3)^n")),
+        "(1/3)^n"
+    ));
+}

@@ -6,6 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use num_traits::ToPrimitive;
 
 use super::defined::Defined;
+use super::signs::{Signs, settled_by_signs};
+use super::turned::turned;
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, layer, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -35,9 +37,11 @@ impl Solved {
         // The index is bound here: what is assumed of a parameter of this name says nothing about it.
         let known = &known.without_name(&index);
         let defined = Defined::new(&index, recurrence.from, known, conditions);
-        let mut induction = Induction { recurrence: &recurrence, forms: &forms, defined };
+        let alike = turned(&forms, &recurrence)?;
+        let mut induction = Induction { recurrence: &recurrence, forms: &alike, defined };
         induction.run()?;
         let conditions = induction.defined.conditions;
+        drop(alike);
         let mut known = known.clone();
         conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
         Ok(Solved { recurrence, forms, conditions, known })
@@ -73,7 +77,7 @@ impl Induction<'_> {
                     _ => Err(failed("a form with sums is of one sequence")),
                 }
             }
-            [Form::Pieces(pieces)] => self.pieces(pieces),
+            forms if forms.iter().any(|form| matches!(form, Form::Pieces(_))) => self.pieces(),
             [Form::Turns(forms)] if forms.iter().any(|form| matches!(form, Form::Product(..) | Form::Nested(_))) => {
                 self.in_turn(forms)
             }
@@ -126,7 +130,8 @@ impl Induction<'_> {
             Form::Turns(forms) => forms.iter().try_for_each(|form| self.form_divisors(form, 0)),
             Form::Pieces(pieces) => pieces.iter().try_for_each(|piece| {
                 let first = piece.from.as_rational().and_then(|first| first.to_integer().to_i64());
-                self.defined.value(&piece.form, first.map_or(from, |first| first.max(from)))
+                self.defined.value(&piece.form, first.map_or(from, |first| first.max(from)))?;
+                self.defined.roots(&piece.form, self.recurrence)
             }),
         }
     }
@@ -221,15 +226,29 @@ impl Induction<'_> {
             return Err(failed("the sides differ"));
         }
         let index = &self.recurrence.index;
+        let settled = self.settled(next, images, since)?;
+        if settled != *next
+            && let Some(difference) = self.difference(left, &settled, images)?
+            && difference.is_plainly_zero()
+        {
+            return Ok(());
+        }
         let mut substitution = BTreeMap::new();
         for (name, moved) in images {
             substitution.insert(name.clone(), moved.value(index)?);
         }
-        let (left, right) = (left.value(index)?, next.substitute(&substitution)?);
+        let (left, right) = (left.value(index)?, settled.substitute(&substitution)?);
         if self.same(&left, &right) || self.same_since(&left, &right, since)? {
             return Ok(());
         }
         Err(Unchecked(format!("{left} is not known to be {right}")))
+    }
+
+    /// An equation with what its maxima and conditions are from an index on, where they are signs of exponential polynomials.
+    fn settled(&self, next: &Value, images: &[(Name, Moved<'_>)], since: i64) -> Result<Value, Unchecked> {
+        let Ok(from) = u64::try_from(since) else { return Ok(next.clone()) };
+        let sum = |value: &Value| self.joined(ExponentialPolynomial::zero(), 1, value, images).ok().flatten();
+        Ok(settled_by_signs(next, &Signs { sum: &sum, from, until: None })?)
     }
 
     /// The difference of both sides as an exponential polynomial; `None` if it is none.
@@ -239,9 +258,22 @@ impl Induction<'_> {
         next: &Value,
         images: &[(Name, Moved<'_>)],
     ) -> Result<Option<ExponentialPolynomial>, Unchecked> {
-        let index = &self.recurrence.index;
-        let Some(mut difference) = left.sum(index)?.cloned() else { return Ok(None) };
-        let mut rest = next.clone();
+        match left.sum(&self.recurrence.index)? {
+            Some(left) => self.joined(left.clone(), -1, next, images),
+            None => Ok(None),
+        }
+    }
+
+    /// A sum with what is linear in the terms added to it, so many times; `None` if that is no exponential polynomial.
+    fn joined(
+        &self,
+        mut whole: ExponentialPolynomial,
+        times: i64,
+        value: &Value,
+        images: &[(Name, Moved<'_>)],
+    ) -> Result<Option<ExponentialPolynomial>, Unchecked> {
+        let (index, times) = (&self.recurrence.index, Value::integer(times));
+        let mut rest = value.clone();
         for (name, moved) in images {
             if !rest.mentions(name) {
                 continue;
@@ -251,11 +283,11 @@ impl Induction<'_> {
                 return Ok(None);
             }
             let Some(sum) = moved.sum(index)? else { return Ok(None) };
-            difference = difference.joined(sum.scale(&factor.neg()?)?)?;
+            whole = whole.joined(sum.scale(&factor.mul(&times)?)?)?;
             rest = constant;
         }
         let Some(constant) = ExponentialPolynomial::of(&rest, index) else { return Ok(None) };
-        Ok(Some(difference.joined(constant.scale(&Value::integer(-1))?)?))
+        Ok(Some(whole.joined(constant.scale(&times)?)?))
     }
 
     fn product(&self, ratio: &Value, value: &Value) -> Result<(), Unchecked> {
@@ -421,7 +453,7 @@ fn early(forms: &[Form]) -> Result<usize, Unchecked> {
     Ok(most)
 }
 
-fn whole(number: usize) -> Result<i64, Unchecked> {
+pub(super) fn whole(number: usize) -> Result<i64, Unchecked> {
     i64::try_from(number).map_err(|_| failed("too many turns"))
 }
 

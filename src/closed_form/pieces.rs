@@ -1,61 +1,207 @@
 //! The induction for a form by pieces: within each piece, and from one to the next.
 
-use num_rational::BigRational;
-use num_traits::{Signed, Zero};
+use std::collections::BTreeMap;
 
-use super::check::{Induction, failed};
-use super::{Piece, Unchecked};
+use num_rational::BigRational;
+use num_traits::{Signed, ToPrimitive, Zero};
+
+use super::check::{Induction, failed, whole};
+use super::signs::{Signs, settled_by_signs};
+use super::{Form, Piece, Unchecked};
 use crate::assumption::Assumptions;
-use crate::exponential_polynomial::exponentials;
+use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
+/// The indices from one piece of some form to the next of any: there each sequence has one form.
+struct Cell<'a> {
+    from: Value,
+    until: Option<Value>,
+    /// In the order of the sequences.
+    forms: Vec<&'a Value>,
+}
+
 impl Induction<'_> {
-    pub(super) fn pieces(&mut self, pieces: &[Piece]) -> Result<(), Unchecked> {
-        let [sequence] = self.recurrence.sequences.as_slice() else {
-            return Err(failed("a form by pieces is of one sequence"));
-        };
-        let ([start], Some(first)) = (sequence.start.as_slice(), pieces.first()) else {
-            return Err(failed("a form by pieces begins with one value"));
-        };
-        let index = &self.recurrence.index;
-        let term = self.recurrence.term(&sequence.name, 0);
-        if first.from != Value::integer(self.recurrence.from)
-            || !self.same(&first.form.with(index, &first.from)?, start)
-        {
+    pub(super) fn pieces(&mut self) -> Result<(), Unchecked> {
+        let all = self.forms.iter().map(|form| self.piecewise(form)).collect::<Result<Vec<_>, _>>()?;
+        all.iter().try_for_each(|pieces| self.without_gaps(pieces))?;
+        let cells = self.cells(&all)?;
+        let recurrence = self.recurrence;
+        let from = Value::integer(recurrence.from);
+        for (place, sequence) in recurrence.sequences.iter().enumerate() {
+            for (offset, start) in sequence.start.iter().enumerate() {
+                let term = self.in_cell(&cells, place, &from.add(&Value::integer(whole(offset)?))?)?;
+                if !self.same(&term, start) {
+                    return Err(failed("the form does not give the starting value"));
+                }
+            }
+        }
+        cells.iter().try_for_each(|cell| self.cell(cell, &cells))
+    }
+
+    /// A form as pieces.
+    fn piecewise(&self, form: &Form) -> Result<Vec<Piece>, Unchecked> {
+        match form {
+            Form::Pieces(pieces) => Ok(pieces.clone()),
+            form => {
+                let form =
+                    form.value(&self.recurrence.index).ok_or_else(|| failed("the forms are of different kinds"))?;
+                Ok(vec![Piece { from: Value::integer(self.recurrence.from), until: None, form }])
+            }
+        }
+    }
+
+    /// They begin with the recurrence, each at a whole number and where the one before it ends, and the last has no end.
+    fn without_gaps(&self, pieces: &[Piece]) -> Result<(), Unchecked> {
+        let known = self.defined.known();
+        let first = Value::integer(self.recurrence.from);
+        if pieces.first().is_none_or(|piece| piece.from != first) {
             return Err(failed("the form does not give the starting value"));
         }
-        let count = Value::variable(index);
-        let after = count.add(&Value::one())?;
         for (place, piece) in pieces.iter().enumerate() {
-            let inside = piece.form.with(index, &after)?;
-            let follows = |until: &Value| self.defined.known().decide(Relation::Lss, &piece.from, until) == Some(true);
-            if !piece.until.as_ref().is_none_or(follows) {
-                return Err(Unchecked(format!("it is not known that the piece from {} is not empty", piece.from)));
-            }
-            let last = match (&piece.until, pieces.get(place + 1)) {
-                (None, None) => None,
-                (Some(until), Some(next)) if *until == next.from => Some((until.sub(&Value::one())?, next)),
-                _ => return Err(failed("the pieces have gaps")),
-            };
-            // Within the piece: from its first index to the one before its last.
-            let mut known = self.defined.known().clone();
-            known.assume(Relation::Gte, &count, &piece.from);
-            if let Some((last, _)) = &last {
-                known.assume(Relation::Lss, &count, last);
-            }
-            let image = sequence.next.with(&term, &piece.form)?;
-            let only = last.as_ref().is_some_and(|(last, _)| *last == piece.from);
-            if !only && !same_throughout(&image, &inside, piece, index, &known)? {
-                return Err(Unchecked(format!("the step within the piece from {} could not be checked", piece.from)));
-            }
-            // From its last index to the next piece.
-            if let Some((last, next)) = last {
-                let image = sequence.next.with(index, &last)?.with(&term, &piece.form.with(index, &last)?)?;
-                let first = next.form.with(index, &next.from)?;
-                if !self.same(&image, &first) {
-                    return Err(Unchecked(format!("{image} at {} is not known to be {first}", next.from)));
+            match (&piece.until, pieces.get(place + 1)) {
+                (None, None) => {}
+                (Some(until), Some(next)) if *until == next.from => {
+                    if !before(&piece.from, until, known) {
+                        let reason = format!("it is not known that the piece from {} is not empty", piece.from);
+                        return Err(Unchecked(reason));
+                    }
+                    if known.is_natural(&until.sub(&first)?) != Some(true) {
+                        return Err(Unchecked(format!("it is not known that {until} is a whole number")));
+                    }
                 }
+                _ => return Err(failed("the pieces have gaps")),
+            }
+        }
+        Ok(())
+    }
+
+    /// The cells of all pieces together.
+    fn cells<'p>(&self, all: &'p [Vec<Piece>]) -> Result<Vec<Cell<'p>>, Unchecked> {
+        let known = self.defined.known();
+        let mut rest: Vec<&[Piece]> = all.iter().map(Vec::as_slice).collect();
+        let mut from = Value::integer(self.recurrence.from);
+        let mut cells = Vec::new();
+        loop {
+            let mut until: Option<&Value> = None;
+            for end in rest.iter().filter_map(|pieces| pieces.first()?.until.as_ref()) {
+                let sooner = match until {
+                    None => true,
+                    Some(other) if other == end => false,
+                    Some(other) => known
+                        .decide(Relation::Lss, end, other)
+                        .ok_or_else(|| Unchecked(format!("it must be known whether {end} < {other}")))?,
+                };
+                until = if sooner { Some(end) } else { until };
+            }
+            let forms = rest.iter().filter_map(|pieces| Some(&pieces.first()?.form)).collect();
+            cells.push(Cell { from, until: until.cloned(), forms });
+            let Some(until) = until else { return Ok(cells) };
+            for pieces in &mut rest {
+                if pieces.first().is_some_and(|piece| piece.until.as_ref() == Some(until)) {
+                    *pieces = &pieces[1..];
+                }
+            }
+            from = until.clone();
+        }
+    }
+
+    /// The term of a sequence at an index.
+    fn in_cell(&self, cells: &[Cell<'_>], place: usize, at: &Value) -> Result<Value, Unchecked> {
+        for cell in cells {
+            let here = match &cell.until {
+                None => Some(true),
+                Some(until) if before(at, until, self.defined.known()) => Some(true),
+                Some(until) => self.defined.known().decide(Relation::Lss, at, until),
+            };
+            match here {
+                Some(true) => return Ok(cell.forms[place].with(&self.recurrence.index, at)?),
+                Some(false) => {}
+                None => return Err(Unchecked(format!("it must be known in which piece {at} lies"))),
+            }
+        }
+        Err(failed("there is no such term"))
+    }
+
+    /// The step from every index of a cell: where all terms lie in it for all at once, and from its last indices one by one.
+    fn cell(&self, cell: &Cell<'_>, cells: &[Cell<'_>]) -> Result<(), Unchecked> {
+        let (recurrence, known) = (self.recurrence, self.defined.known());
+        let order = recurrence.sequences.iter().map(|sequence| sequence.start.len()).max().unwrap_or(1);
+        let order = whole(order)?;
+        let last = cell.until.as_ref().map(|until| until.sub(&Value::integer(order))).transpose()?;
+        let none = last.as_ref().is_some_and(|last| known.decide(Relation::Lte, last, &cell.from) == Some(true));
+        if !none {
+            self.inside(cell, last.as_ref())?;
+        }
+        let Some(until) = &cell.until else { return Ok(()) };
+        for back in 1..=order {
+            let at = until.sub(&Value::integer(back))?;
+            if known.decide(Relation::Lss, &at, &cell.from) != Some(true) {
+                self.from_last(&at, cells)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The step from every index of a cell up to one, from which on terms lie beyond it.
+    fn inside(&self, cell: &Cell<'_>, last: Option<&Value>) -> Result<(), Unchecked> {
+        let (index, recurrence) = (&self.recurrence.index, self.recurrence);
+        let count = Value::variable(index);
+        let mut known = self.defined.known().clone();
+        known.assume(Relation::Gte, &count, &cell.from);
+        if let Some(last) = last {
+            known.assume(Relation::Lss, &count, last);
+        }
+        let later = |place: usize, offset: usize| -> Result<Value, Unchecked> {
+            Ok(cell.forms[place].with(index, &count.add(&Value::integer(whole(offset)?))?)?)
+        };
+        let mut images = BTreeMap::new();
+        for (name, place, offset) in recurrence.terms() {
+            images.insert(name, later(place, offset)?);
+        }
+        for (place, sequence) in recurrence.sequences.iter().enumerate() {
+            let next = self.by_signs(&sequence.next, &images, cell, last)?;
+            let (image, wanted) = (next.substitute(&images)?, later(place, sequence.start.len())?);
+            let piece = Piece { from: cell.from.clone(), until: cell.until.clone(), form: cell.forms[place].clone() };
+            if !same_throughout(&image, &wanted, &piece, index, &known)? {
+                return Err(Unchecked(format!("the step within the piece from {} could not be checked", cell.from)));
+            }
+        }
+        Ok(())
+    }
+
+    /// An equation with what its maxima and conditions are in a cell, where they are signs of exponential polynomials.
+    fn by_signs(
+        &self,
+        next: &Value,
+        images: &BTreeMap<Name, Value>,
+        cell: &Cell<'_>,
+        last: Option<&Value>,
+    ) -> Result<Value, Unchecked> {
+        let natural = |value: &Value| value.as_rational().and_then(|number| number.to_integer().to_u64());
+        let (Some(from), Some(until)) = (natural(&cell.from), last.map_or(Some(None), |last| natural(last).map(Some)))
+        else {
+            return Ok(next.clone());
+        };
+        let sum = |value: &Value| ExponentialPolynomial::of(&value.substitute(images).ok()?, &self.recurrence.index);
+        Ok(settled_by_signs(next, &Signs { sum: &sum, from, until })?)
+    }
+
+    /// The step from one index, between whose terms a piece ends.
+    fn from_last(&self, at: &Value, cells: &[Cell<'_>]) -> Result<(), Unchecked> {
+        let recurrence = self.recurrence;
+        let mut images = BTreeMap::from([(recurrence.index.clone(), at.clone())]);
+        let later = |place: usize, offset: usize| -> Result<Value, Unchecked> {
+            self.in_cell(cells, place, &at.add(&Value::integer(whole(offset)?))?)
+        };
+        for (name, place, offset) in recurrence.terms() {
+            images.insert(name, later(place, offset)?);
+        }
+        for (place, sequence) in recurrence.sequences.iter().enumerate() {
+            let (image, first) = (sequence.next.substitute(&images)?, later(place, sequence.start.len())?);
+            if !self.same(&image, &first) {
+                let next = at.add(&Value::integer(whole(sequence.start.len())?))?;
+                return Err(Unchecked(format!("{image} at {next} is not known to be {first}")));
             }
         }
         Ok(())
@@ -68,6 +214,20 @@ impl Induction<'_> {
         known.assume(Relation::Gte, &Value::variable(index), &from);
         same_throughout(left, right, &Piece { from, until: None, form: left.clone() }, index, &known)
     }
+}
+
+/// Whether an index is known to lie before another one: `floor(v) + k` is above 0 where v is at least `1 - k`.
+fn before(from: &Value, until: &Value, known: &Assumptions) -> bool {
+    if known.decide(Relation::Lss, from, until) == Some(true) {
+        return true;
+    }
+    let Ok(length) = until.sub(from) else { return false };
+    let inner = length.atoms().into_iter().find_map(|atom| {
+        let Atom::Floor(inner) = &atom else { return None };
+        let rest = length.sub(&atom.value().ok()?).ok()?.as_rational().filter(|rest| rest.is_integer())?;
+        Some((inner.clone(), Value::rational(BigRational::from_integer(1.into()) - rest)))
+    });
+    inner.is_some_and(|(inner, least)| known.decide(Relation::Gte, &inner, &least) == Some(true))
 }
 
 /// Whether two values are equal for all indices of a piece. A power of a number above 1 is known to grow, and

@@ -4,6 +4,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
 
+use super::readable::readable;
 use super::{Form, Layer, Nested, Solved, layer, product};
 use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
@@ -31,7 +32,10 @@ fn form_lines(form: &Form, name: &Name, index: &Name, from: i64) -> Vec<String> 
         terms.map(|(place, value)| format!("{name}({}) = {value}", from + place as i64)).collect::<Vec<_>>()
     };
     let (mut lines, value) = match form {
-        Form::Value(early, value) => (first(early), Ok(value.to_string())),
+        Form::Value(early, value) => {
+            let since = Value::integer(from.saturating_add_unsigned(early.len() as u64));
+            (first(early), Ok(readable(value, index, &since)))
+        }
         Form::Sum(early, sum) => (first(early), sum.text(index)),
         Form::Product(ratio, value) => (Vec::new(), product_text(ratio, value, index, from)),
         Form::Nested(nested) => {
@@ -48,7 +52,7 @@ fn form_lines(form: &Form, name: &Name, index: &Name, from: i64) -> Vec<String> 
                     (Some(until), true) => format!(" for {index} < {until}"),
                     (Some(until), false) => format!(" for {} <= {index} < {until}", piece.from),
                 };
-                format!("{name}({index}) = {}{range}", piece.form)
+                format!("{name}({index}) = {}{range}", readable(&piece.form, index, &piece.from))
             };
             return pieces.iter().map(line).collect();
         }

@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 
 use super::reach::{Wanted, pieces};
-use super::tail::{Tail, tail};
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Solved, in_class};
 use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::exponential_polynomial::tail::{Tail, tail};
 use crate::name::Name;
 use crate::value::{Relation, Value};
 

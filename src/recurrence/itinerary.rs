@@ -1,16 +1,18 @@
-//! Maps by regions whose sequence goes through regions in turn, for ever: each turn is a sequence of its own, and affine.
+//! Maps by regions whose sequences go through regions in turn, for ever: each turn is a linear recurrence of its own.
 //!
 //! The turns are read off the first terms, and are no more than a guess: that the guards hold for all later terms is for the
 //! induction to show.
 
-use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::region::resolve;
+use super::ranges::{after, trimmed};
+use super::region::{Point, resolve_at};
+use super::sequences::solve_all;
+use super::switching::compares;
+use super::turns::round;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Recurrence};
-use crate::name::Name;
-use crate::value::{Value, ValueError};
+use crate::closed_form::{Form, Recurrence, in_class};
+use crate::value::{Atom, Value};
 
 /// The terms that are looked at, and the most bits of one.
 const MOST_TERMS: usize = 240;
@@ -21,78 +23,111 @@ const MOST_TURNS: usize = 24;
 const ROUNDS: usize = 3;
 const TERMS: usize = 10;
 
-/// `x := slope*x + constant`
-type Affine = (BigRational, BigRational);
-
-/// The form in turns of one sequence of numbers that begins at 0; nothing if its regions do not repeat soon.
-pub(super) fn itinerary(recurrence: &Recurrence, known: &Assumptions) -> Option<Form> {
-    let [sequence] = recurrence.sequences.as_slice() else { return None };
-    let [start] = sequence.start.as_slice() else { return None };
-    let name = recurrence.term(&sequence.name, 0);
-    if sequence.next.mentions(&recurrence.index) || sequence.next.variables().iter().any(|other| *other != name) {
-        return None;
+/// The forms in turns of sequences of numbers that begin at 0, as they may be; none if their regions do not repeat soon.
+pub(super) fn itineraries(recurrence: &Recurrence, known: &Assumptions) -> Vec<Vec<Form>> {
+    if !compares(recurrence) {
+        return Vec::new();
     }
-    let mut terms = vec![start.as_rational()?];
-    let mut maps = Vec::new();
-    while let Some(last) = terms.last().filter(|last| last.numer().bits() + last.denom().bits() < MOST_BITS)
-        && maps.len() < MOST_TERMS
-    {
-        let map = near(&sequence.next, &name, last, known)?;
-        let next = &map.0 * last + &map.1;
-        maps.push(map);
-        terms.push(next);
-    }
-    let (since, count) = (1..=MOST_TURNS).find_map(|count| {
+    let Some(maps) = maps(recurrence, known) else { return Vec::new() };
+    let repeats = |count: usize| {
         let since = (0..maps.len().checked_sub(count)?).rev().find(|at| maps[*at] != maps[at + count]);
         let since = since.map_or(0, |at| at + 1);
         (maps.len() - since >= (ROUNDS * count).max(TERMS) + count).then_some((since, count))
-    })?;
-    let slope = maps[since..since + count].iter().fold(BigRational::one(), |all, (slope, _)| all * slope);
-    // A slope below 0 turns round in every round, and there is more than one turn.
-    let count = if slope.is_negative() || count == 1 { 2 * count } else { count };
-    let rounds = since.div_ceil(count);
-    if terms.len() <= (rounds + 1) * count + count || maps.len() < (rounds + 1) * count + count {
+    };
+    let Some((since, count)) = (1..=MOST_TURNS).find_map(repeats) else { return Vec::new() };
+    // What is multiplied by a negative number in each round keeps its sign in every other one.
+    [count, 2 * count].into_iter().filter_map(|count| in_turn(recurrence, &maps, since, count, known)).collect()
+}
+
+/// The equations as they are at each of the first terms.
+fn maps(recurrence: &Recurrence, known: &Assumptions) -> Option<Vec<Vec<Value>>> {
+    let variables = recurrence.terms();
+    let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
+    let mut maps = Vec::new();
+    let short =
+        |value: &Value| value.as_rational().map(|number| number.numer().bits() + number.denom().bits() < MOST_BITS);
+    while maps.len() < MOST_TERMS && state.iter().map(short).collect::<Option<Vec<_>>>()?.into_iter().all(|short| short)
+    {
+        let mut values: BTreeMap<_, _> =
+            variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();
+        values.insert(recurrence.index.clone(), Value::integer(i64::try_from(maps.len()).ok()?));
+        let point = Point { values, index: Some(&recurrence.index) };
+        let mut map = Vec::new();
+        for sequence in &recurrence.sequences {
+            let (local, _) = resolve_at(&sequence.next, &point, known).ok()?;
+            variables.iter().all(|(name, ..)| local.linear_in(name).is_some()).then_some(())?;
+            map.push(local);
+        }
+        let mut next = Vec::new();
+        for (at, (_, own, offset)) in variables.iter().enumerate() {
+            let ordered = *offset + 1 < recurrence.sequences[*own].start.len();
+            next.push(if ordered { state[at + 1].clone() } else { map[*own].substitute(&point.values).ok()? });
+        }
+        maps.push(map);
+        state = next;
+    }
+    Some(maps)
+}
+
+/// The forms in so many turns, from the first index on that is a multiple of their number and not before another one.
+fn in_turn(
+    recurrence: &Recurrence,
+    maps: &[Vec<Value>],
+    since: usize,
+    count: usize,
+    known: &Assumptions,
+) -> Option<Vec<Form>> {
+    let index = &recurrence.index;
+    let first = since.div_ceil(count) * count;
+    let turns = (first..first + count).map(|at| {
+        let equations = maps.get(at)?.iter();
+        equations.map(|one| in_class(one, index, i64::try_from(count).ok()?, i64::try_from(at).ok()?).ok()).collect()
+    });
+    let turns: Vec<Vec<Value>> = turns.collect::<Option<_>>()?;
+    let longest = recurrence.sequences.iter().map(|sequence| sequence.start.len()).max()?;
+    let terms = recurrence.iterate(first + longest).ok()?;
+    let mut moved = recurrence.clone();
+    let shifted = Value::variable(index).add(&Value::integer(i64::try_from(first).ok()?)).ok()?;
+    for (sequence, terms) in moved.sequences.iter_mut().zip(&terms) {
+        sequence.next = sequence.next.with(index, &shifted).ok()?;
+        sequence.start = terms[first..first + sequence.start.len()].to_vec();
+    }
+    let forms = round(&moved, &turns, known).ok()?;
+    let mut all = Vec::new();
+    for (place, (form, terms)) in forms.into_iter().zip(&terms).enumerate() {
+        all.push(match alone(recurrence, place, known) {
+            Some(form) => form,
+            None => trimmed(after(only(form), &terms[..first], index)?, index),
+        });
+    }
+    Some(all)
+}
+
+/// The form of one turn, if there is but one.
+fn only(form: Form) -> Form {
+    match form {
+        Form::Turns(mut forms) if forms.len() == 1 => forms.remove(0),
+        form => form,
+    }
+}
+
+/// The form of a sequence that depends on none with conditions, where it is one value for all indices.
+fn alone(recurrence: &Recurrence, place: usize, known: &Assumptions) -> Option<Form> {
+    let variables = recurrence.terms();
+    let mut group = BTreeSet::from([place]);
+    while let Some((_, own, _)) = variables.iter().find(|(name, own, _)| {
+        !group.contains(own) && group.iter().any(|one| recurrence.sequences[*one].next.mentions(name))
+    }) {
+        group.insert(*own);
+    }
+    let sequences: Vec<_> = group.iter().map(|own| recurrence.sequences[*own].clone()).collect();
+    let compares = |atom: &Atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_));
+    if sequences.iter().any(|sequence| sequence.next.atoms().iter().any(compares)) {
         return None;
     }
-    let forms = (0..count).map(|turn| {
-        let first = rounds * count + turn;
-        let whole = maps[first..first + count]
-            .iter()
-            .fold((BigRational::one(), BigRational::zero()), |all, map| (&all.0 * &map.0, &all.1 * &map.0 + &map.1));
-        in_turn(&terms, turn, count, rounds, &whole, &recurrence.index)
-    });
-    Some(Form::Turns(forms.collect::<Result<_, _>>().ok()?))
-}
-
-/// The affine map that this one is at a number.
-fn near(map: &Value, name: &Name, at: &BigRational, known: &Assumptions) -> Option<Affine> {
-    let (local, _) = resolve(map, name, &Value::rational(at.clone()), known).ok()?;
-    let (slope, constant) = local.linear_in(name)?;
-    Some((slope.as_rational()?, constant.as_rational()?))
-}
-
-/// The terms of one turn, from that round on in which the turns begin.
-fn in_turn(
-    terms: &[BigRational],
-    turn: usize,
-    count: usize,
-    rounds: usize,
-    (slope, constant): &Affine,
-    index: &Name,
-) -> Result<Form, ValueError> {
-    let term = |round: usize| Value::rational(terms[round * count + turn].clone());
-    let settled = rounds + usize::from(slope.is_zero());
-    let early = (0..settled).map(term).collect();
-    if slope.is_zero() {
-        return Ok(Form::Value(early, Value::rational(constant.clone())));
-    }
-    let since = Value::integer(i64::try_from(rounds).unwrap_or(i64::MAX));
-    let (first, step) = (term(rounds), Value::variable(index).sub(&since)?);
-    let form = if slope.is_one() {
-        first.add(&step.mul(&Value::rational(constant.clone()))?)?
-    } else {
-        let limit = Value::rational(constant / (BigRational::one() - slope));
-        limit.add(&first.sub(&limit)?.mul(&Value::rational(slope.clone()).power(&step)?)?)?
-    };
-    Ok(Form::Value(early, form))
+    let own = group.iter().position(|own| *own == place)?;
+    let solved = solve_all(Recurrence { index: recurrence.index.clone(), from: 0, sequences }, known).ok()?;
+    let form = solved.forms().get(own)?;
+    let fine = solved.conditions().is_empty() && matches!(form, Form::Value(..) | Form::Sum(..));
+    (fine && form.value(&recurrence.index).is_some()).then(|| form.clone())
 }

@@ -10,9 +10,9 @@ use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::product::quotient;
 use super::reach::Wanted;
-use super::tail::{Tail, outside, tail};
 use crate::closed_form::{Form, Solved, product};
 use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::exponential_polynomial::tail::{Tail, first_by_halves, outside, tail};
 use crate::name::Name;
 use crate::univariate::Univariate;
 use crate::value::{Atom, Relation, Value};
@@ -32,6 +32,13 @@ pub(super) fn late(solved: &Solved, (relation, left, right): Wanted<'_>) -> Tail
     let from = solved.recurrence().from.unsigned_abs();
     let mut search = Late { solved, from };
     search.compare(&difference, relation).unwrap_or_else(unbounded)
+}
+
+/// The first index at which a comparison holds, of terms whose difference moves one way only from the first index on.
+pub(super) fn rising(solved: &Solved, (relation, left, right): Wanted<'_>) -> Option<u64> {
+    let from = solved.recurrence().from.to_u64()?;
+    let (sum, early) = difference_of(solved, &left.sub(right).ok()?)?;
+    (early == 0).then(|| first_by_halves(&sum, relation, from)).flatten()
 }
 
 fn unbounded() -> Tail {

@@ -9,8 +9,8 @@ use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
 use super::reach::Wanted;
-use super::tail::Tail;
 use crate::closed_form::Recurrence;
+use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 

@@ -8,7 +8,7 @@ use num_traits::{Signed, ToPrimitive};
 use super::sequences::{Found, counted_from, later, solve_all};
 use super::{Closed, Comparison};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Layer, Nested, Piece, Recurrence, Solved, layer, product};
+use crate::closed_form::{Form, Layer, Nested, Piece, Recurrence, layer, product};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -16,6 +16,8 @@ use crate::value::{Atom, Relation, Value};
 const MOST_CHANGES: usize = 40;
 /// The furthest of them where all earlier terms are listed.
 const MOST_LISTED: i64 = 100;
+/// Up to this length a piece is joined to one that gives the same terms.
+const MOST_JOINED: i64 = 3;
 /// The indices that are tried where a difference is not linear.
 const MOST_TRIED: i64 = 100;
 
@@ -27,22 +29,47 @@ pub(super) fn in_ranges(recurrence: &Recurrence, known: &Assumptions) -> Vec<Fou
     conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
     let with = |more: Vec<Comparison>| conditions.iter().cloned().chain(more).collect();
     if let Some((pieces, more)) = by_pieces(recurrence, &changes, &known) {
-        let joined = joined(&pieces);
+        let joined = joined(&pieces, &recurrence.index, &known);
         return [joined, pieces].map(|pieces| (vec![Form::Pieces(pieces)], with(more.clone()))).to_vec();
     }
     listed(recurrence, &changes, &known).map(|(forms, more)| (forms, with(more))).into_iter().collect()
 }
 
-/// Pieces of which none goes on as the one before it.
-fn joined(pieces: &[Piece]) -> Vec<Piece> {
+/// Pieces of which none goes on as the one before it, as far as that is seen.
+pub(super) fn joined(pieces: &[Piece], index: &Name, known: &Assumptions) -> Vec<Piece> {
     let mut all: Vec<Piece> = Vec::new();
     for piece in pieces {
-        match all.last_mut().filter(|last| last.form == piece.form) {
-            Some(last) => last.until.clone_from(&piece.until),
-            None => all.push(piece.clone()),
+        let Some(last) = all.last_mut() else {
+            all.push(piece.clone());
+            continue;
+        };
+        let equal = last.form == piece.form
+            || known.decide(Relation::Eq, &last.form, &piece.form) == Some(true)
+            || same_at_all(last, &piece.form, index) == Some(true);
+        if equal {
+            last.form.clone_from(&piece.form);
+        } else if same_at_all(piece, &last.form, index) != Some(true) {
+            all.push(piece.clone());
+            continue;
         }
+        last.until.clone_from(&piece.until);
     }
     all
+}
+
+/// Whether a form gives all terms of a short piece.
+fn same_at_all(piece: &Piece, form: &Value, index: &Name) -> Option<bool> {
+    let length = piece.until.as_ref()?.sub(&piece.from).ok()?.as_rational()?.to_integer().to_i64()?;
+    if length > MOST_JOINED {
+        return None;
+    }
+    for offset in 0..length {
+        let at = piece.from.add(&Value::integer(offset)).ok()?;
+        if piece.form.with(index, &at).ok()? != form.with(index, &at).ok()? {
+            return Some(false);
+        }
+    }
+    Some(true)
 }
 
 /// The indices at which a condition changes, in order, with what must hold for them to lie in this order.
@@ -180,7 +207,8 @@ fn by_pieces(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) ->
             known.assume(*relation, left, right);
             conditions.push((*relation, left.clone(), right.clone()));
         }
-        let found = as_pieces(&solved)?;
+        let [form] = solved.forms() else { return None };
+        let found = as_pieces(form, index)?;
         let (Some(end), Some(length)) = (end, &length) else {
             pieces.extend(later(found, index, &from).ok()?);
             continue;
@@ -193,9 +221,8 @@ fn by_pieces(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) ->
     Some((pieces, conditions))
 }
 
-/// The pieces of a form of one sequence that begins at 0.
-fn as_pieces(solved: &Solved) -> Option<Vec<Piece>> {
-    let (index, [form]) = (&solved.recurrence().index, solved.forms()) else { return None };
+/// The pieces of a form that begins at 0.
+pub(super) fn as_pieces(form: &Form, index: &Name) -> Option<Vec<Piece>> {
     let followed = |early: &[Value], rest: Value| {
         let from = Value::integer(i64::try_from(early.len()).ok()?);
         Some([singles(early), vec![Piece { from, until: None, form: rest }]].concat())
@@ -209,7 +236,7 @@ fn as_pieces(solved: &Solved) -> Option<Vec<Piece>> {
 }
 
 /// Pieces as far as this index.
-fn up_to(pieces: Vec<Piece>, length: &Value, known: &Assumptions) -> Option<Vec<Piece>> {
+pub(super) fn up_to(pieces: Vec<Piece>, length: &Value, known: &Assumptions) -> Option<Vec<Piece>> {
     let mut kept = Vec::new();
     for mut piece in pieces {
         if !known.decide(Relation::Lss, &piece.from, length)? {
@@ -257,13 +284,41 @@ fn listed(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) -> Op
         }
         let forms = solved.forms().iter().zip(&terms);
         let forms = forms.map(|(form, terms)| after(form.clone(), &terms[..count], &recurrence.index));
+        let forms = forms.map(|form| Some(trimmed(form?, &recurrence.index)));
         return Some((forms.collect::<Option<_>>()?, solved.conditions().to_vec()));
     }
     None
 }
 
+/// A form that begins at 0 without the first terms that it gives itself.
+pub(super) fn trimmed(form: Form, index: &Name) -> Form {
+    let own = |form: &Form, at: usize| match form {
+        Form::Value(_, value) => value.with(index, &Value::integer(i64::try_from(at).ok()?)).ok(),
+        Form::Sum(_, sum) => sum.at(at as u64).ok(),
+        _ => None,
+    };
+    let fewer = |mut early: Vec<Value>, form: &Form| {
+        while early.last().is_some_and(|last| own(form, early.len() - 1).as_ref() == Some(last)) {
+            early.pop();
+        }
+        early
+    };
+    match form {
+        Form::Turns(forms) => Form::Turns(forms.into_iter().map(|form| trimmed(form, index)).collect()),
+        Form::Value(early, value) => {
+            let form = Form::Value(Vec::new(), value.clone());
+            Form::Value(fewer(early, &form), value)
+        }
+        Form::Sum(early, sum) => {
+            let form = Form::Sum(Vec::new(), sum.clone());
+            Form::Sum(fewer(early, &form), sum)
+        }
+        form => form,
+    }
+}
+
 /// A form of the terms after these.
-fn after(form: Form, early: &[Value], index: &Name) -> Option<Form> {
+pub(super) fn after(form: Form, early: &[Value], index: &Name) -> Option<Form> {
     let by = i64::try_from(early.len()).ok()?;
     if let Form::Turns(forms) = form {
         let count = forms.len();

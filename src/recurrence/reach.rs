@@ -10,13 +10,13 @@ use num_traits::ToPrimitive;
 
 use super::classes::Classes;
 use super::descent::descends;
-use super::late::late;
+use super::late::{late, rising};
 use super::modular::modular;
 use super::numeric::Numeric;
-use super::tail::Tail;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Form, Piece, Recurrence, Solved};
+use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
@@ -31,6 +31,9 @@ const MOST_BITS: u64 = 1 << 26;
 const FEW_BITS: u64 = 1 << 22;
 /// The bits of the longest of them.
 const LONGEST: u64 = 1 << 16;
+/// The bits for which each part of a term with symbols counts, and the most parts.
+const SYMBOLIC: u64 = 1 << 10;
+const MOST_SIZE: usize = 2_000;
 /// The same where nothing is known of later ones.
 const SHORTEST: u64 = 1 << 12;
 
@@ -86,6 +89,9 @@ pub fn reach(
     {
         return found;
     }
+    if let Some(at) = solved.and_then(|solved| rising(solved, wanted)) {
+        return Reach::At(Value::rational(num_rational::BigRational::from_integer(at.into())), Vec::new());
+    }
     match tried(recurrence, wanted, &tail, known, stop, MOST_TERMS) {
         Reach::Unknown(why) => match reason {
             Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
@@ -125,20 +131,52 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         let goal = Goal::Holds(relation, left.clone(), right.clone());
         return Some(by_shape(&closed, &recurrence.index, &goal, &natural));
     }
-    let mut images = BTreeMap::new();
-    for (name, place) in used {
-        images.insert(name, solved.forms()[place].value(&recurrence.index)?);
-    }
-    let form = left.sub(right).ok()?.substitute(&images).ok()?;
+    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
     let variable = Name::new("[difference]");
-    let from = Value::integer(recurrence.from);
-    let closed = Closed { variable: variable.clone(), pieces: vec![Piece { from, until: None, form }], conditions };
+    let closed = Closed { variable: variable.clone(), pieces, conditions };
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
     match by_shape(&closed, &recurrence.index, &goal, &natural) {
         Reach::Never(_) => {
             Some(Reach::Never("the difference of both sides is never of the sign that it needs".to_string()))
         }
         other => Some(other),
+    }
+}
+
+/// A value in these terms and the index, by pieces between all indices at which one of them has another form.
+fn of_difference(
+    solved: &Solved,
+    difference: &Value,
+    used: &[(Name, usize)],
+    known: &Assumptions,
+) -> Option<Vec<Piece>> {
+    let recurrence = solved.recurrence();
+    let own = used.iter().map(|(_, place)| pieces(&solved.forms()[*place], &recurrence.index, recurrence.from));
+    let all = own.collect::<Option<Vec<_>>>()?;
+    let mut rest: Vec<&[Piece]> = all.iter().map(Vec::as_slice).collect();
+    let mut from = Value::integer(recurrence.from);
+    let mut found = Vec::new();
+    loop {
+        let mut until: Option<&Value> = None;
+        for end in rest.iter().filter_map(|pieces| pieces.first()?.until.as_ref()) {
+            let sooner = match until {
+                None => true,
+                Some(other) if other == end => false,
+                Some(other) => known.decide(Relation::Lss, end, other)?,
+            };
+            until = if sooner { Some(end) } else { until };
+        }
+        let images =
+            used.iter().zip(&rest).map(|((name, _), pieces)| Some((name.clone(), pieces.first()?.form.clone())));
+        let form = difference.substitute(&images.collect::<Option<_>>()?).ok()?;
+        found.push(Piece { from, until: until.cloned(), form });
+        let Some(until) = until else { return Some(found) };
+        for pieces in &mut rest {
+            if pieces.first()?.until.as_ref() == Some(until) {
+                *pieces = &pieces[1..];
+            }
+        }
+        from = until.clone();
     }
 }
 
@@ -199,21 +237,30 @@ fn tried(
                 ));
             }
         }
-        bits +=
-            state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits() + one.denom().bits()).sum::<u64>();
+        bits += state.iter().map(cost).sum::<u64>();
         state = match following(recurrence, &state, &images) {
-            Ok(next) => next,
+            Ok(next) => next.iter().map(|value| known.simplify(value)).collect(),
             Err(error) => return Reach::Unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
         };
         at += 1;
         let most = if matches!(tail, Tail::Never(..)) { MOST_BITS } else { FEW_BITS };
-        let own =
-            state.iter().filter_map(Value::as_rational).map(|one| one.numer().bits().max(one.denom().bits())).max();
-        if bits > most || own.is_some_and(|own| own > longest(most_terms)) || count == most_terms {
+        let own = |value: &Value| match value.as_rational() {
+            Some(number) => number.numer().bits().max(number.denom().bits()) > longest(most_terms),
+            None => value.size() > MOST_SIZE,
+        };
+        if bits > most || state.iter().any(own) || count == most_terms {
             break;
         }
     }
     not_before(recurrence, at, tail)
+}
+
+/// What a term costs, in bits: one with symbols as much as a long number.
+fn cost(value: &Value) -> u64 {
+    match value.as_rational() {
+        Some(number) => number.numer().bits() + number.denom().bits(),
+        None => SYMBOLIC.saturating_mul(value.size() as u64),
+    }
 }
 
 /// The same for numbers; nothing where one is not defined.

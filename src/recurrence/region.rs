@@ -1,5 +1,7 @@
 //! Regions: a map with maxima and conditions is affine where its guards hold.
 
+use std::collections::BTreeMap;
+
 use super::NoClosedForm;
 use super::search::Interval;
 use crate::assumption::Assumptions;
@@ -110,6 +112,31 @@ fn insert(value: Value, known: &Assumptions, sorted: &mut Vec<Value>) -> Result<
     Ok(())
 }
 
+/// Where a map is looked at: values of the variables that it is affine in, and of the index, if that has one.
+pub(super) struct Point<'a> {
+    pub(super) values: BTreeMap<Name, Value>,
+    pub(super) index: Option<&'a Name>,
+}
+
+impl Point<'_> {
+    fn mentioned(&self, value: &Value) -> bool {
+        self.values.keys().any(|name| value.mentions(name))
+    }
+
+    fn in_atom(&self, atom: &Atom) -> bool {
+        self.values.keys().any(|name| atom.mentions(name))
+    }
+
+    /// Whether an atom depends on the index alone.
+    fn of_index(&self, atom: &Atom) -> bool {
+        self.values.keys().all(|name| self.index == Some(name) || !atom.mentions(name))
+    }
+
+    fn at(&self, value: &Value) -> Result<Value, NoClosedForm> {
+        Ok(value.substitute(&self.values)?)
+    }
+}
+
 /// An expression as it is near a point: its maxima and conditions replaced by what they are there, and the guards.
 pub(super) fn resolve(
     expression: &Value,
@@ -117,9 +144,19 @@ pub(super) fn resolve(
     point: &Value,
     known: &Assumptions,
 ) -> Result<(Value, Vec<Guard>), NoClosedForm> {
+    let point = Point { values: BTreeMap::from([(variable.clone(), point.clone())]), index: None };
+    resolve_at(expression, &point, known)
+}
+
+/// The same in several variables, and in the index.
+pub(super) fn resolve_at(
+    expression: &Value,
+    point: &Point<'_>,
+    known: &Assumptions,
+) -> Result<(Value, Vec<Guard>), NoClosedForm> {
     let mut guards = Vec::new();
-    let value = local(expression, variable, point, known, &mut guards)?;
-    guards.retain(|guard| guard.value.mentions(variable));
+    let value = local(expression, point, known, &mut guards)?;
+    guards.retain(|guard| point.mentioned(&guard.value));
     guards.sort_by(|a, b| (a.relation, &a.value).cmp(&(b.relation, &b.value)));
     guards.dedup();
     Ok((value, guards))
@@ -127,18 +164,17 @@ pub(super) fn resolve(
 
 fn local(
     expression: &Value,
-    variable: &Name,
-    point: &Value,
+    point: &Point<'_>,
     known: &Assumptions,
     guards: &mut Vec<Guard>,
 ) -> Result<Value, NoClosedForm> {
     let mut value = expression.clone();
-    for atom in expression.atoms().into_iter().filter(|atom| atom.mentions(variable)) {
+    for atom in expression.atoms().into_iter().filter(|atom| point.in_atom(atom)) {
         let image = match &atom {
             Atom::Variable(_) => continue,
             Atom::Positive(condition) => {
-                let condition = local(condition, variable, point, known, guards)?;
-                let here = condition.with(variable, point)?;
+                let condition = local(condition, point, known, guards)?;
+                let here = point.at(&condition)?;
                 let Some(holds) = known.decide(Relation::Gtr, &here, &Value::zero()) else {
                     return Err(NoClosedForm(format!("it must be known whether {here} > 0")));
                 };
@@ -149,11 +185,16 @@ fn local(
             Atom::Maximum(elements) => {
                 let mut all = vec![Value::zero()];
                 for element in elements.iter() {
-                    all.push(local(element, variable, point, known, guards)?);
+                    all.push(local(element, point, known, guards)?);
                 }
-                greatest(&all, variable, point, known, guards)?
+                greatest(&all, point, known, guards)?
             }
-            _ => return Err(NoClosedForm(format!("{expression} is not affine in {variable}, not even by pieces"))),
+            other if point.of_index(other) => continue,
+            _ => {
+                let names = point.values.keys().filter(|name| point.index != Some(name));
+                let names = names.map(Name::as_str).collect::<Vec<_>>().join(", ");
+                return Err(NoClosedForm(format!("{expression} is not affine in {names}, not even by pieces")));
+            }
         };
         value = value.with_atom(&atom, &image)?;
     }
@@ -163,12 +204,11 @@ fn local(
 /// The greatest of some values at a point, and that it is.
 fn greatest(
     all: &[Value],
-    variable: &Name,
-    point: &Value,
+    point: &Point<'_>,
     known: &Assumptions,
     guards: &mut Vec<Guard>,
 ) -> Result<Value, NoClosedForm> {
-    let here = all.iter().map(|one| one.with(variable, point)).collect::<Result<Vec<_>, _>>()?;
+    let here = all.iter().map(|one| point.at(one)).collect::<Result<Vec<_>, _>>()?;
     let mut missing = None;
     'candidates: for (place, candidate) in all.iter().enumerate() {
         for (at, other) in here.iter().enumerate().filter(|(at, _)| *at != place) {

@@ -164,6 +164,9 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, NoClosedForm> {
     if entry.interval.holds(&start, entry.known) == Some(true) {
         return entry.before_end(entry.from.clone(), Vec::new());
     }
+    if let Some(never) = entry.never() {
+        return Ok(never);
+    }
     match shape(&entry.value, entry.index)? {
         Shape::Constant => entry.constant(),
         Shape::Linear { base, step } => match entry.sign(&step) {
@@ -178,6 +181,22 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, NoClosedForm> {
 }
 
 impl Entry<'_> {
+    /// That no index has it, where symbols alone say so: `2^n - c` is above 0 for every n if c is below 0.
+    fn never(&self) -> Option<Reach> {
+        let symbolic = self.value.variables().iter().any(|name| name != self.index);
+        if !symbolic || !self.value.mentions(self.index) {
+            return None;
+        }
+        let (count, mut known) = (Value::variable(self.index), self.known.clone());
+        known.assume(Relation::Gte, &count, self.from);
+        if let Some(until) = self.until {
+            known.assume(Relation::Lss, &count, until);
+        }
+        let found = self.interval.holds(&self.value, &known) == Some(false);
+        let goal = self.goal(&self.value);
+        found.then(|| Reach::Never(format!("{goal} for no {}", self.index)))
+    }
+
     /// Whether a value is positive (else negative).
     fn sign(&self, value: &Value) -> Result<bool, Reach> {
         let zero = Value::zero();
@@ -211,17 +230,19 @@ impl Entry<'_> {
 
     /// What would have to be known of a value.
     fn question(&self, value: &Value) -> String {
+        format!("it must be known whether {}", self.goal(value))
+    }
+
+    /// That a value lies in the interval.
+    fn goal(&self, value: &Value) -> String {
         let sides = [(&self.interval.low, ">", ">="), (&self.interval.high, "<", "<=")];
-        if self.interval.is_point() {
-            return match &self.interval.low {
-                Some((wanted, _)) => format!("it must be known whether {value} = {wanted}"),
-                None => String::new(),
-            };
+        if let (Some((wanted, _)), true) = (&self.interval.low, self.interval.is_point()) {
+            return format!("{value} = {wanted}");
         }
         let bounds = sides.iter().filter_map(|(bound, open, shut)| {
             bound.as_ref().map(|(bound, strict)| format!("{value} {} {bound}", if *strict { open } else { shut }))
         });
-        format!("it must be known whether {}", bounds.collect::<Vec<_>>().join(" and "))
+        bounds.collect::<Vec<_>>().join(" and ")
     }
 
     /// The least n in an interval.

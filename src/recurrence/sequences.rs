@@ -1,15 +1,16 @@
 //! Recurrences of one or more sequences: which method fits, and the check of what it gives.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycle::repeating;
 use super::inhomogeneous::first_order;
 use super::interleaved::interleaved;
-use super::itinerary::itinerary;
+use super::itinerary::itineraries;
 use super::linear::System;
 use super::nested::nested;
 use super::product::with_product;
 use super::ranges::in_ranges;
+use super::switching::switching;
 use super::symbolic::symbolic;
 use super::turns::{cycle, in_turns};
 use super::{Comparison, NoClosedForm, solve};
@@ -53,20 +54,81 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
     if let Some(solved) = in_ranges(&moved, known).into_iter().find_map(|found| checked(found).ok()) {
         return Ok(solved);
     }
-    let reason = match found(&moved, known).and_then(&checked) {
-        Ok(solved) => return Ok(solved),
-        Err(reason) => reason,
+    let reason = match found(&moved, known) {
+        Ok(found) => match checked(found) {
+            Ok(solved) => return Ok(solved),
+            Err(reason) => reason,
+        },
+        Err(reason) => at_own_index(reason, &recurrence, &moved, |named| found_or_not(named, known)),
     };
     if let Ok(Some(form)) = nested(&moved)
         && let Ok(solved) = checked((vec![form], Vec::new()))
     {
         return Ok(solved);
     }
+    let general = reason.0.contains("not linear");
+    let reason = match switching(&moved, known) {
+        Ok(all) => {
+            let mut reason = reason;
+            for found in all {
+                match checked(found) {
+                    Ok(solved) => return Ok(solved),
+                    Err(more) if general => reason = more,
+                    Err(_) => {}
+                }
+            }
+            reason
+        }
+        Err(more) if general => at_own_index(more, &recurrence, &moved, |named| switching(named, known).err()),
+        Err(_) => reason,
+    };
     if let Some(solved) = repeating(&moved).and_then(|forms| checked((forms, Vec::new())).ok()) {
         return Ok(solved);
     }
-    let form = itinerary(&moved, known).ok_or_else(|| reason.clone())?;
-    checked((vec![form], Vec::new())).map_err(|_| reason)
+    let all = itineraries(&moved, known);
+    all.into_iter().find_map(|forms| checked((forms, Vec::new())).ok()).ok_or(reason)
+}
+
+fn found_or_not(recurrence: &Recurrence, known: &Assumptions) -> Option<NoClosedForm> {
+    found(recurrence, known).err()
+}
+
+/// A reason that is given of a recurrence counted from 0, in the words of the recurrence itself: what it says of the index k
+/// it says of `n - from`.
+fn at_own_index(
+    reason: NoClosedForm,
+    recurrence: &Recurrence,
+    moved: &Recurrence,
+    again: impl Fn(&Recurrence) -> Option<NoClosedForm>,
+) -> NoClosedForm {
+    let (index, from) = (&recurrence.index, recurrence.from);
+    if from == 0 {
+        return reason;
+    }
+    // With an index of this name the same reason says what it is about.
+    let place = if from > 0 { format!("({index}-{from})") } else { format!("({index}+{})", -from) };
+    let named = renamed(moved, &Name::new(&place));
+    let Some(NoClosedForm(mut text)) = named.ok().and_then(|named| again(&named)) else { return reason };
+    for sequence in &recurrence.sequences {
+        text = text.replace(&format!("{}({place}", sequence.name), &format!("{}({index}", sequence.name));
+    }
+    for words in ["on ", "all "] {
+        text = text.replace(&format!("{words}{place}"), &format!("{words}{index}"));
+    }
+    NoClosedForm(text)
+}
+
+/// The same recurrence with another name for its index.
+fn renamed(recurrence: &Recurrence, name: &Name) -> Result<Recurrence, NoClosedForm> {
+    let named = Recurrence { index: name.clone(), ..recurrence.clone() };
+    let pairs = recurrence.terms().into_iter().zip(named.terms());
+    let mut images: BTreeMap<Name, Value> = pairs.map(|(old, new)| (old.0, Value::variable(&new.0))).collect();
+    images.insert(recurrence.index.clone(), Value::variable(name));
+    let mut named = named.clone();
+    for sequence in &mut named.sequences {
+        sequence.next = sequence.next.substitute(&images)?;
+    }
+    Ok(named)
 }
 
 /// The same recurrence, counted from 0.

@@ -63,11 +63,26 @@ fn has_sign(value: &Value, index: &Name) -> bool {
 
 /// The forms of a recurrence that begins at 0, in so many turns.
 pub(super) fn in_turns(recurrence: &Recurrence, count: i64, known: &Assumptions) -> Result<Vec<Form>, NoClosedForm> {
+    let one = |turn: i64| -> Result<Vec<Value>, NoClosedForm> {
+        let all = recurrence.sequences.iter();
+        all.map(|sequence| Ok(in_class(&sequence.next, &recurrence.index, count, turn)?)).collect()
+    };
+    let turns = (0..count).map(one).collect::<Result<Vec<_>, _>>()?;
+    round(recurrence, &turns, known)
+}
+
+/// The forms in turns of sequences that go through these equations one after the other, for ever: in each the index counts
+/// rounds. The starting values are those of the recurrence.
+pub(super) fn round(
+    recurrence: &Recurrence,
+    turns: &[Vec<Value>],
+    known: &Assumptions,
+) -> Result<Vec<Form>, NoClosedForm> {
     let index = &recurrence.index;
     let variables = recurrence.terms();
     // The terms at each turn, in the terms at the first.
     let mut rows: Vec<Vec<Value>> = vec![variables.iter().map(|(name, ..)| Value::variable(name)).collect()];
-    for turn in 0..count {
+    for equations in turns {
         let now = &rows[rows.len() - 1];
         let images = variables.iter().map(|(name, ..)| name.clone()).zip(now.iter().cloned()).collect();
         let mut next = Vec::new();
@@ -76,7 +91,7 @@ pub(super) fn in_turns(recurrence: &Recurrence, count: i64, known: &Assumptions)
             next.push(if offset + 1 < sequence.start.len() {
                 now[at + 1].clone()
             } else {
-                in_class(&sequence.next, index, count, turn)?.substitute(&images)?
+                equations[*place].substitute(&images)?
             });
         }
         rows.push(next);
@@ -96,11 +111,11 @@ pub(super) fn in_turns(recurrence: &Recurrence, count: i64, known: &Assumptions)
     }
     let rounds = Recurrence { index: index.clone(), from: 0, sequences };
     let solved = solve_all(rounds, known)?;
-    forms(recurrence, &rows, &solved, count)
+    forms(recurrence, &rows, &solved)
 }
 
 /// Each turn's form of each sequence, from those of the first turn.
-fn forms(recurrence: &Recurrence, rows: &[Vec<Value>], solved: &Solved, count: i64) -> Result<Vec<Form>, NoClosedForm> {
+fn forms(recurrence: &Recurrence, rows: &[Vec<Value>], solved: &Solved) -> Result<Vec<Form>, NoClosedForm> {
     let variables = recurrence.terms();
     let mut early = 0;
     for form in solved.forms() {
@@ -122,7 +137,6 @@ fn forms(recurrence: &Recurrence, rows: &[Vec<Value>], solved: &Solved, count: i
         }
         all.push(Form::Turns(forms));
     }
-    debug_assert_eq!(i64::try_from(turns), Ok(count));
     Ok(all)
 }
 

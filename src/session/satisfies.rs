@@ -147,14 +147,14 @@ impl Run<'_, '_> {
                 let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
                 lines.extend(flow.steps(&n).iter().map(next));
                 match flow.recurrences(&n, &environment.assumptions) {
-                    Ok(all) => lines.extend(all.iter().flat_map(|(name, closed)| closed_lines(name, closed))),
+                    Ok(all) => lines.extend(all.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n))),
                     Err(none) => match flow.sums(&n, &environment.assumptions) {
                         sums if sums.is_empty() => lines.push(format!("  no closed form: {}", none.0)),
                         sums => lines.extend(sums.into_iter().map(|line| format!("  closed    {line}"))),
                     },
                 }
                 let means = flow.means(&n, &environment.assumptions);
-                let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed));
+                let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n));
                 lines.extend(means.map(|line| line.replacen("closed", "mean  ", 1)));
             }
             lines
@@ -345,31 +345,36 @@ fn leg_lines(number: usize, leg: &Leg, phase: Option<&PhaseFlow>) -> Vec<String>
     };
     let mut lines = vec![format!("leg {}: phase {}, {rounds}", number + 1, leg.phase + 1)];
     for (name, closed) in &leg.closed {
-        lines.extend(closed_lines(name, closed));
+        lines.extend(closed_lines(name, closed, &leg.index));
     }
     if leg.closed.is_empty() && matches!(&leg.rounds, Rounds::Count(count) if *count == Value::integer(1)) {
         for one in phase.into_iter().flat_map(|phase| &phase.carried) {
             let (before, after) = (one.before.substitute(&leg.start), one.after.substitute(&leg.start));
             let (Ok(before), Ok(after)) = (before, after) else { continue };
             lines.push(format!(
-                "  closed    {} = {} from n = 0 until n = 1",
+                "  closed    {} = {} from {index} = 0 until {index} = 1",
                 one.parameter,
-                short(&before.to_string())
+                short(&before.to_string()),
+                index = leg.index
             ));
-            lines.push(format!("  closed    {} = {} from n = 1", one.parameter, short(&after.to_string())));
+            lines.push(format!("  closed    {} = {} from {} = 1", one.parameter, short(&after.to_string()), leg.index));
         }
     }
     lines
 }
 
-fn closed_lines(name: &Name, closed: &Closed) -> Vec<String> {
+fn closed_lines(name: &Name, closed: &Closed, index: &Name) -> Vec<String> {
     let when = in_case(&needed(closed));
     closed
         .pieces
         .iter()
         .map(|piece| {
-            let until = piece.until.as_ref().map_or(String::new(), |until| format!(" until n = {until}"));
-            format!("  closed    {name} = {} from n = {}{until}{when}", short(&piece.form.to_string()), piece.from)
+            let until = piece.until.as_ref().map_or(String::new(), |until| format!(" until {index} = {until}"));
+            format!(
+                "  closed    {name} = {} from {index} = {}{until}{when}",
+                short(&piece.form.to_string()),
+                piece.from
+            )
         })
         .collect()
 }

@@ -6,13 +6,13 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::dominant::{between, dominant, with_squared_roots};
-use crate::exponential_polynomial::{ExponentialPolynomial, middle_and_square};
+use super::{ExponentialPolynomial, middle_and_square};
 use crate::univariate::Univariate;
 use crate::value::{Relation, Value};
 
 /// What is known of all late terms.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Tail {
+pub enum Tail {
     /// From this index on the comparison with 0 never holds, and why.
     Never(u64, String),
     /// Nothing, and why.
@@ -21,6 +21,12 @@ pub(super) enum Tail {
 
 /// The latest index from which on a bound is looked for.
 const MOST: u64 = 4_096;
+/// The most terms of a range that are looked at one by one.
+const MOST_LISTED: u64 = 300;
+/// How often differences are taken to see that a sum moves one way only.
+const MOST_DIFFERENCES: usize = 3;
+/// The furthest from its first term that a first index is looked for by halves.
+const MOST_FAR: u64 = 1 << 22;
 /// The bits of a bound.
 const PRECISION: u32 = 40;
 /// How often the roots of a polynomial of higher degree are squared to bound them.
@@ -39,8 +45,87 @@ struct Part {
     power: usize,
 }
 
+/// Whether a sum with rational coefficients stands in a relation to 0 at all indices from one on, and before another if there
+/// is one: term by term, by its tail, or by both ends where it moves one way only.
+pub fn throughout(sum: &ExponentialPolynomial, relation: Relation, from: u64, until: Option<u64>) -> bool {
+    throughout_by(sum, relation, from, until, MOST_DIFFERENCES)
+}
+
+fn throughout_by(
+    sum: &ExponentialPolynomial,
+    relation: Relation,
+    from: u64,
+    until: Option<u64>,
+    differences: usize,
+) -> bool {
+    let holds = |at: u64| term(sum, at).is_some_and(|number| relation.holds(number.cmp(&BigRational::zero())));
+    if until.is_some_and(|until| until <= from) {
+        return true;
+    }
+    if !holds(from) {
+        return false;
+    }
+    if let Some(until) = until.filter(|until| until - from <= MOST_LISTED) {
+        return (from + 1..until).all(holds);
+    }
+    if let Tail::Never(end, _) = tail(sum, relation.negated(), from) {
+        return (from + 1..until.map_or(end, |until| until.min(end))).all(holds);
+    }
+    let Some(until) = until else { return false };
+    // Between equal signs at both ends there is no other where it only rises or only falls.
+    let one_way = |step: ExponentialPolynomial| {
+        let ways = [Relation::Gte, Relation::Lte];
+        ways.iter().any(|way| throughout_by(&step, *way, from, Some(until - 1), differences - 1))
+    };
+    if differences > 0 && relation != Relation::Neq && holds(until - 1) && step(sum).is_some_and(one_way) {
+        return true;
+    }
+    until - from <= MOST && (from + 1..until).all(holds)
+}
+
+/// The first index, not before `from`, at which a sum with rational coefficients stands in a relation to 0, where it moves one
+/// way only and comes to it; nothing where that is not known.
+pub fn first_by_halves(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Option<u64> {
+    let holds = |at: u64| Some(relation.holds(term(sum, at)?.cmp(&BigRational::zero())));
+    let way = match relation {
+        Relation::Gtr | Relation::Gte => Relation::Gte,
+        Relation::Lss | Relation::Lte => Relation::Lte,
+        Relation::Eq | Relation::Neq => return None,
+    };
+    if !throughout(&step(sum)?, way, from, None) {
+        return None;
+    }
+    if holds(from)? {
+        return Some(from);
+    }
+    // It holds at the later of two indices, and from there on for ever; at the earlier it does not.
+    let (mut earlier, mut later) = (from, from + 1);
+    while !holds(later)? {
+        let distance = (later - from) * 2;
+        (earlier, later) = (later, from + distance);
+        if distance > MOST_FAR {
+            return None;
+        }
+    }
+    while later - earlier > 1 {
+        let middle = earlier + (later - earlier) / 2;
+        if holds(middle)? { later = middle } else { earlier = middle }
+    }
+    Some(later)
+}
+
+/// The term of an index, a number.
+fn term(sum: &ExponentialPolynomial, at: u64) -> Option<BigRational> {
+    sum.at(at).ok()?.as_rational()
+}
+
+/// What it changes by from each index to the next.
+fn step(sum: &ExponentialPolynomial) -> Option<ExponentialPolynomial> {
+    sum.next().ok()?.plus(&sum.scale(&Value::integer(-1)).ok()?).ok()
+}
+
 /// From which index on, not before `from`, a sum is never in the relation to 0.
-pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {
+pub fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {
     let Some(parts) = parts(sum) else {
         return Tail::Unknown("its coefficients are no numbers".to_string());
     };
@@ -68,7 +153,7 @@ pub(super) fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -
 
 /// From which index on, not before `from`, a sum is farther from 0 than a bound: where one real root, of either sign,
 /// outgrows all others and the bound.
-pub(super) fn outside(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {
+pub fn outside(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {
     let Some(mut parts) = parts(sum) else {
         return Tail::Unknown("its coefficients are no numbers".to_string());
     };
@@ -145,8 +230,9 @@ fn outgrown(parts: &[Part], main: usize, at: u64) -> bool {
     for (_, part) in parts.iter().enumerate().filter(|(place, _)| *place != main) {
         let ratio = &part.size.1 / &own.size.0;
         let degree = part.power as i32 - own.power as i32;
-        // Their quotient must fall from here on.
-        if (&next / &count).pow(degree) * &ratio > BigRational::one() {
+        // Their quotient must fall from here on: `((n+1)/n)^degree * ratio` is at most 1 here, and at all later indices,
+        // where it comes down to the ratio, or up to it.
+        if ratio > BigRational::one() || (&next / &count).pow(degree) * &ratio > BigRational::one() {
             return false;
         }
         sum += &part.weight.1 * count.pow(degree) * rounded_up(&ratio).pow(exponent);
@@ -276,6 +362,22 @@ pub(super) fn root_bounds(number: &BigRational, order: u32) -> (BigRational, Big
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_smaller_for_long_outgrows_in_the_end() {
+        // n^2 - (101/100)^n is far above 0 from 2 to 1400, and far below 0 from 1600 on.
+        let number = |top: i64, bottom: i64| Value::fraction(top, bottom).unwrap();
+        let root = |top: i64, bottom: i64| Univariate::root(&BigRational::new(top.into(), bottom.into()));
+        let mut sum = ExponentialPolynomial::zero();
+        sum.include(&root(1, 1), vec![vec![number(0, 1)], vec![number(0, 1)], vec![number(1, 1)]]).unwrap();
+        sum.include(&root(101, 100), vec![vec![number(-1, 1)]]).unwrap();
+        assert!(!throughout(&sum, Relation::Gtr, 2, None));
+        assert!(throughout(&sum, Relation::Gtr, 2, Some(1400)));
+        assert!(throughout(&sum, Relation::Lss, 1600, None));
+        let bound = BigRational::from_integer(12_000.into());
+        let Tail::Never(from, _) = outside(&sum, &bound, 120) else { panic!("the power outgrows all") };
+        assert!(from > 1467, "{from}");
+    }
 
     #[test]
     fn roots_are_bounded() {

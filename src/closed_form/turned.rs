@@ -1,0 +1,28 @@
+//! Forms in turn next to forms that hold at all indices: the latter are taken apart into turns, so that all are of one kind.
+
+use std::borrow::Cow;
+
+use super::{Form, Recurrence, Unchecked, check::whole, in_class};
+
+/// Forms of which all come in turn if any does: `n` is `2*n` and `2*n + 1` in two turns.
+pub(super) fn turned<'a>(forms: &'a [Form], recurrence: &Recurrence) -> Result<Cow<'a, [Form]>, Unchecked> {
+    let count = forms.iter().find_map(|form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None });
+    let Some(count) = count.filter(|_| forms.iter().any(|form| !matches!(form, Form::Turns(_)))) else {
+        return Ok(Cow::Borrowed(forms));
+    };
+    let mut all = Vec::new();
+    for form in forms {
+        let value = form.value(&recurrence.index).filter(|_| !matches!(form, Form::Pieces(_)));
+        let Some(value) = value else {
+            all.push(form.clone());
+            continue;
+        };
+        let mut turns = Vec::new();
+        for turn in 0..count {
+            let offset = recurrence.from.saturating_add(whole(turn)?);
+            turns.push(Form::Value(Vec::new(), in_class(&value, &recurrence.index, whole(count)?, offset)?));
+        }
+        all.push(Form::Turns(turns));
+    }
+    Ok(Cow::Owned(all))
+}

@@ -1,0 +1,227 @@
+//! Sequences whose equations change as they go on: maxima and conditions in which terms, or the index and terms, are compared.
+//!
+//! Where the sequences begin the equations are what their guards make of them, and have forms. The first index at which a
+//! guard fails under these forms is looked for, and there the next piece begins. That each holds as long as is said, the last
+//! for ever, is for the induction to show.
+
+use std::collections::BTreeMap;
+
+use super::ranges::{after, as_pieces, joined, trimmed, up_to};
+use super::reach::reach;
+use super::region::{Guard, Point, resolve_at, unknown};
+use super::sequences::{Found, later, solve_all};
+use super::{Closed, Comparison, NoClosedForm, Reach};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Form, Piece, Recurrence, Solved};
+use crate::value::{Atom, Relation, Value};
+
+/// The most pieces.
+const MOST_PIECES: usize = 24;
+/// The most first terms that are listed before forms that are no values.
+const MOST_LISTED: i64 = 100;
+
+/// Where a piece begins, and the first terms from there.
+struct Place {
+    from: Value,
+    starts: Vec<Vec<Value>>,
+}
+
+/// Forms of a recurrence that begins at 0, the shortest first; none where nothing compares terms.
+///
+/// # Errors
+/// Where a piece has no form, or it cannot be said when it ends.
+pub(super) fn switching(recurrence: &Recurrence, known: &Assumptions) -> Result<Vec<Found>, NoClosedForm> {
+    if !compares(recurrence) {
+        return Ok(Vec::new());
+    }
+    let starts = recurrence.sequences.iter().map(|sequence| sequence.start.clone()).collect();
+    let mut switching = Switching {
+        recurrence,
+        known: known.clone(),
+        conditions: Vec::new(),
+        pieces: vec![Vec::new(); recurrence.sequences.len()],
+    };
+    let mut place = Place { from: Value::zero(), starts };
+    for _ in 0..MOST_PIECES {
+        let (solved, guards) = switching.local(&place)?;
+        let Some((length, failed)) = switching.length(&solved, &guards)? else {
+            return switching.found(&solved, &place);
+        };
+        place = switching.go_on(&solved, &place, &length, &failed)?;
+    }
+    Err(NoClosedForm(format!("its maxima and conditions change more than {MOST_PIECES} times")))
+}
+
+/// Whether a maximum or condition reads a term, or the index.
+pub(super) fn compares(recurrence: &Recurrence) -> bool {
+    let terms = recurrence.terms();
+    let varies = |atom: &Atom| atom.mentions(&recurrence.index) || terms.iter().any(|(name, ..)| atom.mentions(name));
+    let compares = |atom: &Atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_)) && varies(atom);
+    recurrence.sequences.iter().any(|sequence| sequence.next.atoms().iter().any(compares))
+}
+
+struct Switching<'a> {
+    recurrence: &'a Recurrence,
+    known: Assumptions,
+    conditions: Vec<Comparison>,
+    /// What was found of each sequence.
+    pieces: Vec<Vec<Piece>>,
+}
+
+impl Switching<'_> {
+    /// The forms from a place on, counted from there, and the guards under which they hold.
+    fn local(&mut self, place: &Place) -> Result<(Solved, Vec<Guard>), NoClosedForm> {
+        let recurrence = self.recurrence;
+        let index = &recurrence.index;
+        let terms = recurrence.terms();
+        let mut values: BTreeMap<_, _> =
+            terms.iter().map(|(name, own, offset)| (name.clone(), place.starts[*own][*offset].clone())).collect();
+        values.insert(index.clone(), place.from.clone());
+        let point = Point { values, index: Some(index) };
+        let shifted = Value::variable(index).add(&place.from)?;
+        let mut local = recurrence.clone();
+        let mut guards: Vec<Guard> = Vec::new();
+        for (sequence, start) in local.sequences.iter_mut().zip(&place.starts) {
+            let (next, own) = resolve_at(&sequence.next, &point, &self.known)?;
+            sequence.next = next.with(index, &shifted)?;
+            sequence.start.clone_from(start);
+            for guard in own {
+                if !guards.contains(&guard) {
+                    guards.push(guard);
+                }
+            }
+        }
+        for guard in &mut guards {
+            guard.value = guard.value.with(index, &shifted)?;
+        }
+        let solved = solve_all(local, &self.known)?;
+        for (relation, left, right) in solved.conditions() {
+            self.known.assume(*relation, left, right);
+            self.conditions.push((*relation, left.clone(), right.clone()));
+        }
+        Ok((solved, guards))
+    }
+
+    /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
+    fn length(&mut self, solved: &Solved, guards: &[Guard]) -> Result<Option<(Value, Guard)>, NoClosedForm> {
+        let mut least: Option<(Value, Guard)> = None;
+        for guard in guards {
+            // It holds where the piece begins.
+            let wanted = (guard.relation.negated(), &guard.value, &Value::zero());
+            let (at, conditions) = match reach(solved.recurrence(), Some(solved), wanted, &self.known, &|| false) {
+                Reach::Never(_) => continue,
+                Reach::Unknown(reason) => return Err(NoClosedForm(reason)),
+                Reach::At(at, conditions) => (at, conditions),
+            };
+            for (relation, left, right) in &conditions {
+                self.known.assume(*relation, left, right);
+            }
+            self.conditions.extend(conditions);
+            let sooner = match &least {
+                None => true,
+                Some((other, _)) => {
+                    self.known.decide(Relation::Lss, &at, other).ok_or_else(|| unknown(Relation::Lss, &at, other))?
+                }
+            };
+            if sooner {
+                least = Some((at, guard.clone()));
+            }
+        }
+        Ok(least)
+    }
+
+    /// Keeps the forms for so many steps; the place where the next ones begin.
+    fn go_on(&mut self, solved: &Solved, place: &Place, length: &Value, failed: &Guard) -> Result<Place, NoClosedForm> {
+        let index = &self.recurrence.index;
+        // All guards hold where the piece begins.
+        self.known.assume(Relation::Gte, length, &Value::one());
+        let mut starts = Vec::new();
+        for (own, form) in solved.forms().iter().enumerate() {
+            let pieces = as_pieces(form, index).ok_or_else(|| self.no_value(own))?;
+            let whole = Closed { variable: index.clone(), pieces, conditions: Vec::new() };
+            let mut start = Vec::new();
+            for offset in 0..self.recurrence.sequences[own].start.len() {
+                let at = length.add(&Value::integer(i64::try_from(offset).unwrap_or(i64::MAX)))?;
+                let term = whole.at(index, &at, &self.known).ok_or_else(|| self.no_value(own))?;
+                start.push(self.known.simplify(&term));
+            }
+            starts.push(start);
+            let kept = up_to(whole.pieces, length, &self.known).ok_or_else(|| self.no_value(own))?;
+            self.pieces[own].extend(later(kept, index, &place.from)?);
+        }
+        let terms = self.recurrence.terms();
+        let mut values: BTreeMap<_, _> =
+            terms.iter().map(|(name, own, offset)| (name.clone(), starts[*own][*offset].clone())).collect();
+        values.insert(index.clone(), length.clone());
+        self.known.assume(failed.relation.negated(), &failed.value.substitute(&values)?, &Value::zero());
+        Ok(Place { from: self.known.simplify(&place.from.add(length)?), starts })
+    }
+
+    fn no_value(&self, own: usize) -> NoClosedForm {
+        let recurrence = self.recurrence;
+        NoClosedForm(format!("the form of {} is no value in {}", recurrence.sequences[own].name, recurrence.index))
+    }
+
+    /// All forms, of which these are the last.
+    fn found(mut self, solved: &Solved, place: &Place) -> Result<Vec<Found>, NoClosedForm> {
+        let index = &self.recurrence.index;
+        let mut all = Vec::new();
+        let after_others = self.after_all(solved, place);
+        let last: Option<Vec<_>> = solved.forms().iter().map(|form| as_pieces(form, index)).collect();
+        if let Some(last) = last {
+            for (own, last) in self.pieces.iter_mut().zip(last) {
+                own.extend(later(last, index, &place.from)?);
+            }
+            let joined: Vec<Vec<Piece>> = self.pieces.iter().map(|pieces| joined(pieces, index, &self.known)).collect();
+            if let Some(listed) = joined.iter().map(|pieces| listed(pieces)).collect::<Option<Vec<_>>>() {
+                all.push(listed);
+            }
+            let pieces = std::mem::take(&mut self.pieces);
+            all.extend([joined, pieces].map(|all| all.into_iter().map(as_form).collect()));
+        }
+        all.extend(after_others);
+        if all.is_empty() {
+            let none = solved.forms().iter().position(|form| as_pieces(form, index).is_none());
+            return Err(self.no_value(none.unwrap_or_default()));
+        }
+        Ok(all.into_iter().map(|forms| (forms, self.conditions.clone())).collect())
+    }
+
+    /// All terms up to a place, and these forms from there on.
+    fn after_all(&self, solved: &Solved, place: &Place) -> Option<Vec<Form>> {
+        let since = place.from.as_rational().filter(|from| from.is_integer() && *from <= whole(MOST_LISTED))?;
+        let count = usize::try_from(since.to_integer()).ok()?;
+        let terms = self.recurrence.iterate(count).ok()?;
+        if solved.forms().iter().any(|form| matches!(form, Form::Product(..) | Form::Nested(_))) {
+            return None;
+        }
+        let turns = solved.forms().iter().map(|form| if let Form::Turns(forms) = form { forms.len() } else { 1 });
+        if turns.max().is_none_or(|turns| !count.is_multiple_of(turns)) {
+            return None;
+        }
+        let pairs = solved.forms().iter().zip(&terms);
+        let index = &self.recurrence.index;
+        pairs.map(|(form, terms)| Some(trimmed(after(form.clone(), terms, index)?, index))).collect()
+    }
+}
+
+fn whole(number: i64) -> num_rational::BigRational {
+    num_rational::BigRational::from_integer(number.into())
+}
+
+fn as_form(pieces: Vec<Piece>) -> Form {
+    match pieces.as_slice() {
+        [only] => Form::Value(Vec::new(), only.form.clone()),
+        _ => Form::Pieces(pieces),
+    }
+}
+
+/// Pieces of one term each, and the last, as a list of these terms.
+fn listed(pieces: &[Piece]) -> Option<Form> {
+    let (last, first) = pieces.split_last()?;
+    let single = |(place, piece): (i64, &Piece)| {
+        let until = piece.until.as_ref() == Some(&Value::integer(place + 1));
+        (piece.from == Value::integer(place) && until).then(|| piece.form.clone())
+    };
+    Some(Form::Value((0..).zip(first).map(single).collect::<Option<_>>()?, last.form.clone()))
+}
