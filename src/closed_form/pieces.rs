@@ -137,7 +137,7 @@ impl Induction<'_> {
         for back in 1..=order {
             let at = until.sub(&Value::integer(back))?;
             if known.decide(Relation::Lss, &at, &cell.from) != Some(true) {
-                self.from_last(&at, cells)?;
+                self.last_step(&at, cells)?;
             }
         }
         Ok(())
@@ -188,7 +188,7 @@ impl Induction<'_> {
     }
 
     /// The step from one index, between whose terms a piece ends.
-    fn from_last(&self, at: &Value, cells: &[Cell<'_>]) -> Result<(), Unchecked> {
+    fn last_step(&self, at: &Value, cells: &[Cell<'_>]) -> Result<(), Unchecked> {
         let recurrence = self.recurrence;
         let mut images = BTreeMap::from([(recurrence.index.clone(), at.clone())]);
         let later = |place: usize, offset: usize| -> Result<Value, Unchecked> {
