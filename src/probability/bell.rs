@@ -122,3 +122,40 @@ fn guarded(motion: &Fast, ranges: &Ranges, state: f64, nodes: &[f64], values: &m
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::grid::Smooth;
+    use super::super::normal::DENSITY_ERROR;
+    use super::*;
+
+    #[test]
+    fn rows_over_equal_steps_are_the_densities_themselves() {
+        let everywhere: AxisRanges = std::array::from_fn(|_| vec![(f64::NEG_INFINITY, f64::INFINITY)]);
+        let mut met = 0;
+        for (number, sd) in [0.013, 0.1, 0.37, 2.9].into_iter().enumerate() {
+            let motion = Fast { slope: 0.9, shift: 0.7, sd, guard: Guard::Nothing, gates: Vec::new() };
+            let smooth = Smooth { growth: 1.3 / (sd * sd), size: 1.0, sd: (sd, sd), cuts: Vec::new() };
+            let grid = Grid::new((-40.0 * sd, 60.0 * sd), &smooth, [1e-4, 1e-7, 1e-10, 1e-13][number]).expect("a grid");
+            let mut bell = Bell::new(&motion, &grid, 8.7);
+            for place in 0..400 {
+                let state = (f64::from(place) * 0.37 - 60.0) * sd;
+                let (first, row) = bell.row(&motion, &everywhere, state, &grid);
+                let mean = motion.mean(state);
+                let nodes = grid.nodes[first..].iter().zip(&grid.weights[first..]);
+                for (value, (node, weight)) in row.iter().zip(nodes) {
+                    let wanted = weight / sd * density((node - mean) / sd);
+                    assert!(
+                        (value - wanted).abs() <= 5.0 * DENSITY_ERROR * wanted,
+                        "{sd} {state} {node}: {value} {wanted}"
+                    );
+                    met += 1;
+                }
+                // Nothing that lies within the band is left out.
+                let within = grid.nodes.iter().filter(|node| (*node - mean).abs() <= 8.69 * sd).count();
+                assert!(row.len() >= within, "{sd} {state}");
+            }
+        }
+        assert!(met > 10_000, "{met}");
+    }
+}
