@@ -16,7 +16,7 @@ use crate::period::{Edge, Next, Period, Segment, Test, in_case, stretch};
 use crate::recurrence::{Closed, Comparison, NoClosedForm, solve_all, solve_together};
 use crate::scope::calls;
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 /// The communications of a round that a table lists.
 const MOST_LISTED: usize = 40;
@@ -110,6 +110,16 @@ impl Way {
         passing(&self.segments)
     }
 
+    /// Whether the same passes through the ports as in a round, where it is taken.
+    fn communicates_as(&self, round: &Way) -> bool {
+        let mut known = Assumptions::default();
+        self.tests.iter().for_each(|test| known.assume(test.relation, &test.left, &test.right));
+        let equal = |one: &Value, other: &Value| one == other || known.decide(Relation::Eq, one, other) == Some(true);
+        let both = self.communications.iter().zip(&round.communications);
+        self.communications.len() == round.communications.len()
+            && both.into_iter().all(|((port, one), (other, value))| port == other && equal(one, value))
+    }
+
     /// How long it takes, where that is known.
     pub fn duration(&self) -> Option<Value> {
         self.segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration).ok())
@@ -164,6 +174,8 @@ pub struct PhaseFlow {
     pub guard: Vec<Vec<Test>>,
     /// What passes in each round; on each way out, where no round comes back.
     pub ways: Vec<Way>,
+    /// The ways out on which something else passes through the ports than in a round.
+    pub leaving: Vec<Way>,
     /// The flow function of a round that comes back; several where guards branch, each with its tests.
     pub maps: Vec<(Vec<Test>, BTreeMap<Name, Value>)>,
     /// What the parameters of its processes are before and after, where the phase does not come back to itself.
@@ -186,7 +198,11 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
             let mut on = phase.edges.iter().filter(|edge| matches!(edge.next, Next::Phase(_)));
             let only = on.next().filter(|_| rounds.is_empty() && on.next().is_none());
             let carried = only.map_or_else(Vec::new, |edge| carried::carried(phase, edge, &period.phases, definitions));
-            let leaving = phase.edges.iter().filter(|edge| edge.next != Next::Phase(number));
+            let ways: Vec<Way> = ways.into_iter().map(Way::of).collect();
+            let leaving: Vec<&Edge> = phase.edges.iter().filter(|edge| edge.next != Next::Phase(number)).collect();
+            let out = leaving.iter().map(|edge| Way::of(edge)).filter(|_| !rounds.is_empty());
+            let other = |way: &Way| !ways.iter().any(|round| way.communicates_as(round));
+            let out: Vec<Way> = out.filter(other).collect();
             let mut draws: Vec<(Name, Value)> = Vec::new();
             for draw in phase.edges.iter().flat_map(|edge| &edge.draws) {
                 if !draws.contains(draw) {
@@ -198,11 +214,12 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
                 control: phase.control.clone(),
                 variables: phase.variables.clone(),
                 guard: phase.guard(number),
-                ways: ways.into_iter().map(Way::of).collect(),
+                ways,
+                leaving: out,
                 maps: rounds.iter().map(|edge| (edge.tests.clone(), edge.map.clone())).collect(),
                 carried,
                 draws,
-                exits: leaving.map(|edge| Exit::of(edge, &rounds)).collect(),
+                exits: leaving.into_iter().map(|edge| Exit::of(edge, &rounds)).collect(),
             }
         })
         .collect()
@@ -214,8 +231,11 @@ impl PhaseFlow {
         told_apart(&self.ways, |one, other| one.segments == other.segments)
     }
 
-    /// The rounds with what passes through their ports, as [`PhaseFlow::periods`].
+    /// The rounds with what passes through their ports, as [`PhaseFlow::periods`], and the ways out on which other things do.
     pub fn communications(&self) -> Vec<(&Way, &[Test])> {
+        if !self.leaving.is_empty() {
+            return self.ways.iter().chain(&self.leaving).map(|way| (way, way.tests.as_slice())).collect();
+        }
         told_apart(&self.ways, |one, other| one.communications == other.communications)
     }
 

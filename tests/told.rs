@@ -44,6 +44,10 @@ fn a_flow_table_tells_of_each_way_what_passes() {
             "phase 1: Delay_1 # At_r if r <= 3",
         ],
     );
+    // On the way out nothing passes.
+    let script = "proc V_r = (Delay_1 # At_r) ; ((Lss_{r,3} ; Out_{c,r} ; V_{r+1}) | (Gte_{r,3} ; Y_r))\n\
+        proc Y_r = (Delay_1 # At_r) ; Y_{r/2}\nproc R = In_c<x> ; R\nsystem S = V_0 | R\nflow S\n";
+    says(script, &["port c    r if r < 3"]);
     // Another phase is entered with values of its own, after another time.
     let script = "proc W_r = (Delay_1 # At_r) ; ((Gtr_{r,3} ; (Delay_2 # At_{0-r}) ; V_{r*2}) | (Lte_{r,3} ; W_{r+1}))\n\
         proc V_s = (Delay_5 # At_s) ; ((Gtr_{s,0} ; V_{s-1}) | (Lte_{s,0} ; W_{s+1}))\nsystem Sys = W_0\nflow Sys\n";

@@ -9,10 +9,16 @@ use crate::substitution::Substitution;
 use crate::term::{Node, Term};
 use crate::value::Value;
 
-/// Stretches of time in which a turn is looked for.
+/// Stretches of time in which a turn is looked for, of a small system, and of the largest.
 const MOST_AHEAD: usize = 300;
-/// Stretches of the turns that are tried, in all.
+const LEAST_AHEAD: usize = 4;
+/// Stretches of the turns that are tried in all, of a small system; one turn is tried of any.
 const MOST_TRIED: usize = 2_000;
+
+/// What a stretch of this system counts for.
+fn weight(state: &Term) -> usize {
+    1 + state.size() / 64
+}
 
 /// The states of a system, one stretch after the other.
 struct Ahead {
@@ -52,10 +58,10 @@ impl Follower<'_> {
             if !ahead.turns(from, turn) {
                 continue;
             }
-            tried += turn;
-            if tried > MOST_TRIED {
+            if tried > 0 && tried + turn * weight(state) > MOST_TRIED {
                 break;
             }
+            tried += turn * weight(state);
             let (steps, lemmas) = (self.script.steps.len(), self.lemmas.len());
             match self.turns_from(&ahead, from, turn) {
                 Ok(step) => return Ok(step),
@@ -70,7 +76,9 @@ impl Follower<'_> {
     fn ahead(&self, state: &Term) -> Result<Ahead, Lost> {
         let mut ahead = Ahead { states: vec![state.clone()], times: Vec::new() };
         let mut state = state.clone();
-        while ahead.times.len() < MOST_AHEAD {
+        let mut spent = 0;
+        while ahead.times.len() < LEAST_AHEAD || spent < MOST_AHEAD {
+            spent += weight(&state);
             let Ok(instant) = self.instant(&state) else { break };
             let delays = instant.delays();
             let Some(time) = delays.first().and_then(|first| self.least(&delays, first).ok()) else { break };
