@@ -3,6 +3,7 @@
 //! Only [`Solved::check`] makes a [`Solved`]. It believes nothing of whoever found the forms: it derives anew, by exact
 //! normal forms, that they give the starting values and that each next term is what the recurrence says, for every n.
 
+mod cells;
 mod check;
 mod defined;
 mod nested;
@@ -17,6 +18,7 @@ use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
+pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
 pub use nested::{Layer, Nested, layer};
 

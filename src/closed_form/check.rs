@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use num_traits::ToPrimitive;
 
 use super::defined::Defined;
-use super::signs::{Signs, settled_by_signs};
+use super::signs::Signs;
 use super::turned::turned;
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, layer, product};
 use crate::assumption::Assumptions;
@@ -248,7 +248,7 @@ impl Induction<'_> {
     fn settled(&self, next: &Value, images: &[(Name, Moved<'_>)], since: i64) -> Result<Value, Unchecked> {
         let Ok(from) = u64::try_from(since) else { return Ok(next.clone()) };
         let sum = |value: &Value| self.joined(ExponentialPolynomial::zero(), 1, value, images).ok().flatten();
-        Ok(settled_by_signs(next, &Signs { sum: &sum, from, until: None })?)
+        Ok(Signs { sum: &sum, from, until: None }.settled(next)?)
     }
 
     /// The difference of both sides as an exponential polynomial; `None` if it is none.

@@ -5,29 +5,22 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 
+use super::cells::{Cell, cells};
 use super::check::{Induction, failed, whole};
-use super::signs::{Signs, settled_by_signs};
+use super::signs::{Signs, settled_by};
 use super::{Form, Piece, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
-/// The indices from one piece of some form to the next of any: there each sequence has one form.
-struct Cell<'a> {
-    from: Value,
-    until: Option<Value>,
-    /// In the order of the sequences.
-    forms: Vec<&'a Value>,
-}
-
 impl Induction<'_> {
     pub(super) fn pieces(&mut self) -> Result<(), Unchecked> {
         let all = self.forms.iter().map(|form| self.piecewise(form)).collect::<Result<Vec<_>, _>>()?;
         all.iter().try_for_each(|pieces| self.without_gaps(pieces))?;
-        let cells = self.cells(&all)?;
         let recurrence = self.recurrence;
         let from = Value::integer(recurrence.from);
+        let cells = cells(&all, from.clone(), self.defined.known()).map_err(Unchecked)?;
         for (place, sequence) in recurrence.sequences.iter().enumerate() {
             for (offset, start) in sequence.start.iter().enumerate() {
                 let term = self.in_cell(&cells, place, &from.add(&Value::integer(whole(offset)?))?)?;
@@ -74,36 +67,6 @@ impl Induction<'_> {
             }
         }
         Ok(())
-    }
-
-    /// The cells of all pieces together.
-    fn cells<'p>(&self, all: &'p [Vec<Piece>]) -> Result<Vec<Cell<'p>>, Unchecked> {
-        let known = self.defined.known();
-        let mut rest: Vec<&[Piece]> = all.iter().map(Vec::as_slice).collect();
-        let mut from = Value::integer(self.recurrence.from);
-        let mut cells = Vec::new();
-        loop {
-            let mut until: Option<&Value> = None;
-            for end in rest.iter().filter_map(|pieces| pieces.first()?.until.as_ref()) {
-                let sooner = match until {
-                    None => true,
-                    Some(other) if other == end => false,
-                    Some(other) => known
-                        .decide(Relation::Lss, end, other)
-                        .ok_or_else(|| Unchecked(format!("it must be known whether {end} < {other}")))?,
-                };
-                until = if sooner { Some(end) } else { until };
-            }
-            let forms = rest.iter().filter_map(|pieces| Some(&pieces.first()?.form)).collect();
-            cells.push(Cell { from, until: until.cloned(), forms });
-            let Some(until) = until else { return Ok(cells) };
-            for pieces in &mut rest {
-                if pieces.first().is_some_and(|piece| piece.until.as_ref() == Some(until)) {
-                    *pieces = &pieces[1..];
-                }
-            }
-            from = until.clone();
-        }
     }
 
     /// The term of a sequence at an index.
@@ -184,7 +147,7 @@ impl Induction<'_> {
             return Ok(next.clone());
         };
         let sum = |value: &Value| ExponentialPolynomial::of(&value.substitute(images).ok()?, &self.recurrence.index);
-        Ok(settled_by_signs(next, &Signs { sum: &sum, from, until })?)
+        Ok(Signs { sum: &sum, from, until }.settled(next)?)
     }
 
     /// The step from one index, between whose terms a piece ends.
@@ -299,29 +262,8 @@ fn same_settled(left: &Value, right: &Value, known: &Assumptions) -> Result<bool
 }
 
 fn settled(value: &Value, known: &Assumptions) -> Result<Value, Unchecked> {
-    let mut result = value.clone();
-    for atom in value.atoms() {
-        let image = match &atom {
-            Atom::Maximum(elements) => {
-                let mut all = vec![Value::zero()];
-                for element in elements.iter() {
-                    all.push(settled(element, known)?);
-                }
-                let most = |one: &&Value| all.iter().all(|other| known.decide(Relation::Gte, one, other) == Some(true));
-                match all.iter().find(most) {
-                    Some(most) => most.clone(),
-                    None => continue,
-                }
-            }
-            Atom::Positive(inner) => match known.decide(Relation::Gtr, &settled(inner, known)?, &Value::zero()) {
-                Some(holds) => Value::integer(i64::from(holds)),
-                None => continue,
-            },
-            _ => continue,
-        };
-        result = result.with_atom(&atom, &image)?;
-    }
-    Ok(result)
+    let at_least = |one: &Value, other: &Value| known.decide(Relation::Gte, one, other) == Some(true);
+    Ok(settled_by(value, &at_least, &|inner| known.decide(Relation::Gtr, inner, &Value::zero()))?)
 }
 
 /// The rational bases of powers with the index as exponent.

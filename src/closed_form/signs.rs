@@ -16,31 +16,37 @@ impl Signs<'_> {
     fn hold(&self, value: &Value, relation: Relation) -> bool {
         (self.sum)(value).is_some_and(|sum| throughout(&sum, relation, self.from, self.until))
     }
+    /// A value in the terms and the index with what its maxima and conditions are at all indices, where that is known.
+    pub(super) fn settled(&self, value: &Value) -> Result<Value, ValueError> {
+        let at_least = |one: &Value, other: &Value| one.sub(other).is_ok_and(|rest| self.hold(&rest, Relation::Gte));
+        let positive = |inner: &Value| {
+            let never = || self.hold(inner, Relation::Lte).then_some(false);
+            if self.hold(inner, Relation::Gtr) { Some(true) } else { never() }
+        };
+        settled_by(value, &at_least, &positive)
+    }
 }
 
-/// A value in the terms and the index with what its maxima and conditions are at all indices, where that is known.
-pub(super) fn settled_by_signs(value: &Value, signs: &Signs<'_>) -> Result<Value, ValueError> {
+/// A value with what its maxima and conditions are, given whether one value is known to be at least another, and whether
+/// one is known to be positive or not to be.
+pub(super) fn settled_by(
+    value: &Value,
+    at_least: &dyn Fn(&Value, &Value) -> bool,
+    positive: &dyn Fn(&Value) -> Option<bool>,
+) -> Result<Value, ValueError> {
     let mut result = value.clone();
     for atom in value.atoms() {
         let image = match &atom {
             Atom::Maximum(elements) => {
                 let mut all = vec![Value::zero()];
                 for element in elements.iter() {
-                    all.push(settled_by_signs(element, signs)?);
+                    all.push(settled_by(element, at_least, positive)?);
                 }
-                let most = |one: &&Value| {
-                    let least = |other: &Value| one.sub(other).is_ok_and(|rest| signs.hold(&rest, Relation::Gte));
-                    all.iter().all(|other| *one == other || least(other))
-                };
+                let most = |one: &&Value| all.iter().all(|other| *one == other || at_least(one, other));
                 all.iter().find(most).cloned()
             }
             Atom::Positive(inner) => {
-                let inner = settled_by_signs(inner, signs)?;
-                if signs.hold(&inner, Relation::Gtr) {
-                    Some(Value::one())
-                } else {
-                    signs.hold(&inner, Relation::Lte).then(Value::zero)
-                }
+                positive(&settled_by(inner, at_least, positive)?).map(|holds| Value::integer(i64::from(holds)))
             }
             _ => None,
         };

@@ -15,7 +15,7 @@ use super::modular::modular;
 use super::numeric::Numeric;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Form, Piece, Recurrence, Solved};
+use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
 use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -153,31 +153,12 @@ fn of_difference(
     let recurrence = solved.recurrence();
     let own = used.iter().map(|(_, place)| pieces(&solved.forms()[*place], &recurrence.index, recurrence.from));
     let all = own.collect::<Option<Vec<_>>>()?;
-    let mut rest: Vec<&[Piece]> = all.iter().map(Vec::as_slice).collect();
-    let mut from = Value::integer(recurrence.from);
-    let mut found = Vec::new();
-    loop {
-        let mut until: Option<&Value> = None;
-        for end in rest.iter().filter_map(|pieces| pieces.first()?.until.as_ref()) {
-            let sooner = match until {
-                None => true,
-                Some(other) if other == end => false,
-                Some(other) => known.decide(Relation::Lss, end, other)?,
-            };
-            until = if sooner { Some(end) } else { until };
-        }
-        let images =
-            used.iter().zip(&rest).map(|((name, _), pieces)| Some((name.clone(), pieces.first()?.form.clone())));
-        let form = difference.substitute(&images.collect::<Option<_>>()?).ok()?;
-        found.push(Piece { from, until: until.cloned(), form });
-        let Some(until) = until else { return Some(found) };
-        for pieces in &mut rest {
-            if pieces.first()?.until.as_ref() == Some(until) {
-                *pieces = &pieces[1..];
-            }
-        }
-        from = until.clone();
-    }
+    let cells = cells(&all, Value::integer(recurrence.from), known).ok()?;
+    let of = |cell: Cell<'_>| {
+        let images = used.iter().zip(&cell.forms).map(|((name, _), form)| (name.clone(), (*form).clone())).collect();
+        Some(Piece { from: cell.from, until: cell.until, form: difference.substitute(&images).ok()? })
+    };
+    cells.into_iter().map(of).collect()
 }
 
 /// A form by pieces, where it is one.

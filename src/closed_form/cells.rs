@@ -1,0 +1,45 @@
+//! Several forms by pieces, side by side: between all indices at which one of them changes, each has one form.
+
+use super::Piece;
+use crate::assumption::Assumptions;
+use crate::value::{Relation, Value};
+
+/// The indices from one piece of some form to the next of any.
+pub(crate) struct Cell<'a> {
+    pub(crate) from: Value,
+    pub(crate) until: Option<Value>,
+    /// One for each that is cut into pieces, in their order.
+    pub(crate) forms: Vec<&'a Value>,
+}
+
+/// The cells of all pieces together, which begin at one index.
+///
+/// # Errors
+/// Where it is not known which of two pieces ends first, or one form ends before the others.
+pub(crate) fn cells<'p>(all: &'p [Vec<Piece>], first: Value, known: &Assumptions) -> Result<Vec<Cell<'p>>, String> {
+    let mut rest: Vec<&'p [Piece]> = all.iter().map(Vec::as_slice).collect();
+    let (mut from, mut cells) = (first, Vec::new());
+    loop {
+        let mut until: Option<&Value> = None;
+        for end in rest.iter().filter_map(|pieces| pieces.first()?.until.as_ref()) {
+            let sooner = match until {
+                None => true,
+                Some(other) if other == end => false,
+                Some(other) => known
+                    .decide(Relation::Lss, end, other)
+                    .ok_or_else(|| format!("it must be known whether {end} < {other}"))?,
+            };
+            until = if sooner { Some(end) } else { until };
+        }
+        let forms = rest.iter().map(|pieces| Some(&pieces.first()?.form)).collect::<Option<Vec<_>>>();
+        let forms = forms.ok_or_else(|| "the pieces have gaps".to_string())?;
+        cells.push(Cell { from, until: until.cloned(), forms });
+        let Some(until) = until else { return Ok(cells) };
+        for pieces in &mut rest {
+            if pieces.first().is_some_and(|piece| piece.until.as_ref() == Some(until)) {
+                *pieces = &pieces[1..];
+            }
+        }
+        from = until.clone();
+    }
+}
