@@ -47,7 +47,7 @@ impl Context<'_> {
     pub fn facts_of_parts(&self, term: &Term) -> Rc<[u16]> {
         let last = self.last.borrow().as_ref().filter(|(last, _)| last == term).map(|(_, known)| known.clone());
         last.unwrap_or_else(|| {
-            let known: Rc<[u16]> = term.children().into_iter().map(|part| self.facts_held(part)).collect();
+            let known: Rc<[u16]> = term.children().map(|part| self.facts_held(part)).collect();
             *self.last.borrow_mut() = Some((term.clone(), known.clone()));
             known
         })

@@ -180,8 +180,7 @@ fn part(component: &Term, name: String, definitions: &Definitions) -> Part {
     let mut work = vec![(component.clone(), true)];
     while let Some((term, outermost)) = work.pop() {
         for inner in subterms(&term) {
-            let values = inner.values();
-            used.extend(values.iter().flat_map(|value| value.variables()));
+            used.extend(inner.values().flat_map(Value::variables));
             match inner.node() {
                 Node::In(port, result) => bound.push((port.clone(), result.clone())),
                 Node::Out(port, value) => part.writes.push((port.clone(), value.clone())),

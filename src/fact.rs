@@ -226,7 +226,7 @@ impl Facts {
         if let Some(known) = context.known.borrow().get(term) {
             return known.clone();
         }
-        let parts: Vec<Rc<Facts>> = term.children().into_iter().map(|part| Facts::of(part, context)).collect();
+        let parts: Vec<Rc<Facts>> = term.children().map(|part| Facts::of(part, context)).collect();
         let facts = Rc::new(Facts::combine(term, &parts, context));
         context.known.borrow_mut().insert(term.clone(), facts.clone());
         facts

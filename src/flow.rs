@@ -211,7 +211,7 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
             }
             PhaseFlow {
                 phase: number,
-                control: phase.control.clone(),
+                control: phase.control.iter().map(Term::to_string).collect(),
                 variables: phase.variables.clone(),
                 guard: phase.guard(number),
                 ways,

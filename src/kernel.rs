@@ -363,7 +363,7 @@ impl Checker<'_> {
         }
         if !parts.0.is_empty() {
             let bare = |term: &Term| {
-                let plain = term.children().iter().map(|_| Term::stop()).collect();
+                let plain = term.children().map(|_| Term::stop()).collect();
                 blank(&term.with_children(plain))
             };
             if std::mem::discriminant(left.node()) != std::mem::discriminant(right.node()) || bare(left) != bare(right)
@@ -379,7 +379,7 @@ impl Checker<'_> {
                 return Err(differ());
             }
         }
-        parts.0.into_iter().zip(parts.1).try_for_each(|(mine, other)| self.arithmetic(mine, other))
+        parts.0.zip(parts.1).try_for_each(|(mine, other)| self.arithmetic(mine, other))
     }
 
     fn unfold(&self, call: &Term) -> Result<Derived, Reason> {
@@ -435,7 +435,7 @@ impl Checker<'_> {
             return Ok(body.clone());
         }
         let parts: Result<Vec<Term>, Reason> =
-            body.children().into_iter().map(|part| self.with_candidate(part, own, name, candidate)).collect();
+            body.children().map(|part| self.with_candidate(part, own, name, candidate)).collect();
         Ok(body.with_children(parts?))
     }
 

@@ -110,9 +110,9 @@ fn changes(before: &Term, after: &Term) -> Vec<(usize, usize)> {
             }
             _ => {
                 let (old, new) = (before.children(), after.children());
-                let parts: Vec<Term> = new.iter().map(|part| (*part).clone()).collect();
+                let parts: Vec<Term> = new.clone().cloned().collect();
                 let hidden = matches!(after.node(), Node::Else(_, second) if *second.node() == Node::Stop)
-                    && old.get(1) != new.get(1);
+                    && old.clone().nth(1) != new.clone().nth(1);
                 if old.len() == new.len() && !old.is_empty() && !hidden && before.with_children(parts) == after {
                     let pairs = old.into_iter().zip(new).zip(&numbers);
                     open.extend(pairs.map(|((old, new), number)| (old.clone(), new.clone(), *number)));

@@ -401,7 +401,8 @@ fn leaf(pattern: &Term, term: &Term, mut state: State, found: &mut dyn FnMut(Sta
     if wanted.len() != given.len() || !wanted.into_iter().zip(given).all(|(w, g)| solve(w, g, &mut state)) {
         return false;
     }
-    match (pattern.children().as_slice(), term.children().as_slice()) {
+    let (wanted, given): (Vec<&Term>, Vec<&Term>) = (pattern.children().collect(), term.children().collect());
+    match (wanted.as_slice(), given.as_slice()) {
         ([], []) => found(state),
         ([one], [given]) => whole(one, given, state, found),
         ([one, two], [first, second]) => whole(one, first, state, &mut |state| whole(two, second, state, found)),

@@ -14,6 +14,7 @@ mod verdict;
 
 use crate::ast::{Condition, Ident, Item, Term, Value};
 use crate::diagnostic::{Diagnostic, Span};
+use crate::digest::Quick;
 use crate::lexer::{Keyword, Kind, MOST_ERRORS, Token, lex_until};
 use crate::name::Name;
 
@@ -119,6 +120,8 @@ struct Parser<'t> {
     tokens: Vec<Token>,
     roles: Vec<Role>,
     comments: Vec<Span>,
+    /// The names met so far: what is spelt alike is one piece of memory.
+    names: Quick<&'t str, Name>,
     position: usize,
     depth: usize,
     prompt: bool,
@@ -140,6 +143,7 @@ impl<'t> Parser<'t> {
             roles: vec![Role::Plain; lexed.tokens.len()],
             tokens: lexed.tokens,
             comments: lexed.comments,
+            names: Quick::default(),
             position: 0,
             depth: 0,
             prompt,
@@ -277,7 +281,8 @@ impl<'t> Parser<'t> {
 
     /// The name that is the next token.
     fn ident(&mut self) -> Ident {
-        let name = Name::new(self.spelling());
+        let spelling = self.spelling();
+        let name = self.names.entry(spelling).or_insert_with(|| Name::new(spelling)).clone();
         Ident { name, span: self.advance().span }
     }
 

@@ -10,6 +10,7 @@ pub mod graph;
 pub mod ports;
 mod board;
 mod call;
+mod control;
 mod copies;
 mod drift;
 mod explore;
@@ -309,7 +310,7 @@ impl Edge {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Phase {
     /// What the system is about to do, component by component.
-    pub control: Vec<String>,
+    pub control: Vec<Term>,
     /// What each component is then, in terms of the variables, each with a `?` before its name.
     pub state: Vec<Term>,
     /// The loops that each component goes round in, outermost first.

@@ -88,7 +88,7 @@ fn forget_all(left: &Term, simplifier: &mut Simplifier<'_>) -> Option<StepId> {
 /// A process that shows these alone, beneath sequences, loops and rounds, with the step from what it was.
 fn only(term: &Term, kept: &[Term], simplifier: &mut Simplifier<'_>, context: &Context<'_>) -> Option<(Term, StepId)> {
     if let Node::Seq(_) | Node::Loop(_) | Node::Power(..) = term.node() {
-        let parts = term.children().into_iter().map(|part| only(part, kept, simplifier, context));
+        let parts = term.children().map(|part| only(part, kept, simplifier, context));
         let (parts, steps): (Vec<Term>, Vec<StepId>) = parts.collect::<Option<Vec<_>>>()?.into_iter().unzip();
         let shape = term.with_children((1..=parts.len()).map(|number| Term::meta(&hole(number))).collect());
         return Some((term.with_children(parts), simplifier.script.push(Step::Congruence(shape, steps))));

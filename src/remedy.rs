@@ -293,7 +293,7 @@ pub fn places(term: &Term) -> Vec<(Term, Term)> {
         if all.len() >= MOST_PLACES {
             break;
         }
-        let children: Vec<Term> = part.children().into_iter().cloned().collect();
+        let children: Vec<Term> = part.children().cloned().collect();
         for place in 0..children.len() {
             let mut shape = children.clone();
             shape[place] = Term::meta(&hole(1));

@@ -93,7 +93,7 @@ fn shape(term: &Term) -> Term {
         Node::Seq(_) => Term::seq([Term::abort(), Term::abort()]),
         Node::Par(_) => Term::par([Term::stop(), Term::stop()]),
         Node::Disable(_) => Term::disable([Term::stop(), Term::stop()]),
-        _ => term.with_children(term.children().iter().map(|_| Term::stop()).collect()),
+        _ => term.with_children(term.children().map(|_| Term::stop()).collect()),
     }
 }
 
@@ -243,7 +243,7 @@ impl<'a> Saturation<'a> {
     }
 
     fn add(&mut self, term: &Term) -> Id {
-        let parts: Vec<Id> = term.children().into_iter().map(|part| self.add(part)).collect();
+        let parts: Vec<Id> = term.children().map(|part| self.add(part)).collect();
         let (before, places) = (self.egraph.total_size(), parts.len());
         let id = self.egraph.add_uncanonical(Operator { shape: shape(term), parts });
         if self.egraph.total_size() > before {
@@ -253,7 +253,7 @@ impl<'a> Saturation<'a> {
     }
 
     fn expression(term: &Term, out: &mut RecExpr<Operator>) -> Id {
-        let parts = term.children().into_iter().map(|part| Self::expression(part, out)).collect();
+        let parts = term.children().map(|part| Self::expression(part, out)).collect();
         out.add(Operator { shape: shape(term), parts })
     }
 
@@ -422,7 +422,7 @@ fn simplifier<'a>(
 fn usable(pattern: &Term, other: &Term, forward: bool) -> bool {
     let bare = matches!(pattern.node(), Node::Meta(..));
     let known = crate::scope::metavariables(pattern);
-    let replaces = crate::scope::subterms(pattern).iter().any(|part| matches!(part.node(), Node::Replace(..)));
+    let replaces = crate::scope::subterms(pattern).any(|part| matches!(part.node(), Node::Replace(..)));
     (forward || (!bare && !replaces)) && crate::scope::metavariables(other).is_subset(&known)
 }
 

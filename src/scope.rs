@@ -9,14 +9,27 @@ use crate::term::{Node, Term};
 use crate::value::Value;
 
 /// Every subterm, the term itself first.
-pub fn subterms(term: &Term) -> Vec<&Term> {
-    let mut all = Vec::new();
-    let mut stack = vec![term];
-    while let Some(term) = stack.pop() {
-        all.push(term);
-        stack.extend(term.children());
+pub fn subterms(term: &Term) -> Subterms<'_> {
+    Subterms { next: Some(term), open: Vec::new() }
+}
+
+/// The subterms of a term, one after another.
+#[derive(Clone, Debug)]
+pub struct Subterms<'a> {
+    next: Option<&'a Term>,
+    open: Vec<&'a Term>,
+}
+
+impl<'a> Iterator for Subterms<'a> {
+    type Item = &'a Term;
+
+    fn next(&mut self) -> Option<&'a Term> {
+        let term = self.next.take().or_else(|| self.open.pop())?;
+        let mut parts = term.children();
+        self.next = parts.next_back();
+        self.open.extend(parts);
+        Some(term)
     }
-    all
 }
 
 /// All names that the term writes, binds by an index or replaces, wherever.
@@ -39,12 +52,12 @@ pub fn bound_names(term: &Term) -> BTreeSet<Name> {
 
 /// All names that are read by some value of the term, wherever.
 pub fn read_names(term: &Term) -> BTreeSet<Name> {
-    subterms(term).into_iter().flat_map(Term::values).flat_map(Value::variables).collect()
+    subterms(term).flat_map(Term::values).flat_map(Value::variables).collect()
 }
 
 /// The names that the term may read before it has written them itself, seen by the order of sequences alone.
 pub fn needed_names(term: &Term) -> BTreeSet<Name> {
-    let mut needed: BTreeSet<Name> = term.values().into_iter().flat_map(Value::variables).collect();
+    let mut needed: BTreeSet<Name> = term.values().flat_map(Value::variables).collect();
     let ordered = matches!(term.node(), Node::Seq(_));
     let mut written = BTreeSet::new();
     for part in term.children() {
@@ -110,7 +123,6 @@ pub fn condition_mentions(condition: &Condition, name: &Name) -> bool {
 /// The processes that a term calls directly.
 pub fn calls(term: &Term) -> BTreeSet<Name> {
     subterms(term)
-        .into_iter()
         .filter_map(|part| if let Node::Call(name, _) = part.node() { Some(name.clone()) } else { None })
         .collect()
 }
@@ -170,7 +182,7 @@ fn filled(shape: &Term, parts: &BTreeMap<Name, Term>) -> Option<Term> {
 
 /// The term with some of its parts changed; nothing if none is.
 pub fn changed(term: &Term, change: &mut dyn FnMut(&Term) -> Option<Term>) -> Option<Term> {
-    let children = term.children();
+    let children: Vec<&Term> = term.children().collect();
     let first = children.iter().enumerate().find_map(|(place, child)| Some((place, change(child)?)));
     let (place, new) = first?;
     let before = children[..place].iter().map(|child| (*child).clone());
@@ -206,12 +218,12 @@ pub fn index_escapes(law: &Law) -> Vec<(Name, Name)> {
 }
 
 fn outside_of(term: &Term, index: &Name, found: &mut BTreeSet<Name>) {
-    found.extend(term.values().into_iter().flat_map(Value::variables));
+    found.extend(term.values().flat_map(Value::variables));
     match term.node() {
         Node::Power(_, _, Some(bound)) | Node::Replace(_, bound, _) if bound == index => {}
         Node::Meta(name, _) => {
             found.insert(name.clone());
         }
-        _ => term.children().into_iter().for_each(|part| outside_of(part, index, found)),
+        _ => term.children().for_each(|part| outside_of(part, index, found)),
     }
 }

@@ -153,7 +153,6 @@ impl<'a> Simplifier<'a> {
         }
         let parts: Vec<Term> = term
             .children()
-            .into_iter()
             .map(|part| self.memo.get(part).map_or_else(|| part.clone(), |known| known.term.clone()))
             .collect();
         let result = term.with_children(parts);
@@ -441,7 +440,7 @@ fn cleaner(term: &Term) -> Option<Term> {
     if !current.children().into_iter().any(is_unit) {
         return new;
     }
-    let kept = current.children().into_iter().filter(|part| !is_unit(part)).cloned();
+    let kept = current.children().filter(|part| !is_unit(part)).cloned();
     Some(match current.node() {
         Node::Seq(_) => Term::seq(kept),
         Node::Par(_) => Term::par(kept),

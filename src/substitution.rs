@@ -164,7 +164,7 @@ pub fn replace(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -
             captures(term, value, context)?;
             let shape = term.map_values(&mut |old| context.assumptions.put_in(old, &map))?;
             let parts: Result<Vec<Term>, Stuck> =
-                term.children().into_iter().map(|part| replace(part, name, value, context)).collect();
+                term.children().map(|part| replace(part, name, value, context)).collect();
             Ok(if term.children().is_empty() { shape } else { shape.with_children(parts?) })
         }
     }
@@ -246,8 +246,7 @@ pub fn instantiate(
     if let Some(parameter) = parameters.iter().find(|parameter| bound.contains(*parameter)) {
         return Err(Stuck(format!("{parameter} is a parameter and is bound in the body")));
     }
-    let open =
-        bound.iter().any(Name::is_meta) || subterms(body).iter().any(|part| matches!(part.node(), Node::Meta(..)));
+    let open = bound.iter().any(Name::is_meta) || subterms(body).any(|part| matches!(part.node(), Node::Meta(..)));
     if open && let Some(read) = map.values().find_map(|argument| argument.variables().into_iter().next()) {
         return Err(Stuck(format!("{read} may be bound in the body, which is not known")));
     }
@@ -260,7 +259,7 @@ pub fn instantiate(
         }
     }
     let image = substitute_values(body, &map)?;
-    for value in subterms(body).into_iter().flat_map(Term::values) {
+    for value in subterms(body).flat_map(Term::values) {
         context.assumptions.put_in(value, &map)?;
     }
     Ok(image)
@@ -309,8 +308,7 @@ pub fn substitute_values(term: &Term, map: &BTreeMap<Name, Value>) -> Result<Ter
     if term.children().is_empty() {
         return Ok(shape);
     }
-    let parts: Result<Vec<Term>, Stuck> =
-        term.children().into_iter().map(|part| substitute_values(part, map)).collect();
+    let parts: Result<Vec<Term>, Stuck> = term.children().map(|part| substitute_values(part, map)).collect();
     Ok(shape.with_children(parts?))
 }
 
@@ -319,7 +317,7 @@ pub fn substitute_values(term: &Term, map: &BTreeMap<Name, Value>) -> Result<Ter
 /// # Errors
 /// As for [`substitute_values`], and where a power may come out as another.
 pub fn substitute_known(term: &Term, map: &BTreeMap<Name, Value>, known: &Assumptions) -> Result<Term, Stuck> {
-    for value in subterms(term).into_iter().flat_map(Term::values) {
+    for value in subterms(term).flat_map(Term::values) {
         known.put_in_powers(value, map)?;
     }
     substitute_values(term, map)

@@ -203,7 +203,7 @@ impl Term {
     }
 
     /// The direct parts, in order.
-    pub fn children(&self) -> Vec<&Term> {
+    pub fn children(&self) -> Parts<'_, Term> {
         self.node().children()
     }
 
@@ -229,13 +229,13 @@ impl Term {
     }
 
     /// The value expressions that stand directly in this operator, in order.
-    pub fn values(&self) -> Vec<&Value> {
+    pub fn values(&self) -> Parts<'_, Value> {
         match self.node() {
-            Node::Delay(value) | Node::Out(_, value) | Node::Set(value, _) | Node::Ran(value, _) => vec![value],
-            Node::Guard(_, left, right) => vec![left, right],
-            Node::Observe(_, values) | Node::Call(_, values) | Node::Meta(_, values) => values.iter().collect(),
-            Node::Power(_, value, _) | Node::Replace(_, _, value) => vec![value],
-            _ => Vec::new(),
+            Node::Delay(value) | Node::Out(_, value) | Node::Set(value, _) | Node::Ran(value, _) => Parts::of(value),
+            Node::Guard(_, left, right) => Parts::of(left).and(right),
+            Node::Observe(_, values) | Node::Call(_, values) | Node::Meta(_, values) => Parts::all(values),
+            Node::Power(_, value, _) | Node::Replace(_, _, value) => Parts::of(value),
+            _ => Parts::all(&[]),
         }
     }
 
@@ -262,19 +262,66 @@ impl Term {
 }
 
 impl Node {
-    fn children(&self) -> Vec<&Term> {
+    fn children(&self) -> Parts<'_, Term> {
         match self {
-            Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => parts.iter().collect(),
-            Node::Else(first, second) => vec![first, second],
+            Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => Parts::all(parts),
+            Node::Else(first, second) => Parts::of(first).and(second),
             Node::Power(body, ..)
             | Node::Loop(body)
             | Node::New(_, body)
             | Node::Project(body, _)
-            | Node::Replace(body, ..) => vec![body],
-            _ => Vec::new(),
+            | Node::Replace(body, ..) => Parts::of(body),
+            _ => Parts::all(&[]),
         }
     }
 }
+
+/// What stands directly in an operator, in order.
+#[derive(Clone, Debug)]
+pub struct Parts<'a, T> {
+    first: Option<&'a T>,
+    rest: std::slice::Iter<'a, T>,
+}
+
+impl<'a, T> Parts<'a, T> {
+    fn all(parts: &'a [T]) -> Parts<'a, T> {
+        Parts { first: None, rest: parts.iter() }
+    }
+
+    fn of(part: &'a T) -> Parts<'a, T> {
+        Parts { first: Some(part), rest: [].iter() }
+    }
+
+    fn and(self, last: &'a T) -> Parts<'a, T> {
+        Parts { rest: std::slice::from_ref(last).iter(), ..self }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl<'a, T> Iterator for Parts<'a, T> {
+    type Item = &'a T;
+
+    fn next(&mut self) -> Option<&'a T> {
+        self.first.take().or_else(|| self.rest.next())
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let count = usize::from(self.first.is_some()) + self.rest.len();
+        (count, Some(count))
+    }
+}
+
+impl<T> DoubleEndedIterator for Parts<'_, T> {
+    fn next_back(&mut self) -> Option<Self::Item> {
+        self.rest.next_back().or_else(|| self.first.take())
+    }
+}
+
+impl<T> ExactSizeIterator for Parts<'_, T> {}
 
 impl PartialEq for Term {
     fn eq(&self, other: &Term) -> bool {

@@ -105,7 +105,7 @@ impl Dice {
         match term.node() {
             Node::Observe(..) if self.roll(2) == 0 => Term::idle(),
             _ => {
-                let parts: Vec<Term> = term.children().into_iter().map(|part| self.hidden(part)).collect();
+                let parts: Vec<Term> = term.children().map(|part| self.hidden(part)).collect();
                 if parts.is_empty() { term.clone() } else { term.with_children(parts) }
             }
         }

@@ -91,7 +91,7 @@ fn disguised(term: &Term, dice: &mut Dice) -> Term {
     let children = term.children();
     if !children.is_empty() && dice.roll(3) > 0 {
         let chosen = dice.roll(children.len() as u64) as usize;
-        let parts = children.iter().enumerate();
+        let parts = children.clone().enumerate();
         let parts = parts.map(|(place, part)| if place == chosen { disguised(part, dice) } else { (*part).clone() });
         return term.with_children(parts.collect());
     }

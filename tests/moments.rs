@@ -175,8 +175,7 @@ fn what_is_drawn_at_several_moments_of_random_networks_is_weakly_bisimilar() {
         let right = concluded(&environment, &left, (&draws, &context));
         let first = if let Node::Seq(parts) = right.node() { parts.first() } else { None };
         apart += usize::from(first.is_some_and(|first| matches!(first.node(), Node::Par(_))));
-        let moments =
-            |branch: &Term| branch.children().iter().filter(|part| matches!(part.node(), Node::New(..))).count();
+        let moments = |branch: &Term| branch.children().filter(|part| matches!(part.node(), Node::New(..))).count();
         again += usize::from(first.is_some_and(|first| first.children().into_iter().any(|one| moments(one) > 1)));
         asked += 1;
         text.push_str(&format!("compare {left} ~ {right} weak\n"));

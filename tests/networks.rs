@@ -287,7 +287,7 @@ fn carried_network(dice: &mut Dice) -> Option<(String, Environment, Term, Term)>
 /// The shape of a term: it with 0 for all values.
 fn shape(term: &Term) -> Term {
     let bare = term.map_values(&mut |_| Ok::<_, ()>(Value::zero())).unwrap_or_else(|()| term.clone());
-    if term.children().is_empty() { bare } else { bare.with_children(term.children().into_iter().map(shape).collect()) }
+    if term.children().is_empty() { bare } else { bare.with_children(term.children().map(shape).collect()) }
 }
 
 /// The run up to where states of one shape come again twice, and from there a loop that shows what is the same in both.

@@ -140,7 +140,7 @@ fn whole(network: &Network) -> Term {
         if let Node::In(port, _) | Node::Out(port, _) = term.node() {
             ports.insert(port.clone());
         }
-        stack.extend(term.children().into_iter().cloned());
+        stack.extend(term.children().cloned());
     }
     let parts = Term::par(network.components.iter().cloned());
     ports.into_iter().fold(parts, |body, port| Term::new(Node::New(port, body)))

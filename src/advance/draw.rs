@@ -168,7 +168,7 @@ impl Draws {
             taken.extend(values.into_iter().flat_map(Value::variables).chain(names.into_iter().cloned()));
         }
         for part in terms.into_iter().flat_map(subterms) {
-            taken.extend(part.values().into_iter().flat_map(Value::variables));
+            taken.extend(part.values().flat_map(Value::variables));
             taken.extend(bound_names(part));
             if let Node::New(port, _) | Node::In(port, _) | Node::Out(port, _) = part.node() {
                 taken.insert(port.clone());

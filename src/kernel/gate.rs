@@ -9,7 +9,7 @@ use crate::name::Name;
 use crate::scope::{index_escapes, metavariables, read_names, subterms, written};
 use crate::substitution::Substitution;
 use crate::term::{Node, Term, TermSet};
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Relation, Sort};
 
 /// What every instance of a law must meet.
 pub(super) struct Needs {
@@ -52,7 +52,7 @@ impl Needs {
 
 /// A number of rounds is settled before the first: it reads no name that is written anywhere.
 pub(super) fn counts_are_settled(term: &Term, definitions: &Definitions) -> Result<(), Reason> {
-    let counts = subterms(term).into_iter().filter_map(|part| match part.node() {
+    let counts = subterms(term).filter_map(|part| match part.node() {
         Node::Power(_, count, _) => Some(count.variables()),
         _ => None,
     });
@@ -88,13 +88,13 @@ pub(super) fn well_sorted(term: &Term, known: &mut TermSet, counts: &mut BTreeSe
 }
 
 fn operator_is_well_sorted(part: &Term) -> Result<(), Reason> {
-    let (values, sort): (Vec<&Value>, Sort) = match part.node() {
-        Node::Delay(_) | Node::Power(..) => (part.values(), Sort::Real),
-        Node::Guard(relation, ..) if !matches!(relation, Relation::Eq | Relation::Neq) => (part.values(), Sort::Real),
-        Node::Ran(value, _) if value.as_variable().is_none() => (vec![value], Sort::Distribution),
+    let sort = match part.node() {
+        Node::Delay(_) | Node::Power(..) => Sort::Real,
+        Node::Guard(relation, ..) if !matches!(relation, Relation::Eq | Relation::Neq) => Sort::Real,
+        Node::Ran(value, _) if value.as_variable().is_none() => Sort::Distribution,
         _ => return Ok(()),
     };
-    if let Some(value) = values.into_iter().find(|value| value.sort() != sort) {
+    if let Some(value) = part.values().find(|value| value.sort() != sort) {
         return Err(Reason::Sort(Box::new(value.clone())));
     }
     if let Node::Power(_, count, _) = part.node()

@@ -28,7 +28,7 @@ fn named_apart(sides: [&Term; 2], substitution: &Substitution) -> Result<(), Rea
 /// The names that a term reads, writes, binds, or has for ports.
 fn names_of(term: &Term) -> BTreeSet<Name> {
     let mut names: BTreeSet<Name> = read_names(term).into_iter().chain(bound_names(term)).collect();
-    names.extend(subterms(term).into_iter().filter_map(|part| match part.node() {
+    names.extend(subterms(term).filter_map(|part| match part.node() {
         Node::New(port, _) | Node::In(port, _) | Node::Out(port, _) => Some(port.clone()),
         _ => None,
     }));

@@ -55,15 +55,13 @@ impl Meaning {
                 if let Node::Power(_, _, Some(index)) = part.node() {
                     indices.insert(index.clone());
                 }
-                claimed.extend(part.values().into_iter().flat_map(Value::needs));
+                claimed.extend(part.values().flat_map(Value::needs));
                 let Node::Call(name, arguments) = part.node() else { continue };
                 let Some(definition) = theory.definitions.get(name).filter(|_| partial) else { continue };
                 if called.len() < MOST_CALLS && called.insert(part.clone()) {
                     let parameters = definition.parameters.iter().cloned();
                     let map: BTreeMap<Name, Value> = parameters.zip(arguments.iter().cloned()).collect();
-                    open.extend(
-                        subterms(&definition.body).into_iter().filter_map(|part| image(part, &map, &mut claimed)),
-                    );
+                    open.extend(subterms(&definition.body).filter_map(|part| image(part, &map, &mut claimed)));
                 }
             }
         }
@@ -90,13 +88,13 @@ impl Meaning {
         outside.extend(theory.assumptions.iter().flat_map(|(_, value)| value.variables()));
         let mut open = vec![(&statement.left, BTreeSet::new()), (&statement.right, BTreeSet::new())];
         while let Some((term, indices)) = open.pop() {
-            let read = term.values().into_iter().flat_map(Value::variables);
+            let read = term.values().flat_map(Value::variables);
             outside.extend(read.filter(|name| !indices.contains(name)));
             let mut inside = indices;
             if let Node::Power(_, _, Some(index)) = term.node() {
                 inside.insert(index.clone());
             }
-            open.extend(term.children().into_iter().map(|child| (child, inside.clone())));
+            open.extend(term.children().map(|child| (child, inside.clone())));
         }
         let index_alone = |name: &Name| self.indices.contains(name) && !outside.contains(name);
         let kept = |need: &&Need| match need {
@@ -114,7 +112,7 @@ impl Meaning {
             if !self.looked.insert((part.clone(), indices.clone())) {
                 continue;
             }
-            for need in part.values().into_iter().flat_map(Value::needs) {
+            for need in part.values().flat_map(Value::needs) {
                 if !follows_within(&need, &indices, known) {
                     self.require(need, known)?;
                 }
@@ -123,7 +121,7 @@ impl Meaning {
             if let Node::Power(_, _, Some(index)) = part.node() {
                 inside.push(index.clone());
             }
-            open.extend(part.children().into_iter().map(|child| (child, inside.clone())));
+            open.extend(part.children().map(|child| (child, inside.clone())));
         }
         Ok(())
     }
@@ -180,7 +178,7 @@ impl Meaning {
     pub(super) fn closed(&self, term: &Term, known: &Assumptions) -> Result<(), Reason> {
         let mut open = vec![(term, Vec::new())];
         while let Some((part, mut indices)) = open.pop() {
-            let exponents = part.values().into_iter().flat_map(Value::needs);
+            let exponents = part.values().flat_map(Value::needs);
             for need in exponents.filter(|need| matches!(need, Need::Natural(_))) {
                 if !follows_within(&need, &indices, known) && known.grants(&need) != Some(true) {
                     return Err(Reason::Undefined(Box::new(need)));
@@ -189,7 +187,7 @@ impl Meaning {
             if let Node::Power(_, _, Some(index)) = part.node() {
                 indices.push(index.clone());
             }
-            open.extend(part.children().into_iter().map(|child| (child, indices.clone())));
+            open.extend(part.children().map(|child| (child, indices.clone())));
         }
         Ok(())
     }
@@ -206,7 +204,7 @@ fn follows_within(need: &Need, indices: &[Name], known: &Assumptions) -> bool {
 
 /// An operator of a process that is called, as far as it calls others; what its values need is added.
 fn image(part: &Term, map: &BTreeMap<Name, Value>, claimed: &mut BTreeSet<Need>) -> Option<Term> {
-    let needs = part.values().into_iter().flat_map(Value::needs);
+    let needs = part.values().flat_map(Value::needs);
     claimed.extend(needs.filter_map(|need| need.substitute(map).ok()));
     let Node::Call(..) = part.node() else { return None };
     part.map_values(&mut |value| value.substitute(map)).ok()

@@ -81,7 +81,7 @@ impl Checker<'_> {
         let mut bound: BTreeSet<Name> = BTreeSet::new();
         for term in [turn, sides[0], sides[1]] {
             bound.extend(bound_names(term).into_iter().chain(written(term, definitions)));
-            bound.extend(subterms(term).into_iter().filter_map(|part| match part.node() {
+            bound.extend(subterms(term).filter_map(|part| match part.node() {
                 Node::Meta(name, _) | Node::New(name, _) | Node::In(name, _) | Node::Out(name, _) => Some(name.clone()),
                 _ => None,
             }));

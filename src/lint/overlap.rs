@@ -267,7 +267,7 @@ fn inside(part: &Term, law: &Law, results: &BTreeSet<Name>) -> Vec<(Substitution
 type Join = fn(Vec<Term>) -> Term;
 
 fn within(parts: &[Term], law: &Law, join: Join, results: &BTreeSet<Name>, all: &mut Vec<(Substitution, Term)>) {
-    let own: Vec<Term> = law.left.children().into_iter().cloned().collect();
+    let own: Vec<Term> = law.left.children().cloned().collect();
     let taken: BTreeSet<Name> = parts.iter().chain(&own).flat_map(metavariables).collect();
     let rest = fresh("?Y", &taken);
     let longer: Vec<Term> = own.iter().cloned().chain([rest.clone()]).collect();
@@ -314,7 +314,7 @@ fn chained(
 
 /// Two uses beside each other in a list that share some of its parts, with whatever else stands there.
 fn sharing(law: &Law, other: &Law, join: Join, results: &BTreeSet<Name>, all: &mut Vec<(Substitution, Peak)>) {
-    let (one, two) = (law.left.children(), other.left.children());
+    let (one, two): (Vec<&Term>, Vec<&Term>) = (law.left.children().collect(), other.left.children().collect());
     let taken: BTreeSet<Name> = metavariables(&law.left).into_iter().chain(metavariables(&other.left)).collect();
     let (here, there) = (fresh("?X", &taken), fresh("?Y", &taken));
     let with =

@@ -41,7 +41,7 @@ pub(super) fn ports(term: &Term, definitions: &Definitions) -> BTreeSet<Name> {
             }
             _ => {}
         }
-        rest.extend(term.children().into_iter().map(|child| (child, private.clone())));
+        rest.extend(term.children().map(|child| (child, private.clone())));
     }
     found
 }

@@ -49,7 +49,7 @@ pub fn kept(before: &Term, order: &Order, after: &Term) -> Order {
 
 /// The direct parts, each with its number.
 fn numbered(term: &Term, number: usize) -> Vec<(Term, usize)> {
-    term.children().into_iter().cloned().zip(numbers(term, number)).collect()
+    term.children().cloned().zip(numbers(term, number)).collect()
 }
 
 /// The parts of a sequence; what is none is one part.

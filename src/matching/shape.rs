@@ -20,7 +20,7 @@ pub(super) fn may_fit(pattern: &Term, term: &Term) -> bool {
             let (inner, parts) = (pattern.children(), term.children());
             std::mem::discriminant(wanted) == std::mem::discriminant(given)
                 && inner.len() == parts.len()
-                && inner.iter().zip(&parts).all(|(one, part)| may_fit(one, part))
+                && inner.zip(parts).all(|(one, part)| may_fit(one, part))
         }
     }
 }

@@ -136,7 +136,7 @@ impl State {
             State::Running(term) => {
                 let (mut open, mut found) = (vec![term], Vec::new());
                 while let Some(term) = open.pop() {
-                    term.values().into_iter().for_each(|value| found.extend(of(value)));
+                    term.values().for_each(|value| found.extend(of(value)));
                     open.extend(term.children());
                 }
                 found

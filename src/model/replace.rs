@@ -101,7 +101,7 @@ impl Model<'_> {
 
     /// The names that a term may read before it has bound them.
     pub(crate) fn free_reads(&self, term: &Term) -> BTreeSet<Name> {
-        let mut reads: BTreeSet<Name> = term.values().into_iter().flat_map(Value::variables).collect();
+        let mut reads: BTreeSet<Name> = term.values().flat_map(Value::variables).collect();
         match term.node() {
             Node::Seq(parts) => {
                 let mut bound: BTreeSet<Name> = BTreeSet::new();
@@ -117,7 +117,7 @@ impl Model<'_> {
             Node::Power(body, _, Some(index)) => {
                 reads.extend(self.free_reads(body).into_iter().filter(|read| read != index));
             }
-            _ => term.children().into_iter().for_each(|part| reads.extend(self.free_reads(part))),
+            _ => term.children().for_each(|part| reads.extend(self.free_reads(part))),
         }
         reads
     }

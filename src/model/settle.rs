@@ -199,13 +199,10 @@ impl Model<'_> {
             Node::Power(body, count, index) => self.settle_power(body, count, index.as_ref(), scope, depth),
             Node::Loop(body) => self.settle_loop(term, body, scope, depth),
             Node::Call(name, arguments) => self.settle_call(name, arguments, scope, depth),
-            Node::New(..) | Node::Project(..) => {
-                let body = term.children()[0];
-                Ok(match self.settle(body, scope, depth + 1)? {
-                    State::Running(body) => State::Running(term.with_children(vec![body])),
-                    ended => ended,
-                })
-            }
+            Node::New(_, body) | Node::Project(body, _) => Ok(match self.settle(body, scope, depth + 1)? {
+                State::Running(body) => State::Running(term.with_children(vec![body])),
+                ended => ended,
+            }),
             Node::Replace(body, name, value) => self.settle_replace(body, name, value, scope, depth),
             Node::Meta(name, _) => Meaningless::because(format!("`{name}` stands for any process")),
         }

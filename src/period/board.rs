@@ -3,22 +3,53 @@
 use std::collections::BTreeSet;
 
 use super::run::{Halt, Run};
-use super::step::{Offer, offers};
+use super::step::{Offer, Place, offers};
 use crate::digest::Quick;
 use crate::name::Name;
 
-/// A place in the system: the component, then the branches of `|` and `#`.
-type Place = Vec<usize>;
+/// Places in order; most often there is one.
+#[derive(Clone, Default)]
+struct Places {
+    first: Option<Place>,
+    others: BTreeSet<Place>,
+}
+
+impl Places {
+    fn insert(&mut self, mut place: Place) {
+        match &mut self.first {
+            None => self.first = Some(place),
+            Some(first) if *first == place => {}
+            Some(first) => {
+                if place < *first {
+                    std::mem::swap(first, &mut place);
+                }
+                self.others.insert(place);
+            }
+        }
+    }
+
+    fn remove(&mut self, place: &Place) {
+        if self.first.as_ref() == Some(place) {
+            self.first = self.others.pop_first();
+        } else {
+            self.others.remove(place);
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &Place> {
+        self.first.iter().chain(&self.others)
+    }
+}
 
 /// The places that wait on one port.
 #[derive(Clone, Default)]
 struct Waiting {
-    writers: BTreeSet<Place>,
-    readers: BTreeSet<Place>,
+    writers: Places,
+    readers: Places,
 }
 
 /// All offers of a system, kept up to date component by component.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub(super) struct Board {
     own: Vec<Vec<Offer>>,
     ports: Quick<Name, Waiting>,
@@ -27,21 +58,22 @@ pub(super) struct Board {
 }
 
 impl Board {
-    pub(super) fn new(components: usize) -> Board {
-        Board { own: vec![Vec::new(); components], ..Board::default() }
+    /// Of so many components, with so many ports.
+    pub(super) fn new(components: usize, ports: usize) -> Board {
+        let ports = Quick::with_capacity_and_hasher(ports, Default::default());
+        Board { own: vec![Vec::new(); components], ports, ready: BTreeSet::new() }
     }
 
     /// Notes what a component offers now.
     pub(super) fn update(&mut self, component: usize, run: &Run) -> Result<(), Halt> {
         let mut found = Vec::new();
-        offers(run, &mut vec![component], &mut found)?;
-        let Some(own) = self.own.get_mut(component) else { return Ok(()) };
-        let before = std::mem::replace(own, found);
-        for offer in &before {
-            self.change(offer, false);
-        }
-        for offer in self.own.get(component).cloned().unwrap_or_default() {
-            self.change(&offer, true);
+        offers(run, &mut Place { component, branches: Vec::new() }, &mut found)?;
+        found.shrink_to_fit();
+        let before = self.own.get_mut(component).map(std::mem::take).unwrap_or_default();
+        before.iter().for_each(|offer| self.change(offer, false));
+        found.iter().for_each(|offer| self.change(offer, true));
+        if let Some(own) = self.own.get_mut(component) {
+            *own = found;
         }
         Ok(())
     }
@@ -49,7 +81,7 @@ impl Board {
     fn change(&mut self, offer: &Offer, here: bool) {
         let waiting = self.ports.entry(offer.port.clone()).or_default();
         let first = |waiting: &Waiting| {
-            let writer = waiting.writers.first().filter(|_| !waiting.readers.is_empty());
+            let writer = waiting.writers.first.as_ref().filter(|_| waiting.readers.first.is_some());
             writer.map(|writer| (writer.clone(), offer.port.clone()))
         };
         if let Some(known) = first(waiting) {
@@ -75,7 +107,7 @@ impl Board {
     }
 
     fn at(&self, place: &Place) -> Option<&Offer> {
-        self.of(*place.first()?).iter().find(|offer| offer.place == *place)
+        self.of(place.component).iter().find(|offer| offer.place == *place)
     }
 
     /// Whether this offer stands.
@@ -86,7 +118,7 @@ impl Board {
     /// The communication of the first writer that has a reader.
     pub(super) fn first(&self) -> Option<(Offer, Offer)> {
         let (writer, port) = self.ready.first()?;
-        let reader = self.ports.get(port)?.readers.first()?;
+        let reader = self.ports.get(port)?.readers.first.as_ref()?;
         Some((self.at(writer)?.clone(), self.at(reader)?.clone()))
     }
 
@@ -95,14 +127,13 @@ impl Board {
         self.ports
             .get(port)
             .into_iter()
-            .flat_map(move |waiting| if writes { &waiting.writers } else { &waiting.readers })
+            .flat_map(move |waiting| if writes { waiting.writers.iter() } else { waiting.readers.iter() })
     }
 
     /// The possible communications with a part in one of the components of this one, but not with its parts.
     pub(super) fn beside(&self, writer: &Offer, reader: &Offer) -> Vec<(Offer, Offer)> {
         let apart = |place: &Place| *place != writer.place && *place != reader.place;
-        let components: BTreeSet<usize> =
-            [&writer.place, &reader.place].into_iter().filter_map(|place| place.first().copied()).collect();
+        let components = BTreeSet::from([writer.place.component, reader.place.component]);
         let mut found = Vec::new();
         for offer in components.iter().flat_map(|component| self.of(*component)).filter(|offer| apart(&offer.place)) {
             let partners = self.on(&offer.port, offer.value.is_none()).filter(|place| apart(place));

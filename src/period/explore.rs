@@ -1,19 +1,21 @@
 //! The symbolic run: phases found one from another until no new one turns up.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use super::control::Control;
 use super::instant::{Clock, Moment};
 use super::merge::merge;
 use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
-use super::step::{Slot, inspect, loops, map_values, offers, readable, standing};
+use super::step::{Place, Slot, inspect, loops, map_parts, map_values, offers, pass, readable, standing};
 use super::suppose::suppose;
 use super::vector::{component_name, components};
 use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
+use crate::digest::Quick;
 use crate::name::Name;
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
@@ -44,8 +46,7 @@ enum Held {
 }
 
 struct Spot {
-    /// The control points, with 0 for every value and delay.
-    shape: Rc<Vec<Run>>,
+    control: Control,
     /// The delays that remain; none for one that varies from round to round, and stands among the values held.
     delays: Vec<Option<Value>>,
     held: Vec<Held>,
@@ -74,14 +75,14 @@ enum Target {
 }
 
 /// The phases of one control point by the delays that remain.
-type Remainders = HashMap<Vec<Option<Value>>, usize>;
+type Remainders = Quick<Vec<Option<Value>>, usize>;
 
 struct Explorer<'a> {
     clock: Clock<'a>,
     assumptions: &'a Assumptions,
     spots: Vec<Spot>,
     /// The phases by their control points, and then by the delays that remain.
-    index: HashMap<Rc<Vec<Run>>, Remainders>,
+    index: Quick<Control, Remainders>,
 }
 
 /// Runs the system.
@@ -89,9 +90,9 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     let Surroundings { definitions, assumptions, interrupted } = *run;
     let reserved = reserved(components, definitions, assumptions);
     let settler = Settler { definitions, reserved: &reserved, tails: RefCell::default() };
-    let (names, users, operations) = (system.names.as_slice(), system.users(), system.operations);
+    let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
-    let mut explorer = Explorer { clock, assumptions, spots: Vec::new(), index: HashMap::new() };
+    let mut explorer = Explorer { clock, assumptions, spots: Vec::new(), index: Quick::default() };
     let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
     let mut work = BTreeSet::new();
     let initial = explorer.ways(start, Vec::new(), assumptions.clone(), &mut work)?;
@@ -110,20 +111,24 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
 fn reserved(components: &[Term], definitions: &Definitions, assumptions: &Assumptions) -> BTreeSet<Name> {
     let mut names = assumptions.variables();
     for component in components {
-        let bound = bound_names(component);
-        names.extend(read_names(component).into_iter().filter(|name| !bound.contains(name)));
+        names.extend(free_names(component));
     }
     for definition in definitions.iter() {
-        let bound = bound_names(&definition.body);
-        let local = |name: &Name| bound.contains(name) || definition.parameters.contains(name);
-        names.extend(read_names(&definition.body).into_iter().filter(|name| !local(name)));
+        names.extend(free_names(&definition.body).filter(|name| !definition.parameters.contains(name)));
     }
     names
 }
 
+/// The names that a process reads and does not bind anywhere.
+fn free_names(term: &Term) -> impl Iterator<Item = Name> {
+    let read = read_names(term);
+    let bound = if read.is_empty() { BTreeSet::new() } else { bound_names(term) };
+    read.into_iter().filter(move |name| !bound.contains(name))
+}
+
 impl Explorer<'_> {
     fn explore_spot(&mut self, spot: usize, work: &mut BTreeSet<usize>) -> Result<(), Failure> {
-        let state = self.state_of(spot).map_err(failure_of)?;
+        let mut state = self.state_of(spot).map_err(failure_of)?;
         let (mut delays, mut shown) = (Vec::new(), Vec::new());
         for run in &state {
             inspect(run, &mut delays, &mut shown).map_err(failure_of)?;
@@ -139,9 +144,9 @@ impl Explorer<'_> {
             }
         }
         let least = self.least(&state, &delays, &assumptions)?;
-        let passed: Result<Vec<Run>, Failure> = state.iter().map(|run| pass(run, &least)).collect();
+        state.iter_mut().try_for_each(|run| pass(run, &least)).map_err(unreduced)?;
         let segments = vec![Segment { duration: least, observed: shown }];
-        let ways = self.ways(passed?, segments, assumptions, work)?;
+        let ways = self.ways(state, segments, assumptions, work)?;
         self.spots[spot].ways = ways;
         Ok(())
     }
@@ -181,7 +186,7 @@ impl Explorer<'_> {
         work: &mut BTreeSet<usize>,
     ) -> Result<Vec<Way>, Failure> {
         let path = Path { assumptions: Rc::new(assumptions), ..Path::default() };
-        let mut moments = vec![Moment::new(state, path)];
+        let mut moments = vec![Moment::new(state, path, self.clock.users.len())];
         let mut ways = Vec::new();
         let mut forks = 0usize;
         while let Some(mut moment) = moments.pop() {
@@ -238,12 +243,10 @@ impl Explorer<'_> {
             entries.extend(parts);
             Ok(nothing.unwrap_or_else(|_| Value::zero()))
         };
-        let Ok(shape) = state.iter().map(|run| map_values(run, &mut take)).collect::<Result<Vec<Run>, _>>();
-        let shape = match self.index.get_key_value(&shape) {
-            Some((known, _)) => known.clone(),
-            None => Rc::new(shape),
-        };
-        let remainders = self.index.entry(shape.clone()).or_default();
+        let Ok(runs) = map_parts(state, &mut take);
+        let control = Control::of(runs);
+        let control = self.index.get_key_value(&control).map_or(control, |(known, _)| known.clone());
+        let remainders = self.index.entry(control.clone()).or_default();
         if let Some(found) = remainders.get(&delays).copied() {
             if self.absorb(found, &entries) {
                 work.insert(found);
@@ -258,7 +261,7 @@ impl Explorer<'_> {
         }
         remainders.insert(delays.clone(), number);
         let held = first_held(&entries, |value| self.clock.settler.varies(value));
-        let mut spot = Spot { shape, delays, held, variables: Vec::new(), hints, ways: Vec::new() };
+        let mut spot = Spot { control, delays, held, variables: Vec::new(), hints, ways: Vec::new() };
         name_variables(&mut spot, self.clock.settler.reserved);
         self.spots.push(spot);
         work.insert(number);
@@ -287,10 +290,13 @@ impl Explorer<'_> {
     }
 
     fn state_of(&self, number: usize) -> Result<Vec<Run>, Halt> {
-        self.state_over(number, &self.spots[number].variables)
+        let mut state = Vec::with_capacity(self.clock.names.len());
+        self.each_over(number, &self.spots[number].variables, &mut |run| state.push(run))?;
+        Ok(state)
     }
 
-    fn state_over(&self, number: usize, variables: &[Name]) -> Result<Vec<Run>, Halt> {
+    /// What each component is at a phase, for these variables.
+    fn each_over(&self, number: usize, variables: &[Name], take: &mut dyn FnMut(Run)) -> Result<(), Halt> {
         let spot = &self.spots[number];
         let mut held = spot.held.iter();
         let mut delays = spot.delays.iter();
@@ -312,7 +318,10 @@ impl Explorer<'_> {
                 }
             }
         };
-        spot.shape.iter().map(|run| map_values(run, &mut fill)).collect()
+        spot.control.runs.iter().try_for_each(|run| {
+            take(map_values(run, &mut fill)?);
+            Ok(())
+        })
     }
 
     fn finish(&self, initial: &[Way]) -> Result<Graph, Failure> {
@@ -327,16 +336,23 @@ impl Explorer<'_> {
             });
         }
         let initial = initial.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?;
-        let unreduced = |error: ValueError| Failure::NoPeriod { reason: error.0 };
         let (initial, mut phases, numbers) = merge(initial, phases).map_err(unreduced)?;
         let tails = self.clock.settler.tails.borrow();
         for (phase, number) in phases.iter_mut().zip(numbers) {
-            let state = self.state_of(number).map_err(failure_of)?;
-            phase.loops = state.iter().map(loops).collect();
-            let open = phase.variables.iter().map(open_name).collect::<Vec<Name>>();
-            let open = self.state_over(number, &open).map_err(failure_of)?;
-            phase.state = open.iter().map(|run| standing(run, &tails)).collect();
-            phase.control = state.iter().map(|run| readable(run, &tails).to_string()).collect();
+            let open: Vec<Name> = phase.variables.iter().map(open_name).collect();
+            let Phase { variables, loops: gone_round, control, state, .. } = phase;
+            let mut told = |run: Run| {
+                gone_round.push(loops(&run));
+                control.push(readable(&run, &tails));
+                if open.is_empty() {
+                    state.push(standing(&run, &tails));
+                }
+            };
+            self.each_over(number, variables, &mut told).map_err(failure_of)?;
+            if !open.is_empty() {
+                let mut stands = |run: Run| state.push(standing(&run, &tails));
+                self.each_over(number, &open, &mut stands).map_err(failure_of)?;
+            }
         }
         Ok(Graph { initial, phases, stuck: self.stuck()? })
     }
@@ -356,12 +372,12 @@ impl Explorer<'_> {
                 .flat_map(|spot| &self.spots[*spot].ways)
                 .flat_map(|way| way.moved.iter().copied())
                 .collect();
-            let Some(one) = members.first() else { continue };
+            let Some(one) = members.first().filter(|_| moved.len() < self.clock.names.len()) else { continue };
             let state = self.state_of(*one).map_err(failure_of)?;
             for (component, run) in state.iter().enumerate().filter(|(component, _)| !moved.contains(component)) {
                 let (mut delays, mut shown, mut waiting) = (Vec::new(), Vec::new(), Vec::new());
                 inspect(run, &mut delays, &mut shown).map_err(failure_of)?;
-                offers(run, &mut vec![component], &mut waiting).map_err(failure_of)?;
+                offers(run, &mut Place { component, branches: Vec::new() }, &mut waiting).map_err(failure_of)?;
                 if delays.is_empty() {
                     found.extend(waiting.iter().map(|offer| self.clock.blocked(offer)));
                 }
@@ -454,12 +470,8 @@ fn name_variables(spot: &mut Spot, reserved: &BTreeSet<Name>) {
     spot.variables = names;
 }
 
-fn pass(run: &Run, time: &Value) -> Result<Run, Failure> {
-    let mut less = |slot: Slot<'_>, value: &Value| match slot {
-        Slot::Delay => value.sub(time),
-        Slot::Name(_) => Ok(value.clone()),
-    };
-    map_values(run, &mut less).map_err(|error| Failure::NoPeriod { reason: error.0 })
+fn unreduced(error: ValueError) -> Failure {
+    Failure::NoPeriod { reason: error.0 }
 }
 
 fn failure_of(halt: Halt) -> Failure {

@@ -6,7 +6,7 @@ use std::hash::{Hash, Hasher};
 use super::board::{Board, same};
 use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
-use super::step::{Offer, finish, inspect, offers, written};
+use super::step::{Offer, Place, finish, inspect, offers, written};
 use super::{Blocked, End, Failure, Test, in_case};
 use crate::digest::{Digest, Quick};
 use crate::name::Name;
@@ -69,9 +69,10 @@ struct Besides {
 }
 
 impl Moment {
-    pub(super) fn new(state: Vec<Run>, path: Path) -> Moment {
+    /// Of a system with so many ports.
+    pub(super) fn new(state: Vec<Run>, path: Path, ports: usize) -> Moment {
         let dirty = (0..state.len()).collect();
-        let board = Board::new(state.len());
+        let board = Board::new(state.len(), ports);
         let (communications, moved) = (Vec::new(), BTreeSet::new());
         let hashes = (vec![0; state.len()], 0);
         Moment { state, path, communications, moved, dirty, hashes, board, earlier: None, besides: None }
@@ -109,7 +110,7 @@ pub(super) struct Clock<'a> {
     /// The components' names.
     pub(super) names: &'a [String],
     /// Who reads and who writes each port.
-    pub(super) users: Users,
+    pub(super) users: &'a Users,
     /// How many reads and writes the processes have.
     pub(super) operations: usize,
     /// The wish to stop.
@@ -158,19 +159,18 @@ impl Clock<'_> {
             let made = moment.communications.len();
             return Halt::because(format!("{made} communications in one instant, with numbers that grow on and on"));
         }
-        let readers: Vec<usize> =
-            moment.board.on(&writer.port, false).filter_map(|place| place.first().copied()).take(2).collect();
-        let rivals = if readers.len() > 1 { readers } else { Vec::new() };
-        for component in [writer.place.first(), reader.place.first()].into_iter().flatten() {
-            if let (Some(earlier), Some(run)) = (&mut moment.earlier, moment.state.get(*component)) {
-                earlier.keep(*component, run);
+        let readers = || moment.board.on(&writer.port, false).map(|place| place.component);
+        let rivals = if readers().nth(1).is_some() { readers().take(2).collect() } else { Vec::new() };
+        for component in [writer.place.component, reader.place.component] {
+            if let (Some(earlier), Some(run)) = (&mut moment.earlier, moment.state.get(component)) {
+                earlier.keep(component, run);
             }
         }
         let value = communicate(&mut moment.state, &writer, &reader);
         moment.communications.push((written(&writer.port), value));
-        for component in [writer.place.first(), reader.place.first()].into_iter().flatten() {
-            moment.dirty.insert(*component);
-            moment.moved.insert(*component);
+        for component in [writer.place.component, reader.place.component] {
+            moment.dirty.insert(component);
+            moment.moved.insert(component);
         }
         moment.besides = Some(Besides { rivals, pairs, writer });
         Ok(None)
@@ -232,19 +232,19 @@ impl Clock<'_> {
         let (writer, reader) = made;
         let wanted = BTreeSet::new();
         for (from, to) in pairs {
-            let own = [writer, reader, from, to].into_iter().filter_map(|offer| offer.place.first().copied());
+            let own = [writer, reader, from, to].into_iter().map(|offer| offer.place.component);
             let mut few: BTreeMap<usize, Run> =
                 own.filter_map(|index| Some((index, moment.state.get(index)?.clone()))).collect();
             let value = from.value.clone().unwrap_or_else(Value::zero);
-            put(few.get_mut(from.place.first().unwrap_or(&usize::MAX)), from, &Env::new());
-            put(few.get_mut(to.place.first().unwrap_or(&usize::MAX)), to, &results(to, &value));
+            put(few.get_mut(&from.place.component), from, &Env::new());
+            put(few.get_mut(&to.place.component), to, &results(to, &value));
             let mark = moment.path.mark();
             let mut standing = Vec::new();
             let mut known = true;
             for (index, run) in few {
                 // What cannot be told here comes up again when that communication is made.
                 match self.settler.settle(run, &wanted, &mut moment.path, 0) {
-                    Ok(run) => offers(&run, &mut vec![index], &mut standing)?,
+                    Ok(run) => offers(&run, &mut Place { component: index, branches: Vec::new() }, &mut standing)?,
                     Err(_) => known = false,
                 }
             }
@@ -262,8 +262,7 @@ impl Clock<'_> {
     /// One writer only.
     fn check_contention(&self, writer: &Offer, board: &Board) -> Result<(), Halt> {
         if board.on(&writer.port, true).nth(1).is_some() {
-            let components: BTreeSet<usize> =
-                board.on(&writer.port, true).filter_map(|place| place.first().copied()).collect();
+            let components: BTreeSet<usize> = board.on(&writer.port, true).map(|place| place.component).collect();
             let components = components.into_iter().map(|component| self.name(component)).collect();
             return Err(Failure::Contention { port: written(&writer.port), components }.into());
         }
@@ -275,15 +274,14 @@ impl Clock<'_> {
     }
 
     fn name_of(&self, offer: &Offer) -> String {
-        offer.place.first().map(|component| self.name(*component)).unwrap_or_default()
+        self.name(offer.place.component)
     }
 
     /// What an offer that is never taken waits for.
     pub(super) fn blocked(&self, offer: &Offer) -> Blocked {
         let reads = offer.value.is_none();
-        let own = offer.place.first();
         let partners = self.users.get(&offer.port).map(|(readers, writers)| if reads { writers } else { readers });
-        let partners = partners.into_iter().flatten().filter(|other| Some(*other) != own);
+        let partners = partners.into_iter().flatten().filter(|other| **other != offer.place.component);
         let partners = partners.map(|other| self.name(*other)).collect();
         Blocked { component: self.name_of(offer), port: written(&offer.port), reads, partners }
     }
@@ -337,8 +335,8 @@ fn again(moment: &mut Moment) -> Option<End> {
 }
 
 fn put(run: Option<&mut Run>, offer: &Offer, results: &Env) {
-    if let (Some(run), Some((_, below))) = (run, offer.place.split_first()) {
-        *run = finish(std::mem::replace(run, Run::Aborted), below, results);
+    if let Some(run) = run {
+        *run = finish(std::mem::replace(run, Run::Aborted), &offer.place.branches, results);
     }
 }
 
@@ -349,7 +347,7 @@ fn results(reader: &Offer, value: &Value) -> Env {
 /// Makes a communication; gives the value that passes.
 fn communicate(state: &mut [Run], writer: &Offer, reader: &Offer) -> Value {
     let value = writer.value.clone().unwrap_or_else(Value::zero);
-    put(writer.place.first().and_then(|index| state.get_mut(*index)), writer, &Env::new());
-    put(reader.place.first().and_then(|index| state.get_mut(*index)), reader, &results(reader, &value));
+    put(state.get_mut(writer.place.component), writer, &Env::new());
+    put(state.get_mut(reader.place.component), reader, &results(reader, &value));
     value
 }

@@ -1,6 +1,6 @@
 //! The closed system: components and ports, who reads and who writes, and the balance equations.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 
 use num_bigint::BigInt;
 use num_integer::Integer;
@@ -43,10 +43,12 @@ pub type Users = Quick<Name, (Vec<usize>, Vec<usize>)>;
 pub struct System {
     /// What each component is called in messages.
     pub names: Vec<String>,
-    /// The ports each component reads.
-    pub reads: Vec<BTreeSet<Name>>,
-    /// The ports each component writes.
-    pub writes: Vec<BTreeSet<Name>>,
+    /// The ports each component reads, in order.
+    pub reads: Vec<Vec<Name>>,
+    /// The ports each component writes, in order.
+    pub writes: Vec<Vec<Name>>,
+    /// The components that read each port, and those that write it.
+    pub users: Users,
     /// How many reads and writes the processes have, as they are written.
     pub operations: usize,
     components: Vec<Term>,
@@ -55,33 +57,34 @@ pub struct System {
 impl System {
     /// Who reads and writes what.
     pub fn of(components: &[Term], definitions: &Definitions) -> System {
-        let mut reads = Vec::new();
-        let mut writes = Vec::new();
-        let mut names: Vec<String> = Vec::new();
-        let mut called: Quick<String, usize> = Quick::default();
+        let mut reads = Vec::with_capacity(components.len());
+        let mut writes = Vec::with_capacity(components.len());
+        let mut names: Vec<String> = Vec::with_capacity(components.len());
+        let mut called: Quick<&Name, usize> = Quick::with_capacity_and_hasher(components.len(), Default::default());
         let mut counted = 0;
         for (index, component) in components.iter().enumerate() {
             let (read, written) = ports_of(component, definitions);
-            reads.push(read);
-            writes.push(written);
+            reads.push(read.into_iter().collect());
+            writes.push(written.into_iter().collect());
             counted += operations(component);
-            let name = match component.node() {
-                Node::Call(name, _) => name.to_string(),
+            names.push(match component.node() {
+                Node::Call(name, _) => {
+                    let again = called.entry(name).or_default();
+                    *again += 1;
+                    if *again == 1 { name.to_string() } else { format!("{name} ({again})") }
+                }
                 _ => format!("component {}", index + 1),
-            };
-            let again = called.entry(name.clone()).or_default();
-            *again += 1;
-            names.push(if *again == 1 { name } else { format!("{name} ({again})") });
+            });
         }
         let operations = counted + definitions.iter().map(|definition| operations(&definition.body)).sum::<usize>();
-        System { names, reads, writes, operations, components: components.to_vec() }
+        let users = users(&reads, &writes);
+        System { names, reads, writes, users, operations, components: components.to_vec() }
     }
 
     /// Ports that one component uses and no other answers.
     pub fn unmatched(&self) -> Vec<Failure> {
-        let users = self.users();
-        let unread = |port: &&Name| users.get(*port).is_none_or(|(readers, _)| readers.is_empty());
-        let unwritten = |port: &&Name| users.get(*port).is_none_or(|(_, writers)| writers.is_empty());
+        let unread = |port: &&Name| self.users.get(*port).is_none_or(|(readers, _)| readers.is_empty());
+        let unwritten = |port: &&Name| self.users.get(*port).is_none_or(|(_, writers)| writers.is_empty());
         let mut failures = Vec::new();
         for (index, component) in self.names.iter().enumerate() {
             for port in self.reads[index].iter().filter(unwritten) {
@@ -94,23 +97,13 @@ impl System {
         failures
     }
 
-    /// The components that read each port, and those that write it.
-    pub fn users(&self) -> Users {
-        let mut users = Users::default();
-        for (index, (reads, writes)) in self.reads.iter().zip(&self.writes).enumerate() {
-            reads.iter().for_each(|port| users.entry(port.clone()).or_default().0.push(index));
-            writes.iter().for_each(|port| users.entry(port.clone()).or_default().1.push(index));
-        }
-        users
-    }
-
     /// Components that are connected by ports, directly or through others.
     pub fn groups(&self) -> Vec<Vec<usize>> {
         let mut beside: Vec<Vec<usize>> = vec![Vec::new(); self.names.len()];
-        for (readers, writers) in self.users().into_values() {
+        for (readers, writers) in self.users.values() {
             let (Some(reader), Some(writer)) = (readers.first(), writers.first()) else { continue };
-            for (one, others) in [(*reader, writers.clone()), (*writer, readers.clone())] {
-                for other in others.into_iter().filter(|other| *other != one) {
+            for (one, others) in [(*reader, writers), (*writer, readers)] {
+                for other in others.iter().copied().filter(|other| *other != one) {
                     beside[one].push(other);
                     beside[other].push(one);
                 }
@@ -140,20 +133,20 @@ impl System {
     /// # Errors
     /// [`Failure::RateMismatch`] when there is no solution.
     pub fn balance(&self, definitions: &Definitions) -> Result<Option<Vec<(String, u64)>>, Failure> {
-        let Some(counts) = self.straight_counts(definitions) else {
+        let Some(equations) = self.equations(definitions).filter(|equations| !equations.is_empty()) else {
             return Ok(None);
         };
-        let equations = equations(&counts);
-        if equations.is_empty() {
-            return Ok(None);
+        // Where every port is read as often as it is written, all go round together.
+        if equations.iter().all(|equation| equation.writer.1 == equation.reader.1) {
+            return Ok(Some(self.names.iter().map(|name| (name.clone(), 1)).collect()));
         }
-        let mut rates: Vec<Option<BigRational>> = vec![None; counts.len()];
-        let mut touching: Vec<Vec<&Equation>> = vec![Vec::new(); counts.len()];
+        let mut rates: Vec<Option<BigRational>> = vec![None; self.names.len()];
+        let mut touching: Vec<Vec<&Equation>> = vec![Vec::new(); self.names.len()];
         for equation in &equations {
             touching[equation.writer.0].push(equation);
             touching[equation.reader.0].push(equation);
         }
-        for start in 0..counts.len() {
+        for start in 0..self.names.len() {
             if rates[start].is_none() {
                 rates[start] = Some(BigRational::one());
                 self.spread(start, &touching, &mut rates)?;
@@ -178,18 +171,20 @@ impl System {
         while let Some(component) = waiting.pop_front() {
             for equation in &touching[component] {
                 let ((writer, written), (reader, read)) = (equation.writer, equation.reader);
-                let ratio = BigRational::new(BigInt::from(written), BigInt::from(read));
-                match (rates[writer].clone(), rates[reader].clone()) {
+                let ratio = || BigRational::new(BigInt::from(written), BigInt::from(read));
+                let times = |rate: &BigRational| if written == read { rate.clone() } else { rate * ratio() };
+                let over = |rate: &BigRational| if written == read { rate.clone() } else { rate / ratio() };
+                match (&rates[writer], &rates[reader]) {
                     (Some(rate), None) => {
-                        rates[reader] = Some(rate * ratio);
+                        rates[reader] = Some(times(rate));
                         waiting.push_back(reader);
                     }
                     (None, Some(rate)) => {
-                        rates[writer] = Some(rate / ratio);
+                        rates[writer] = Some(over(rate));
                         waiting.push_back(writer);
                     }
-                    (Some(one), Some(other)) if one.clone() * ratio.clone() != other => {
-                        let rounds = &one / &other;
+                    (Some(one), Some(other)) if times(one) != *other => {
+                        let rounds = one / other;
                         return Err(Failure::RateMismatch {
                             rounds: Box::new((rounds.numer().clone(), rounds.denom().clone())),
                             port: equation.port.clone(),
@@ -204,24 +199,37 @@ impl System {
         Ok(())
     }
 
-    fn straight_counts(&self, definitions: &Definitions) -> Option<Vec<Counts>> {
-        let counts: Vec<Counts> =
-            self.components.iter().map(|component| straight_period(component, definitions)).collect::<Option<_>>()?;
-        let single = |(readers, writers): &(Vec<usize>, Vec<usize>)| readers.len() == 1 && writers.len() == 1;
-        self.users().values().all(single).then_some(counts)
+    /// The equations of one-to-one ports between straight-line components, in the order of the writers.
+    fn equations(&self, definitions: &Definitions) -> Option<Vec<Equation>> {
+        let mut counts = Counts::with_capacity_and_hasher(self.users.len(), Default::default());
+        self.components.iter().try_for_each(|component| straight_period(component, definitions, &mut counts))?;
+        let mut equations = Vec::with_capacity(self.users.len());
+        for port in self.writes.iter().flatten() {
+            let (readers, writers) = self.users.get(port)?;
+            let ([reader], [writer]) = (readers.as_slice(), writers.as_slice()) else { return None };
+            let (read, written) = counts.get(port)?;
+            equations.push(Equation { port: port.clone(), writer: (*writer, *written), reader: (*reader, *read) });
+        }
+        (equations.len() == self.users.len()).then_some(equations)
     }
+}
+
+fn users(reads: &[Vec<Name>], writes: &[Vec<Name>]) -> Users {
+    let most = reads.iter().chain(writes).map(Vec::len).sum::<usize>() / 2;
+    let mut users = Users::with_capacity_and_hasher(most, Default::default());
+    for (index, (reads, writes)) in reads.iter().zip(writes).enumerate() {
+        reads.iter().for_each(|port| users.entry(port.clone()).or_default().0.push(index));
+        writes.iter().for_each(|port| users.entry(port.clone()).or_default().1.push(index));
+    }
+    users
 }
 
 fn unmatched(component: &str, port: &Name, reads: bool) -> Failure {
     Failure::Unmatched(Blocked { component: component.to_string(), port: port.clone(), reads, partners: Vec::new() })
 }
 
-/// Reads and writes of each port in one round.
-#[derive(Clone, Debug, Default)]
-struct Counts {
-    reads: BTreeMap<Name, usize>,
-    writes: BTreeMap<Name, usize>,
-}
+/// How often each port is read, and written, in one round of those that use it.
+type Counts = Quick<Name, (usize, usize)>;
 
 struct Equation {
     port: Name,
@@ -229,30 +237,14 @@ struct Equation {
     reader: (usize, usize),
 }
 
-fn equations(counts: &[Counts]) -> Vec<Equation> {
-    let mut readers: Quick<&Name, Vec<(usize, usize)>> = Quick::default();
-    for (reader, counts) in counts.iter().enumerate() {
-        counts.reads.iter().for_each(|(port, read)| readers.entry(port).or_default().push((reader, *read)));
-    }
-    let mut equations = Vec::new();
-    for (writer, from) in counts.iter().enumerate() {
-        for (port, written) in &from.writes {
-            for reader in readers.get(port).into_iter().flatten() {
-                equations.push(Equation { port: port.clone(), writer: (writer, *written), reader: *reader });
-            }
-        }
-    }
-    equations
-}
-
 fn operations(term: &Term) -> usize {
-    subterms(term).into_iter().filter(|part| matches!(part.node(), Node::In(..) | Node::Out(..))).count()
+    subterms(term).filter(|part| matches!(part.node(), Node::In(..) | Node::Out(..))).count()
 }
 
-/// The counts of `T = P ; T` where P is a sequence of delays, sets, reads and writes, possibly side by side.
-fn straight_period(component: &Term, definitions: &Definitions) -> Option<Counts> {
-    let body = match component.node() {
-        Node::Loop(body) => body.clone(),
+/// Adds the counts of `T = P ; T` where P is a sequence of delays, sets, reads and writes, possibly side by side.
+fn straight_period(component: &Term, definitions: &Definitions, counts: &mut Counts) -> Option<()> {
+    let round = match component.node() {
+        Node::Loop(body) => std::slice::from_ref(body),
         Node::Call(name, _) => {
             let Node::Seq(parts) = definitions.get(name)?.body.node() else {
                 return None;
@@ -261,20 +253,19 @@ fn straight_period(component: &Term, definitions: &Definitions) -> Option<Counts
             if !matches!(last.node(), Node::Call(called, _) if called == name) {
                 return None;
             }
-            Term::seq(front.iter().cloned())
+            front
         }
         _ => return None,
     };
-    let mut counts = Counts::default();
-    for part in subterms(&body) {
+    for part in round.iter().flat_map(subterms) {
         match part.node() {
-            Node::In(port, _) => *counts.reads.entry(port.clone()).or_default() += 1,
-            Node::Out(port, _) => *counts.writes.entry(port.clone()).or_default() += 1,
+            Node::In(port, _) => counts.entry(port.clone()).or_default().0 += 1,
+            Node::Out(port, _) => counts.entry(port.clone()).or_default().1 += 1,
             Node::Delay(_) | Node::Set(..) | Node::Seq(_) | Node::Par(_) | Node::Stop => {}
             _ => return None,
         }
     }
-    Some(counts)
+    Some(())
 }
 
 fn ports_of(component: &Term, definitions: &Definitions) -> (BTreeSet<Name>, BTreeSet<Name>) {

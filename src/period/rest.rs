@@ -3,9 +3,10 @@
 //! A tail stands for its parts: equal tails are one, whatever sequence they end, so that control points compare by a
 //! number and a step along a sequence copies nothing.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
+use crate::digest::Quick;
 use crate::name::Name;
 use crate::scope::needed_names;
 use crate::term::{Node, Term, TermMap};
@@ -27,7 +28,7 @@ struct Tail {
 #[derive(Default)]
 pub(crate) struct Tails {
     tails: Vec<Tail>,
-    known: HashMap<(Term, Rest), Rest>,
+    known: Quick<(Term, Rest), Rest>,
     sequences: TermMap<Rest>,
     nothing: Rc<BTreeSet<Name>>,
 }

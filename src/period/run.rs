@@ -216,10 +216,16 @@ pub(crate) fn restrict(env: &Env, names: &BTreeSet<Name>) -> Env {
 
 /// A process at its start.
 pub(crate) fn fresh(term: &Term, env: &Env) -> Run {
+    if env.is_empty() {
+        return Run::Fresh(term.clone(), Env::new());
+    }
     Run::Fresh(term.clone(), restrict(env, &read_names(term)))
 }
 
 pub(crate) fn evaluate(value: &Value, env: &Env) -> Result<Value, Halt> {
+    if env.is_empty() {
+        return Ok(value.clone());
+    }
     match value.substitute(env) {
         Ok(value) => Ok(value),
         Err(error) => Halt::because(format!("{value} has no value: {}", error.0)),
@@ -230,6 +236,11 @@ impl Run {
     fn ended(&self) -> bool {
         matches!(self, Run::Done(_) | Run::Aborted)
     }
+}
+
+/// What is in a box, which may then hold what becomes of it.
+fn taken(run: &mut Run) -> Run {
+    std::mem::replace(run, Run::Aborted)
 }
 
 /// Parts side by side at their start, at least one of which runs. A branch that aborts at once adds nothing to one that
@@ -275,11 +286,11 @@ impl Settler<'_> {
             Run::Delay(left) => self.left_of_delay(left, path),
             Run::Fresh(term, env) => self.start(&term, &env, wanted, path, depth),
             Run::Seq(first, rest, env, carried) => {
-                self.settle_sequence(*first, rest, (env, carried), wanted, path, depth)
+                self.settle_sequence(first, rest, (env, carried), wanted, path, depth)
             }
-            Run::Else(first, second, env, kind) => {
+            Run::Else(mut first, second, env, kind) => {
                 let looped = matches!(kind, Kind::Loop(_));
-                match self.settle(*first, wanted, path, depth + 1)? {
+                match self.settle(taken(&mut first), wanted, path, depth + 1)? {
                     Run::Done(carried) => Ok(Run::Done(carried)),
                     Run::Aborted => {
                         path.exits += usize::from(looped);
@@ -287,7 +298,10 @@ impl Settler<'_> {
                     }
                     // A loop never aborts, so a loop round it that has come to its last part adds nothing.
                     inner @ Run::Else(_, _, _, Kind::Loop(_)) if looped => Ok(inner),
-                    inner => Ok(Run::Else(Box::new(inner), second, env, kind)),
+                    inner => {
+                        *first = inner;
+                        Ok(Run::Else(first, second, env, kind))
+                    }
                 }
             }
             Run::Par(parts) => {
@@ -324,7 +338,7 @@ impl Settler<'_> {
 
     fn settle_sequence(
         &self,
-        mut first: Run,
+        mut first: Box<Run>,
         mut rest: Rest,
         (mut env, mut carried): (Env, Env),
         wanted: &BTreeSet<Name>,
@@ -334,7 +348,7 @@ impl Settler<'_> {
         loop {
             let reads = self.tails.borrow().reads(rest);
             let both = if reads.is_subset(wanted) { None } else { Some(reads.union(wanted).cloned().collect()) };
-            match self.settle(first, both.as_ref().unwrap_or(wanted), path, depth + 1)? {
+            match self.settle(taken(&mut first), both.as_ref().unwrap_or(wanted), path, depth + 1)? {
                 Run::Done(results) => {
                     carried.extend(results.iter().map(|(name, value)| (name.clone(), value.clone())));
                     env.extend(results);
@@ -342,7 +356,7 @@ impl Settler<'_> {
                         return Ok(Run::Done(restrict(&carried, wanted)));
                     };
                     rest = others;
-                    first = fresh(&next, &env);
+                    *first = fresh(&next, &env);
                 }
                 Run::Aborted => return Ok(Run::Aborted),
                 running => {
@@ -350,7 +364,8 @@ impl Settler<'_> {
                     if rest == NOTHING && carried.is_empty() {
                         return Ok(running);
                     }
-                    return Ok(Run::Seq(Box::new(running), rest, restrict(&env, &reads), carried));
+                    *first = running;
+                    return Ok(Run::Seq(first, rest, restrict(&env, &reads), carried));
                 }
             }
         }

@@ -6,13 +6,22 @@ use crate::name::Name;
 use crate::scope::bound_names;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Value, ValueError};
+
+/// A place in the system.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) struct Place {
+    /// The component.
+    pub component: usize,
+    /// The branches of `|` and `#` in it, from outside.
+    pub branches: Vec<usize>,
+}
 
 /// A read or a write that waits.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Offer {
-    /// Where: the component, then the branches of `|` and `#`.
-    pub place: Vec<usize>,
+    /// Where.
+    pub place: Place,
     /// On which port.
     pub port: Name,
     /// The value written; for a read, none.
@@ -21,8 +30,8 @@ pub(crate) struct Offer {
     pub binds: Option<Name>,
 }
 
-/// All reads and writes that wait in a part.
-pub(crate) fn offers(run: &Run, place: &mut Vec<usize>, found: &mut Vec<Offer>) -> Result<(), Halt> {
+/// All reads and writes that wait in a part of a system, which stands at this place.
+pub(crate) fn offers(run: &Run, place: &mut Place, found: &mut Vec<Offer>) -> Result<(), Halt> {
     match run {
         Run::Wait(term, env) => {
             let (port, value, binds) = match term.node() {
@@ -35,16 +44,17 @@ pub(crate) fn offers(run: &Run, place: &mut Vec<usize>, found: &mut Vec<Offer>) 
         Run::Seq(first, ..) | Run::Else(first, ..) => offers(first, place, found)?,
         Run::Par(parts) | Run::Disable(parts) => {
             for (index, part) in parts.iter().enumerate() {
-                place.push(index);
+                place.branches.push(index);
                 offers(part, place, found)?;
-                place.pop();
+                place.branches.pop();
             }
         }
         Run::Only(_, body) => offers(body, place, found)?,
         Run::New(port, body) => {
             let before = found.len();
             offers(body, place, found)?;
-            let places: Vec<String> = place.iter().map(usize::to_string).collect();
+            let places: Vec<String> =
+                std::iter::once(&place.component).chain(&place.branches).map(usize::to_string).collect();
             for offer in found.iter_mut().skip(before).filter(|offer| offer.port == *port) {
                 offer.port = Name::new(&format!("{port}{PRIVATE}{}", places.join(".")));
             }
@@ -68,14 +78,20 @@ pub(crate) fn written(port: &Name) -> Name {
 /// The part at a place replaced: a read or write that has taken place.
 pub(crate) fn finish(run: Run, place: &[usize], results: &Env) -> Run {
     match run {
-        Run::Seq(first, rest, env, carried) => Run::Seq(Box::new(finish(*first, place, results)), rest, env, carried),
-        Run::Else(first, second, env, kind) => Run::Else(Box::new(finish(*first, place, results)), second, env, kind),
-        Run::New(port, body) => Run::New(port, Box::new(finish(*body, place, results))),
-        Run::Only(shown, body) => Run::Only(shown, Box::new(finish(*body, place, results))),
+        Run::Seq(first, rest, env, carried) => Run::Seq(finish_boxed(first, place, results), rest, env, carried),
+        Run::Else(first, second, env, kind) => Run::Else(finish_boxed(first, place, results), second, env, kind),
+        Run::New(port, body) => Run::New(port, finish_boxed(body, place, results)),
+        Run::Only(shown, body) => Run::Only(shown, finish_boxed(body, place, results)),
         Run::Par(parts) => Run::Par(finish_one(parts, place, results)),
         Run::Disable(parts) => Run::Disable(finish_one(parts, place, results)),
         _ => Run::Done(results.clone()),
     }
+}
+
+/// The same in the memory that the part has.
+fn finish_boxed(mut run: Box<Run>, place: &[usize], results: &Env) -> Box<Run> {
+    *run = finish(std::mem::replace(&mut *run, Run::Aborted), place, results);
+    run
 }
 
 fn finish_one(parts: Vec<Run>, place: &[usize], results: &Env) -> Vec<Run> {
@@ -117,6 +133,17 @@ pub(crate) fn inspect(run: &Run, delays: &mut Vec<Value>, shown: &mut Vec<Term>)
     Ok(())
 }
 
+/// Takes this time from each delay that runs.
+pub(crate) fn pass(run: &mut Run, time: &Value) -> Result<(), ValueError> {
+    match run {
+        Run::Delay(left) => *left = left.sub(time)?,
+        Run::Seq(first, ..) | Run::Else(first, ..) | Run::New(_, first) | Run::Only(_, first) => pass(first, time)?,
+        Run::Par(parts) | Run::Disable(parts) => parts.iter_mut().try_for_each(|part| pass(part, time))?,
+        Run::Done(_) | Run::Aborted | Run::Fresh(..) | Run::Wait(..) => {}
+    }
+    Ok(())
+}
+
 /// Every value of a running system replaced by its image: delays, environments, what is carried.
 pub(crate) fn map_values<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>) -> Result<Run, E> {
     let over = |env: &Env, image: &mut dyn FnMut(Slot<'_>, &Value) -> Result<Value, E>| -> Result<Env, E> {
@@ -148,7 +175,11 @@ fn map_boxed<E>(run: &Run, image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Va
     Ok(Box::new(map_values(run, image)?))
 }
 
-fn map_parts<E>(parts: &[Run], image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>) -> Result<Vec<Run>, E> {
+/// The same for several parts.
+pub(crate) fn map_parts<E>(
+    parts: &[Run],
+    image: &mut impl FnMut(Slot<'_>, &Value) -> Result<Value, E>,
+) -> Result<Vec<Run>, E> {
     let mut mapped = Vec::with_capacity(parts.len());
     for part in parts {
         mapped.push(map_values(part, image)?);
@@ -167,7 +198,10 @@ pub(crate) enum Slot<'a> {
 
 /// What a running part is about to do, as a process; for people, who need not see the loops round it.
 pub(crate) fn readable(run: &Run, tails: &Tails) -> Term {
-    let filled = |term: &Term, env: &Env| substitute_values(term, env).unwrap_or_else(|_| term.clone());
+    let filled = |term: &Term, env: &Env| match env.is_empty() {
+        true => term.clone(),
+        false => substitute_values(term, env).unwrap_or_else(|_| term.clone()),
+    };
     let all = |parts: &[Run]| parts.iter().map(|part| readable(part, tails)).collect::<Vec<_>>();
     match run {
         Run::Done(_) => Term::stop(),
@@ -213,6 +247,9 @@ pub(crate) fn standing(run: &Run, tails: &Tails) -> Term {
 
 /// A process with the values that it reads; a name that it binds itself is bound before it is read.
 fn known(term: &Term, env: &Env) -> Term {
+    if env.is_empty() {
+        return term.clone();
+    }
     let bound = bound_names(term);
     let env: Env = env
         .iter()

@@ -54,7 +54,7 @@ pub(super) fn counted_from_nothing(system: &Term, definitions: &Definitions) -> 
 
 /// A process whose delays last no time where their durations are negative.
 fn lasting(term: &Term) -> Result<Term, String> {
-    let children = term.children().into_iter().map(lasting).collect::<Result<Vec<_>, _>>()?;
+    let children = term.children().map(lasting).collect::<Result<Vec<_>, _>>()?;
     let term = if children.is_empty() { term.clone() } else { term.with_children(children) };
     match term.node() {
         Node::Delay(time) if time.as_rational().is_none() => {

@@ -38,7 +38,7 @@ impl Search<'_> {
         }
         let mut counts = BTreeSet::new();
         for term in [left, right].into_iter().flat_map(subterms) {
-            counts.extend(term.values().into_iter().flat_map(Value::variables));
+            counts.extend(term.values().flat_map(Value::variables));
         }
         let natural = |name: &Name| self.context.assumptions.is_natural(&Value::variable(name)) == Some(true);
         counts.into_iter().filter(natural).find_map(|variable| self.induction(&variable, left, right, script))
@@ -100,6 +100,6 @@ fn replaced(body: &Term, name: &Name, candidate: &Term) -> Term {
     match body.node() {
         Node::Call(called, _) if called == name => candidate.clone(),
         _ if body.children().is_empty() => body.clone(),
-        _ => body.with_children(body.children().into_iter().map(|part| replaced(part, name, candidate)).collect()),
+        _ => body.with_children(body.children().map(|part| replaced(part, name, candidate)).collect()),
     }
 }

@@ -73,7 +73,7 @@ impl Search<'_> {
                 found.extend(simplifier.instance(term, law, true, &one.substitution, &one.surrounding));
             }
         }
-        let children: Vec<Term> = term.children().into_iter().cloned().collect();
+        let children: Vec<Term> = term.children().cloned().collect();
         for (place, child) in children.iter().enumerate() {
             for inner in self.refined(child, laws, simplifier) {
                 if found.len() >= MOST {

@@ -59,7 +59,7 @@ impl Choice {
         if term.depth() > 100 {
             return None;
         }
-        let children: Option<Vec<Term>> = term.children().into_iter().map(|part| self.term(part)).collect();
+        let children: Option<Vec<Term>> = term.children().map(|part| self.term(part)).collect();
         let mut children = children?;
         Some(match term.node() {
             Node::Meta(name, arguments) => {

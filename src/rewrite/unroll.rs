@@ -52,7 +52,7 @@ impl Saturation<'_> {
             self.unite(term, &other, why);
             return Some(other);
         }
-        let parts: Vec<Term> = term.children().into_iter().cloned().collect();
+        let parts: Vec<Term> = term.children().cloned().collect();
         for (position, part) in parts.iter().enumerate() {
             if let Some(replaced) = self.first(part, replace) {
                 let mut parts = parts.clone();

@@ -63,7 +63,7 @@ pub(super) fn contradict(
 
 fn property_parameters(body: &Term, environment: &Environment) -> Vec<Value> {
     let parameter = |name: &Name| environment.quantity(name).is_some();
-    let names: BTreeSet<Name> = subterms(body).into_iter().flat_map(read_names).filter(parameter).collect();
+    let names: BTreeSet<Name> = subterms(body).flat_map(read_names).filter(parameter).collect();
     names.iter().map(Value::variable).collect()
 }
 

@@ -276,7 +276,7 @@ fn delays(state: &[Term]) -> impl Iterator<Item = &Value> {
     while let Some(term) = open.pop() {
         match term.node() {
             Node::Delay(left) if left.variables().iter().any(Name::is_meta) => found.push(left),
-            Node::Seq(_) | Node::Else(..) => open.extend(term.children().first()),
+            Node::Seq(_) | Node::Else(..) => open.extend(term.children().next()),
             Node::Par(_) | Node::Disable(_) | Node::New(..) | Node::Project(..) => open.extend(term.children()),
             _ => {}
         }

@@ -92,7 +92,7 @@ fn places<'e>(system: &System, environment: &'e Environment) -> Vec<Place<'e>> {
             if !seen.insert(&definition.name) || definition.body.size() > MOST_TERM {
                 continue;
             }
-            let guards = subterms(&definition.body).into_iter();
+            let guards = subterms(&definition.body);
             let guards = guards.filter(|part| matches!(part.node(), Node::Guard(Relation::Neq, ..)));
             let guards: BTreeSet<Term> = guards.cloned().collect();
             found.extend(guards.into_iter().map(|guard| Place { definition, guard }));
@@ -149,7 +149,7 @@ fn nearby(body: &Term, tolerance: &BigRational) -> Option<(Term, String)> {
         return Some((Term::new(Node::Loop(body)), said));
     }
     let Node::Seq(parts) = body.node() else { return None };
-    let taken: BTreeSet<Name> = subterms(body).into_iter().flat_map(Term::values).flat_map(Value::variables).collect();
+    let taken: BTreeSet<Name> = subterms(body).flat_map(Term::values).flat_map(Value::variables).collect();
     let mut fresh = (0usize..)
         .map(|number| Name::new(&if number == 0 { "?x".to_string() } else { format!("?x{number}") }))
         .filter(|name| !taken.contains(name));

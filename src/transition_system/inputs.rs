@@ -79,7 +79,7 @@ impl Inputs {
             State::Running(term) => {
                 let mut open = vec![term];
                 while let Some(term) = open.pop() {
-                    term.values().into_iter().for_each(&mut note);
+                    term.values().for_each(&mut note);
                     open.extend(term.children());
                 }
             }
@@ -161,7 +161,7 @@ impl Walk {
                 self.outcomes(value);
             }
             Node::Power(_, value, index) => self.symmetric &= value.variables().is_empty() && index.is_none(),
-            _ => term.values().into_iter().for_each(|value| self.plain(value)),
+            _ => term.values().for_each(|value| self.plain(value)),
         }
     }
 }

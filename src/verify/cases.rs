@@ -10,7 +10,7 @@ use super::{Outcome, Verdict};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::recurrence::{Closed, Piece};
-use crate::term::Term;
+use crate::term::{Parts, Term};
 use crate::value::{Relation, Value};
 
 /// Pairs of parameters whose order is looked at either way.
@@ -138,11 +138,11 @@ impl Merge {
     /// Two processes that differ in values alone.
     fn terms(&self, one: &Term, other: &Term) -> Option<Term> {
         let (parts, others) = (one.children(), other.children());
-        let bare = |term: &Term, parts: &[&Term]| {
+        let bare = |term: &Term, parts: &Parts<'_, Term>| {
             let plain = if parts.is_empty() {
                 term.clone()
             } else {
-                term.with_children(parts.iter().map(|_| Term::stop()).collect())
+                term.with_children(parts.clone().map(|_| Term::stop()).collect())
             };
             plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
         };

@@ -55,7 +55,7 @@ pub(super) fn reduced(period: &Period, property: &Term) -> Option<Period> {
         some |= !gone.is_empty();
         phase.variables.retain(|name| !gone.contains(name));
         for segment in phase.edges.iter_mut().flat_map(|edge| &mut edge.segments) {
-            let reads = |term: &Term| term.values().iter().any(|value| gone.iter().any(|name| value.mentions(name)));
+            let reads = |term: &Term| term.values().any(|value| gone.iter().any(|name| value.mentions(name)));
             segment.observed.retain(|term| !reads(term));
         }
     }

@@ -401,7 +401,7 @@ impl Matcher<'_> {
         let Unit::Repeat { index, segments, .. } = unit else { return false };
         segments
             .iter()
-            .any(|segment| !segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index))))
+            .any(|segment| !segment.observed.iter().any(|term| term.values().any(|value| value.mentions(index))))
     }
 
     /// Rounds one after the other, wherever they start, until one starts where an earlier one did.

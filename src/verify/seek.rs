@@ -142,11 +142,11 @@ impl Matcher<'_> {
         let unsure = || Moment::Unknown("which of many rounds is the first with what is asked".to_string());
         let ([wanted], [segment]) = (want.shown.as_slice(), segments) else { return unsure() };
         let shown: Vec<&Term> = segment.observed.iter().filter(|shown| same_observer(shown, wanted)).collect();
-        let unknown = wanted.values().first().and_then(|value| value.as_variable()).filter(|name| name.is_meta());
+        let unknown = wanted.values().next().and_then(|value| value.as_variable()).filter(|name| name.is_meta());
         let ([shown], Some(unknown), 1) = (shown.as_slice(), unknown, wanted.values().len()) else {
             return if shown.is_empty() { Moment::Never(None) } else { unsure() };
         };
-        let Some(form) = shown.values().first().map(|form| (*form).clone()) else { return unsure() };
+        let Some(form) = shown.values().next().cloned() else { return unsure() };
         let found = |number: Value| match form.with(index, &number) {
             Ok(value) => Moment::At(number, 0, Values::from([(unknown.clone(), value)])),
             Err(error) => Moment::Unknown(error.0),
@@ -211,7 +211,7 @@ impl Matcher<'_> {
 
     fn matched(&self, shown: &Term, wanted: &Term, way: &Values) -> Result<Option<Values>, String> {
         let mut way = way.clone();
-        for (value, asked) in shown.values().into_iter().zip(wanted.values()) {
+        for (value, asked) in shown.values().zip(wanted.values()) {
             if let Some(name) = asked.as_variable().filter(|name| name.is_meta() && !way.contains_key(*name)) {
                 way.insert(name.clone(), value.clone());
                 continue;

@@ -71,7 +71,7 @@ impl Unit {
                 let round = Term::seq(segments.iter().map(|segment| stretch(&segment.duration, &segment.observed)));
                 let mentioned = segments.iter().any(|segment| {
                     segment.duration.mentions(index)
-                        || segment.observed.iter().any(|term| term.values().iter().any(|value| value.mentions(index)))
+                        || segment.observed.iter().any(|term| term.values().any(|value| value.mentions(index)))
                 });
                 match count {
                     Some(count) => Term::new(Node::Power(round, count.clone(), mentioned.then(|| index.clone()))),
@@ -264,7 +264,7 @@ fn first_equal(
     assumptions: &Assumptions,
 ) -> Round {
     let mut number: Option<Value> = None;
-    for (form, value) in shown.values().into_iter().zip(wanted.values()) {
+    for (form, value) in shown.values().zip(wanted.values()) {
         if !form.mentions(index) {
             match assumptions.decide(Relation::Eq, form, value) {
                 Some(true) => continue,
@@ -351,7 +351,7 @@ pub fn shows(observed: &[Term], wanted: &[Term], assumptions: &Assumptions) -> R
         for other in observed.iter().filter(|other| same_observer(other, one)) {
             let mut equal = Some(true);
             let mut open = None;
-            for (left, right) in other.values().into_iter().zip(one.values()) {
+            for (left, right) in other.values().zip(one.values()) {
                 match assumptions.decide(Relation::Eq, left, right) {
                     Some(true) => {}
                     Some(false) => equal = Some(false),

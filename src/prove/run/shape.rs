@@ -3,7 +3,7 @@
 use crate::fact::Context;
 use crate::name::Name;
 use crate::scope::{bound_names, metavariables, read_names};
-use crate::term::Term;
+use crate::term::{Parts, Term};
 use crate::value::{Atom, Relation, Value};
 
 /// A metavariable that nothing here mentions.
@@ -79,8 +79,8 @@ fn is_plain(value: &Value) -> bool {
 /// Two processes of one shape as one, with values made of theirs.
 pub(super) fn joined(one: &Term, other: &Term, join: &mut dyn FnMut(&Value, &Value) -> Option<Value>) -> Option<Term> {
     let (parts, others) = (one.children(), other.children());
-    let bare = |term: &Term, parts: &[&Term]| {
-        let stops = parts.iter().map(|_| Term::stop()).collect();
+    let bare = |term: &Term, parts: &Parts<'_, Term>| {
+        let stops = parts.clone().map(|_| Term::stop()).collect();
         let plain = if parts.is_empty() { term.clone() } else { term.with_children(stops) };
         plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
     };
@@ -91,7 +91,7 @@ pub(super) fn joined(one: &Term, other: &Term, join: &mut dyn FnMut(&Value, &Val
         return None;
     }
     let mut values = Vec::new();
-    for (mine, theirs) in one.values().into_iter().zip(other.values()) {
+    for (mine, theirs) in one.values().zip(other.values()) {
         values.push(join(mine, theirs)?);
     }
     let mut values = values.into_iter();
