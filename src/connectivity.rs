@@ -115,7 +115,7 @@ impl Connectivity {
     pub fn lines(&self) -> Vec<String> {
         let mut lines: Vec<String> = self.paths.iter().map(|path| format!("connected: {path}")).collect();
         lines.extend(self.missing.iter().map(|reason| format!("not connected: {reason}")));
-        if !self.connected() {
+        if !self.connected() && !self.links.is_empty() {
             lines.push(format!("the links: {}", self.dot()));
         }
         lines

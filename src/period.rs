@@ -14,6 +14,7 @@ mod control;
 mod copies;
 mod drift;
 mod explore;
+mod held;
 mod instant;
 mod merge;
 mod rest;

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::control::Control;
+use super::held::{Held, first_held, name_variables};
 use super::instant::{Clock, Moment};
 use super::merge::merge;
 use super::ports::System;
@@ -25,6 +26,8 @@ use crate::value::{Relation, Value, ValueError};
 const MOST_PHASES: usize = 30_000;
 /// Phases at the same control points that differ in the delays that remain, where these have no rational ratio.
 const MOST_REMAINDERS: usize = 100;
+/// Phases that a system may have where values that change are kept apart, and those of one control point.
+const MOST_APART: (usize, usize) = (1_000, 64);
 /// Ways through one round.
 const MOST_WAYS: usize = 128;
 /// Explorations for each phase; values are generalised at most a few times a phase, so this is never met in practice.
@@ -36,13 +39,6 @@ pub(super) struct Graph {
     pub(super) phases: Vec<Phase>,
     /// Reads and writes that wait for ever while the rest goes on.
     pub(super) stuck: Vec<Blocked>,
-}
-
-/// What a place of a phase holds.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
-enum Held {
-    Constant(Value),
-    Class(usize),
 }
 
 struct Spot {
@@ -74,7 +70,7 @@ enum Target {
     End(End),
 }
 
-/// The phases of one control point by the delays that remain.
+/// The phases of one control point by the delays that remain and, where these are kept apart, by the values held.
 type Remainders = Quick<Vec<Option<Value>>, usize>;
 
 struct Explorer<'a> {
@@ -83,28 +79,28 @@ struct Explorer<'a> {
     spots: Vec<Spot>,
     /// The phases by their control points, and then by the delays that remain.
     index: Quick<Control, Remainders>,
+    /// Whether phases that differ in values are apart.
+    apart: bool,
+    /// Whether a value that differs between two visits has been made a variable.
+    general: bool,
 }
 
-/// Runs the system.
+/// Runs the system. Where that fails with variables for what changes, a few values that come again and again may do:
+/// a delay of x that is 1 and 2 by turns is positive, of which the variable x says nothing.
 pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'_>) -> Result<Graph, Failure> {
     let Surroundings { definitions, assumptions, interrupted } = *run;
     let reserved = reserved(components, definitions, assumptions);
     let settler = Settler { definitions, reserved: &reserved, tails: RefCell::default() };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
-    let mut explorer = Explorer { clock, assumptions, spots: Vec::new(), index: Quick::default() };
-    let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
-    let mut work = BTreeSet::new();
-    let initial = explorer.ways(start, Vec::new(), assumptions.clone(), &mut work)?;
-    let mut explorations = 0usize;
-    while let Some(spot) = work.pop_first() {
-        explorations += 1;
-        if explorations > MOST_EXPLORATIONS.saturating_mul(explorer.spots.len()) {
-            return Err(Failure::NoPeriod { reason: "the control points do not settle".to_string() });
+    let mut explorer = Explorer::new(clock, assumptions, false);
+    match explorer.run(components) {
+        Err(failure) if explorer.general && failure != Failure::Interrupted => {
+            let found = Explorer::new(explorer.clock, assumptions, true).run(components);
+            found.map_err(|other| if other == Failure::Interrupted { other } else { failure })
         }
-        explorer.explore_spot(spot, &mut work)?;
+        found => found,
     }
-    explorer.finish(&initial)
 }
 
 /// The names that have one value throughout: all that are free in what is given.
@@ -126,7 +122,26 @@ fn free_names(term: &Term) -> impl Iterator<Item = Name> {
     read.into_iter().filter(move |name| !bound.contains(name))
 }
 
-impl Explorer<'_> {
+impl<'a> Explorer<'a> {
+    fn new(clock: Clock<'a>, assumptions: &'a Assumptions, apart: bool) -> Explorer<'a> {
+        Explorer { clock, assumptions, spots: Vec::new(), index: Quick::default(), apart, general: false }
+    }
+
+    fn run(&mut self, components: &[Term]) -> Result<Graph, Failure> {
+        let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
+        let mut work = BTreeSet::new();
+        let initial = self.ways(start, Vec::new(), self.assumptions.clone(), &mut work)?;
+        let mut explorations = 0usize;
+        while let Some(spot) = work.pop_first() {
+            explorations += 1;
+            if explorations > MOST_EXPLORATIONS.saturating_mul(self.spots.len()) {
+                return Err(Failure::NoPeriod { reason: "the control points do not settle".to_string() });
+            }
+            self.explore_spot(spot, &mut work)?;
+        }
+        self.finish(&initial)
+    }
+
     fn explore_spot(&mut self, spot: usize, work: &mut BTreeSet<usize>) -> Result<(), Failure> {
         let mut state = self.state_of(spot).map_err(failure_of)?;
         let (mut delays, mut shown) = (Vec::new(), Vec::new());
@@ -247,7 +262,11 @@ impl Explorer<'_> {
         let control = Control::of(runs);
         let control = self.index.get_key_value(&control).map_or(control, |(known, _)| known.clone());
         let remainders = self.index.entry(control.clone()).or_default();
-        if let Some(found) = remainders.get(&delays).copied() {
+        let mut key = delays.clone();
+        if self.apart {
+            key.extend(entries.iter().map(|entry| (!self.clock.settler.varies(entry)).then(|| entry.clone())));
+        }
+        if let Some(found) = remainders.get(&key).copied() {
             if self.absorb(found, &entries) {
                 work.insert(found);
             }
@@ -256,14 +275,14 @@ impl Explorer<'_> {
         let number = self.spots.len();
         let left = || remainders.keys().chain([&delays]).flat_map(|delays| delays.iter().flatten());
         let apart = || drift::apart(left(), self.assumptions);
-        if number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
+        let many = self.apart && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
+        if many || number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
             return Err(drift::growth(self.clock.names, state, number));
         }
-        remainders.insert(delays.clone(), number);
+        remainders.insert(key, number);
         let held = first_held(&entries, |value| self.clock.settler.varies(value));
-        let mut spot = Spot { control, delays, held, variables: Vec::new(), hints, ways: Vec::new() };
-        name_variables(&mut spot, self.clock.settler.reserved);
-        self.spots.push(spot);
+        let variables = name_variables(&held, &hints, self.clock.settler.reserved);
+        self.spots.push(Spot { control, delays, held, variables, hints, ways: Vec::new() });
         work.insert(number);
         Ok(Target::Spot(number, entries))
     }
@@ -285,7 +304,8 @@ impl Explorer<'_> {
         }
         let changed = held != spot.held;
         spot.held = held;
-        name_variables(spot, self.clock.settler.reserved);
+        self.general |= changed;
+        spot.variables = name_variables(&spot.held, &spot.hints, self.clock.settler.reserved);
         changed
     }
 
@@ -429,45 +449,6 @@ impl Explorer<'_> {
         }
         test.raw.substitute(&renamed).ok()
     }
-}
-
-fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> Vec<Held> {
-    let mut classes: BTreeMap<&Value, usize> = BTreeMap::new();
-    entries
-        .iter()
-        .map(|entry| {
-            if !varies(entry) {
-                return Held::Constant(entry.clone());
-            }
-            let next = classes.len();
-            Held::Class(*classes.entry(entry).or_insert(next))
-        })
-        .collect()
-}
-
-/// Variables are called after the first place they stand in, with a number where that is taken.
-fn name_variables(spot: &mut Spot, reserved: &BTreeSet<Name>) {
-    let mut names: Vec<Name> = Vec::new();
-    let mut taken: BTreeSet<Name> = BTreeSet::new();
-    let mut numbers: BTreeMap<&Name, usize> = BTreeMap::new();
-    for (held, hint) in spot.held.iter().zip(&spot.hints) {
-        if *held != Held::Class(names.len()) {
-            continue;
-        }
-        let number = numbers.entry(hint).or_insert(0);
-        let mut name = hint.clone();
-        loop {
-            *number += 1;
-            if *number > 1 {
-                name = Name::new(&format!("{hint}{number}"));
-            }
-            if !reserved.contains(&name) && taken.insert(name.clone()) {
-                break;
-            }
-        }
-        names.push(name);
-    }
-    spot.variables = names;
 }
 
 fn unreduced(error: ValueError) -> Failure {
