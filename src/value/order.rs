@@ -121,6 +121,9 @@ impl Value {
         if let Some(number) = self.as_rational() {
             return Ok(Value::integer(i64::from(number.is_positive())));
         }
+        if let Some(order) = self.coarse_order() {
+            return Ok(Value::integer(i64::from(order == Ordering::Greater)));
+        }
         if self.plainly_positive() {
             return Ok(Value::one());
         }
@@ -232,10 +235,11 @@ fn undominated(elements: Vec<Value>) -> Result<Vec<Value>, ValueError> {
         let mut place = 0;
         while place < kept.len() {
             let difference = kept[place].sub(&element)?;
-            if difference.plainly_nonnegative() {
+            let order = difference.coarse_order();
+            if order == Some(Ordering::Greater) || difference.plainly_nonnegative() {
                 continue 'elements;
             }
-            if difference.neg()?.plainly_nonnegative() {
+            if order == Some(Ordering::Less) || difference.neg()?.plainly_nonnegative() {
                 kept.swap_remove(place);
             } else {
                 place += 1;
@@ -307,6 +311,20 @@ mod tests {
         let all = Value::maximum(&[Value::maximum(&[x.clone(), variable("y")]).unwrap(), variable("z")]).unwrap();
         let other = Value::maximum(&[x, Value::maximum(&[variable("z"), variable("y")]).unwrap()]).unwrap();
         assert_eq!(all, other);
+    }
+
+    #[test]
+    fn roots_of_numbers_are_compared() {
+        let root = |number: i64| Value::integer(number).sqrt().unwrap();
+        let (one, three) = (Value::one(), Value::integer(3));
+        assert_eq!(Value::maximum(&[Value::zero(), root(10).sub(&one).unwrap()]).unwrap(), root(10).sub(&one).unwrap());
+        assert_eq!(Value::minimum(&[root(10), three.clone()]).unwrap(), three);
+        let sum = root(2).add(&root(3)).unwrap();
+        assert_eq!(Value::choose(Relation::Gtr, &sum, &three, &one, &three).unwrap(), one);
+        assert_eq!(Value::choose(Relation::Gte, &root(2), &sum, &one, &three).unwrap(), three);
+        let x = variable("x");
+        let clamped = Value::maximum(&[x.clone(), root(2), one]).unwrap();
+        assert_eq!(clamped, Value::maximum(&[x, root(2)]).unwrap());
     }
 
     #[test]
