@@ -108,3 +108,55 @@ fn the_weakest_condition_asks_for_nothing_that_is_not_needed() {
     let assumed = script.replace("param k,", "param k >= 0,");
     assert!(told(&assumed).contains("proved: A always"), "{}", told(&assumed));
 }
+
+#[test]
+fn who_came_to_a_port_before_is_not_said_never_to_come() {
+    let again = "proc W_r = Lss_{r,3} ; Out_{c,r} ; W_{r+1}\nproc V = In_c<x> ; (Delay_1 # At_x) ; V\n\
+        system S = (W_0 ; Idle) | V\nperiod S\n";
+    let after = "V reads port c and waits for ever: component 1, who writes it, never comes to it again";
+    assert!(told(again).contains(after), "{}", told(again));
+    let never = "proc A = (Delay_1 # At_0) ; Gtr_{0,1} ; Out_{c,1}\nproc B = In_c<x> ; B\nsystem S = (A ; Idle) | B\nperiod S\n";
+    let told = told(never);
+    assert!(told.contains("who writes it, never comes to it") && !told.contains("again"), "{told}");
+    // On one way of two.
+    let script = "param a\nproc A = (Delay_1 # At_0) ; ((Gtr_{a,0} ; Out_{c,1}) | (Lte_{a,0} ; Delay_1)) ; (Delay_1 # At_1)\n\
+        proc B = In_c<x> ; B\nsystem S = (A ; Idle) | B\nperiod S\n";
+    never_says(script, "never comes to it again");
+}
+
+#[test]
+fn tests_between_numbers_are_no_conditions() {
+    let script = "proc P_k = (Delay_1 # At_k) ; ((Gtr_{k,1} ; Q_k) | (Lte_{k,1} ; R_k))\n\
+        proc Q_k = (Delay_2 # At_k) ; ((Gtr_{k,5} ; P_3) | (Lte_{k,5} ; P_3))\n\
+        proc R_k = (Delay_4 # At_k) ; P_3\nsystem S = P_3\nflow S\nperiod S\n";
+    let told = told(script);
+    for line in told.lines() {
+        let condition = line.rsplit_once(" if ").map_or("", |(_, condition)| condition);
+        let numbers = condition.chars().all(|letter| letter.is_ascii_digit() || "<>=/- ".contains(letter));
+        assert!(condition.is_empty() || !numbers, "{line}\n{told}");
+    }
+    assert!(told.contains("Delay_2 # At_3") && !told.contains("Delay_4"), "{told}");
+}
+
+#[test]
+fn of_the_variables_of_a_phase_those_are_told_that_depend_on_none_without_a_form() {
+    let script = "proc W_{x,y} = (Delay_1 # At_x) ; (Delay_1 # At_y) ; W_{x*x+y, 2*y+1}\nsystem S = W_{1,1}\nflow S\n";
+    let reason = "no closed form of x: it is not linear in x(n) and depends on n";
+    says(script, &["closed    y = 2^n*(y0+1)-1 from n = 0", reason]);
+}
+
+#[test]
+fn what_is_assumed_of_no_value_is_said() {
+    let script = "param n : natural, 2*n = 3\nproc W_r = (Delay_1 # At_r) ; W_{r+n}\nsystem S = W_0\n\
+        property G = (Delay_{?t1} # At_1) ; G\nprove S satisfies G\n";
+    says(script, &["no run was looked at: no values found for n that meet what is assumed"]);
+}
+
+#[test]
+fn a_parameter_that_is_0_is_changed_by_what_is_said() {
+    let script = "param p0 = 0, v = 1/1000\nproc Env_r = (Delay_1 # At_r) ; Env_{r+v}\nsystem S = Env_{p0}\n\
+        criteria C for S {\n  goals At_{1/100}\n  leg within 12\n}\n";
+    let told = told(script);
+    assert!(told.contains("margin of leg1 by v: +1 %"), "{told}");
+    assert!(!told.contains("by p0: +1 %"), "{told}");
+}

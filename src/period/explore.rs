@@ -11,7 +11,7 @@ use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Slot, inspect, loops, map_values, offers, readable, standing};
 use super::suppose::suppose;
 use super::vector::{component_name, components};
-use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
+use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -328,7 +328,7 @@ impl Explorer<'_> {
         }
         let initial = initial.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?;
         let unreduced = |error: ValueError| Failure::NoPeriod { reason: error.0 };
-        let (initial, mut phases, numbers) = merge(initial, phases).map_err(unreduced)?;
+        let (mut initial, mut phases, numbers) = merge(initial, phases, self.assumptions).map_err(unreduced)?;
         let tails = self.clock.settler.tails.borrow();
         for (phase, number) in phases.iter_mut().zip(numbers) {
             let state = self.state_of(number).map_err(failure_of)?;
@@ -338,7 +338,17 @@ impl Explorer<'_> {
             phase.state = open.iter().map(|run| standing(run, &tails)).collect();
             phase.control = state.iter().map(|run| readable(run, &tails).to_string()).collect();
         }
-        Ok(Graph { initial, phases, stuck: self.stuck()? })
+        drop(tails);
+        let mut stuck = self.stuck()?;
+        let used = |port: &Name| {
+            let edges = initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges));
+            edges.flat_map(|edge| &edge.communications).any(|(other, _)| other == port)
+        };
+        for one in stuck.iter_mut().filter(|one| used(&one.port)) {
+            one.before = Before::Perhaps;
+        }
+        stuck::note_earlier(&mut initial, &mut phases, &|blocked| self.clock.only_partner(blocked));
+        Ok(Graph { initial, phases, stuck })
     }
 
     /// Reads and writes that wait for ever while the rest of the system goes on.

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::line::along_a_line;
+use super::parts::{closures, each_set};
 use super::reach::pieces;
 use super::{Closed, NoClosedForm, Solved, solve_all};
 use crate::assumption::Assumptions;
@@ -36,6 +37,46 @@ pub fn solve_together(
     }
     found.sort_by(|one, other| one.0.cmp(&other.0));
     Ok(found)
+}
+
+/// What is found of variables of which not all have closed forms.
+pub struct Apart {
+    /// The checked closed forms of those that depend on none without.
+    pub closed: Vec<(Name, Closed)>,
+    /// The others, with what stands in the way.
+    pub missing: Vec<(Vec<Name>, NoClosedForm)>,
+}
+
+/// The same for as many of the variables as have closed forms.
+pub fn solve_apart(
+    maps: &BTreeMap<Name, Value>,
+    starts: &BTreeMap<Name, Value>,
+    index: &Name,
+    known: &Assumptions,
+) -> Apart {
+    let reason = match solve_together(maps, starts, index, known) {
+        Ok(closed) => return Apart { closed, missing: Vec::new() },
+        Err(reason) => reason,
+    };
+    let names: Vec<&Name> = maps.keys().collect();
+    let closures = closures(names.len(), |one, other| maps[names[one]].mentions(names[other]));
+    let attempt = |set: &BTreeSet<usize>| {
+        if set.len() == names.len() {
+            return Err(reason.clone());
+        }
+        let own = set.iter().map(|place| (names[*place].clone(), maps[names[*place]].clone())).collect();
+        solve_together(&own, starts, index, known)
+    };
+    let (mut closed, mut missing) = (Vec::new(), Vec::new());
+    for (own, found) in each_set(&closures, attempt, |place| names[place].to_string()) {
+        let own: Vec<Name> = own.into_iter().map(|place| names[place].clone()).collect();
+        match found {
+            Ok(all) => closed.extend(all.into_iter().filter(|(name, _)| own.contains(name))),
+            Err(reason) => missing.push((own, reason)),
+        }
+    }
+    closed.sort_by(|one, other| one.0.cmp(&other.0));
+    Apart { closed, missing }
 }
 
 fn one_group(
