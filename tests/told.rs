@@ -6,14 +6,19 @@ use std::process::{Command, Stdio};
 
 /// What the program says to a script.
 fn told(script: &str) -> String {
+    String::from_utf8_lossy(&ran(script).stdout).into_owned()
+}
+
+fn ran(script: &str) -> std::process::Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_pars"))
         .args(["run", "--color", "never", "-"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .expect("pars runs");
     child.stdin.take().expect("an input").write_all(script.as_bytes()).expect("it reads");
-    String::from_utf8_lossy(&child.wait_with_output().expect("it ends").stdout).into_owned()
+    child.wait_with_output().expect("it ends")
 }
 
 #[track_caller]
@@ -119,23 +124,23 @@ fn who_came_to_a_port_before_is_not_said_never_to_come() {
     let told = told(never);
     assert!(told.contains("who writes it, never comes to it") && !told.contains("again"), "{told}");
     // On one way of two.
-    let script = "param a\nproc A = (Delay_1 # At_0) ; ((Gtr_{a,0} ; Out_{c,1}) | (Lte_{a,0} ; Delay_1)) ; (Delay_1 # At_1)\n\
-        proc B = In_c<x> ; B\nsystem S = (A ; Idle) | B\nperiod S\n";
-    never_says(script, "never comes to it again");
+    let script = "param a\nproc A = (Delay_1 # At_0) ; ((Gtr_{a,0} ; Out_{c,1}) | (Lte_{a,0} ; Delay_1)) ; L_3\n\
+        proc L_k = Gtr_{k,0} ; (Delay_1 # At_k) ; L_{k-1}\nproc B = In_c<x> ; B\nsystem S = (A ; Idle) | B\nperiod S\n";
+    never_says(script, "never comes");
 }
 
 #[test]
 fn tests_between_numbers_are_no_conditions() {
-    let script = "proc P_k = (Delay_1 # At_k) ; ((Gtr_{k,1} ; Q_k) | (Lte_{k,1} ; R_k))\n\
-        proc Q_k = (Delay_2 # At_k) ; ((Gtr_{k,5} ; P_3) | (Lte_{k,5} ; P_3))\n\
-        proc R_k = (Delay_4 # At_k) ; P_3\nsystem S = P_3\nflow S\nperiod S\n";
+    // Where z is 3 the second choice is made with the first.
+    let script = "proc C_{x,y} = (Delay_1 # At_y) ; ((Gtr_{y,1} ; Set_3<z>) | (Lte_{y,1} ; Set_x<z>)) ; (Delay_1 # At_z) ; \
+        ((Gtr_{z,2} ; Delay_1) | (Lte_{z,2} ; Delay_2)) ; C_{x+1,y-1}\nsystem S = C_{0,4}\nflow S\nperiod S\n";
     let told = told(script);
     for line in told.lines() {
         let condition = line.rsplit_once(" if ").map_or("", |(_, condition)| condition);
         let numbers = condition.chars().all(|letter| letter.is_ascii_digit() || "<>=/- ".contains(letter));
         assert!(condition.is_empty() || !numbers, "{line}\n{told}");
     }
-    assert!(told.contains("Delay_2 # At_3") && !told.contains("Delay_4"), "{told}");
+    assert!(told.contains("lasting 3 if y > 1") && !told.contains("lasting 4 if y > 1"), "{told}");
 }
 
 #[test]
@@ -156,7 +161,23 @@ fn what_is_assumed_of_no_value_is_said() {
 fn a_parameter_that_is_0_is_changed_by_what_is_said() {
     let script = "param p0 = 0, v = 1/1000\nproc Env_r = (Delay_1 # At_r) ; Env_{r+v}\nsystem S = Env_{p0}\n\
         criteria C for S {\n  goals At_{1/100}\n  leg within 12\n}\n";
-    let told = told(script);
-    assert!(told.contains("margin of leg1 by v: +1 %"), "{told}");
-    assert!(!told.contains("by p0: +1 %"), "{told}");
+    // From -1/50 it takes 30 in place of 10.
+    says(script, &["margin of leg1 by p0: -1/50 changes it by -20"]);
+}
+
+#[test]
+fn a_law_that_fits_nothing_is_said_to() {
+    let law = |left: &str| {
+        format!(
+            "law user \"A law.\"\n  ours a test\n  when ?a >= 0, ?b >= 0, observer(?O)\n  {left}\nprove Delay_1 = Delay_1\n"
+        )
+    };
+    let warned = |left: &str| String::from_utf8_lossy(&ran(&law(left)).stderr).into_owned();
+    let free = warned("(Delay_{?a+?b} # ?O) ; ?O => ?O");
+    assert!(free.contains("P0924") && free.contains("of ?a or ?b alone"), "{free}");
+    // Where another place tells one of them, the sum tells the other; and the right side may do.
+    for fine in ["Delay_?a | Delay_{?a+?b} => Delay_{?a+?b}", "Delay_{?a+?b} = Delay_?a ; Delay_?b"] {
+        let told = warned(fine);
+        assert!(!told.contains("fits nothing"), "{told}");
+    }
 }
