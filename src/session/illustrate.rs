@@ -206,3 +206,14 @@ fn density(name: &Name, parts: &[(BigRational, BigRational, BigRational)], when:
         ..Picture::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probability_stays_until_the_next_round() {
+        let found = stairs([(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (3.0, 0.5)].into_iter());
+        assert_eq!(found, vec![(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 0.5), (3.0, 0.5)]);
+    }
+}
