@@ -30,6 +30,7 @@ impl Solved {
             lines.extend(form_lines(form, &sequence.name, &recurrence.index, recurrence.from));
         }
         for (relation, left, right) in &self.conditions {
+            let [left, right] = [left, right].map(|side| chosen(side.to_string()));
             lines.push(format!("if {left} {} {right}", relation.symbol()));
         }
         lines

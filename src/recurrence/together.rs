@@ -97,16 +97,14 @@ fn one_group(
         let next = known.simplify(&maps[*name]).substitute(&names)?;
         sequences.push(Sequence { name: (*name).clone(), start: vec![known.simplify(start)], next });
     }
-    let solved = match solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known) {
-        Err(reason) => {
-            let own = |map: &BTreeMap<Name, Value>| {
-                group.iter().filter_map(|name| Some(((*name).clone(), map.get(*name)?.clone()))).collect()
-            };
-            return along_a_line(&own(maps), &own(starts), index, known).ok().flatten().ok_or(reason);
-        }
-        Ok(solved) => solved,
-    };
-    group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect()
+    let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known);
+    let all = |solved: Solved| group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect();
+    solved.and_then(all).or_else(|reason: NoClosedForm| {
+        let own = |map: &BTreeMap<Name, Value>| {
+            group.iter().filter_map(|name| Some(((*name).clone(), map.get(*name)?.clone()))).collect()
+        };
+        along_a_line(&own(maps), &own(starts), index, known).ok().flatten().ok_or(reason)
+    })
 }
 
 /// The form of one sequence by pieces.
