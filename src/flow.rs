@@ -241,7 +241,7 @@ impl PhaseFlow {
 
     /// The checked closed form of each variable that depends on no random draw, from a symbolic start, called by the
     /// variable's name and `0`, and why others have none.
-    pub fn recurrences(&self, index: &Name, assumptions: &Assumptions) -> Apart {
+    pub fn recurrences(&self, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Apart {
         let [(_, map)] = self.maps.as_slice() else {
             return Apart { closed: Vec::new(), missing: Vec::new() };
         };
@@ -250,7 +250,7 @@ impl PhaseFlow {
         let changing: BTreeMap<Name, Value> =
             map.iter().filter(changes).map(|(name, image)| (name.clone(), image.clone())).collect();
         let starts = map.keys().map(|name| (name.clone(), Value::variable(&Name::new(&format!("{name}0"))))).collect();
-        solve_apart(&changing, &starts, index, assumptions)
+        solve_apart(&changing, &starts, index, assumptions, stop)
     }
 
     /// The checked closed forms as text, where one of them is no single value: a sum over the roots of a polynomial.

@@ -140,6 +140,7 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
+        let surroundings = self.surroundings;
         self.examined(system, waiting, |_, period, environment| {
             let mut lines = Vec::new();
             for flow in flows(period, &environment.definitions) {
@@ -147,7 +148,7 @@ impl Run<'_, '_> {
                 let n = flow.index();
                 let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
                 lines.extend(flow.steps(&n).iter().map(next));
-                lines.extend(recurrence_lines(&flow, &n, &environment.assumptions));
+                lines.extend(recurrence_lines(&flow, &n, &environment.assumptions, &|| surroundings.interrupted()));
                 let means = flow.means(&n, &environment.assumptions);
                 let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n));
                 lines.extend(means.map(|line| line.replacen("closed", "mean  ", 1)));
@@ -178,8 +179,8 @@ impl Run<'_, '_> {
 }
 
 /// The closed forms of a phase, and why there are none of some variables.
-fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions) -> Vec<String> {
-    let found = flow.recurrences(index, assumptions);
+fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
+    let found = flow.recurrences(index, assumptions, stop);
     let sums = if found.missing.is_empty() { Vec::new() } else { flow.sums(index, assumptions) };
     if !sums.is_empty() {
         return sums.into_iter().map(|line| format!("  closed    {line}")).collect();
