@@ -1,6 +1,8 @@
 //! What is asked of a user's law before it is in force: that it is new, ends, holds in its examples, and that no small
 //! instance contradicts it.
 
+use std::collections::BTreeSet;
+
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::diagnostic::{Diagnostic, Span};
@@ -13,7 +15,7 @@ use crate::proof::Statement;
 use crate::prove::{Answer, By, prove};
 use crate::refute::{self, Limits, Refutation};
 use crate::rewrite;
-use crate::scope::{condition_metavariables, metavariables};
+use crate::scope::{bound_names, condition_metavariables, metavariables, subterms};
 use crate::simplify::Simplifier;
 use crate::substitution::Substitution;
 use crate::term::Term;
@@ -59,7 +61,50 @@ pub fn admit(laws: &Laws, law: &Law, span: Span, interrupted: &dyn Fn() -> bool)
             return Err(Box::new(refuse("P0905", message).note(example)));
         }
     }
-    Ok(untried(law, &judged).map(|message| Diagnostic::warning("P0924", message).label(span, "this law")))
+    let warning = fits_nothing(law).or_else(|| untried(law, &judged));
+    Ok(warning.map(|message| Diagnostic::warning("P0924", message).label(span, "this law")))
+}
+
+/// Why no process is found to be an instance of a law: values that stand only in sums or products with each other are not
+/// told apart. None where one is, on a side that the law is used from.
+fn fits_nothing(law: &Law) -> Option<String> {
+    let found_by_condition = law.conditions.iter().any(|condition| matches!(condition, Condition::Lasts(..)));
+    let backwards = !law.oriented && law.connective.is_symmetric();
+    let left = undetermined(&law.left);
+    if left.is_empty() || found_by_condition || (backwards && undetermined(&law.right).is_empty()) {
+        return None;
+    }
+    let names: Vec<&str> = left.iter().map(Name::as_str).collect();
+    Some(format!(
+        "the law `{}` fits nothing: in {} no value is that of {} alone, nor linear in it with the others known",
+        law.name,
+        law.left,
+        names.join(" or ")
+    ))
+}
+
+/// The metavariables that stand in values of a pattern, and that no value of an instance determines, one after the other.
+fn undetermined(pattern: &Term) -> BTreeSet<Name> {
+    let values: Vec<&Value> = subterms(pattern).into_iter().flat_map(Term::values).collect();
+    let mut open: BTreeSet<Name> = values.iter().flat_map(|value| value.variables()).filter(Name::is_meta).collect();
+    // A result that a process binds is found as a name.
+    bound_names(pattern).iter().for_each(|name| {
+        open.remove(name);
+    });
+    loop {
+        let before = open.len();
+        for value in &values {
+            let unknown: Vec<Name> = value.variables().into_iter().filter(|name| open.contains(name)).collect();
+            if let [only] = unknown.as_slice()
+                && value.linear_in(only).is_some()
+            {
+                open.remove(only);
+            }
+        }
+        if open.len() == before {
+            return open;
+        }
+    }
 }
 
 /// Why nothing speaks for a law that nothing speaks against; none where instances were tried.

@@ -3,6 +3,7 @@
 //! Only [`Solved::check`] makes a [`Solved`]. It believes nothing of whoever found the forms: it derives anew, by exact
 //! normal forms, that they give the starting values and that each next term is what the recurrence says, for every n.
 
+mod apart;
 mod cells;
 mod check;
 mod defined;

@@ -13,7 +13,7 @@ use crate::definition::{Definition, Definitions};
 use crate::name::Name;
 use crate::period::graph::ending;
 use crate::period::{Edge, Next, Period, Segment, Test, in_case, stretch};
-use crate::recurrence::{Closed, Comparison, NoClosedForm, solve_all, solve_together};
+use crate::recurrence::{Apart, Closed, Comparison, solve_all, solve_apart};
 use crate::scope::calls;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -240,20 +240,17 @@ impl PhaseFlow {
     }
 
     /// The checked closed form of each variable that depends on no random draw, from a symbolic start, called by the
-    /// variable's name and `0`.
-    ///
-    /// # Errors
-    /// Why there are none.
-    pub fn recurrences(&self, index: &Name, assumptions: &Assumptions) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
+    /// variable's name and `0`, and why others have none.
+    pub fn recurrences(&self, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Apart {
         let [(_, map)] = self.maps.as_slice() else {
-            return Ok(Vec::new());
+            return Apart { closed: Vec::new(), missing: Vec::new() };
         };
         let drawn = self.drawn();
         let changes = |(name, image): &(&Name, &Value)| **image != Value::variable(name) && !drawn.contains(*name);
         let changing: BTreeMap<Name, Value> =
             map.iter().filter(changes).map(|(name, image)| (name.clone(), image.clone())).collect();
         let starts = map.keys().map(|name| (name.clone(), Value::variable(&Name::new(&format!("{name}0"))))).collect();
-        solve_together(&changing, &starts, index, assumptions)
+        solve_apart(&changing, &starts, index, assumptions, stop)
     }
 
     /// The checked closed forms as text, where one of them is no single value: a sum over the roots of a polynomial.

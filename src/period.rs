@@ -8,6 +8,7 @@
 
 pub mod graph;
 pub mod ports;
+mod blocked;
 mod board;
 mod call;
 mod control;
@@ -34,6 +35,7 @@ use crate::definition::Definitions;
 use crate::name::Name;
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
+pub use blocked::{Before, Blocked};
 use explore::{Graph, explore};
 
 /// A comparison of two values.
@@ -70,30 +72,6 @@ impl Test {
 impl fmt::Display for Test {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {} {}", self.left, self.relation.symbol(), self.right)
-    }
-}
-
-/// A read or a write that waits for ever.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub struct Blocked {
-    /// Who waits.
-    pub component: String,
-    /// On which port.
-    pub port: Name,
-    /// True of a read.
-    pub reads: bool,
-    /// Who else uses the port the other way.
-    pub partners: Vec<String>,
-}
-
-impl fmt::Display for Blocked {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (does, other) = if self.reads { ("reads", "writes") } else { ("writes", "reads") };
-        write!(f, "{} {does} port {} and waits for ever: ", self.component, self.port)?;
-        match self.partners.as_slice() {
-            [] => write!(f, "nobody {other} it"),
-            partners => write!(f, "{}, who {other} it, never comes to it", partners.join(" or ")),
-        }
     }
 }
 

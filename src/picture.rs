@@ -88,7 +88,11 @@ impl Picture {
             .x_label_area_size(42)
             .y_label_area_size(64)
             .build_cartesian_2d(left..right, low..high)?;
-        chart.configure_mesh().x_desc(&self.across).y_desc(&self.up).light_line_style(WHITE).draw()?;
+        let marks = |low: f64, high: f64| move |at: &f64| mark(*at, high - low);
+        let (across, up) = (marks(left, right), marks(low, high));
+        let mut mesh = chart.configure_mesh();
+        mesh.x_desc(&self.across).y_desc(&self.up).light_line_style(WHITE);
+        mesh.x_label_formatter(&across).y_label_formatter(&up).draw()?;
         for (from, to, name) in &self.bands {
             let style = COLOURS[2].mix(0.18).filled();
             chart.draw_series([Rectangle::new([(left, *from), (right, *to)], style)])?;
@@ -145,5 +149,40 @@ impl Picture {
         all.extend(whole.to_string().lines().map(|line| line.trim_end().to_string()));
         all.push(format!("{} to the right, {} up (rounded)", self.across, self.up));
         all
+    }
+}
+
+/// The text of a mark on an axis of this length, with as many digits as tell one mark from the next.
+fn mark(at: f64, length: f64) -> String {
+    // A tenth of the length, about the distance of two marks.
+    let step = (length / 10.0).log10().floor();
+    let whole = if at.abs() < length * 1e-9 { 0.0 } else { at };
+    if !step.is_finite() {
+        return format!("{whole}");
+    }
+    let large = whole.abs().max(length).log10().floor();
+    if step < -4.0 && large < -2.0 || large > 6.0 {
+        let digits = (large - step).clamp(0.0, 12.0) as usize;
+        return if whole == 0.0 { "0".to_string() } else { format!("{whole:.digits$e}") };
+    }
+    let digits = (-step).clamp(0.0, 12.0) as usize;
+    format!("{whole:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_that_differ_are_written_differently() {
+        for length in [1e-12, 3e-7, 2e-4, 0.05, 1.0, 7.0, 40.0, 1e5, 3e9] {
+            for start in [0.0, length, -length / 2.0] {
+                let all: Vec<String> =
+                    (0..=10).map(|part| mark(start + length * f64::from(part) / 10.0, length)).collect();
+                assert!(all.windows(2).all(|pair| pair[0] != pair[1]), "{all:?}");
+            }
+        }
+        assert_eq!(mark(0.30000000000000004, 1.0), "0.3");
+        assert_eq!(mark(20.0, 40.0), "20");
     }
 }

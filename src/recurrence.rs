@@ -22,6 +22,7 @@ mod modular;
 mod nested;
 mod nonlinear;
 mod numeric;
+mod parts;
 mod powers;
 mod product;
 mod ranges;
@@ -49,11 +50,12 @@ use search::{Entry, Interval, enter};
 use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
 pub use nonlinear::{Behaviour, behaviour};
+pub use parts::{Part, parts};
 pub use reach::reach;
-pub use sequences::solve_all;
+pub use sequences::{solve_all, solve_until};
 pub use special::{Special, special_cases};
 pub use terms::Term;
-pub use together::solve_together;
+pub use together::{Apart, solve_apart, solve_together};
 
 /// A closed form by pieces.
 #[derive(Clone, Debug, PartialEq, Eq)]

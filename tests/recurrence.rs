@@ -232,3 +232,38 @@ proptest! {
         prop_assert!(expect(Goal::Holds(Relation::Lte, distance, frac(1, 3)), near));
     }
 }
+
+/// `x(n+1) = if x(n) < 2^(-n) then x(n)+1 else x(n)/2-(n^2-5*n), x(3) = 0`, which is refused after a long search.
+fn long() -> pars::closed_form::Recurrence {
+    let (x, n) = (Name::new("x"), var("n"));
+    let term = Value::variable(&pars::closed_form::term(&x, &Name::new("n"), 0));
+    let half = frac(1, 2).power(&n).unwrap();
+    let square = n.mul(&n).unwrap().sub(&n.mul(&int(5)).unwrap()).unwrap();
+    let below = Value::truth(Relation::Lss, &term, &half).unwrap();
+    let other = term.mul(&frac(1, 2)).unwrap().sub(&square).unwrap();
+    let step = add(&term, &int(1)).sub(&other).unwrap();
+    let next = add(&other, &below.mul(&step).unwrap());
+    let sequence = pars::closed_form::Sequence { name: x, start: vec![int(0)], next };
+    pars::closed_form::Recurrence { index: Name::new("n"), from: 3, sequences: vec![sequence] }
+}
+
+#[test]
+fn a_search_ends_when_it_is_interrupted() {
+    use pars::recurrence::solve_until;
+    let asked = std::cell::Cell::new(0);
+    let count = |most: usize| {
+        asked.set(0);
+        let stop = || {
+            asked.set(asked.get() + 1);
+            asked.get() > most
+        };
+        solve_until(long(), &Assumptions::default(), &stop).unwrap_err().0
+    };
+    let whole = count(usize::MAX);
+    let polls = asked.get();
+    assert!(polls > 1_000, "{polls}");
+    assert!(whole.starts_with("it is not known how long") && whole.contains("from n = "), "{whole}");
+    // In the middle of it, and soon after it is asked for.
+    assert_eq!(count(polls / 2), "interrupted");
+    assert!(asked.get() < polls / 2 + 100, "{} of {polls}", asked.get());
+}

@@ -6,14 +6,19 @@ use std::process::{Command, Stdio};
 
 /// What the program says to a script.
 fn told(script: &str) -> String {
+    String::from_utf8_lossy(&ran(script).stdout).into_owned()
+}
+
+fn ran(script: &str) -> std::process::Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_pars"))
         .args(["run", "--color", "never", "-"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .expect("pars runs");
     child.stdin.take().expect("an input").write_all(script.as_bytes()).expect("it reads");
-    String::from_utf8_lossy(&child.wait_with_output().expect("it ends").stdout).into_owned()
+    child.wait_with_output().expect("it ends")
 }
 
 #[track_caller]
@@ -107,4 +112,72 @@ fn the_weakest_condition_asks_for_nothing_that_is_not_needed() {
     says(script, &["try: it is proved if k >= 0, the weakest condition found"]);
     let assumed = script.replace("param k,", "param k >= 0,");
     assert!(told(&assumed).contains("proved: A always"), "{}", told(&assumed));
+}
+
+#[test]
+fn who_came_to_a_port_before_is_not_said_never_to_come() {
+    let again = "proc W_r = Lss_{r,3} ; Out_{c,r} ; W_{r+1}\nproc V = In_c<x> ; (Delay_1 # At_x) ; V\n\
+        system S = (W_0 ; Idle) | V\nperiod S\n";
+    let after = "V reads port c and waits for ever: component 1, who writes it, never comes to it again";
+    assert!(told(again).contains(after), "{}", told(again));
+    let never = "proc A = (Delay_1 # At_0) ; Gtr_{0,1} ; Out_{c,1}\nproc B = In_c<x> ; B\nsystem S = (A ; Idle) | B\nperiod S\n";
+    let told = told(never);
+    assert!(told.contains("who writes it, never comes to it") && !told.contains("again"), "{told}");
+    // On one way of two.
+    let script = "param a\nproc A = (Delay_1 # At_0) ; ((Gtr_{a,0} ; Out_{c,1}) | (Lte_{a,0} ; Delay_1)) ; L_3\n\
+        proc L_k = Gtr_{k,0} ; (Delay_1 # At_k) ; L_{k-1}\nproc B = In_c<x> ; B\nsystem S = (A ; Idle) | B\nperiod S\n";
+    never_says(script, "never comes");
+}
+
+#[test]
+fn tests_between_numbers_are_no_conditions() {
+    // Where z is 3 the second choice is made with the first.
+    let script = "proc C_{x,y} = (Delay_1 # At_y) ; ((Gtr_{y,1} ; Set_3<z>) | (Lte_{y,1} ; Set_x<z>)) ; (Delay_1 # At_z) ; \
+        ((Gtr_{z,2} ; Delay_1) | (Lte_{z,2} ; Delay_2)) ; C_{x+1,y-1}\nsystem S = C_{0,4}\nflow S\nperiod S\n";
+    let told = told(script);
+    for line in told.lines() {
+        let condition = line.rsplit_once(" if ").map_or("", |(_, condition)| condition);
+        let numbers = condition.chars().all(|letter| letter.is_ascii_digit() || "<>=/- ".contains(letter));
+        assert!(condition.is_empty() || !numbers, "{line}\n{told}");
+    }
+    assert!(told.contains("lasting 3 if y > 1") && !told.contains("lasting 4 if y > 1"), "{told}");
+}
+
+#[test]
+fn of_the_variables_of_a_phase_those_are_told_that_depend_on_none_without_a_form() {
+    let script = "proc W_{x,y} = (Delay_1 # At_x) ; (Delay_1 # At_y) ; W_{x*x+y, 2*y+1}\nsystem S = W_{1,1}\nflow S\n";
+    let reason = "no closed form of x: it is not linear in x(n) and depends on n";
+    says(script, &["closed    y = 2^n*(y0+1)-1 from n = 0", reason]);
+}
+
+#[test]
+fn what_is_assumed_of_no_value_is_said() {
+    let script = "param n : natural, 2*n = 3\nproc W_r = (Delay_1 # At_r) ; W_{r+n}\nsystem S = W_0\n\
+        property G = (Delay_{?t1} # At_1) ; G\nprove S satisfies G\n";
+    says(script, &["no run was looked at: no values found for n that meet what is assumed"]);
+}
+
+#[test]
+fn a_parameter_that_is_0_is_changed_by_what_is_said() {
+    let script = "param p0 = 0, v = 1/1000\nproc Env_r = (Delay_1 # At_r) ; Env_{r+v}\nsystem S = Env_{p0}\n\
+        criteria C for S {\n  goals At_{1/100}\n  leg within 12\n}\n";
+    // From -1/50 it takes 30 in place of 10.
+    says(script, &["margin of leg1 by p0: -1/50 changes it by -20"]);
+}
+
+#[test]
+fn a_law_that_fits_nothing_is_said_to() {
+    let law = |left: &str| {
+        format!(
+            "law user \"A law.\"\n  ours a test\n  when ?a >= 0, ?b >= 0, observer(?O)\n  {left}\nprove Delay_1 = Delay_1\n"
+        )
+    };
+    let warned = |left: &str| String::from_utf8_lossy(&ran(&law(left)).stderr).into_owned();
+    let free = warned("(Delay_{?a+?b} # ?O) ; ?O => ?O");
+    assert!(free.contains("P0924") && free.contains("of ?a or ?b alone"), "{free}");
+    // Where another place tells one of them, the sum tells the other; and the right side may do.
+    for fine in ["Delay_?a | Delay_{?a+?b} => Delay_{?a+?b}", "Delay_{?a+?b} = Delay_?a ; Delay_?b"] {
+        let told = warned(fine);
+        assert!(!told.contains("fits nothing"), "{told}");
+    }
 }

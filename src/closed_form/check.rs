@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use num_traits::ToPrimitive;
 
+use super::apart::apart;
 use super::defined::Defined;
 use super::signs::Signs;
 use super::turned::turned;
@@ -36,12 +37,16 @@ impl Solved {
         let index = recurrence.index.clone();
         // The index is bound here: what is assumed of a parameter of this name says nothing about it.
         let known = &known.without_name(&index);
-        let defined = Defined::new(&index, recurrence.from, known, conditions);
-        let alike = turned(&forms, &recurrence)?;
-        let mut induction = Induction { recurrence: &recurrence, forms: &alike, defined };
-        induction.run()?;
-        let conditions = induction.defined.conditions;
-        drop(alike);
+        let together = || {
+            let defined = Defined::new(&index, recurrence.from, known, conditions.clone());
+            let alike = turned(&forms, &recurrence)?;
+            let mut induction = Induction { recurrence: &recurrence, forms: &alike, defined };
+            induction.run().map(|()| induction.defined.conditions)
+        };
+        let conditions = match together() {
+            Ok(conditions) => conditions,
+            Err(reason) => apart(&recurrence, &forms, &conditions, known).map_err(|_| reason)?,
+        };
         let mut known = known.clone();
         conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
         Ok(Solved { recurrence, forms, conditions, known })
@@ -83,7 +88,7 @@ impl Induction<'_> {
             }
             [Form::Turns(first), ..] => self.turns(first.len()),
             _ => {
-                let early = early(self.forms)?;
+                let early = early(self.forms).ok_or_else(|| self.unlike())?;
                 self.base(early)?;
                 self.step(1, 0, self.recurrence.from.saturating_add_unsigned(early as u64))
             }
@@ -207,8 +212,22 @@ impl Induction<'_> {
             form @ (Form::Value(..) | Form::Sum(..)) if count == 1 => {
                 Ok(Moved { form, by: offset, sum: OnceCell::new() })
             }
-            _ => Err(failed("the forms are of different kinds")),
+            _ => Err(self.unlike()),
         }
+    }
+
+    /// The forms are of kinds that no induction here is over together.
+    pub(super) fn unlike(&self) -> Unchecked {
+        let kind = |form: &Form| match form {
+            Form::Value(..) | Form::Sum(..) => "one value",
+            Form::Product(..) => "a product",
+            Form::Nested(_) => "sums and products",
+            Form::Turns(_) => "values in turn",
+            Form::Pieces(_) => "values by pieces",
+        };
+        let all = self.recurrence.sequences.iter().zip(self.forms);
+        let all: Vec<String> = all.map(|(one, form)| format!("of {} {}", one.name, kind(form))).collect();
+        Unchecked(format!("what was found, {}, could not be checked together", all.join(", ")))
     }
 
     /// Whether a form is what an expression gives for the forms of the terms in it, from an index on.
@@ -336,7 +355,7 @@ impl Induction<'_> {
                 Form::Value(early, value) if early.is_empty() && !value.mentions(&product()) => {
                     self.product_step(&Value::one(), value, &next)?;
                 }
-                _ => return Err(failed("the forms are of different kinds")),
+                _ => return Err(self.unlike()),
             }
         }
         Ok(())
@@ -345,13 +364,13 @@ impl Induction<'_> {
     fn turns(&mut self, count: usize) -> Result<(), Unchecked> {
         let all: Option<Vec<&Vec<Form>>> =
             self.forms.iter().map(|form| if let Form::Turns(forms) = form { Some(forms) } else { None }).collect();
-        let all = all.ok_or_else(|| failed("the forms are of different kinds"))?;
+        let all = all.ok_or_else(|| self.unlike())?;
         if !(2..=MOST_TURNS).contains(&count) || all.iter().any(|forms| forms.len() != count) {
             return Err(failed("the turns do not fit"));
         }
         let mut first = 0;
         for forms in &all {
-            first = first.max(early(forms)?);
+            first = first.max(early(forms).ok_or_else(|| self.unlike())?);
         }
         self.base(count * (first + 1))?;
         self.defined.count_rounds();
@@ -441,16 +460,16 @@ fn most_layers(form: &Form) -> usize {
     }
 }
 
-/// The most first terms of any of the forms, which must all be simple.
-fn early(forms: &[Form]) -> Result<usize, Unchecked> {
+/// The most first terms of any of the forms; none where one of them is not simple.
+fn early(forms: &[Form]) -> Option<usize> {
     let mut most = 0;
     for form in forms {
         match form {
             Form::Value(early, _) | Form::Sum(early, _) => most = most.max(early.len()),
-            _ => return Err(failed("the forms are of different kinds")),
+            _ => return None,
         }
     }
-    Ok(most)
+    Some(most)
 }
 
 pub(super) fn whole(number: usize) -> Result<i64, Unchecked> {

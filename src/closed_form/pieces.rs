@@ -37,8 +37,7 @@ impl Induction<'_> {
         match form {
             Form::Pieces(pieces) => Ok(pieces.clone()),
             form => {
-                let form =
-                    form.value(&self.recurrence.index).ok_or_else(|| failed("the forms are of different kinds"))?;
+                let form = form.value(&self.recurrence.index).ok_or_else(|| self.unlike())?;
                 Ok(vec![Piece { from: Value::integer(self.recurrence.from), until: None, form }])
             }
         }

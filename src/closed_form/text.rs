@@ -14,12 +14,23 @@ use crate::value::{Value, ValueError};
 impl Solved {
     /// One line for each form of each sequence, and one for each condition.
     pub fn lines(&self) -> Vec<String> {
+        self.lines_where(|_| true)
+    }
+
+    /// The same of these sequences alone.
+    pub fn lines_of(&self, names: &[Name]) -> Vec<String> {
+        self.lines_where(|name| names.contains(name))
+    }
+
+    fn lines_where(&self, shown: impl Fn(&Name) -> bool) -> Vec<String> {
         let recurrence = &self.recurrence;
         let mut lines = Vec::new();
-        for (sequence, form) in recurrence.sequences.iter().zip(&self.forms) {
+        let all = recurrence.sequences.iter().zip(&self.forms);
+        for (sequence, form) in all.filter(|(sequence, _)| shown(&sequence.name)) {
             lines.extend(form_lines(form, &sequence.name, &recurrence.index, recurrence.from));
         }
         for (relation, left, right) in &self.conditions {
+            let [left, right] = [left, right].map(|side| chosen(side.to_string()));
             lines.push(format!("if {left} {} {right}", relation.symbol()));
         }
         lines
@@ -129,7 +140,7 @@ fn written(
             if rest.is_zero() {
                 return Ok(product);
             }
-            let rest = written(nested, &rest, index, since, outer)?;
+            let rest = chosen(written(nested, &rest, index, since, outer)?);
             return Ok(match product.strip_prefix('-') {
                 Some(product) => format!("{rest} - {product}"),
                 None => format!("{rest} + {product}"),
@@ -149,8 +160,16 @@ fn written(
     Ok(value.to_string())
 }
 
-/// In brackets where it is a sum or a negative.
+/// In brackets where it is a choice, to which all that follows would belong.
+fn chosen(text: String) -> String {
+    if text.starts_with("if ") { format!("({text})") } else { text }
+}
+
+/// In brackets where it is a sum, a negative or a choice.
 fn bracketed(text: String) -> String {
+    if text.starts_with("if ") {
+        return chosen(text);
+    }
     let mut depth = 0;
     let sum = text.chars().any(|character| {
         depth += match character {

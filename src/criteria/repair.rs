@@ -1,5 +1,7 @@
 //! What would repair a criterion: one parameter, to which value, or two; each tried by judging again.
 
+mod sensitivity;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
@@ -11,6 +13,8 @@ use super::{Chances, Finding, Judge, Judged, Measure, Standing};
 use crate::lower::{Ask, Criteria, Environment, Likelihood};
 use crate::name::Name;
 use crate::value::{Relation, Value};
+
+pub use sensitivity::Sensitivity;
 
 /// Numbers with a larger denominator are not simple.
 const MOST_DENOMINATOR: i64 = 10_000;
@@ -58,22 +62,6 @@ pub struct Feedback {
     pub pairs: Vec<Repair>,
     /// The parameters that were tried.
     pub tried: Vec<Name>,
-}
-
-/// How the margin of a criterion moves with a parameter.
-#[derive(Clone, Debug)]
-pub struct Sensitivity {
-    /// The criterion.
-    pub name: Name,
-    /// The parameter.
-    pub parameter: Name,
-    /// By how much the margin changes when the parameter is a hundredth larger.
-    pub up: Option<Measure>,
-    /// The same, when it is a hundredth smaller.
-    pub down: Option<Measure>,
-    /// The slope of the margin from here upward and downward, as long as the run takes the same ways; none where the
-    /// margin jumps.
-    pub slopes: [Option<BigRational>; 2],
 }
 
 /// A criterion and all that is needed to try other values.
@@ -393,43 +381,6 @@ impl<'a> Workshop<'a> {
                 format!("a battery of {more}, or keeping {value}")
             }
             Ask::Probability { .. } => return None,
-        })
-    }
-
-    /// How each margin moves with each parameter.
-    pub fn sensitivities(&self) -> Vec<Sensitivity> {
-        let mut all = Vec::new();
-        for (parameter, value) in self.parameters {
-            if (self.judge.interrupted)() {
-                break;
-            }
-            let hundredth = value / BigRational::from_integer(100.into());
-            let step = if hundredth.is_zero() { BigRational::new(1.into(), 100.into()) } else { hundredth.abs() };
-            let around = [value + &step, value - &step].map(|value| {
-                let (criteria, environment) = self.elsewhere(&[(parameter.clone(), value)])?;
-                Some(self.judge.judge(&criteria, &environment).findings)
-            });
-            for finding in &self.judged.findings {
-                let [up, down] = around.each_ref().map(|findings| {
-                    let there = findings.as_ref()?.iter().find(|other| other.name == finding.name)?;
-                    difference(there.margin.as_ref()?, finding.margin.as_ref()?)
-                });
-                let slopes = self.slopes(finding, parameter, value);
-                if up.is_some() || down.is_some() || slopes.iter().any(Option::is_some) {
-                    let name = finding.name.clone();
-                    all.push(Sensitivity { name, parameter: parameter.clone(), up, down, slopes });
-                }
-            }
-        }
-        all
-    }
-
-    fn slopes(&self, finding: &Finding, parameter: &Name, value: &BigRational) -> [Option<BigRational>; 2] {
-        let here = finding.exact_margin().and_then(Value::as_rational);
-        let (Some(sides), Some(here)) = (self.formulas.get(parameter), here) else { return [None, None] };
-        sides.each_ref().map(|side| {
-            let formula = side.get(&finding.name)?;
-            if formula.at(value)? == here { formula.slope(value) } else { None }
         })
     }
 }

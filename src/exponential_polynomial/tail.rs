@@ -85,7 +85,12 @@ fn throughout_by(
 
 /// The first index, not before `from`, at which a sum with rational coefficients stands in a relation to 0, where it moves one
 /// way only and comes to it; nothing where that is not known.
-pub fn first_by_halves(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Option<u64> {
+pub fn first_by_halves(
+    sum: &ExponentialPolynomial,
+    relation: Relation,
+    from: u64,
+    stop: &dyn Fn() -> bool,
+) -> Option<u64> {
     let holds = |at: u64| Some(relation.holds(term(sum, at)?.cmp(&BigRational::zero())));
     let way = match relation {
         Relation::Gtr | Relation::Gte => Relation::Gte,
@@ -103,7 +108,7 @@ pub fn first_by_halves(sum: &ExponentialPolynomial, relation: Relation, from: u6
     while !holds(later)? {
         let distance = (later - from) * 2;
         (earlier, later) = (later, from + distance);
-        if distance > MOST_FAR {
+        if distance > MOST_FAR || stop() {
             return None;
         }
     }

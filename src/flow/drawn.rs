@@ -35,7 +35,7 @@ impl PhaseFlow {
             .and_then(|map| {
                 let start = |name: &Name| Value::variable(&Name::new(&format!("{name}0")));
                 let starts = map.keys().map(|name| (name.clone(), start(name))).collect();
-                solve_together(&map, &starts, index, assumptions).ok()
+                solve_together(&map, &starts, index, assumptions, &|| false).ok()
             })
             .map_or_else(Vec::new, |all| {
                 let drawn = self.drawn();

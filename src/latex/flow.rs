@@ -48,7 +48,7 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     for (name, next) in flow.steps(&index) {
         rows.push((format!("{}_{{{index}+1}}", escaped_name(&name)), indexed(value(&next))));
     }
-    let closed = flow.recurrences(&index, assumptions).unwrap_or_default().into_iter().map(|one| ("", one));
+    let closed = flow.recurrences(&index, assumptions, &|| false).closed.into_iter().map(|one| ("", one));
     let means = flow.means(&index, assumptions).into_iter().map(|one| ("\\operatorname{E}", one));
     for (of, (name, closed)) in closed.chain(means) {
         let when = conditions(&needed(&closed), "if");

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use num_traits::ToPrimitive;
 
 use super::scope::Lowerer;
+use super::value::{DISTRIBUTIONS, FUNCTIONS};
 use crate::ast::{self, Argument, Comparison, Ident, Value as Written, ValueKind};
 use crate::closed_form::{Recurrence, Sequence, term};
 use crate::diagnostic::{Diagnostic, Span};
@@ -246,6 +247,9 @@ impl Lowerer<'_> {
                 return self.one_term(written, name, arguments, index, found);
             }
             ValueKind::Call(name, arguments) => {
+                if self.reads_like_a_term(&name.name, arguments, index) {
+                    return self.without_equation(name, index);
+                }
                 let mut images = Vec::new();
                 for argument in arguments {
                     let value = self.with_terms(&argument.value, names, index, found)?;
@@ -284,6 +288,32 @@ impl Lowerer<'_> {
             ValueKind::Number(_) => written.kind.clone(),
         };
         Some(Written { span: written.span, kind })
+    }
+
+    /// Whether `y(n)` or `y(n+1)` stands where y is neither a sequence nor a function.
+    fn reads_like_a_term(&self, name: &Name, arguments: &[Argument], index: &Name) -> bool {
+        let [Argument { label: None, value }] = arguments else { return false };
+        let is_index = |one: &Written| matches!(&one.kind, ValueKind::Name(own) if own.name == *index);
+        let is_number = |one: &Written| matches!(one.kind, ValueKind::Number(_));
+        let place = match &value.kind {
+            ValueKind::Sum(parts) => {
+                parts.iter().any(|(minus, part)| !minus && is_index(part))
+                    && parts.iter().all(|(_, part)| is_index(part) || is_number(part))
+            }
+            _ => is_index(value),
+        };
+        let known =
+            FUNCTIONS.iter().any(|(known, _)| *known == name.as_str()) || DISTRIBUTIONS.contains(&name.as_str());
+        place && !known && self.environment.quantity(name).is_none() && !self.locals.contains_key(name)
+    }
+
+    fn without_equation<T>(&mut self, name: &Ident, index: &Name) -> Option<T> {
+        let advice = format!(
+            "a sequence needs its next term and its first value, `{0}({index}+1) = …, {0}(0) = …`; a function is declared with `fn {0}(x) = …`",
+            name.name
+        );
+        self.unknown("P0307", "sequence or function", name, FUNCTIONS.iter().map(|(known, _)| *known), &advice);
+        None
     }
 
     fn one_term(

@@ -26,7 +26,7 @@ pub(super) const FUNCTIONS: [(&str, Option<usize>); 11] = [
     ("part", Some(2)),
 ];
 
-const DISTRIBUTIONS: [&str; 6] = ["Normal", "Exp", "Poisson", "Uniform", "Mix", "Point"];
+pub(super) const DISTRIBUTIONS: [&str; 6] = ["Normal", "Exp", "Poisson", "Uniform", "Mix", "Point"];
 
 impl Lowerer<'_> {
     /// The number, or vector of numbers, that is written here.

@@ -13,7 +13,7 @@ use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Place, Slot, inspect, loops, map_parts, map_values, offers, pass, readable, standing};
 use super::suppose::suppose;
 use super::vector::{component_name, components};
-use super::{Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
+use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::digest::Quick;
@@ -356,7 +356,7 @@ impl<'a> Explorer<'a> {
             });
         }
         let initial = initial.iter().map(|way| self.edge(way)).collect::<Result<_, Failure>>()?;
-        let (initial, mut phases, numbers) = merge(initial, phases).map_err(unreduced)?;
+        let (mut initial, mut phases, numbers) = merge(initial, phases, self.assumptions).map_err(unreduced)?;
         let tails = self.clock.settler.tails.borrow();
         for (phase, number) in phases.iter_mut().zip(numbers) {
             let open: Vec<Name> = phase.variables.iter().map(open_name).collect();
@@ -374,7 +374,17 @@ impl<'a> Explorer<'a> {
                 self.each_over(number, &open, &mut stands).map_err(failure_of)?;
             }
         }
-        Ok(Graph { initial, phases, stuck: self.stuck()? })
+        drop(tails);
+        let mut stuck = self.stuck()?;
+        let used = |port: &Name| {
+            let edges = initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges));
+            edges.flat_map(|edge| &edge.communications).any(|(other, _)| other == port)
+        };
+        for one in stuck.iter_mut().filter(|one| used(&one.port)) {
+            one.before = Before::Perhaps;
+        }
+        stuck::note_earlier(&mut initial, &mut phases, &|blocked| self.clock.only_partner(blocked));
+        Ok(Graph { initial, phases, stuck })
     }
 
     /// Reads and writes that wait for ever while the rest of the system goes on.

@@ -7,7 +7,7 @@ use super::board::{Board, same};
 use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
 use super::step::{Offer, Place, finish, inspect, offers, written};
-use super::{Blocked, End, Failure, Test, in_case};
+use super::{Before, Blocked, End, Failure, Test, in_case};
 use crate::digest::{Digest, Quick};
 use crate::name::Name;
 use crate::value::Value;
@@ -283,7 +283,16 @@ impl Clock<'_> {
         let partners = self.users.get(&offer.port).map(|(readers, writers)| if reads { writers } else { readers });
         let partners = partners.into_iter().flatten().filter(|other| **other != offer.place.component);
         let partners = partners.map(|other| self.name(*other)).collect();
-        Blocked { component: self.name_of(offer), port: written(&offer.port), reads, partners }
+        Blocked { component: self.name_of(offer), port: written(&offer.port), reads, partners, before: Before::Never }
+    }
+
+    /// Whether only one component, and not what waits itself, uses the port in the way that it waits for.
+    pub(super) fn only_partner(&self, blocked: &Blocked) -> bool {
+        let of_port = self.users.iter().find(|(port, _)| written(port) == blocked.port);
+        let partners = of_port.map(|(_, (readers, writers))| if blocked.reads { writers } else { readers });
+        partners.is_some_and(|partners| {
+            partners.len() == 1 && partners.iter().all(|one| self.name(*one) != blocked.component)
+        })
     }
 
     /// How the run ends here, if no delay is left.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Edge, Next, Phase, Segment};
+use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::substitution::substitute_values;
 use crate::value::{Value, ValueError};
@@ -17,20 +18,21 @@ type Merged = (Vec<Edge>, Vec<Phase>, Vec<usize>);
 
 /// Merges every phase into those before it that it belongs to, and numbers the rest anew; phases that nothing leads to
 /// are left out.
-pub(super) fn merge(initial: Vec<Edge>, phases: Vec<Phase>) -> Result<Merged, ValueError> {
+pub(super) fn merge(initial: Vec<Edge>, phases: Vec<Phase>, known: &Assumptions) -> Result<Merged, ValueError> {
     let mut initial = initial;
     let mut phases: Vec<Option<Phase>> = phases.into_iter().map(Some).collect();
     forget(&initial, &mut phases);
-    chains(&mut phases, &initial)?;
+    chains(&mut phases, &initial, known)?;
     while phases.iter().flatten().count() <= MOST_COMPARED
         && let Some(number) = (0..phases.len()).rev().find(|number| merges(*number, &initial, &phases))
     {
         let Some(gone) = phases.get_mut(number).and_then(Option::take) else { break };
-        initial = through(initial, number, &gone)?;
+        initial = through(initial, number, &gone, known)?;
         for phase in phases.iter_mut().flatten() {
-            phase.edges = through(std::mem::take(&mut phase.edges), number, &gone)?;
+            phase.edges = through(std::mem::take(&mut phase.edges), number, &gone, known)?;
         }
     }
+    forget(&initial, &mut phases);
     let numbers: Vec<usize> = (0..phases.len()).filter(|number| phases[*number].is_some()).collect();
     let anew: BTreeMap<usize, usize> = numbers.iter().enumerate().map(|(new, old)| (*old, new)).collect();
     let mut kept: Vec<Phase> = phases.into_iter().flatten().collect();
@@ -57,7 +59,7 @@ fn forget(initial: &[Edge], phases: &mut [Option<Phase>]) {
 }
 
 /// Merges the phases that one edge enters and one edge leaves, without a change of behaviour, along whole chains.
-fn chains(phases: &mut [Option<Phase>], initial: &[Edge]) -> Result<(), ValueError> {
+fn chains(phases: &mut [Option<Phase>], initial: &[Edge], known: &Assumptions) -> Result<(), ValueError> {
     let mut entries = vec![0usize; phases.len()];
     let mut apart = vec![false; phases.len()];
     for edge in initial {
@@ -87,6 +89,7 @@ fn chains(phases: &mut [Option<Phase>], initial: &[Edge]) -> Result<(), ValueErr
                 && let Some(second) = phases[number].take().and_then(|mut phase| phase.edges.pop())
             {
                 append(edge, &second)?;
+                settle(edge, known);
             }
         }
         if let Some(phase) = &mut phases[start] {
@@ -111,20 +114,34 @@ fn merges(number: usize, initial: &[Edge], phases: &[Option<Phase>]) -> bool {
         && entries.len() * phase.edges.len() <= MOST_PRODUCTS
 }
 
-fn through(edges: Vec<Edge>, number: usize, gone: &Phase) -> Result<Vec<Edge>, ValueError> {
+fn through(edges: Vec<Edge>, number: usize, gone: &Phase, known: &Assumptions) -> Result<Vec<Edge>, ValueError> {
     let mut all = Vec::new();
     for edge in edges {
         if edge.next == Next::Phase(number) {
             for second in &gone.edges {
                 let mut composed = edge.clone();
                 append(&mut composed, second)?;
-                all.push(composed);
+                if settle(&mut composed, known) {
+                    all.push(composed);
+                }
             }
         } else {
             all.push(edge);
         }
     }
     Ok(all)
+}
+
+/// Leaves out the tests that hold with the values that came with the first round; false where one of them does not.
+fn settle(edge: &mut Edge, known: &Assumptions) -> bool {
+    let decided: Vec<Option<bool>> =
+        edge.tests.iter().map(|test| known.decide(test.relation, &test.left, &test.right)).collect();
+    let open = |place: usize| decided.get(place) != Some(&Some(true));
+    let mut place = 0..;
+    edge.tests.retain(|_| place.next().is_none_or(open));
+    let mut place = 0..;
+    edge.after.retain(|_| place.next().is_none_or(open));
+    !decided.contains(&Some(false))
 }
 
 /// One round after another.

@@ -7,7 +7,7 @@ use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive};
 
-use super::{Blocked, Failure};
+use super::{Before, Blocked, Failure};
 use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
@@ -225,7 +225,13 @@ fn users(reads: &[Vec<Name>], writes: &[Vec<Name>]) -> Users {
 }
 
 fn unmatched(component: &str, port: &Name, reads: bool) -> Failure {
-    Failure::Unmatched(Blocked { component: component.to_string(), port: port.clone(), reads, partners: Vec::new() })
+    Failure::Unmatched(Blocked {
+        component: component.to_string(),
+        port: port.clone(),
+        reads,
+        partners: Vec::new(),
+        before: Before::Never,
+    })
 }
 
 /// How often each port is read, and written, in one round of those that use it.

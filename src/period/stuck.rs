@@ -1,6 +1,62 @@
 //! The parts of a graph that are never left, and the ends that a run may come to.
 
-use super::{Blocked, Edge, End, Failure, Next, Phase};
+use std::collections::BTreeSet;
+
+use super::{Before, Blocked, Edge, End, Failure, Next, Phase};
+use crate::name::Name;
+
+/// The ports through which something passed before a phase is reached: in some run, and in every one.
+type Passed = [BTreeSet<Name>; 2];
+
+/// Says of everything that waits for ever at an end whether something passed through its port before; `alone` tells of what
+/// waits whether it was its partner's doing where something did.
+pub(super) fn note_earlier(initial: &mut [Edge], phases: &mut [Phase], alone: &dyn Fn(&Blocked) -> bool) {
+    let waits = |edge: &Edge| matches!(&edge.next, Next::End(End::Silent { blocked, .. }) if !blocked.is_empty());
+    if !initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)).any(waits) {
+        return;
+    }
+    let passed = passed(initial, phases);
+    let note = |edge: &mut Edge, before: &Passed| {
+        let own: BTreeSet<Name> = edge.communications.iter().map(|(port, _)| port.clone()).collect();
+        let Next::End(End::Silent { blocked, .. }) = &mut edge.next else { return };
+        for one in blocked {
+            let [some, every] = before.each_ref().map(|ports| ports.contains(&one.port) || own.contains(&one.port));
+            one.before = match (some, every) {
+                (false, _) => Before::Never,
+                (true, true) if alone(one) => Before::Always,
+                (true, _) => Before::Perhaps,
+            };
+        }
+    };
+    initial.iter_mut().for_each(|edge| note(edge, &Passed::default()));
+    for (phase, before) in phases.iter_mut().zip(&passed) {
+        // What no run comes to is left as it is.
+        if let Some(before) = before {
+            phase.edges.iter_mut().for_each(|edge| note(edge, before));
+        }
+    }
+}
+
+/// What passed before each phase; none where no run comes to it.
+fn passed(initial: &[Edge], phases: &[Phase]) -> Vec<Option<Passed>> {
+    let mut found: Vec<Option<Passed>> = vec![None; phases.len()];
+    let mut work: Vec<(Passed, &Edge)> = initial.iter().map(|edge| (Passed::default(), edge)).collect();
+    while let Some(([mut some, mut every], edge)) = work.pop() {
+        let Next::Phase(number) = edge.next else { continue };
+        let ports = || edge.communications.iter().map(|(port, _)| port.clone());
+        some.extend(ports());
+        every.extend(ports());
+        let joined = match &found[number] {
+            None => [some, every],
+            Some([one, other]) => [one | &some, other & &every],
+        };
+        if found[number].as_ref() != Some(&joined) {
+            found[number] = Some(joined.clone());
+            work.extend(phases[number].edges.iter().map(|edge| (joined.clone(), edge)));
+        }
+    }
+    found
+}
 
 /// What is wrong where runs end: what waits for ever, surely or in some case, and what goes round in no time.
 pub(super) fn ends(initial: &[Edge], phases: &[Phase]) -> Vec<Failure> {

@@ -71,7 +71,9 @@ pub fn schedule(
     event: &Claim,
     question: &Question,
 ) -> Result<Found, String> {
-    let [component] = components else { return Err("several components last as long as is drawn".to_string()) };
+    let [component] = components else {
+        return Err("durations that are drawn are added up in one component alone, and there are several".to_string());
+    };
     let mut reader = Reader { definitions, draws: Vec::new(), names: BTreeMap::new(), spans: Vec::new(), steps: 0 };
     reader.read(component)?;
     let mut shown = Vec::new();

@@ -10,6 +10,7 @@ pub(super) fn interleaved(
     sequence: &Sequence,
     recurrence: &Recurrence,
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Result<Option<(Form, Vec<Comparison>)>, NoClosedForm> {
     let (count, index) = (sequence.start.len(), &recurrence.index);
     if (1..count).any(|offset| sequence.next.mentions(&recurrence.term(&sequence.name, offset))) {
@@ -20,7 +21,7 @@ pub(super) fn interleaved(
         let (count, turn) = (i64::try_from(count).unwrap_or(i64::MAX), i64::try_from(turn).unwrap_or(i64::MAX));
         let next = in_class(&sequence.next, index, count, turn)?;
         let own = Sequence { name: sequence.name.clone(), start: vec![start.clone()], next };
-        let (own, more) = found(&Recurrence { index: index.clone(), from: 0, sequences: vec![own] }, known)?;
+        let (own, more) = found(&Recurrence { index: index.clone(), from: 0, sequences: vec![own] }, known, stop)?;
         conditions.extend(more);
         forms.extend(own);
     }

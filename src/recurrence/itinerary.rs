@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::ranges::{after, trimmed};
 use super::region::{Point, resolve_at};
-use super::sequences::solve_all;
+use super::sequences::solve_until;
 use super::switching::compares;
 use super::turns::round;
 use crate::assumption::Assumptions;
@@ -24,11 +24,11 @@ const ROUNDS: usize = 3;
 const TERMS: usize = 10;
 
 /// The forms in turns of sequences of numbers that begin at 0, as they may be; none if their regions do not repeat soon.
-pub(super) fn itineraries(recurrence: &Recurrence, known: &Assumptions) -> Vec<Vec<Form>> {
+pub(super) fn itineraries(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<Vec<Form>> {
     if !compares(recurrence) {
         return Vec::new();
     }
-    let Some(maps) = maps(recurrence, known) else { return Vec::new() };
+    let Some(maps) = maps(recurrence, known, stop) else { return Vec::new() };
     let repeats = |count: usize| {
         let since = (0..maps.len().checked_sub(count)?).rev().find(|at| maps[*at] != maps[at + count]);
         let since = since.map_or(0, |at| at + 1);
@@ -36,17 +36,19 @@ pub(super) fn itineraries(recurrence: &Recurrence, known: &Assumptions) -> Vec<V
     };
     let Some((since, count)) = (1..=MOST_TURNS).find_map(repeats) else { return Vec::new() };
     // What is multiplied by a negative number in each round keeps its sign in every other one.
-    [count, 2 * count].into_iter().filter_map(|count| in_turn(recurrence, &maps, since, count, known)).collect()
+    [count, 2 * count].into_iter().filter_map(|count| in_turn(recurrence, &maps, (since, count), known, stop)).collect()
 }
 
 /// The equations as they are at each of the first terms.
-fn maps(recurrence: &Recurrence, known: &Assumptions) -> Option<Vec<Vec<Value>>> {
+fn maps(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Vec<Vec<Value>>> {
     let variables = recurrence.terms();
     let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
     let mut maps = Vec::new();
     let short =
         |value: &Value| value.as_rational().map(|number| number.numer().bits() + number.denom().bits() < MOST_BITS);
-    while maps.len() < MOST_TERMS && state.iter().map(short).collect::<Option<Vec<_>>>()?.into_iter().all(|short| short)
+    while maps.len() < MOST_TERMS
+        && !stop()
+        && state.iter().map(short).collect::<Option<Vec<_>>>()?.into_iter().all(|short| short)
     {
         let mut values: BTreeMap<_, _> =
             variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();
@@ -73,9 +75,9 @@ fn maps(recurrence: &Recurrence, known: &Assumptions) -> Option<Vec<Vec<Value>>>
 fn in_turn(
     recurrence: &Recurrence,
     maps: &[Vec<Value>],
-    since: usize,
-    count: usize,
+    (since, count): (usize, usize),
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Option<Vec<Form>> {
     let index = &recurrence.index;
     let first = since.div_ceil(count) * count;
@@ -92,10 +94,10 @@ fn in_turn(
         sequence.next = sequence.next.with(index, &shifted).ok()?;
         sequence.start = terms[first..first + sequence.start.len()].to_vec();
     }
-    let forms = round(&moved, &turns, known).ok()?;
+    let forms = round(&moved, &turns, known, stop).ok()?;
     let mut all = Vec::new();
     for (place, (form, terms)) in forms.into_iter().zip(&terms).enumerate() {
-        all.push(match alone(recurrence, place, known) {
+        all.push(match alone(recurrence, place, known, stop) {
             Some(form) => form,
             None => trimmed(after(only(form), &terms[..first], index)?, index),
         });
@@ -112,7 +114,7 @@ fn only(form: Form) -> Form {
 }
 
 /// The form of a sequence that depends on none with conditions, where it is one value for all indices.
-fn alone(recurrence: &Recurrence, place: usize, known: &Assumptions) -> Option<Form> {
+fn alone(recurrence: &Recurrence, place: usize, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Form> {
     let variables = recurrence.terms();
     let mut group = BTreeSet::from([place]);
     while let Some((_, own, _)) = variables.iter().find(|(name, own, _)| {
@@ -126,7 +128,7 @@ fn alone(recurrence: &Recurrence, place: usize, known: &Assumptions) -> Option<F
         return None;
     }
     let own = group.iter().position(|own| *own == place)?;
-    let solved = solve_all(Recurrence { index: recurrence.index.clone(), from: 0, sequences }, known).ok()?;
+    let solved = solve_until(Recurrence { index: recurrence.index.clone(), from: 0, sequences }, known, stop).ok()?;
     let form = solved.forms().get(own)?;
     let fine = solved.conditions().is_empty() && matches!(form, Form::Value(..) | Form::Sum(..));
     (fine && form.value(&recurrence.index).is_some()).then(|| form.clone())

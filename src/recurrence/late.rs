@@ -35,10 +35,10 @@ pub(super) fn late(solved: &Solved, (relation, left, right): Wanted<'_>) -> Tail
 }
 
 /// The first index at which a comparison holds, of terms whose difference moves one way only from the first index on.
-pub(super) fn rising(solved: &Solved, (relation, left, right): Wanted<'_>) -> Option<u64> {
+pub(super) fn rising(solved: &Solved, (relation, left, right): Wanted<'_>, stop: &dyn Fn() -> bool) -> Option<u64> {
     let from = solved.recurrence().from.to_u64()?;
     let (sum, early) = difference_of(solved, &left.sub(right).ok()?)?;
-    (early == 0).then(|| first_by_halves(&sum, relation, from)).flatten()
+    (early == 0).then(|| first_by_halves(&sum, relation, from, stop)).flatten()
 }
 
 fn unbounded() -> Tail {

@@ -30,13 +30,8 @@ const MOST_DEGREE: usize = 40;
 /// How many terms are listed.
 const LISTED: usize = 20;
 /// What is known without a closed form.
-pub fn behaviour(recurrence: &Recurrence, known: &Assumptions) -> Behaviour {
-    let mut result = Behaviour { terms: listed(recurrence, LISTED), ..Behaviour::default() };
-    for term in result.terms.iter_mut().flatten() {
-        if let Term::Exact(value) = term {
-            *value = known.simplify(value);
-        }
-    }
+pub fn behaviour(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Behaviour {
+    let mut result = Behaviour { terms: listed(recurrence, LISTED, known, stop), ..Behaviour::default() };
     let Some((map, name, start)) = single(recurrence) else { return result };
     let Some((points, all)) = fixed_points(map, &name) else { return result };
     result.motion = motion(map, &name, start, &points, all, known).map(|motion| motion.text(start));

@@ -20,8 +20,11 @@ pub(super) fn with_product(factor: &Value, input: &Value, start: &Value, index: 
         return Ok(Form::Product(factor.clone(), start.mul(&whole)?));
     }
     let none = || {
+        if factor.is_zero() {
+            return NoClosedForm(format!("the next term is {input}, of which no form could be checked"));
+        }
         NoClosedForm(format!(
-            "the product of {factor} solves it without {input}; with it a sum remains, and no closed form of that is known"
+            "without {input} it is a product of {factor}; with it a sum remains, and no closed form of that is known"
         ))
     };
     let [above, below] = quotient(factor, index).ok_or_else(none)?;

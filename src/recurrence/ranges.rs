@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use num_traits::{Signed, ToPrimitive};
 
-use super::sequences::{Found, counted_from, later, solve_all};
+use super::sequences::{Found, counted_from, later, solve_until};
 use super::{Closed, Comparison};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Layer, Nested, Piece, Recurrence, layer, product};
@@ -23,16 +23,16 @@ const MOST_TRIED: i64 = 100;
 
 /// Forms of a recurrence that begins at 0, the shortest first; none if no condition of it depends on the index alone, or a
 /// range has no form.
-pub(super) fn in_ranges(recurrence: &Recurrence, known: &Assumptions) -> Vec<Found> {
+pub(super) fn in_ranges(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<Found> {
     let Some((changes, conditions)) = changes(recurrence, known) else { return Vec::new() };
     let mut known = known.clone();
     conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
     let with = |more: Vec<Comparison>| conditions.iter().cloned().chain(more).collect();
-    if let Some((pieces, more)) = by_pieces(recurrence, &changes, &known) {
+    if let Some((pieces, more)) = by_pieces(recurrence, &changes, &known, stop) {
         let joined = joined(&pieces, &recurrence.index, &known);
         return [joined, pieces].map(|pieces| (vec![Form::Pieces(pieces)], with(more.clone()))).to_vec();
     }
-    listed(recurrence, &changes, &known).map(|(forms, more)| (forms, with(more))).into_iter().collect()
+    listed(recurrence, &changes, &known, stop).map(|(forms, more)| (forms, with(more))).into_iter().collect()
 }
 
 /// Pieces of which none goes on as the one before it, as far as that is seen.
@@ -192,7 +192,12 @@ fn range(
 }
 
 /// A form for each range, of one sequence whose next term depends on the one before it.
-fn by_pieces(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) -> Option<(Vec<Piece>, Vec<Comparison>)> {
+fn by_pieces(
+    recurrence: &Recurrence,
+    changes: &[Value],
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<(Vec<Piece>, Vec<Comparison>)> {
     let [sequence] = recurrence.sequences.as_slice() else { return None };
     let [start] = sequence.start.as_slice() else { return None };
     let (index, mut known) = (&recurrence.index, known.clone());
@@ -202,7 +207,7 @@ fn by_pieces(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) ->
         let end = changes.get(place);
         let length = end.map(|end| end.sub(&from)).transpose().ok()?;
         let own = range(recurrence, &from, length.as_ref(), vec![vec![value.clone()]], &known)?;
-        let solved = solve_all(own, &known).ok()?;
+        let solved = solve_until(own, &known, stop).ok()?;
         for (relation, left, right) in solved.conditions() {
             known.assume(*relation, left, right);
             conditions.push((*relation, left.clone(), right.clone()));
@@ -264,7 +269,7 @@ fn singles(early: &[Value]) -> Vec<Piece> {
 }
 
 /// All terms up to the last change, and the forms of what is left.
-fn listed(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) -> Option<Found> {
+fn listed(recurrence: &Recurrence, changes: &[Value], known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
     let mut since = changes.last().map_or(Some(0), |last| last.as_rational()?.to_integer().to_i64())?;
     for _ in 0..2 {
         if since > MOST_LISTED {
@@ -275,7 +280,7 @@ fn listed(recurrence: &Recurrence, changes: &[Value], known: &Assumptions) -> Op
         let terms = recurrence.iterate(count + longest).ok()?;
         let order = recurrence.sequences.iter().map(|sequence| sequence.start.len());
         let starts = terms.iter().zip(order).map(|(terms, order)| terms[count..count + order].to_vec()).collect();
-        let solved = solve_all(range(recurrence, &Value::integer(since), None, starts, known)?, known).ok()?;
+        let solved = solve_until(range(recurrence, &Value::integer(since), None, starts, known)?, known, stop).ok()?;
         let turns = |form: &Form| if let Form::Turns(forms) = form { forms.len() } else { 1 };
         let turns = i64::try_from(solved.forms().iter().map(turns).max()?).ok()?;
         if since % turns != 0 {

@@ -89,10 +89,18 @@ pub fn reach(
     {
         return found;
     }
-    if let Some(at) = solved.and_then(|solved| rising(solved, wanted)) {
-        return Reach::At(Value::rational(num_rational::BigRational::from_integer(at.into())), Vec::new());
-    }
-    match tried(recurrence, wanted, &tail, known, stop, MOST_TERMS) {
+    let by_halves = || solved.and_then(|solved| rising(solved, wanted, stop));
+    let at_once = |at: u64| Reach::At(Value::rational(num_rational::BigRational::from_integer(at.into())), Vec::new());
+    let all = || tried(recurrence, wanted, &tail, known, stop, MOST_TERMS);
+    // Where no late term is met the early ones say all.
+    let found = match tail {
+        Tail::Never(..) => match all() {
+            Reach::Unknown(why) => by_halves().map_or(Reach::Unknown(why), at_once),
+            found => found,
+        },
+        Tail::Unknown(_) => by_halves().map_or_else(all, at_once),
+    };
+    match found {
         Reach::Unknown(why) => match reason {
             Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
             _ => Reach::Unknown(why),

@@ -8,6 +8,7 @@ use super::interleaved::interleaved;
 use super::itinerary::itineraries;
 use super::linear::System;
 use super::nested::nested;
+use super::parts::{each_group, read_off};
 use super::product::with_product;
 use super::ranges::in_ranges;
 use super::switching::switching;
@@ -36,6 +37,18 @@ impl From<Unchecked> for NoClosedForm {
 /// # Errors
 /// When none are found, with what stands in the way.
 pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, NoClosedForm> {
+    solve_until(recurrence, known, &|| false)
+}
+
+/// The same, as long as `stop` does not say that it is to end.
+///
+/// # Errors
+/// As [`solve_all`], and where it was stopped.
+pub fn solve_until(
+    recurrence: Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Solved, NoClosedForm> {
     if recurrence.from.abs() > MOST_SHIFT {
         return Err(NoClosedForm(format!("the first index is {}, too far from 0", recurrence.from)));
     }
@@ -45,29 +58,46 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
             "{size} terms depend on each other, and no more than {MOST_TERMS} are looked at"
         )));
     }
-    let moved = if recurrence.from == 0 { recurrence.clone() } else { from_zero(&recurrence)? };
+    go_on(stop)?;
+    let moved = from_zero(&recurrence)?;
     let known = &known.without_name(&recurrence.index);
     let checked = |(forms, conditions): Found| {
-        let forms = forms.into_iter().map(|form| begins(form, &recurrence)).collect::<Result<Vec<_>, _>>()?;
+        let own = |form| begins(form, &moved.index, &recurrence);
+        let forms = forms.into_iter().map(own).collect::<Result<Vec<_>, _>>()?;
         Ok::<_, NoClosedForm>(Solved::check(recurrence.clone(), forms, conditions, known)?)
     };
-    if let Some(solved) = in_ranges(&moved, known).into_iter().find_map(|found| checked(found).ok()) {
+    let reason = match by_methods(&moved, known, stop, &checked) {
+        Ok(solved) => return Ok(solved),
+        Err(reason) => reason,
+    };
+    go_on(stop)?;
+    // What is read off the other sequences, and sequences that have nothing to do with each other.
+    let read_off = read_off(&moved, known, stop).and_then(|found| checked(found).ok());
+    let found = read_off.or_else(|| checked(each_group(&moved, known, stop)?).ok());
+    found.ok_or_else(|| at_own_index(reason, &recurrence, &moved.index))
+}
+
+/// The first forms that can be checked, of a recurrence that begins at 0.
+fn by_methods(
+    moved: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+    checked: &dyn Fn(Found) -> Result<Solved, NoClosedForm>,
+) -> Result<Solved, NoClosedForm> {
+    if let Some(solved) = in_ranges(moved, known, stop).into_iter().find_map(|found| checked(found).ok()) {
         return Ok(solved);
     }
-    let reason = match found(&moved, known) {
-        Ok(found) => match checked(found) {
-            Ok(solved) => return Ok(solved),
-            Err(reason) => reason,
-        },
-        Err(reason) => at_own_index(reason, &recurrence, &moved, |named| found_or_not(named, known)),
+    let reason = match found(moved, known, stop).and_then(checked) {
+        Ok(solved) => return Ok(solved),
+        Err(reason) => reason,
     };
-    if let Ok(Some(form)) = nested(&moved)
+    if let Ok(Some(form)) = nested(moved)
         && let Ok(solved) = checked((vec![form], Vec::new()))
     {
         return Ok(solved);
     }
     let general = reason.0.contains("not linear");
-    let reason = match switching(&moved, known) {
+    let reason = match switching(moved, known, stop) {
         Ok(all) => {
             let mut reason = reason;
             for found in all {
@@ -79,108 +109,114 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
             }
             reason
         }
-        Err(more) if general => at_own_index(more, &recurrence, &moved, |named| switching(named, known).err()),
+        Err(more) if general => more,
         Err(_) => reason,
     };
-    if let Some(solved) = repeating(&moved).and_then(|forms| checked((forms, Vec::new())).ok()) {
+    if let Some(solved) = repeating(moved).and_then(|forms| checked((forms, Vec::new())).ok()) {
         return Ok(solved);
     }
-    let all = itineraries(&moved, known);
+    let all = itineraries(moved, known, stop);
     all.into_iter().find_map(|forms| checked((forms, Vec::new())).ok()).ok_or(reason)
 }
 
-fn found_or_not(recurrence: &Recurrence, known: &Assumptions) -> Option<NoClosedForm> {
-    found(recurrence, known).err()
+/// An error where the work is to end.
+fn go_on(stop: &dyn Fn() -> bool) -> Result<(), NoClosedForm> {
+    if stop() { Err(NoClosedForm("interrupted".to_string())) } else { Ok(()) }
 }
 
-/// A reason that is given of a recurrence counted from 0, in the words of the recurrence itself: what it says of the index k
-/// it says of `n - from`.
-fn at_own_index(
-    reason: NoClosedForm,
-    recurrence: &Recurrence,
-    moved: &Recurrence,
-    again: impl Fn(&Recurrence) -> Option<NoClosedForm>,
-) -> NoClosedForm {
+/// A reason that is given of a recurrence counted from 0 by an index called `(n-from)`, in the words of the recurrence itself.
+fn at_own_index(NoClosedForm(mut text): NoClosedForm, recurrence: &Recurrence, place: &Name) -> NoClosedForm {
     let (index, from) = (&recurrence.index, recurrence.from);
     if from == 0 {
-        return reason;
+        return NoClosedForm(text);
     }
-    // With an index of this name the same reason says what it is about.
-    let place = if from > 0 { format!("({index}-{from})") } else { format!("({index}+{})", -from) };
-    let named = renamed(moved, &Name::new(&place));
-    let Some(NoClosedForm(mut text)) = named.ok().and_then(|named| again(&named)) else { return reason };
     for sequence in &recurrence.sequences {
         text = text.replace(&format!("{}({place}", sequence.name), &format!("{}({index}", sequence.name));
     }
     for words in ["on ", "all "] {
         text = text.replace(&format!("{words}{place}"), &format!("{words}{index}"));
     }
-    NoClosedForm(text)
-}
-
-/// The same recurrence with another name for its index.
-fn renamed(recurrence: &Recurrence, name: &Name) -> Result<Recurrence, NoClosedForm> {
-    let named = Recurrence { index: name.clone(), ..recurrence.clone() };
-    let pairs = recurrence.terms().into_iter().zip(named.terms());
-    let mut images: BTreeMap<Name, Value> = pairs.map(|(old, new)| (old.0, Value::variable(&new.0))).collect();
-    images.insert(recurrence.index.clone(), Value::variable(name));
-    let mut named = named.clone();
-    for sequence in &mut named.sequences {
-        sequence.next = sequence.next.substitute(&images)?;
+    // `(n-3) = 5` is n = 8.
+    let equals = format!("{place} = ");
+    let mut parts = text.split(&equals);
+    let mut whole = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let digits = part.chars().take_while(char::is_ascii_digit).count();
+        match part[..digits].parse::<i64>() {
+            Ok(number) => whole += &format!("{index} = {}{}", number.saturating_add(from), &part[digits..]),
+            Err(_) => whole += &format!("{equals}{part}"),
+        }
     }
-    Ok(named)
+    NoClosedForm(whole)
 }
 
-/// The same recurrence, counted from 0.
+/// The same recurrence, counted from 0, by an index that is called `(n-from)`.
 fn from_zero(recurrence: &Recurrence) -> Result<Recurrence, NoClosedForm> {
-    let index = Value::variable(&recurrence.index).add(&Value::integer(recurrence.from))?;
-    let mut moved = recurrence.clone();
-    moved.from = 0;
+    let (index, from) = (&recurrence.index, recurrence.from);
+    if from == 0 {
+        return Ok(recurrence.clone());
+    }
+    let name = Name::new(&if from > 0 { format!("({index}-{from})") } else { format!("({index}+{})", -from) });
+    let mut moved = Recurrence { index: name.clone(), from: 0, sequences: recurrence.sequences.clone() };
+    let pairs = recurrence.terms().into_iter().zip(moved.terms());
+    let mut images: BTreeMap<Name, Value> = pairs.map(|(old, new)| (old.0, Value::variable(&new.0))).collect();
+    images.insert(index.clone(), Value::variable(&name).add(&Value::integer(from))?);
     for sequence in &mut moved.sequences {
-        sequence.next = sequence.next.with(&recurrence.index, &index)?;
+        sequence.next = sequence.next.substitute(&images)?;
     }
     Ok(moved)
 }
 
-/// A form that counts from 0, counted as the recurrence does.
-fn begins(form: Form, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
+/// A form that counts from 0 by `moved`, counted as the recurrence does.
+fn begins(form: Form, moved: &Name, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
+    let (count, from) = (Value::variable(&recurrence.index), recurrence.from);
+    if from == 0 {
+        return Ok(form);
+    }
     match form {
         // Rounds are counted from the first index in any case.
-        Form::Turns(forms) => Ok(Form::Turns(forms)),
-        form => counted_from(form, &recurrence.index, recurrence.from),
+        Form::Turns(forms) => {
+            let all = forms.into_iter().map(|form| placed(form, moved, &count, 0));
+            Ok(Form::Turns(all.collect::<Result<_, _>>()?))
+        }
+        form => placed(form, moved, &count.sub(&Value::integer(from))?, from),
     }
 }
 
 /// A form with `n - from` for n.
 pub(super) fn counted_from(form: Form, index: &Name, from: i64) -> Result<Form, NoClosedForm> {
-    if from == 0 {
-        return Ok(form);
-    }
-    let place = Value::variable(index).sub(&Value::integer(from))?;
+    placed(form, index, &Value::variable(index).sub(&Value::integer(from))?, from)
+}
+
+/// A form with another value, which is less than another index by `from`, for its index.
+fn placed(form: Form, index: &Name, place: &Value, from: i64) -> Result<Form, NoClosedForm> {
     Ok(match form {
-        Form::Value(early, value) => Form::Value(early, value.with(index, &place)?),
+        Form::Value(early, value) => Form::Value(early, value.with(index, place)?),
         Form::Sum(early, mut sum) => {
             for _ in 0..from.abs() {
                 sum = if from > 0 { sum.previous()? } else { sum.next()? };
             }
             Form::Sum(early, sum)
         }
-        Form::Product(ratio, value) => Form::Product(ratio.with(index, &place)?, value.with(index, &place)?),
+        Form::Product(ratio, value) => Form::Product(ratio.with(index, place)?, value.with(index, place)?),
         Form::Turns(forms) => {
-            let all = forms.into_iter().map(|form| counted_from(form, index, from));
+            let all = forms.into_iter().map(|form| placed(form, index, place, from));
             Form::Turns(all.collect::<Result<_, _>>()?)
         }
-        Form::Nested(nested) => Form::Nested(nested.with_index(index, &place)?),
-        Form::Pieces(pieces) => Form::Pieces(later(pieces, index, &Value::integer(from))?),
+        Form::Nested(nested) => Form::Nested(nested.with_index(index, place)?),
+        Form::Pieces(pieces) => Form::Pieces(moved_pieces(pieces, index, place, &Value::integer(from))?),
     })
 }
 
 /// Pieces that count from this index, counted from 0.
 pub(super) fn later(pieces: Vec<Piece>, index: &Name, from: &Value) -> Result<Vec<Piece>, NoClosedForm> {
-    let place = Value::variable(index).sub(from)?;
+    moved_pieces(pieces, index, &Value::variable(index).sub(from)?, from)
+}
+
+fn moved_pieces(pieces: Vec<Piece>, index: &Name, place: &Value, from: &Value) -> Result<Vec<Piece>, NoClosedForm> {
     let moved = pieces.into_iter().map(|piece| {
         let until = piece.until.as_ref().map(|until| until.add(from)).transpose()?;
-        Ok(Piece { from: piece.from.add(from)?, until, form: piece.form.with(index, &place)? })
+        Ok(Piece { from: piece.from.add(from)?, until, form: piece.form.with(index, place)? })
     });
     moved.collect()
 }
@@ -188,25 +224,34 @@ pub(super) fn later(pieces: Vec<Piece>, index: &Name, from: &Value) -> Result<Ve
 pub(super) type Found = (Vec<Form>, Vec<Comparison>);
 
 /// The forms of a recurrence that begins at 0.
-pub(super) fn found(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
+pub(super) fn found(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Found, NoClosedForm> {
+    go_on(stop)?;
     let count = cycle(recurrence);
     if count > 1 {
-        return Ok((in_turns(recurrence, count, known)?, Vec::new()));
+        return Ok((in_turns(recurrence, count, known, stop)?, Vec::new()));
     }
     if let Some(system) = System::of(recurrence) {
         return Ok((system.forms()?, Vec::new()));
     }
     if let [sequence] = recurrence.sequences.as_slice() {
-        return match alone(sequence, recurrence, known) {
+        return match alone(sequence, recurrence, known, stop) {
             Ok((form, conditions)) => Ok((vec![form], conditions)),
             Err(reason) => Ok((vec![nested(recurrence)?.ok_or(reason)?], Vec::new())),
         };
     }
-    one_after_the_other(recurrence, known)
+    one_after_the_other(recurrence, known, stop)
 }
 
 /// Sequences of which each depends on itself and earlier ones only.
-fn one_after_the_other(recurrence: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
+fn one_after_the_other(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Found, NoClosedForm> {
     let mut rest: Vec<usize> = (0..recurrence.sequences.len()).collect();
     let mut forms: Vec<Option<Form>> = vec![None; rest.len()];
     let mut conditions = Vec::new();
@@ -232,7 +277,7 @@ fn one_after_the_other(recurrence: &Recurrence, known: &Assumptions) -> Result<F
         };
         rest.retain(|other| *other != place);
         let single = Recurrence { index: open.index.clone(), from: 0, sequences: vec![open.sequences[place].clone()] };
-        let (mut own, more) = found(&single, known)?;
+        let (mut own, more) = found(&single, known, stop)?;
         conditions.extend(more);
         let Some(form) = own.pop() else { continue };
         for (name, _, offset) in variables.iter().filter(|(_, own, _)| *own == place) {
@@ -265,8 +310,11 @@ fn together(group: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedFo
 /// Why sequences that depend on each other have no form.
 fn coupled(group: &Recurrence, names: &[&str]) -> String {
     let variables = group.terms();
+    // In all of them together: no coefficient reads another.
+    let free = |factor: &Value| variables.iter().all(|(name, ..)| !factor.mentions(name));
     let linear = group.sequences.iter().all(|sequence| {
-        variables.iter().all(|(name, ..)| !sequence.next.mentions(name) || sequence.next.linear_in(name).is_some())
+        let linear = |name: &Name| sequence.next.linear_in(name).is_some_and(|(factor, _)| free(&factor));
+        variables.iter().all(|(name, ..)| !sequence.next.mentions(name) || linear(name))
     });
     let names = names.join(", ");
     if variables.len() > super::linear::MOST_VARIABLES {
@@ -284,9 +332,10 @@ fn alone(
     sequence: &Sequence,
     recurrence: &Recurrence,
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
     let index = &recurrence.index;
-    let [start] = sequence.start.as_slice() else { return of_higher_order(sequence, recurrence, known) };
+    let [start] = sequence.start.as_slice() else { return of_higher_order(sequence, recurrence, known, stop) };
     let name = recurrence.term(&sequence.name, 0);
     let mut general = known.clone();
     general.assume_natural(index);
@@ -311,8 +360,9 @@ fn of_higher_order(
     sequence: &Sequence,
     recurrence: &Recurrence,
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
-    if let Some(found) = interleaved(sequence, recurrence, known)? {
+    if let Some(found) = interleaved(sequence, recurrence, known, stop)? {
         return Ok(found);
     }
     match symbolic(recurrence, known)?.map(|(forms, conditions)| (forms.into_iter().next(), conditions)) {

@@ -5,7 +5,7 @@ use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
-use super::solve_all;
+use super::solve_until;
 
 /// The most cases, and the most equations that one may need.
 const MOST_CASES: usize = 6;
@@ -21,7 +21,7 @@ pub struct Special {
 }
 
 /// The cases that are left out by conditions of forms, as far as they have forms of their own.
-pub fn special_cases(solved: &Solved, known: &Assumptions) -> Vec<Special> {
+pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<Special> {
     let mut found: Vec<Special> = Vec::new();
     let mut open = vec![(Vec::new(), solved.clone(), known.clone())];
     while let Some((equations, general, known)) = open.pop() {
@@ -41,7 +41,7 @@ pub fn special_cases(solved: &Solved, known: &Assumptions) -> Vec<Special> {
             if found.iter().any(|other| other.solved.recurrence() == &special) {
                 continue;
             }
-            if let Ok(solved) = solve_all(special, &known) {
+            if let Ok(solved) = solve_until(special, &known, stop) {
                 open.push((equations.clone(), solved.clone(), known));
                 found.push(Special { equations, solved });
             }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::ranges::{after, as_pieces, joined, trimmed, up_to};
 use super::reach::reach;
 use super::region::{Guard, Point, resolve_at, unknown};
-use super::sequences::{Found, later, solve_all};
+use super::sequences::{Found, later, solve_until};
 use super::{Closed, Comparison, NoClosedForm, Reach};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Solved};
@@ -30,13 +30,18 @@ struct Place {
 ///
 /// # Errors
 /// Where a piece has no form, or it cannot be said when it ends.
-pub(super) fn switching(recurrence: &Recurrence, known: &Assumptions) -> Result<Vec<Found>, NoClosedForm> {
+pub(super) fn switching(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Vec<Found>, NoClosedForm> {
     if !compares(recurrence) {
         return Ok(Vec::new());
     }
     let starts = recurrence.sequences.iter().map(|sequence| sequence.start.clone()).collect();
     let mut switching = Switching {
         recurrence,
+        stop,
         known: known.clone(),
         conditions: Vec::new(),
         pieces: vec![Vec::new(); recurrence.sequences.len()],
@@ -44,7 +49,7 @@ pub(super) fn switching(recurrence: &Recurrence, known: &Assumptions) -> Result<
     let mut place = Place { from: Value::zero(), starts };
     for _ in 0..MOST_PIECES {
         let (solved, guards) = switching.local(&place)?;
-        let Some((length, failed)) = switching.length(&solved, &guards)? else {
+        let Some((length, failed)) = switching.length(&solved, &guards, &place.from)? else {
             return switching.found(&solved, &place);
         };
         place = switching.go_on(&solved, &place, &length, &failed)?;
@@ -62,6 +67,7 @@ pub(super) fn compares(recurrence: &Recurrence) -> bool {
 
 struct Switching<'a> {
     recurrence: &'a Recurrence,
+    stop: &'a dyn Fn() -> bool,
     known: Assumptions,
     conditions: Vec<Comparison>,
     /// What was found of each sequence.
@@ -94,7 +100,7 @@ impl Switching<'_> {
         for guard in &mut guards {
             guard.value = guard.value.with(index, &shifted)?;
         }
-        let solved = solve_all(local, &self.known)?;
+        let solved = solve_until(local, &self.known, self.stop)?;
         for (relation, left, right) in solved.conditions() {
             self.known.assume(*relation, left, right);
             self.conditions.push((*relation, left.clone(), right.clone()));
@@ -103,14 +109,19 @@ impl Switching<'_> {
     }
 
     /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
-    fn length(&mut self, solved: &Solved, guards: &[Guard]) -> Result<Option<(Value, Guard)>, NoClosedForm> {
+    fn length(
+        &mut self,
+        solved: &Solved,
+        guards: &[Guard],
+        from: &Value,
+    ) -> Result<Option<(Value, Guard)>, NoClosedForm> {
         let mut least: Option<(Value, Guard)> = None;
         for guard in guards {
             // It holds where the piece begins.
             let wanted = (guard.relation.negated(), &guard.value, &Value::zero());
-            let (at, conditions) = match reach(solved.recurrence(), Some(solved), wanted, &self.known, &|| false) {
+            let (at, conditions) = match reach(solved.recurrence(), Some(solved), wanted, &self.known, self.stop) {
                 Reach::Never(_) => continue,
-                Reach::Unknown(reason) => return Err(NoClosedForm(reason)),
+                Reach::Unknown(reason) => return Err(self.until_when(guard, from, &reason)),
                 Reach::At(at, conditions) => (at, conditions),
             };
             for (relation, left, right) in &conditions {
@@ -128,6 +139,20 @@ impl Switching<'_> {
             }
         }
         Ok(least)
+    }
+
+    /// It is not known how long a guard holds.
+    fn until_when(&self, guard: &Guard, from: &Value, reason: &str) -> NoClosedForm {
+        let index = &self.recurrence.index;
+        // What would have to be known of parameters says it all.
+        let own = Value::variable(index).sub(from).and_then(|place| guard.value.with(index, &place));
+        match own {
+            Ok(own) if !reason.starts_with("it must be known") => {
+                let relation = guard.relation.symbol();
+                NoClosedForm(format!("it is not known how long {own} {relation} 0 holds from {index} = {from} on"))
+            }
+            _ => NoClosedForm(reason.to_string()),
+        }
     }
 
     /// Keeps the forms for so many steps; the place where the next ones begin.

@@ -6,6 +6,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
 use crate::name::Name;
 use crate::value::{Atom, Value};
@@ -21,6 +22,8 @@ pub enum Term {
 
 /// The most bits of a term that is computed exactly, and of the whole part of any.
 const MOST_BITS: u64 = 2_000;
+/// The most parts of a term with symbols: a longer one says nothing to a reader, and takes long to compute.
+const MOST_SIZE: usize = 120;
 /// The bits to which bounds are rounded.
 const PRECISION: u64 = 600;
 /// The most bits of a power of bounds.
@@ -32,41 +35,63 @@ const DIGITS: usize = 10;
 
 type Bounds = (BigRational, BigRational);
 
-/// The first terms of every sequence, as many as can be computed.
-pub(super) fn listed(recurrence: &Recurrence, count: usize) -> Vec<Vec<Term>> {
-    let mut all: Vec<Vec<Term>> = Vec::new();
-    let mut exact = 0;
-    for length in 1..=count {
-        let Ok(terms) = recurrence.iterate(length) else { break };
-        let short = |value: &Value| match value.as_rational() {
-            Some(number) => number.numer().bits() + number.denom().bits() < MOST_BITS,
-            None => value.size() < 1_000,
-        };
-        exact = length;
-        all = terms.iter().map(|terms| terms.iter().cloned().map(Term::Exact).collect()).collect();
-        if !terms.iter().filter_map(|terms| terms.last()).all(short) {
-            break;
-        }
+/// The first terms of every sequence, as many as can be computed and are not too long.
+pub(super) fn listed(
+    recurrence: &Recurrence,
+    count: usize,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Vec<Vec<Term>> {
+    let first = |value: &Value| Term::Exact(known.simplify(value));
+    let starts = recurrence.sequences.iter().map(|sequence| sequence.start.iter().map(first).collect());
+    let mut all: Vec<Vec<Term>> = starts.collect();
+    let mut exact = true;
+    let mut step = 0;
+    while all.iter().any(|terms| terms.len() < count) && !stop() {
+        let next = exact.then(|| exactly(recurrence, &all, step, known)).flatten();
+        exact = next.as_ref().is_some_and(|next| next.iter().all(short));
+        let bounds = |(low, high)| Term::Between(low, high);
+        let bounded = || Some(bounded(recurrence, &all, step)?.into_iter().map(bounds).collect());
+        let Some(next) = next.or_else(bounded) else { break };
+        all.iter_mut().zip(next).for_each(|(terms, next)| terms.push(next));
+        step += 1;
     }
-    while exact < count && !all.is_empty() {
-        let Some(next) = following(recurrence, &all) else { break };
-        all.iter_mut().zip(next).for_each(|(terms, bounds)| terms.push(Term::Between(bounds.0, bounds.1)));
-        exact += 1;
-    }
+    // As many of one as of the other.
+    let least = all.iter().map(Vec::len).min().unwrap_or(0).min(count);
+    all.iter_mut().for_each(|terms| terms.truncate(least));
     all
 }
 
-/// Bounds of the next term of each sequence; `None` where they cannot be had.
-fn following(recurrence: &Recurrence, all: &[Vec<Term>]) -> Option<Vec<Bounds>> {
+/// Whether the terms after it may be computed exactly, too.
+fn short(term: &Term) -> bool {
+    let Term::Exact(value) = term else { return false };
+    value.as_rational().is_none_or(|number| number.numer().bits() + number.denom().bits() < MOST_BITS)
+}
+
+/// The terms that the equations give at a step; none where one is not defined, or too long with its symbols.
+fn exactly(recurrence: &Recurrence, all: &[Vec<Term>], step: usize, known: &Assumptions) -> Option<Vec<Term>> {
+    let mut images = BTreeMap::new();
+    for (name, place, offset) in recurrence.terms() {
+        let Term::Exact(value) = all.get(place)?.get(step + offset)? else { return None };
+        images.insert(name, value.clone());
+    }
+    images.insert(recurrence.index.clone(), Value::integer(recurrence.from + i64::try_from(step).ok()?));
+    let next = |sequence: &crate::closed_form::Sequence| {
+        let value = sequence.next.substitute(&images).ok()?;
+        let fits = |value: &Value, most: usize| value.as_rational().is_some() || value.size() <= most;
+        let value = fits(&value, 2 * MOST_SIZE).then(|| known.simplify(&value))?;
+        fits(&value, MOST_SIZE).then_some(Term::Exact(value))
+    };
+    recurrence.sequences.iter().map(next).collect()
+}
+
+/// Bounds of the terms that the equations give at a step; `None` where they cannot be had.
+fn bounded(recurrence: &Recurrence, all: &[Vec<Term>], step: usize) -> Option<Vec<Bounds>> {
     let mut known = BTreeMap::new();
     for (name, place, offset) in recurrence.terms() {
-        let order = recurrence.sequences[place].start.len();
-        let at = (all[place].len() + offset).checked_sub(order)?;
-        known.insert(name, all[place].get(at)?.bounds()?);
+        known.insert(name, all.get(place)?.get(step + offset)?.bounds()?);
     }
-    let order = recurrence.sequences.first()?.start.len();
-    let index = BigInt::from(recurrence.from) + BigInt::from(all.first()?.len().checked_sub(order)?);
-    let index = BigRational::from_integer(index);
+    let index = BigRational::from_integer(BigInt::from(recurrence.from) + BigInt::from(step));
     known.insert(recurrence.index.clone(), (index.clone(), index));
     recurrence.sequences.iter().map(|sequence| evaluated(&sequence.next, &known)).collect()
 }

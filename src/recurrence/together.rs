@@ -4,8 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::line::along_a_line;
+use super::parts::{closures, each_set};
 use super::reach::pieces;
-use super::{Closed, NoClosedForm, Solved, solve_all};
+use super::{Closed, NoClosedForm, Solved, solve_until};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, term};
 use crate::name::Name;
@@ -20,6 +21,7 @@ pub fn solve_together(
     starts: &BTreeMap<Name, Value>,
     index: &Name,
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
     let mut rest: BTreeSet<&Name> = maps.keys().collect();
     let mut found = Vec::new();
@@ -32,10 +34,51 @@ pub fn solve_together(
             rest.remove(next);
             group.insert(next);
         }
-        found.extend(one_group(&group, maps, starts, index, known)?);
+        found.extend(one_group(&group, maps, starts, index, known, stop)?);
     }
     found.sort_by(|one, other| one.0.cmp(&other.0));
     Ok(found)
+}
+
+/// What is found of variables of which not all have closed forms.
+pub struct Apart {
+    /// The checked closed forms of those that depend on none without.
+    pub closed: Vec<(Name, Closed)>,
+    /// The others, with what stands in the way.
+    pub missing: Vec<(Vec<Name>, NoClosedForm)>,
+}
+
+/// The same for as many of the variables as have closed forms.
+pub fn solve_apart(
+    maps: &BTreeMap<Name, Value>,
+    starts: &BTreeMap<Name, Value>,
+    index: &Name,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Apart {
+    let reason = match solve_together(maps, starts, index, known, stop) {
+        Ok(closed) => return Apart { closed, missing: Vec::new() },
+        Err(reason) => reason,
+    };
+    let names: Vec<&Name> = maps.keys().collect();
+    let closures = closures(names.len(), |one, other| maps[names[one]].mentions(names[other]));
+    let attempt = |set: &BTreeSet<usize>| {
+        if set.len() == names.len() {
+            return Err(reason.clone());
+        }
+        let own = set.iter().map(|place| (names[*place].clone(), maps[names[*place]].clone())).collect();
+        solve_together(&own, starts, index, known, stop)
+    };
+    let (mut closed, mut missing) = (Vec::new(), Vec::new());
+    for (own, found) in each_set(&closures, attempt, |place| names[place].to_string()) {
+        let own: Vec<Name> = own.into_iter().map(|place| names[place].clone()).collect();
+        match found {
+            Ok(all) => closed.extend(all.into_iter().filter(|(name, _)| own.contains(name))),
+            Err(reason) => missing.push((own, reason)),
+        }
+    }
+    closed.sort_by(|one, other| one.0.cmp(&other.0));
+    Apart { closed, missing }
 }
 
 fn one_group(
@@ -44,6 +87,7 @@ fn one_group(
     starts: &BTreeMap<Name, Value>,
     index: &Name,
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
     let names: BTreeMap<Name, Value> =
         group.iter().map(|name| ((*name).clone(), Value::variable(&term(name, index, 0)))).collect();
@@ -56,16 +100,14 @@ fn one_group(
         let next = known.simplify(&maps[*name]).substitute(&names)?;
         sequences.push(Sequence { name: (*name).clone(), start: vec![known.simplify(start)], next });
     }
-    let solved = match solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known) {
-        Err(reason) => {
-            let own = |map: &BTreeMap<Name, Value>| {
-                group.iter().filter_map(|name| Some(((*name).clone(), map.get(*name)?.clone()))).collect()
-            };
-            return along_a_line(&own(maps), &own(starts), index, known).ok().flatten().ok_or(reason);
-        }
-        Ok(solved) => solved,
-    };
-    group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect()
+    let solved = solve_until(Recurrence { index: index.clone(), from: 0, sequences }, known, stop);
+    let all = |solved: Solved| group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect();
+    solved.and_then(all).or_else(|reason: NoClosedForm| {
+        let own = |map: &BTreeMap<Name, Value>| {
+            group.iter().filter_map(|name| Some(((*name).clone(), map.get(*name)?.clone()))).collect()
+        };
+        along_a_line(&own(maps), &own(starts), index, known).ok().flatten().ok_or(reason)
+    })
 }
 
 /// The form of one sequence by pieces.
@@ -92,7 +134,7 @@ mod tests {
             (z.clone(), vz.add(&Value::one()).unwrap()),
         ]);
         let starts = BTreeMap::from([(x, Value::zero()), (y, Value::one()), (z, Value::integer(5))]);
-        let found = solve_together(&maps, &starts, &n, &Assumptions::default()).unwrap();
+        let found = solve_together(&maps, &starts, &n, &Assumptions::default(), &|| false).unwrap();
         let at = |place: usize, number: i64| found[place].1.at(&n, &Value::integer(number), &Assumptions::default());
         assert_eq!(at(0, 3), Some(Value::fraction(7, 4).unwrap()));
         assert_eq!(at(1, 3), Some(Value::fraction(1, 8).unwrap()));

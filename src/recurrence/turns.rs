@@ -3,7 +3,7 @@
 use num_integer::Integer;
 use num_traits::ToPrimitive;
 
-use super::{NoClosedForm, solve_all};
+use super::{NoClosedForm, solve_until};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Sequence, Solved, in_class};
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -62,13 +62,18 @@ fn has_sign(value: &Value, index: &Name) -> bool {
 }
 
 /// The forms of a recurrence that begins at 0, in so many turns.
-pub(super) fn in_turns(recurrence: &Recurrence, count: i64, known: &Assumptions) -> Result<Vec<Form>, NoClosedForm> {
+pub(super) fn in_turns(
+    recurrence: &Recurrence,
+    count: i64,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Vec<Form>, NoClosedForm> {
     let one = |turn: i64| -> Result<Vec<Value>, NoClosedForm> {
         let all = recurrence.sequences.iter();
         all.map(|sequence| Ok(in_class(&sequence.next, &recurrence.index, count, turn)?)).collect()
     };
     let turns = (0..count).map(one).collect::<Result<Vec<_>, _>>()?;
-    round(recurrence, &turns, known)
+    round(recurrence, &turns, known, stop)
 }
 
 /// The forms in turns of sequences that go through these equations one after the other, for ever: in each the index counts
@@ -77,6 +82,7 @@ pub(super) fn round(
     recurrence: &Recurrence,
     turns: &[Vec<Value>],
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Form>, NoClosedForm> {
     let index = &recurrence.index;
     let variables = recurrence.terms();
@@ -110,7 +116,14 @@ pub(super) fn round(
         sequences.push(Sequence { name: name.clone(), start: vec![start], next: next.substitute(&renamed)? });
     }
     let rounds = Recurrence { index: index.clone(), from: 0, sequences };
-    let solved = solve_all(rounds, known)?;
+    // What is said of a state is said of the term that it is.
+    let told = |NoClosedForm(mut text): NoClosedForm| {
+        for (own, (name, ..)) in names.iter().zip(&variables) {
+            text = text.replace(&crate::closed_form::term(own, index, 0).to_string(), name.as_str());
+        }
+        NoClosedForm(text)
+    };
+    let solved = solve_until(rounds, known, stop).map_err(told)?;
     forms(recurrence, &rows, &solved)
 }
 

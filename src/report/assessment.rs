@@ -146,9 +146,10 @@ fn sensitivity(one: &Sensitivity) -> Option<String> {
         return None;
     }
     let mut parts = Vec::new();
-    for (word, measure) in [("+1 %", &one.up), ("-1 %", &one.down)] {
+    for (sign, measure) in [("+", &one.up), ("-", &one.down)] {
         if let Some(measure) = measure {
-            parts.push(format!("{word} changes it by {measure}"));
+            let step = one.step.as_ref().map_or_else(|| "1 %".to_string(), text);
+            parts.push(format!("{sign}{step} changes it by {measure}"));
         }
     }
     match slopes {

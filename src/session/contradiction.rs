@@ -33,8 +33,14 @@ pub(super) fn contradict(
     // The parameters of the property need values too; beside the system they are found with its own.
     let asked = property_parameters(body, environment);
     let beside = Term::new(Node::Observe(Name::new("Asked"), asked));
-    let Ok(values) = close(&Term::par([whole.clone(), beside]), environment, &[]).map(|closed| closed.values) else {
-        return;
+    let values = match close(&Term::par([whole.clone(), beside]), environment, &[]) {
+        Ok(closed) => closed.values,
+        Err(why) => {
+            // What could be given by hand is nothing to do here.
+            let why = why.split(';').next().unwrap_or_default();
+            found.trace.push(format!("no run was looked at: {why}"));
+            return;
+        }
     };
     let given: Vec<(Name, Value)> = values.iter().map(|(name, value, _)| (name.clone(), value.clone())).collect();
     let Ok(closed) = close(&whole, environment, &given) else { return };

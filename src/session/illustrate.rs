@@ -11,13 +11,13 @@ use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
 use crate::name::Name;
 use crate::picture::{Line, Picture, of_run};
 use crate::report::Report;
-use crate::timeline::Follower;
+use crate::timeline::{Ending, Follower};
 use crate::value::{Relation, Value};
 
 /// Stretches of a run that are drawn.
 const DRAWN: usize = 600;
 /// Times at which a probability is asked for, to draw how it grows.
-const TIMES: i64 = 20;
+const TIMES: i64 = 40;
 /// Points of a density.
 const POINTS: i32 = 200;
 
@@ -65,7 +65,14 @@ impl Run<'_, '_> {
         let term = system.term(&environment.definitions);
         let mut follower = Follower::new(&term, &environment.definitions);
         follower.follow(DRAWN, &|| self.surroundings.interrupted());
-        Some(of_run(&format!("The run of {}", system.name), follower.run(), None))
+        let run = follower.run();
+        let title = match &run.ending {
+            // A run that stands still for as long as it was followed says nothing of what comes then.
+            Ending::Unknown(_) if run.stretches.len() < 2 => return None,
+            Ending::Unknown(why) => format!("The run of {} as far as it is known: {why}", system.name),
+            _ => format!("The run of {}", system.name),
+        };
+        Some(of_run(&title, run, None))
     }
 }
 
@@ -135,9 +142,9 @@ fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn 
         let moments: Vec<BigRational> = moments.collect();
         let Some((bounds, method)) = growth(likelihood, environment, &moments, interrupted) else { return all };
         let places = || moments.iter().filter_map(BigRational::to_f64);
-        let low: Vec<(f64, f64)> = places().zip(bounds.iter().map(|(low, _)| *low)).collect();
-        let high: Vec<(f64, f64)> = places().zip(bounds.iter().map(|(_, high)| *high)).collect();
-        let wide = low.iter().zip(&high).any(|((_, low), (_, high))| high - low > 5e-3);
+        let wide = bounds.iter().any(|(low, high)| high - low > 5e-3);
+        let low = stairs(places().zip(bounds.iter().map(|(low, _)| *low)));
+        let high = stairs(places().zip(bounds.iter().map(|(_, high)| *high)));
         let name = if wide { "lower bound" } else { "probability" };
         let mut lines = vec![Line { name: name.to_string(), points: low }];
         if wide {
@@ -150,6 +157,18 @@ fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn 
             lines,
             ..Picture::default()
         });
+    }
+    all
+}
+
+/// What was found at some times, each as it stays until the next of them: it changes with the rounds, and not between.
+fn stairs(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut all: Vec<(f64, f64)> = Vec::new();
+    for (time, height) in points {
+        if let Some((_, before)) = all.last().filter(|(_, before)| *before != height) {
+            all.push((time, *before));
+        }
+        all.push((time, height));
     }
     all
 }
@@ -185,5 +204,16 @@ fn density(name: &Name, parts: &[(BigRational, BigRational, BigRational)], when:
         up: "density".to_string(),
         lines: vec![Line { name: name.to_string(), points: points.map(|x| (x, at(x))).collect() }],
         ..Picture::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probability_stays_until_the_next_round() {
+        let found = stairs([(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (3.0, 0.5)].into_iter());
+        assert_eq!(found, vec![(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 0.5), (3.0, 0.5)]);
     }
 }

@@ -5,7 +5,7 @@ use super::solve::found_lines;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::lower::Question;
-use crate::recurrence::{Reach, reach, solve_all};
+use crate::recurrence::{Reach, reach, solve_until};
 use crate::value::{Relation, Sort, Value};
 use crate::verify::Merge;
 
@@ -54,7 +54,7 @@ pub(super) fn in_orders(
             }
             let mut known = known.clone();
             known.assume(order, one, other);
-            let solved = solve_all(recurrence.clone(), &known).ok()?;
+            let solved = solve_until(recurrence.clone(), &known, stop).ok()?;
             let found = reach(recurrence, Some(&solved), (*relation, left, right), &known, stop);
             if stop() || matches!(found, Reach::Unknown(_)) {
                 return None;
@@ -66,7 +66,11 @@ pub(super) fn in_orders(
 }
 
 /// The forms in each order of two values, where there is none without and one in each; nothing if there is no such pair.
-pub(super) fn forms_in_orders(recurrence: &Recurrence, known: &Assumptions) -> Option<Vec<(String, Solved)>> {
+pub(super) fn forms_in_orders(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<Vec<(String, Solved)>> {
     let zero = Value::zero();
     pairs(recurrence, &zero, &zero, known).iter().take(MOST_PAIRS).find_map(|(one, other)| {
         let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
@@ -74,7 +78,7 @@ pub(super) fn forms_in_orders(recurrence: &Recurrence, known: &Assumptions) -> O
         let solved = possible.map(|order| {
             let mut known = known.clone();
             known.assume(order, one, other);
-            Some((format!("{one} {} {other}", order.symbol()), solve_all(recurrence.clone(), &known).ok()?))
+            Some((format!("{one} {} {other}", order.symbol()), solve_until(recurrence.clone(), &known, stop).ok()?))
         });
         solved.collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
     })

@@ -5,6 +5,7 @@ use super::claim::Found;
 use super::compare::theory;
 use super::contradiction::contradict;
 use super::reading::{Run, Waiting};
+use crate::assumption::Assumptions;
 use crate::closed_form::term;
 use crate::flow::{PhaseFlow, component_periods, flows, needed};
 use crate::kernel::{Theory, Thm, check};
@@ -65,7 +66,7 @@ impl Run<'_, '_> {
             if let (None, verify::Verdict::Refuted { reason, .. }) = (found.verdict, &outcome.verdict) {
                 found.remains = vec![
                     format!("no durations were found: {}", said(reason)),
-                    "but the run does not exclude that there are some".to_string(),
+                    "but that there are none could not be shown".to_string(),
                 ];
             }
             self.tolerances(system, property, &outcome, environment, &mut found);
@@ -139,6 +140,7 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {
+        let surroundings = self.surroundings;
         self.examined(system, waiting, |_, period, environment| {
             let mut lines = Vec::new();
             for flow in flows(period, &environment.definitions) {
@@ -146,13 +148,7 @@ impl Run<'_, '_> {
                 let n = flow.index();
                 let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
                 lines.extend(flow.steps(&n).iter().map(next));
-                match flow.recurrences(&n, &environment.assumptions) {
-                    Ok(all) => lines.extend(all.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n))),
-                    Err(none) => match flow.sums(&n, &environment.assumptions) {
-                        sums if sums.is_empty() => lines.push(format!("  no closed form: {}", none.0)),
-                        sums => lines.extend(sums.into_iter().map(|line| format!("  closed    {line}"))),
-                    },
-                }
+                lines.extend(recurrence_lines(&flow, &n, &environment.assumptions, &|| surroundings.interrupted()));
                 let means = flow.means(&n, &environment.assumptions);
                 let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n));
                 lines.extend(means.map(|line| line.replacen("closed", "mean  ", 1)));
@@ -180,6 +176,27 @@ impl Run<'_, '_> {
             Err(failures) => failures.iter().map(ToString::to_string).collect(),
         }
     }
+}
+
+/// The closed forms of a phase, and why there are none of some variables.
+fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
+    let found = flow.recurrences(index, assumptions, stop);
+    let sums = if found.missing.is_empty() { Vec::new() } else { flow.sums(index, assumptions) };
+    if !sums.is_empty() {
+        return sums.into_iter().map(|line| format!("  closed    {line}")).collect();
+    }
+    let mut lines: Vec<String> =
+        found.closed.iter().flat_map(|(name, closed)| closed_lines(name, closed, index)).collect();
+    for (names, reason) in &found.missing {
+        let names: Vec<&str> = names.iter().map(Name::as_str).collect();
+        let of = if found.closed.is_empty() && found.missing.len() == 1 {
+            String::new()
+        } else {
+            format!(" of {}", names.join(", "))
+        };
+        lines.push(format!("  no closed form{of}: {}", reason.0));
+    }
+    lines
 }
 
 /// What is taken on trust is tried on the executable meaning first: small values for the parameters, the system beside

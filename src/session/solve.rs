@@ -6,7 +6,9 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Solved};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
-use crate::recurrence::{Behaviour, Reach, Term, behaviour, reach, solve_all, special_cases};
+use crate::recurrence::{
+    Behaviour, NoClosedForm, Part, Reach, Term, behaviour, parts, reach, solve_until, special_cases,
+};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
@@ -14,7 +16,7 @@ use crate::value::{Relation, Value};
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let known = &waiting.environment.assumptions;
     let recurrence = &question.recurrence;
-    let solved = solve_all(recurrence.clone(), known);
+    let solved = solve_until(recurrence.clone(), known, stop);
     if let Some(found) = in_orders(question, solved.as_ref().ok(), known, stop) {
         let mut lines = found.lines;
         lines.push(proof(recurrence));
@@ -34,10 +36,10 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
         Ok(solved) => {
             let mut lines = solved.lines();
             lines.push(proof(recurrence));
-            lines.extend(left_out(solved, known));
+            lines.extend(left_out(solved, known, stop));
             lines
         }
-        Err(reason) => unsolved(recurrence, &reason.0, known),
+        Err(reason) => unsolved(recurrence, reason, known, stop),
     };
     let found = question.find.as_ref().map(|(relation, left, right)| {
         let found = reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop);
@@ -63,9 +65,9 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
 }
 
 /// The forms for the parameters that the conditions leave out.
-fn left_out(solved: &Solved, known: &Assumptions) -> Vec<String> {
+fn left_out(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
     let mut lines = Vec::new();
-    for special in special_cases(solved, known) {
+    for special in special_cases(solved, known, stop) {
         lines.push(format!("where {}:", special.title()));
         lines.extend(special.solved.lines().into_iter().map(|line| format!("    {line}")));
         lines.push(format!("    {}", proof(special.solved.recurrence())));
@@ -74,11 +76,24 @@ fn left_out(solved: &Solved, known: &Assumptions) -> Vec<String> {
 }
 
 /// The forms in each order of two values, or that there are none and what is known without.
-fn unsolved(recurrence: &Recurrence, reason: &str, known: &Assumptions) -> Vec<String> {
-    let orders = forms_in_orders(recurrence, known).unwrap_or_default();
+fn unsolved(
+    recurrence: &Recurrence,
+    reason: &NoClosedForm,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Vec<String> {
+    let orders = forms_in_orders(recurrence, known, stop).unwrap_or_default();
     if orders.is_empty() {
-        let mut lines = vec![format!("no closed form is known: {reason}")];
-        lines.extend(without_form(recurrence, &behaviour(recurrence, known)));
+        let behaviour = behaviour(recurrence, known, stop);
+        let parts = parts(recurrence, reason, known, stop);
+        if parts.iter().all(|part| part.found.is_err()) {
+            let mut lines = vec![format!("no closed form is known: {}", reason.0)];
+            lines.extend(without_form(recurrence, &behaviour, |_| true));
+            return lines;
+        }
+        let mut lines: Vec<String> = parts.iter().flat_map(part_lines).collect();
+        let open = |name: &Name| parts.iter().any(|part| part.found.is_err() && part.names.contains(name));
+        lines.extend(without_form(recurrence, &behaviour, open));
         return lines;
     }
     let mut lines = vec!["one closed form for each order:".to_string()];
@@ -88,6 +103,21 @@ fn unsolved(recurrence: &Recurrence, reason: &str, known: &Assumptions) -> Vec<S
         lines.push(format!("    {}", proof(recurrence)));
     }
     lines
+}
+
+/// The forms of some sequences, or why these have none.
+fn part_lines(part: &Part) -> Vec<String> {
+    match &part.found {
+        Ok(solved) => {
+            let mut lines = solved.lines_of(&part.names);
+            lines.push(proof(solved.recurrence()));
+            lines
+        }
+        Err(reason) => {
+            let names: Vec<&str> = part.names.iter().map(Name::as_str).collect();
+            vec![format!("no closed form of {} is known: {}", names.join(", "), reason.0)]
+        }
+    }
 }
 
 /// How the forms were checked.
@@ -105,8 +135,8 @@ fn proof(recurrence: &Recurrence) -> String {
     format!("checked by induction on {index}: {starts}; for every {index} >= {}, {steps}", recurrence.from)
 }
 
-/// What is known without a form.
-fn without_form(recurrence: &Recurrence, behaviour: &Behaviour) -> Vec<String> {
+/// What is known without a form, of the sequences that have none.
+fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&Name) -> bool) -> Vec<String> {
     let mut lines = Vec::new();
     if !behaviour.fixed_points.is_empty() {
         let points: Vec<String> = behaviour.fixed_points.iter().map(Value::to_string).collect();
@@ -117,7 +147,8 @@ fn without_form(recurrence: &Recurrence, behaviour: &Behaviour) -> Vec<String> {
         lines.push("it has no fixed point".to_string());
     }
     lines.extend(behaviour.motion.clone());
-    for (sequence, terms) in recurrence.sequences.iter().zip(&behaviour.terms) {
+    let all = recurrence.sequences.iter().zip(&behaviour.terms);
+    for (sequence, terms) in all.filter(|(sequence, _)| open(&sequence.name)) {
         let terms: Vec<String> = terms.iter().map(Term::text).collect();
         lines.push(format!("{} from {} on: {}, …", sequence.name, recurrence.from, terms.join(", ")));
     }

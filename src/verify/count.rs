@@ -53,7 +53,7 @@ impl Walker<'_> {
                 maps.insert(name.clone(), self.assumptions.simplify(&image.substitute(&constant)?));
             }
         }
-        let closed = solve_together(&maps, values, &self.index, &self.assumptions)?;
+        let closed = solve_together(&maps, values, &self.index, &self.assumptions, self.interrupted)?;
         Ok(Forms { constant, maps, closed })
     }
 

@@ -1,0 +1,98 @@
+//! Forms that one induction cannot show together, since some of them are products, by pieces or in turns: sequences that
+//! depend on each other are shown by themselves, where what they read of others has values that were shown before.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::check::{failed, whole};
+use super::defined::Defined;
+use super::{Comparison, Form, Recurrence, Solved, Unchecked};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::value::{Need, Value};
+
+/// What must hold for all forms to be right.
+pub(super) fn apart(
+    recurrence: &Recurrence,
+    forms: &[Form],
+    conditions: &[Comparison],
+    known: &Assumptions,
+) -> Result<Vec<Comparison>, Unchecked> {
+    let groups = groups(recurrence);
+    if groups.len() < 2 {
+        return Err(failed("the sequences all depend on each other"));
+    }
+    let mut images: BTreeMap<Name, Value> = BTreeMap::new();
+    let mut defined = Defined::new(&recurrence.index, recurrence.from, known, conditions.to_vec());
+    let mut all: Vec<Comparison> = Vec::new();
+    for group in groups {
+        let mut sequences = Vec::new();
+        for place in &group {
+            let mut sequence = recurrence.sequences[*place].clone();
+            // What was shown to be a value at every index may stand in place of the term.
+            has_meaning(&sequence.next, &images, recurrence.from, &mut defined)?;
+            sequence.next = sequence.next.substitute(&images)?;
+            sequences.push(sequence);
+        }
+        let own = Recurrence { index: recurrence.index.clone(), from: recurrence.from, sequences };
+        let own_forms = group.iter().map(|place| forms[*place].clone()).collect();
+        let solved = Solved::check(own, own_forms, conditions.to_vec(), known)?;
+        for (name, place, offset) in solved.recurrence.terms() {
+            if let Some(value) = solved.forms[place].value(&recurrence.index) {
+                let later = Value::variable(&recurrence.index).add(&Value::integer(whole(offset)?))?;
+                images.insert(name, value.with(&recurrence.index, &later)?);
+            }
+        }
+        all.extend(solved.conditions);
+    }
+    all.extend(defined.conditions);
+    let mut once = BTreeSet::new();
+    all.retain(|condition| once.insert(condition.clone()));
+    Ok(all)
+}
+
+/// Makes sure that an equation means something with these values at every index, before anything in it cancels.
+fn has_meaning(
+    next: &Value,
+    images: &BTreeMap<Name, Value>,
+    from: i64,
+    defined: &mut Defined<'_>,
+) -> Result<(), Unchecked> {
+    for need in next.needs().into_iter().filter(|need| images.keys().any(|name| need.value().mentions(name))) {
+        match need.substitute(images)? {
+            Need::Nonzero(value) => defined.value(&Value::one().div(&value)?, from)?,
+            other if defined.known().grants(&other) == Some(true) => {}
+            other => return Err(Unchecked(other.to_string())),
+        }
+    }
+    Ok(())
+}
+
+/// The sets of sequences that all depend on each other, each after those that it reads.
+fn groups(recurrence: &Recurrence) -> Vec<BTreeSet<usize>> {
+    let count = recurrence.sequences.len();
+    let terms = recurrence.terms();
+    let reads = |one: usize| -> BTreeSet<usize> {
+        let next = &recurrence.sequences[one].next;
+        terms.iter().filter(|(name, ..)| next.mentions(name)).map(|(_, place, _)| *place).collect()
+    };
+    let direct: Vec<BTreeSet<usize>> = (0..count).map(reads).collect();
+    let closure = |place: usize| {
+        let (mut all, mut work) = (BTreeSet::from([place]), vec![place]);
+        while let Some(one) = work.pop() {
+            work.extend(direct[one].iter().filter(|other| all.insert(**other)));
+        }
+        all
+    };
+    let closures: Vec<BTreeSet<usize>> = (0..count).map(closure).collect();
+    let mut order: Vec<usize> = (0..count).collect();
+    // What a sequence depends on, but does not depend on it, depends on fewer.
+    order.sort_by_key(|place| closures[*place].len());
+    let mut groups: Vec<BTreeSet<usize>> = Vec::new();
+    for place in order {
+        if groups.iter().all(|group| !group.contains(&place)) {
+            let both = |other: &usize| closures[*other].contains(&place);
+            groups.push(closures[place].iter().copied().filter(both).collect());
+        }
+    }
+    groups
+}

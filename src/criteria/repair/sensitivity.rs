@@ -1,0 +1,75 @@
+//! How margins move when one parameter is a little larger or smaller.
+
+use num_rational::BigRational;
+use num_traits::{One, Signed, Zero};
+
+use super::{Workshop, difference};
+use crate::criteria::{Finding, Measure};
+use crate::name::Name;
+use crate::value::Value;
+
+/// How the margin of a criterion moves with a parameter.
+#[derive(Clone, Debug)]
+pub struct Sensitivity {
+    /// The criterion.
+    pub name: Name,
+    /// The parameter.
+    pub parameter: Name,
+    /// By how much the parameter was changed, where that is no hundredth of it.
+    pub step: Option<BigRational>,
+    /// By how much the margin changes when the parameter is a hundredth larger, or so much.
+    pub up: Option<Measure>,
+    /// The same, when it is that much smaller.
+    pub down: Option<Measure>,
+    /// The slope of the margin from here upward and downward, as long as the run takes the same ways; none where the
+    /// margin jumps.
+    pub slopes: [Option<BigRational>; 2],
+}
+
+impl Workshop<'_> {
+    /// How each margin moves with each parameter.
+    pub fn sensitivities(&self) -> Vec<Sensitivity> {
+        let mut all = Vec::new();
+        for (parameter, value) in self.parameters {
+            if (self.judge.interrupted)() {
+                break;
+            }
+            let hundredth = value / BigRational::from_integer(100.into());
+            let own = hundredth.is_zero().then(|| self.small());
+            let step = own.clone().unwrap_or_else(|| hundredth.abs());
+            let around = [value + &step, value - &step].map(|value| {
+                let (criteria, environment) = self.elsewhere(&[(parameter.clone(), value)])?;
+                Some(self.judge.judge(&criteria, &environment).findings)
+            });
+            for finding in &self.judged.findings {
+                let [up, down] = around.each_ref().map(|findings| {
+                    let there = findings.as_ref()?.iter().find(|other| other.name == finding.name)?;
+                    difference(there.margin.as_ref()?, finding.margin.as_ref()?)
+                });
+                let slopes = self.slopes(finding, parameter, value);
+                if up.is_some() || down.is_some() || slopes.iter().any(Option::is_some) {
+                    let name = finding.name.clone();
+                    all.push(Sensitivity { name, parameter: parameter.clone(), step: own.clone(), up, down, slopes });
+                }
+            }
+        }
+        all
+    }
+
+    /// A change of a parameter that is 0: a hundredth of the smallest margin that there is.
+    fn small(&self) -> BigRational {
+        let margins = self.judged.findings.iter().filter_map(Finding::exact_margin);
+        let numbers = margins.filter_map(Value::as_rational);
+        let least = numbers.map(|number| number.abs()).filter(|number| !number.is_zero()).min();
+        least.unwrap_or_else(BigRational::one) / BigRational::from_integer(100.into())
+    }
+
+    fn slopes(&self, finding: &Finding, parameter: &Name, value: &BigRational) -> [Option<BigRational>; 2] {
+        let here = finding.exact_margin().and_then(Value::as_rational);
+        let (Some(sides), Some(here)) = (self.formulas.get(parameter), here) else { return [None, None] };
+        sides.each_ref().map(|side| {
+            let formula = side.get(&finding.name)?;
+            if formula.at(value)? == here { formula.slope(value) } else { None }
+        })
+    }
+}
