@@ -51,11 +51,43 @@ pub fn impossible(assumptions: &Assumptions, tests: &[Test]) -> bool {
 /// When there are too many, or a value has no normal form.
 pub fn disjoint(assumptions: &Assumptions, tests: &[Test]) -> Result<Vec<Case>, ValueError> {
     let mut found = Vec::new();
-    each_case(assumptions, &conjunctions(tests)?, Relation::Gtr, &mut |case| {
-        found.push(case);
-        true
-    })?;
+    for tests in alternatives(conjunctions(tests)?)? {
+        each_case(assumptions, &tests, Relation::Gtr, &mut |case| {
+            found.push(case);
+            true
+        })?;
+    }
     Ok(found)
+}
+
+/// The tests with `max(a,b) > c` as `a > c`, or `b > c` and not `a > c`: the cases do not compare a with b, and where
+/// these are apart, so are the cases. Of two elements, which are one distance most often, the cases are as simple anyway.
+fn alternatives(tests: Vec<Test>) -> Result<Vec<Vec<Test>>, ValueError> {
+    let (mut work, mut all) = (vec![tests], Vec::new());
+    while let Some(tests) = work.pop() {
+        if work.len() + all.len() > MOST_CASES {
+            return Err(ValueError("there are too many cases".to_string()));
+        }
+        let mut wide = None;
+        for (place, test) in tests.iter().enumerate() {
+            if let Some(parts) = by_element(test, false)?.filter(|parts| parts.len() > 2) {
+                wide = Some((place, parts));
+                break;
+            }
+        }
+        let Some((place, parts)) = wide else {
+            all.push(tests);
+            continue;
+        };
+        for (number, part) in parts.iter().enumerate().rev() {
+            let mut case = tests.clone();
+            case.remove(place);
+            case.extend(parts[..number].iter().map(Test::negated));
+            case.push(part.clone());
+            work.push(conjunctions(&case)?);
+        }
+    }
+    Ok(all)
 }
 
 /// The tests with `max(a,b) <= c` as `a <= c` and `b <= c`, which needs no cases.
@@ -63,7 +95,7 @@ fn conjunctions(tests: &[Test]) -> Result<Vec<Test>, ValueError> {
     let mut work: Vec<Test> = tests.iter().rev().cloned().collect();
     let mut all = Vec::new();
     while let Some(test) = work.pop() {
-        match bounded(&test)? {
+        match by_element(&test, true)? {
             Some(parts) => work.extend(parts.into_iter().rev()),
             None => all.push(test),
         }
@@ -71,8 +103,8 @@ fn conjunctions(tests: &[Test]) -> Result<Vec<Test>, ValueError> {
     Ok(all)
 }
 
-/// A comparison that bounds a maximum from above, as one of each of its elements.
-fn bounded(test: &Test) -> Result<Option<Vec<Test>>, ValueError> {
+/// A comparison that bounds a maximum from above, or from below, as one of each of its elements.
+fn by_element(test: &Test, from_above: bool) -> Result<Option<Vec<Test>>, ValueError> {
     if test.left.sort() != Sort::Real || test.right.sort() != Sort::Real {
         return Ok(None);
     }
@@ -88,7 +120,8 @@ fn bounded(test: &Test) -> Result<Option<Vec<Test>>, ValueError> {
             Relation::Gtr | Relation::Gte => number.is_negative(),
             _ => false,
         };
-        if !above || factor.mul(&atom.value()?)?.add(&rest)? != difference {
+        let ordered = !matches!(test.relation, Relation::Eq | Relation::Neq);
+        if !ordered || above != from_above || factor.mul(&atom.value()?)?.add(&rest)? != difference {
             continue;
         }
         let part = |element: &Value| {

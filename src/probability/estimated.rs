@@ -55,13 +55,14 @@ fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String
         let one = |run, space: &mut Scratch| program.happens(&Source::new(seed, run), space).map(u64::from);
         counted(runs, Scratch::default, &one)?
     };
-    // Runs that are too long to be split leave the plain answer, which is right too.
+    let plain = interval(happened, runs);
+    // Runs that are too long to be split leave the plain answer, which is right too; so do two that contradict each other.
     let split = if happened * RARE < runs { split(program, seed).ok().flatten() } else { None };
-    Ok(match split {
+    Ok(match split.filter(|found| found.low <= plain.high && plain.low <= found.high) {
         Some(found) => {
             Estimate { low: found.low, high: found.high, share: found.share, runs: runs + found.runs, split: true }
         }
-        None => interval(happened, runs),
+        None => plain,
     })
 }
 

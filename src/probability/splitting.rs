@@ -3,7 +3,9 @@
 //! Adaptive multilevel splitting: again and again the runs that came least near are dropped, and copies of others, from
 //! where these first came nearer, take their places; each time the estimate shrinks by the share that was left. With any
 //! measure of nearness the mean of the estimate is the chance (Bréhier, Gazeau, Goudenège, Lelièvre and Rousset, 2016).
-//! Several such estimates, independent of each other, give the confidence interval, by Student's distribution.
+//! Several such estimates, independent of each other, give the confidence interval, by Student's distribution. That holds
+//! where they are much alike, as they are with a good measure of nearness. Where they differ far more than such a measure
+//! would let them, most of the mean may be in estimates that none of these came to: they say nothing then.
 
 use std::rc::Rc;
 
@@ -18,6 +20,9 @@ pub const RUNS: usize = 250;
 const DROPPED: usize = 25;
 /// What a number of Student's distribution with 39 degrees of freedom exceeds in size once in a hundred times.
 const QUANTILE: f64 = 2.707_913_183_516_8;
+/// How often the variance of the best measure of nearness may be had. That one is the logarithm of the chance over the
+/// number of runs (Cérou and Guyader, 2007), relative to the square of the chance.
+const MOST_EXCESS: f64 = 3.0;
 /// Levels.
 const MOST_LEVELS: usize = 20_000;
 /// Records of runs that are kept.
@@ -43,7 +48,7 @@ impl Path {
     }
 }
 
-/// A chance that is too small for plain simulation; none where nothing was found.
+/// A chance that is too small for plain simulation; none where nothing was found, or nothing to be relied on.
 pub(super) fn split(program: &Program, seed: u64) -> Result<Option<Split>, String> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
     let work = |first: u64| -> Result<Vec<(u64, f64, u64)>, String> {
@@ -66,6 +71,9 @@ pub(super) fn split(program: &Program, seed: u64) -> Result<Option<Split>, Strin
         return Ok(None);
     }
     let square = all.iter().map(|(_, share, _)| (share / mean - 1.0).powi(2)).sum::<f64>() / (times - 1.0);
+    if square > MOST_EXCESS * -mean.ln() / RUNS as f64 {
+        return Ok(None);
+    }
     let half = QUANTILE * mean * (square / times).sqrt();
     let runs = all.iter().map(|(.., runs)| runs).sum();
     Ok(Some(Split { low: (mean - half).max(0.0), high: (mean + half).min(1.0), share: mean, runs }))

@@ -394,7 +394,7 @@ fn by_method(
 const SURE: f64 = 0.5;
 const LIKELY: f64 = 5.0;
 
-/// The middle, to as many digits as are worth it, and the ends.
+/// The middle, to as many digits as are worth it, and the ends. What is printed lies in the interval.
 fn between(interval: &Interval, units: f64) -> String {
     if interval.low == interval.high {
         return decimal(interval.low);
@@ -410,11 +410,18 @@ fn between(interval: &Interval, units: f64) -> String {
     if interval.low <= 0.0 && interval.high < SMALL {
         return format!("at most {}, {ends}", decimal(interval.high));
     }
-    match middle < SMALL {
-        true => format!("{middle:.digits$e}, {ends}", digits = usize::try_from(places + first).unwrap_or_default()),
-        false => format!("{middle:.places$}, {ends}", places = usize::try_from(places).unwrap_or_default()),
-    }
+    let written = |places: i32| match middle < SMALL {
+        true => format!("{middle:.digits$e}", digits = usize::try_from(places + first).unwrap_or_default()),
+        false => format!("{middle:.places$}", places = usize::try_from(places).unwrap_or_default()),
+    };
+    let outside =
+        |places: i32| written(places).parse().is_ok_and(|number: f64| number < interval.low || number > interval.high);
+    let inside = (places..places + MOST_DIGITS).find(|places| !outside(*places)).unwrap_or(places);
+    format!("{}, {ends}", written(inside))
 }
+
+/// Digits that a number of the machine has.
+const MOST_DIGITS: i32 = 17;
 
 /// Below this a number is written with a power of ten.
 const SMALL: f64 = 1e-4;
@@ -457,5 +464,26 @@ fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
             arrival.then(|| (pattern, true, latest.clone()))
         }
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_printed_lies_in_the_interval() {
+        for exponent in -20..0 {
+            for (low, width) in [(1.34, 0.07), (1.3418, 0.0737), (9.96, 0.02), (5.5, 1e-9), (1.0, 8.0), (4.4999, 1e-4)]
+            {
+                for units in [SURE, LIKELY] {
+                    let scale = 10f64.powi(exponent);
+                    let interval = Interval::between(low * scale, (low + width) * scale);
+                    let text = between(&interval, units);
+                    let first: f64 = text.split(',').next().and_then(|number| number.parse().ok()).unwrap();
+                    assert!(interval.low <= first && first <= interval.high, "{text}");
+                }
+            }
+        }
     }
 }

@@ -5,12 +5,12 @@ use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive};
 
 use super::count::Count;
-use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker, is_number};
+use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker};
 use super::unit::Unit;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Test};
 use crate::recurrence::Closed;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// A phase that a run never leaves, since two values never come to be equal.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -27,6 +27,8 @@ pub struct Endless {
 
 /// Rounds after which values may come round.
 const MOST_ROUNDS: i64 = 64;
+/// Digits of a value at which following a run one by one is given up.
+const MOST_BITS: u64 = 2_000;
 /// The latest round from which on they may.
 const LATEST: i64 = 1_000;
 
@@ -193,4 +195,18 @@ pub(super) fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Stre
         covered += span;
     }
     Some((opening, steady))
+}
+
+pub(super) fn is_long(value: &Value) -> bool {
+    value.bits() > MOST_BITS
+}
+
+/// A number, or one with roots of numbers: two of them can be compared.
+pub(super) fn is_known(value: &Value) -> bool {
+    let root = |atom: &Atom| matches!(atom, Atom::Root(inner) if inner.as_rational().is_some());
+    is_number(value) || value.atoms().iter().all(root)
+}
+
+fn is_number(value: &Value) -> bool {
+    value.as_rational().is_some()
 }

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::count::Count;
 use super::orbit::{Orbit, observers, without_moving};
+use super::round::{is_known, is_long};
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -19,8 +20,6 @@ use crate::value::{Relation, Value, ValueError};
 const MOST_LEGS: usize = 200;
 /// Rounds that are followed one by one where there is no closed form.
 const MOST_ROUNDS: usize = 2_000;
-/// Digits of a value at which following a run one by one is given up.
-const MOST_BITS: u64 = 2_000;
 /// Changes of phase before a run must have repeated: runs that only converge stop here.
 const MOST_CHANGES: usize = 60;
 
@@ -262,7 +261,7 @@ impl Walker<'_> {
             match self.count(round, values) {
                 Ok(count) => return self.counted(phase, round, values, count),
                 // Without a closed form, numbers can still be followed one by one.
-                Err(unsure) if values.values().all(is_number) => {
+                Err(unsure) if values.values().all(is_known) => {
                     return self.stepwise(phase, values).map_err(|mut other| {
                         other.0.extend(unsure.0);
                         other
@@ -305,7 +304,7 @@ impl Walker<'_> {
                 break self.onward(edge, &rounds[rounds.len() - 1].1)?;
             }
             // Symbols are followed one round at a time.
-            if !now.values().all(is_number) {
+            if !now.values().all(is_known) {
                 break Next::Phase(phase);
             }
         };
@@ -485,12 +484,4 @@ fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
         Ok((name.clone(), after.sub(value)?))
     };
     one.iter().map(change).collect()
-}
-
-fn is_long(value: &Value) -> bool {
-    value.as_rational().is_some_and(|number| number.numer().bits().max(number.denom().bits()) > MOST_BITS)
-}
-
-pub(super) fn is_number(value: &Value) -> bool {
-    value.as_rational().is_some()
 }
