@@ -17,6 +17,7 @@ mod drift;
 mod explore;
 mod held;
 mod instant;
+mod lonely;
 mod merge;
 mod rest;
 mod run;
@@ -85,6 +86,8 @@ pub enum Failure {
     },
     /// The second failure: a communication that is never matched.
     Unmatched(Blocked),
+    /// The same where nothing waits for it: something beside it ends it each time, or the run never comes to it.
+    Unanswered(Blocked),
     /// The same in a part of the system that a run may never come to.
     MayWait {
         /// Who waits there.
@@ -155,6 +158,10 @@ impl fmt::Display for Failure {
                 write!(f, "no communication: {} share no port", groups.join(" and "))
             }
             Failure::Unmatched(blocked) => write!(f, "unmatched communication: {blocked}"),
+            Failure::Unanswered(Blocked { component, port, reads, .. }) => {
+                let (does, other) = if *reads { ("reads", "writes") } else { ("writes", "reads") };
+                write!(f, "{component} {does} port {port}, which nobody {other}; nothing waits for that")
+            }
             Failure::MayWait { blocked, phases } => {
                 let phases: Vec<String> = phases.iter().map(|phase| format!("phase {}", phase + 1)).collect();
                 let place = if phases.is_empty() { "the start".to_string() } else { phases.join(" or ") };
@@ -426,7 +433,14 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
         warnings.push(Failure::NoCommunication { groups });
     }
-    if strict && !failures.is_empty() {
+    let mut explored = None;
+    if !failures.is_empty()
+        && let Ok(graph) = explore(&components, &closed, run)
+    {
+        failures = failures.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
+        explored = Some(graph);
+    }
+    if strict && failures.iter().any(|failure| !matches!(failure, Failure::Unanswered(_))) {
         failures.splice(0..0, warnings);
         return Err(failures);
     }
@@ -447,8 +461,8 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         failures.append(&mut warnings);
         return Err(failures);
     }
-    let graph = explore(&components, &closed, run).map_err(|failure| vec![failure])?;
-    let Graph { initial, phases, stuck } = graph;
+    let graph = explored.map_or_else(|| explore(&components, &closed, run), Ok).map_err(|failure| vec![failure])?;
+    let Graph { initial, phases, stuck, .. } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     warnings.extend(stuck::ends(&initial, &phases));
     let mut once = Vec::new();

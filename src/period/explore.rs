@@ -7,6 +7,7 @@ use std::rc::Rc;
 use super::control::Control;
 use super::held::{Held, first_held, name_variables};
 use super::instant::{Clock, Moment};
+use super::lonely::{self, Waiting};
 use super::merge::merge;
 use super::ports::System;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
@@ -39,6 +40,8 @@ pub(super) struct Graph {
     pub(super) phases: Vec<Phase>,
     /// Reads and writes that wait for ever while the rest goes on.
     pub(super) stuck: Vec<Blocked>,
+    /// Who waits for a read or a write at the end of some instant, with no delay to end the waiting.
+    pub(super) waiting: Waiting,
 }
 
 struct Spot {
@@ -384,7 +387,25 @@ impl<'a> Explorer<'a> {
             one.before = Before::Perhaps;
         }
         stuck::note_earlier(&mut initial, &mut phases, &|blocked| self.clock.only_partner(blocked));
-        Ok(Graph { initial, phases, stuck })
+        let waiting = self.waiting(initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)));
+        Ok(Graph { initial, phases, stuck, waiting })
+    }
+
+    fn waiting<'e>(&self, edges: impl Iterator<Item = &'e Edge>) -> Waiting {
+        let mut waiting = Waiting::new();
+        if !self.clock.users.keys().any(|port| self.clock.is_lonely(port)) {
+            return waiting;
+        }
+        edges.for_each(|edge| lonely::at_the_end(edge, &mut waiting));
+        for spot in &self.spots {
+            for (run, name) in spot.control.runs.iter().zip(self.clock.names) {
+                let mut ports = BTreeSet::new();
+                lonely::waits(run, &mut ports);
+                let lonely = ports.into_iter().filter(|port| self.clock.is_lonely(port));
+                waiting.extend(lonely.map(|port| (name.clone(), port)));
+            }
+        }
+        waiting
     }
 
     /// Reads and writes that wait for ever while the rest of the system goes on.

@@ -286,6 +286,11 @@ impl Clock<'_> {
         Blocked { component: self.name_of(offer), port: written(&offer.port), reads, partners, before: Before::Never }
     }
 
+    /// Whether nobody reads the port, or nobody writes it.
+    pub(super) fn is_lonely(&self, port: &Name) -> bool {
+        self.users.get(port).is_none_or(|(readers, writers)| readers.is_empty() || writers.is_empty())
+    }
+
     /// Whether only one component, and not what waits itself, uses the port in the way that it waits for.
     pub(super) fn only_partner(&self, blocked: &Blocked) -> bool {
         let of_port = self.users.iter().find(|(port, _)| written(port) == blocked.port);

@@ -10,12 +10,14 @@ use crate::fact::Context;
 use crate::invariant::support;
 use crate::kernel::check;
 use crate::law::Condition;
+use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::{Edge, Period, Test, open_name};
 use crate::proof::Proof;
 use crate::prove::run::{Lost, draws, due, goes_on};
+use crate::scope::subterms;
 use crate::substitution::substitute_values;
-use crate::term::Term;
+use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
 
 /// What is drawn at one moment.
@@ -222,4 +224,24 @@ pub(super) fn with_supports(known: &Assumptions, edges: &[Edge]) -> Assumptions 
         }
     }
     known
+}
+
+/// Whether it may depend on what is drawn how long something lasts: some process that takes part draws, and some delay
+/// takes a time that is not fixed.
+pub(super) fn durations_are_drawn(system: &Term, environment: &Environment) -> bool {
+    let (mut seen, mut open) = (BTreeSet::new(), vec![system.clone()]);
+    let (mut draws, mut varies) = (false, false);
+    while let Some(term) = open.pop() {
+        for part in subterms(&term) {
+            match part.node() {
+                Node::Ran(..) => draws = true,
+                Node::Delay(time) => varies |= !time.variables().is_subset(&environment.assumptions.variables()),
+                Node::Call(name, _) if seen.insert(name.clone()) => {
+                    open.extend(environment.definitions.get(name).map(|definition| definition.body.clone()));
+                }
+                _ => {}
+            }
+        }
+    }
+    draws && varies
 }

@@ -4,7 +4,7 @@ use num_rational::BigRational;
 
 use super::always::claim_of;
 use super::claim::Found;
-use super::drawn::no_two_taken;
+use super::drawn::{durations_are_drawn, no_two_taken};
 use super::reading::{Run, Waiting};
 use super::rounds::{Grounds, how_far};
 use crate::criteria::Likely;
@@ -212,7 +212,8 @@ fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Result<Answe
     if likelihood.method.is_some_and(|asked| asked != method) {
         return Err(format!("it is {} only", name(method)));
     }
-    Ok(surely(found.chance, method, vec![BELOW.to_string()], PARTS))
+    let lines = below(&system.term(&environment.definitions), environment);
+    Ok(surely(found.chance, method, lines, PARTS))
 }
 
 /// The answer by all branches of the executable meaning, of which hardly anything is left to trust; none where there are
@@ -224,13 +225,17 @@ fn followed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer
     let (system, event, question) = event(likelihood, environment).ok()?;
     let term = system.term(&environment.definitions);
     let found = branches::branches(&term, &environment.definitions, &event, &question).ok()?;
-    let lines = vec!["all branches of the executable meaning were followed".to_string(), BELOW.to_string()];
+    let mut lines = vec!["all branches of the executable meaning were followed".to_string()];
+    lines.extend(below(&term, environment));
     let trusted = if found.orders { vec![ORDERS.to_string()] } else { Vec::new() };
     Some(Answer { trusted, ..surely(found.chance, Method::Exact, lines, PARTS) })
 }
 
 /// What is said of durations that are drawn.
-const BELOW: &str = "a duration that is drawn below 0 counts as 0";
+fn below(system: &Term, environment: &Environment) -> Vec<String> {
+    let said = durations_are_drawn(system, environment);
+    said.then(|| "a duration that is drawn below 0 counts as 0".to_string()).into_iter().collect()
+}
 
 fn surely(found: Enclosed, method: Method, mut lines: Vec<String>, trusted: &str) -> Answer {
     lines.insert(0, format!("probability {} ({})", told(&found), name(method)));
@@ -272,11 +277,11 @@ fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answ
         let found = direct::direct(&term, &environment.definitions, &event, &question, SEED)
             .map_err(|reason| vec![format!("not estimated: {reason}")])?;
         let interval = Interval::between(found.low, found.high);
-        let lines = vec![
+        let mut lines = vec![
             format!("probability {} (estimated)", between(&interval, LIKELY)),
             format!("{} runs of the executable meaning, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE),
-            BELOW.to_string(),
         ];
+        lines.extend(below(&term, environment));
         let Interval { low, high } = interval;
         let (confidence, runs) = (Some(estimated::CONFIDENCE), Some(found.runs));
         let chance = Chance { low, high, method: name(Method::Estimated), confidence, runs };
