@@ -85,7 +85,7 @@ fn fits_nothing(law: &Law) -> Option<String> {
 
 /// The metavariables that stand in values of a pattern, and that no value of an instance determines, one after the other.
 fn undetermined(pattern: &Term) -> BTreeSet<Name> {
-    let values: Vec<&Value> = subterms(pattern).into_iter().flat_map(Term::values).collect();
+    let values: Vec<&Value> = subterms(pattern).flat_map(Term::values).collect();
     let mut open: BTreeSet<Name> = values.iter().flat_map(|value| value.variables()).filter(Name::is_meta).collect();
     // A result that a process binds is found as a name.
     bound_names(pattern).iter().for_each(|name| {

@@ -8,7 +8,7 @@ use num_traits::ToPrimitive;
 use super::apart::apart;
 use super::defined::Defined;
 use super::signs::Signs;
-use super::turned::turned;
+use super::turned::{only_numbers, turned};
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, layer, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -99,7 +99,9 @@ impl Induction<'_> {
     fn divisors(&mut self) -> Result<(), Unchecked> {
         let from = self.recurrence.from;
         let terms = self.recurrence.terms();
-        for sequence in &self.recurrence.sequences {
+        // Where all terms are numbers, each step is made with them, and one that divides by 0 is no step.
+        let plain = only_numbers(self.recurrence, self.forms);
+        for sequence in self.recurrence.sequences.iter().filter(|_| !plain) {
             let below = sequence.next.denominator();
             if let Some((name, ..)) =
                 terms.iter().find(|(name, ..)| below.as_ref().is_some_and(|below| below.mentions(name)))

@@ -47,6 +47,9 @@ pub(super) fn repeating(recurrence: &Recurrence) -> Option<Vec<Form>> {
 fn forms(recurrence: &Recurrence, since: usize, period: usize) -> Option<Vec<Form>> {
     let rounds = since.div_ceil(period);
     let terms = recurrence.iterate((rounds + 1) * period).ok()?;
+    let variables = recurrence.terms();
+    let by_a_term = |below: &Value| variables.iter().any(|(name, ..)| below.mentions(name));
+    let divides = recurrence.sequences.iter().any(|one| one.next.denominator().as_ref().is_some_and(by_a_term));
     let form = |terms: &Vec<Value>| {
         let turn = |turn: usize| {
             let early = (0..rounds).map(|round| terms[round * period + turn].clone()).collect();
@@ -54,8 +57,8 @@ fn forms(recurrence: &Recurrence, since: usize, period: usize) -> Option<Vec<For
         };
         match period {
             1 => turn(0),
-            // Two values in turn have one form.
-            2 if rounds == 0 => alternating(&terms[0], &terms[1], recurrence)
+            // Two values in turn have one form; where the map divides by them, they must be named.
+            2 if rounds == 0 && !divides => alternating(&terms[0], &terms[1], recurrence)
                 .unwrap_or_else(|| Form::Turns((0..period).map(turn).collect())),
             _ => Form::Turns((0..period).map(turn).collect()),
         }
