@@ -16,6 +16,9 @@ const BITS: usize = 192;
 /// The highest exponent of a root.
 const MOST_EXPONENT: u32 = 64;
 
+/// How deep roots may stand in one another.
+const MOST_NESTED: usize = 3;
+
 /// Between these, over `2^BITS`, a number lies.
 type Range = (BigInt, BigInt);
 
@@ -24,13 +27,7 @@ impl Value {
     /// more digits.
     pub(crate) fn coarse_order(&self) -> Option<Ordering> {
         let (numerator, denominator) = self.parts()?;
-        let mut roots = BTreeMap::new();
-        for atom in numerator.atoms().into_iter().chain(denominator.atoms()) {
-            let Atom::Root(inner) = atom else { return None };
-            if !roots.contains_key(atom) {
-                roots.insert(atom, root(&inner.as_rational()?)?);
-            }
-        }
+        let roots = roots(numerator.atoms().into_iter().chain(denominator.atoms()), MOST_NESTED)?;
         if roots.is_empty() {
             return None;
         }
@@ -42,6 +39,27 @@ impl Value {
 
 fn sign((low, high): &Range) -> Option<Ordering> {
     if low.is_positive() { Some(Ordering::Greater) } else { high.is_negative().then_some(Ordering::Less) }
+}
+
+/// The ranges of roots, and of the roots in them so many deep.
+fn roots<'a>(atoms: impl Iterator<Item = &'a Atom>, nested: usize) -> Option<BTreeMap<&'a Atom, Range>> {
+    let mut roots = BTreeMap::new();
+    for atom in atoms {
+        let Atom::Root(inner) = atom else { return None };
+        if !roots.contains_key(atom) {
+            let range = inner.as_rational().map_or_else(|| root_of_roots(inner, nested), |number| root(&number))?;
+            roots.insert(atom, range);
+        }
+    }
+    Some(roots)
+}
+
+/// The range of the root of a number with roots, if that is surely not negative.
+fn root_of_roots(inner: &Value, nested: usize) -> Option<Range> {
+    let (numerator, _) = inner.parts().filter(|(_, denominator)| denominator.is_one())?;
+    let inside = roots(numerator.atoms().into_iter(), nested.checked_sub(1)?)?;
+    let (low, high) = between(numerator, &inside)?;
+    (!low.is_negative()).then(|| ((low << BITS).sqrt(), (high << BITS).sqrt() + BigInt::one()))
 }
 
 fn root(number: &BigRational) -> Option<Range> {
@@ -112,5 +130,26 @@ mod tests {
         assert!(decided > 900, "{decided}");
         let near = roots[0].sub(&number(665_857, 470_832)).unwrap();
         assert_eq!(near.coarse_order(), Some(Ordering::Less));
+    }
+
+    #[test]
+    fn roots_in_roots() {
+        let whole = Value::integer;
+        let root = |value: &Value| value.sqrt().unwrap();
+        // 143 - 32 √13 = 27.6…, of which the root is 5.25….
+        let inner = whole(143).sub(&root(&whole(13)).mul(&whole(32)).unwrap()).unwrap();
+        let nested = root(&inner);
+        for (top, bottom, wanted) in [(525, 100, Ordering::Greater), (526, 100, Ordering::Less)] {
+            let near = Value::fraction(top, bottom).unwrap();
+            let value = nested.sub(&near).unwrap();
+            let squares = inner.sub(&near.mul(&near).unwrap()).unwrap();
+            assert_eq!(value.coarse_order(), Some(wanted), "{value}");
+            assert_eq!(squares.coarse_order(), Some(wanted), "{squares}");
+        }
+        // Of what is negative there is no root, and deep ones are left to others.
+        let negative = root(&root(&whole(2)).sub(&whole(3)).unwrap());
+        assert_eq!(negative.coarse_order(), None);
+        let deep = (0..6).fold(whole(2), |value, _| root(&value.add(&whole(1)).unwrap()));
+        assert_eq!(deep.sub(&whole(1)).unwrap().coarse_order(), None);
     }
 }
