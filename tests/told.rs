@@ -181,3 +181,24 @@ fn a_law_that_fits_nothing_is_said_to() {
         assert!(!told.contains("fits nothing"), "{told}");
     }
 }
+
+#[test]
+fn what_nobody_reads_is_told_of_as_what_it_is() {
+    let script = "observer At(r)\nproc World_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; World_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n";
+    let unread = format!("{script}proc Push = Out_{{v,1}} ; Push\nsystem Sys = World_0 | Push\nperiod Sys\n");
+    says(&unread, &["warning: World writes port p, which nobody reads; nothing waits for that", "lasting: 1"]);
+    let spins = format!("{script}proc Spin = In_p<r> ; Spin\nsystem Sys = World_0 | Spin\nperiod Sys\n");
+    says(&spins, &["no period: Odo and Spin go round in no time"]);
+    never_says(&spins, "waits for ever");
+}
+
+#[test]
+fn durations_below_0_are_told_of_where_one_may_be_drawn() {
+    let below = "a duration that is drawn below 0 counts as 0";
+    let fixed = "observer At(r)\nproc W = Ran_{Uniform(0, 1)}<a> ; Ran_{Uniform(0, 1)}<b> ; (Delay_1 # At_{a*b})\nsystem Sys = W\n\
+        probability of Sys showing At_p where p > 1/2 at 1/2\n";
+    never_says(fixed, below);
+    let drawn = "observer Done\nproc W = Ran_{Normal(3, sd: 1)}<a> ; Delay_a ; Done\nsystem Sys = W\n\
+        probability of Sys reaching Done within 4\n";
+    says(drawn, &[below]);
+}

@@ -37,6 +37,9 @@ struct Equations<'a> {
     starts: BTreeMap<Name, BTreeMap<i64, &'a Written>>,
 }
 
+/// The largest index of a term, and the largest step ahead.
+const MOST_INDEX: i64 = 1_000;
+
 impl Lowerer<'_> {
     pub(super) fn solve(&mut self, solve: &ast::Solve) -> Option<Question> {
         let names: Vec<Name> = solve.equations.iter().filter_map(|(left, _)| called(left)).collect();
@@ -141,9 +144,14 @@ impl Lowerer<'_> {
                 ValueKind::Sum(inner) => parts.extend(inner.iter().map(|(minus, part)| (negative ^ minus, part))),
                 ValueKind::Negative(inner) => parts.push((!negative, inner)),
                 ValueKind::Number(number) => {
-                    let whole =
-                        if number.is_integer() { number.to_i64().filter(|number| *number <= 1000) } else { None };
-                    let Some(number) = whole else { return failed(self) };
+                    if !number.is_integer() {
+                        return failed(self);
+                    }
+                    let Some(number) = number.to_i64().filter(|number| *number <= MOST_INDEX) else {
+                        let text =
+                            format!("an index is {MOST_INDEX} at most: count from a first index that is nearer to 0");
+                        return self.wrong(part.span, text);
+                    };
                     offset += if negative { -number } else { number };
                 }
                 ValueKind::Name(name) if variable.is_none() && !negative && !name.name.is_meta() => {
