@@ -14,11 +14,14 @@ mod signs;
 mod text;
 mod turned;
 
+use std::collections::BTreeSet;
+
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
+pub(crate) use apart::closures;
 pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
 pub use nested::{Layer, Nested, layer};
@@ -66,6 +69,18 @@ impl Recurrence {
             (0..sequence.start.len()).map(move |offset| (self.term(&sequence.name, offset), place, offset))
         })
         .collect()
+    }
+
+    /// Whether the equation of one sequence reads a term of another.
+    pub(crate) fn reads(&self, one: usize, other: usize) -> bool {
+        let next = &self.sequences[one].next;
+        self.terms().iter().any(|(name, place, _)| *place == other && next.mentions(name))
+    }
+
+    /// These sequences alone.
+    pub(crate) fn only(&self, places: &BTreeSet<usize>) -> Recurrence {
+        let sequences = places.iter().map(|place| self.sequences[*place].clone()).collect();
+        Recurrence { index: self.index.clone(), from: self.from, sequences }
     }
 
     /// The first terms of every sequence, by plain iteration.

@@ -433,12 +433,13 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
         warnings.push(Failure::NoCommunication { groups });
     }
-    let mut explored = None;
-    if !failures.is_empty()
-        && let Ok(graph) = explore(&components, &closed, run)
-    {
-        failures = failures.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
-        explored = Some(graph);
+    let explored = (!failures.is_empty()).then(|| explore(&components, &closed, run));
+    match &explored {
+        Some(Ok(graph)) => {
+            failures = failures.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
+        }
+        Some(Err(Failure::Interrupted)) => return Err(vec![Failure::Interrupted]),
+        _ => {}
     }
     if strict && failures.iter().any(|failure| !matches!(failure, Failure::Unanswered(_))) {
         failures.splice(0..0, warnings);
@@ -461,7 +462,7 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         failures.append(&mut warnings);
         return Err(failures);
     }
-    let graph = explored.map_or_else(|| explore(&components, &closed, run), Ok).map_err(|failure| vec![failure])?;
+    let graph = explored.unwrap_or_else(|| explore(&components, &closed, run)).map_err(|failure| vec![failure])?;
     let Graph { initial, phases, stuck, .. } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     warnings.extend(stuck::ends(&initial, &phases));

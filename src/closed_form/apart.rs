@@ -25,15 +25,12 @@ pub(super) fn apart(
     let mut defined = Defined::new(&recurrence.index, recurrence.from, known, conditions.to_vec());
     let mut all: Vec<Comparison> = Vec::new();
     for group in groups {
-        let mut sequences = Vec::new();
-        for place in &group {
-            let mut sequence = recurrence.sequences[*place].clone();
+        let mut own = recurrence.only(&group);
+        for sequence in &mut own.sequences {
             // What was shown to be a value at every index may stand in place of the term.
             has_meaning(&sequence.next, &images, recurrence.from, &mut defined)?;
             sequence.next = sequence.next.substitute(&images)?;
-            sequences.push(sequence);
         }
-        let own = Recurrence { index: recurrence.index.clone(), from: recurrence.from, sequences };
         let own_forms = group.iter().map(|place| forms[*place].clone()).collect();
         let solved = Solved::check(own, own_forms, conditions.to_vec(), known)?;
         for (name, place, offset) in solved.recurrence.terms() {
@@ -70,20 +67,7 @@ fn has_meaning(
 /// The sets of sequences that all depend on each other, each after those that it reads.
 fn groups(recurrence: &Recurrence) -> Vec<BTreeSet<usize>> {
     let count = recurrence.sequences.len();
-    let terms = recurrence.terms();
-    let reads = |one: usize| -> BTreeSet<usize> {
-        let next = &recurrence.sequences[one].next;
-        terms.iter().filter(|(name, ..)| next.mentions(name)).map(|(_, place, _)| *place).collect()
-    };
-    let direct: Vec<BTreeSet<usize>> = (0..count).map(reads).collect();
-    let closure = |place: usize| {
-        let (mut all, mut work) = (BTreeSet::from([place]), vec![place]);
-        while let Some(one) = work.pop() {
-            work.extend(direct[one].iter().filter(|other| all.insert(**other)));
-        }
-        all
-    };
-    let closures: Vec<BTreeSet<usize>> = (0..count).map(closure).collect();
+    let closures = closures(count, |one, other| recurrence.reads(one, other));
     let mut order: Vec<usize> = (0..count).collect();
     // What a sequence depends on, but does not depend on it, depends on fewer.
     order.sort_by_key(|place| closures[*place].len());
@@ -95,4 +79,18 @@ fn groups(recurrence: &Recurrence) -> Vec<BTreeSet<usize>> {
         }
     }
     groups
+}
+
+/// For each of so many places those that it depends on, itself among them, by what it reads.
+pub(crate) fn closures(count: usize, reads: impl Fn(usize, usize) -> bool) -> Vec<BTreeSet<usize>> {
+    let direct: Vec<Vec<usize>> =
+        (0..count).map(|one| (0..count).filter(|other| reads(one, *other)).collect()).collect();
+    let closure = |place: usize| {
+        let (mut all, mut work) = (BTreeSet::from([place]), vec![place]);
+        while let Some(one) = work.pop() {
+            work.extend(direct[one].iter().filter(|other| all.insert(**other)));
+        }
+        all
+    };
+    (0..count).map(closure).collect()
 }

@@ -30,12 +30,12 @@ impl PhaseFlow {
     ///
     /// The mean of an affine image is the image of the means, and what is drawn in a round is independent of what was before,
     /// but for the parameters of its distribution, in which its mean is affine.
-    pub fn means(&self, index: &Name, assumptions: &Assumptions) -> Vec<(Name, Closed)> {
+    pub fn means(&self, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<(Name, Closed)> {
         self.mean_map()
             .and_then(|map| {
                 let start = |name: &Name| Value::variable(&Name::new(&format!("{name}0")));
                 let starts = map.keys().map(|name| (name.clone(), start(name))).collect();
-                solve_together(&map, &starts, index, assumptions, &|| false).ok()
+                solve_together(&map, &starts, index, assumptions, stop).ok()
             })
             .map_or_else(Vec::new, |all| {
                 let drawn = self.drawn();

@@ -49,7 +49,7 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
         rows.push((format!("{}_{{{index}+1}}", escaped_name(&name)), indexed(value(&next))));
     }
     let closed = flow.recurrences(&index, assumptions, &|| false).closed.into_iter().map(|one| ("", one));
-    let means = flow.means(&index, assumptions).into_iter().map(|one| ("\\operatorname{E}", one));
+    let means = flow.means(&index, assumptions, &|| false).into_iter().map(|one| ("\\operatorname{E}", one));
     for (of, (name, closed)) in closed.chain(means) {
         let when = conditions(&needed(&closed), "if");
         for piece in &closed.pieces {

@@ -3,7 +3,7 @@
 //! The turns are read off the first terms, and are no more than a guess: that the guards hold for all later terms is for the
 //! induction to show.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::ranges::{after, trimmed};
 use super::region::{Point, resolve_at};
@@ -11,7 +11,7 @@ use super::sequences::solve_until;
 use super::switching::compares;
 use super::turns::round;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Recurrence, in_class};
+use crate::closed_form::{Form, Recurrence, closures, in_class};
 use crate::value::{Atom, Value};
 
 /// The terms that are looked at, and the most bits of one.
@@ -115,20 +115,14 @@ fn only(form: Form) -> Form {
 
 /// The form of a sequence that depends on none with conditions, where it is one value for all indices.
 fn alone(recurrence: &Recurrence, place: usize, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Form> {
-    let variables = recurrence.terms();
-    let mut group = BTreeSet::from([place]);
-    while let Some((_, own, _)) = variables.iter().find(|(name, own, _)| {
-        !group.contains(own) && group.iter().any(|one| recurrence.sequences[*one].next.mentions(name))
-    }) {
-        group.insert(*own);
-    }
-    let sequences: Vec<_> = group.iter().map(|own| recurrence.sequences[*own].clone()).collect();
+    let group = closures(recurrence.sequences.len(), |one, other| recurrence.reads(one, other)).swap_remove(place);
+    let all = recurrence.only(&group);
     let compares = |atom: &Atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_));
-    if sequences.iter().any(|sequence| sequence.next.atoms().iter().any(compares)) {
+    if all.sequences.iter().any(|sequence| sequence.next.atoms().iter().any(compares)) {
         return None;
     }
     let own = group.iter().position(|own| *own == place)?;
-    let solved = solve_until(Recurrence { index: recurrence.index.clone(), from: 0, sequences }, known, stop).ok()?;
+    let solved = solve_until(all, known, stop).ok()?;
     let form = solved.forms().get(own)?;
     let fine = solved.conditions().is_empty() && matches!(form, Form::Value(..) | Form::Sum(..));
     (fine && form.value(&recurrence.index).is_some()).then(|| form.clone())

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::sequences::{Found, solve_until};
 use super::{Comparison, NoClosedForm};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Recurrence, Solved};
+use crate::closed_form::{Form, Recurrence, Solved, closures};
 use crate::name::Name;
 use crate::value::Value;
 
@@ -17,18 +17,6 @@ pub struct Part {
     pub names: Vec<Name>,
     /// Their forms with those of all that they depend on, or why there are none.
     pub found: Result<Solved, NoClosedForm>,
-}
-
-/// For each of so many places those that it depends on, itself among them, by what it reads.
-pub(super) fn closures(count: usize, reads: impl Fn(usize, usize) -> bool) -> Vec<BTreeSet<usize>> {
-    let closure = |place: usize| {
-        let (mut all, mut work) = (BTreeSet::from([place]), vec![place]);
-        while let Some(one) = work.pop() {
-            work.extend((0..count).filter(|other| reads(one, *other) && all.insert(*other)));
-        }
-        all
-    };
-    (0..count).map(closure).collect()
 }
 
 /// What is found of places that depend on each other, by one attempt for each set of places that depends on no other:
@@ -70,7 +58,7 @@ pub fn parts(
     stop: &dyn Fn() -> bool,
 ) -> Vec<Part> {
     let count = recurrence.sequences.len();
-    let closures = closures(count, |one, other| reads(recurrence, one, other));
+    let closures = closures(count, |one, other| recurrence.reads(one, other));
     if closures.iter().all(|set| set.len() == count) {
         return Vec::new();
     }
@@ -78,31 +66,18 @@ pub fn parts(
         if set.len() == count {
             return Err(reason.clone());
         }
-        solve_until(only(recurrence, set), known, stop)
+        solve_until(recurrence.only(set), known, stop)
     };
     let named = |place: usize| recurrence.sequences[place].name.clone();
     let found = each_set(&closures, attempt, |place| named(place).to_string());
     found.into_iter().map(|(own, found)| Part { names: own.into_iter().map(named).collect(), found }).collect()
 }
 
-/// Whether the equation of one sequence reads a term of another.
-fn reads(recurrence: &Recurrence, one: usize, other: usize) -> bool {
-    let terms = recurrence.terms();
-    let next = &recurrence.sequences[one].next;
-    terms.iter().any(|(name, place, _)| *place == other && next.mentions(name))
-}
-
-/// These sequences alone.
-fn only(recurrence: &Recurrence, set: &BTreeSet<usize>) -> Recurrence {
-    let sequences = set.iter().map(|place| recurrence.sequences[*place].clone()).collect();
-    Recurrence { index: recurrence.index.clone(), from: recurrence.from, sequences }
-}
-
 /// The forms of sequences that fall into groups that have nothing to do with each other, of each group by itself; none where
 /// there is one group alone, or one has none.
 pub(super) fn each_group(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
     let count = recurrence.sequences.len();
-    let mut groups = closures(count, |one, other| reads(recurrence, one, other) || reads(recurrence, other, one));
+    let mut groups = closures(count, |one, other| recurrence.reads(one, other) || recurrence.reads(other, one));
     groups.sort();
     groups.dedup();
     if groups.len() < 2 {
@@ -110,7 +85,7 @@ pub(super) fn each_group(recurrence: &Recurrence, known: &Assumptions, stop: &dy
     }
     let (mut forms, mut conditions): (BTreeMap<usize, Form>, Vec<Comparison>) = Default::default();
     for group in groups {
-        let solved = solve_until(only(recurrence, &group), known, stop).ok()?;
+        let solved = solve_until(recurrence.only(&group), known, stop).ok()?;
         forms.extend(group.into_iter().zip(solved.forms().iter().cloned()));
         conditions.extend(solved.conditions().iter().cloned());
     }
@@ -121,7 +96,7 @@ pub(super) fn each_group(recurrence: &Recurrence, known: &Assumptions, stop: &dy
 /// None where there are no such sequences that no other reads, or the others have no values.
 pub(super) fn read_off(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
     let count = recurrence.sequences.len();
-    let unread = |place: &usize| (0..count).all(|one| !reads(recurrence, one, *place));
+    let unread = |place: &usize| (0..count).all(|one| !recurrence.reads(one, *place));
     let (last, first): (BTreeSet<usize>, BTreeSet<usize>) = (0..count).partition(unread);
     if last.is_empty() {
         return None;
@@ -129,7 +104,7 @@ pub(super) fn read_off(recurrence: &Recurrence, known: &Assumptions, stop: &dyn 
     let index = &recurrence.index;
     let (mut images, mut forms, mut conditions) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
     if !first.is_empty() {
-        let others = only(recurrence, &first);
+        let others = recurrence.only(&first);
         let solved = solve_until(others, known, stop).ok()?;
         for (name, place, offset) in solved.recurrence().terms() {
             let value = solved.forms().get(place)?.value(index)?;

@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::line::along_a_line;
-use super::parts::{closures, each_set};
+use super::parts::each_set;
 use super::reach::pieces;
 use super::{Closed, NoClosedForm, Solved, solve_until};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Recurrence, Sequence, term};
+use crate::closed_form::{Recurrence, Sequence, closures, term};
 use crate::name::Name;
 use crate::value::{Sort, Value};
 
@@ -23,17 +23,14 @@ pub fn solve_together(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
-    let mut rest: BTreeSet<&Name> = maps.keys().collect();
+    let names: Vec<&Name> = maps.keys().collect();
+    let reads = |one: usize, other: usize| maps[names[one]].mentions(names[other]);
+    let mut groups = closures(names.len(), |one, other| reads(one, other) || reads(other, one));
+    groups.sort();
+    groups.dedup();
     let mut found = Vec::new();
-    while let Some(first) = rest.pop_first() {
-        let mut group = BTreeSet::from([first]);
-        let joins = |group: &BTreeSet<&Name>, other: &Name| {
-            group.iter().any(|one| maps[*one].mentions(other) || maps[other].mentions(one))
-        };
-        while let Some(next) = rest.iter().copied().find(|other| joins(&group, other)) {
-            rest.remove(next);
-            group.insert(next);
-        }
+    for group in groups {
+        let group = group.into_iter().map(|place| names[place]).collect();
         found.extend(one_group(&group, maps, starts, index, known, stop)?);
     }
     found.sort_by(|one, other| one.0.cmp(&other.0));

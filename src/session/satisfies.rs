@@ -148,8 +148,9 @@ impl Run<'_, '_> {
                 let n = flow.index();
                 let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
                 lines.extend(flow.steps(&n).iter().map(next));
-                lines.extend(recurrence_lines(&flow, &n, &environment.assumptions, &|| surroundings.interrupted()));
-                let means = flow.means(&n, &environment.assumptions);
+                let stop = || surroundings.interrupted();
+                lines.extend(recurrence_lines(&flow, &n, &environment.assumptions, &stop));
+                let means = flow.means(&n, &environment.assumptions, &stop);
                 let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n));
                 lines.extend(means.map(|line| line.replacen("closed", "mean  ", 1)));
             }
