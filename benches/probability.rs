@@ -13,6 +13,10 @@ use pars::period::{Test, analyse};
 use pars::probability::chain::{Chain, chain};
 use pars::probability::{Question, enclosed, estimated, linear};
 
+/// The program's own.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 const LINE: &str = "observer At(r), Done
 proc Env_r = (Delay_{1/5} # Odo_r # At_r) ; (Ran_{Normal(0, sd: 1/2)}<e> | In_v<u>) ; Env_{r+(u+e)/5}
 proc Odo_r = Ran_{Normal(0, sd: 1/10)}<w> ; Out_{p,r+w} ; Odo_r

@@ -38,6 +38,7 @@ mod step;
 mod sums;
 mod unlikely;
 mod unrolled;
+mod wide;
 mod window;
 
 use num_rational::BigRational;

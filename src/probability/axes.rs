@@ -138,12 +138,20 @@ fn labelled(found: Vec<Vec<Direction>>, links: &[(Place, Place)]) -> Result<Vec<
         let mut row: [Option<Direction>; AXES] = [None, None];
         for (state, label) in states.into_iter().zip(labels) {
             if let Some(entry) = label.and_then(|label| row.get_mut(label)) {
-                *entry = Some(state);
+                *entry = Some(normed(state));
             }
         }
         row
     };
     Ok(found.into_iter().zip(axis).map(place).collect())
+}
+
+/// With 1 as the first factor that is not 0, so that phases which go on alike have the same numbers.
+fn normed(direction: Direction) -> Direction {
+    match direction.iter().find(|factor| !factor.is_zero()) {
+        Some(first) => direction.iter().map(|factor| quotient(factor, first)).collect(),
+        None => direction,
+    }
 }
 
 /// What is asked for, over the state of a phase as it begins; the same whichever way is taken in it.

@@ -112,12 +112,17 @@ fn guarded(motion: &Fast, ranges: &Ranges, state: f64, nodes: &[f64], values: &m
                 values.iter_mut().for_each(|value| *value *= same);
                 return;
             }
+            // What is settled of the ends, and what is not with its sign.
+            let ends = ranges
+                .iter()
+                .zip(&known)
+                .flat_map(|(range, known)| [(range.1, known.1, 1.0), (range.0, known.0, -1.0)]);
+            let settled: f64 = ends.clone().filter_map(|(_, known, sign)| Some(sign * known?)).sum();
+            let open: Vec<(f64, f64)> = ends.filter(|end| end.1.is_none()).map(|(end, _, sign)| (end, sign)).collect();
             for (node, value) in nodes.iter().zip(values) {
                 let mean = mean(*node);
-                let chance = |end: f64, known: Option<f64>| known.unwrap_or_else(|| distribution((end - mean) / rest));
-                let parts = ranges.iter().zip(&known);
-                let sum: f64 = parts.map(|(ends, known)| chance(ends.1, known.1) - chance(ends.0, known.0)).sum();
-                *value *= sum.max(0.0);
+                let part = |(end, sign): &(f64, f64)| sign * distribution((end - mean) / rest);
+                *value *= (settled + open.iter().map(part).sum::<f64>()).max(0.0);
             }
         }
     }

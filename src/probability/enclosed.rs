@@ -10,8 +10,8 @@
 //! * *truncation*: whatever the sums leave out (states outside the window of their round, densities far out) is what
 //!   the chances of going on exceed the masses by that are found in the next round; it may have led anywhere;
 //! * *rounding*: each kernel value is known to a stated error, a sum of n terms to n units in the last place;
-//! * *what is next to impossible*: moves that no state makes likely are left out ([`super::unlikely`]), and their chances
-//!   widen the answer;
+//! * *what is next to impossible*: moves that no state makes likely are left out, and tests that no state makes fail where
+//!   the others hold ([`super::unlikely`]); their chances widen the answer;
 //! * all of them add up from round to round, as the kernel's total mass is at most 1.
 
 use num_rational::BigRational;
@@ -77,7 +77,7 @@ pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclo
     if lost == Interval::exactly(0.0) {
         return Ok(found);
     }
-    // What is left out may have led anywhere, in each of the rounds and before them.
+    // What is left out may have led anywhere, in each of the rounds and before them; so may what is not tested.
     let lost = lost.times(Interval::exactly(MOST_ROUNDS as f64 + 2.0)).high;
     Ok(Enclosed::within(found.plus(Interval::between(-lost, lost)).probability()))
 }

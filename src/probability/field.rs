@@ -2,9 +2,7 @@
 
 use super::axes::AXES;
 use super::operator::Operator;
-
-/// Columns that are summed at a time; rows of a matrix are filled up to a multiple of them.
-pub(super) const CHUNK: usize = 8;
+use super::wide::CHUNK;
 
 /// Masses at the active points of a phase: a row for each point of the second axis, along the first one.
 #[derive(Clone, Default)]
@@ -14,6 +12,8 @@ pub(super) struct Field {
     origin: [usize; AXES],
     /// From one row to the next.
     stride: usize,
+    /// Whether there is one row, in which all other points up to the last active one have no mass.
+    flat: bool,
     masses: Vec<f64>,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn filled(columns: usize) -> usize {
     if columns == 1 { 1 } else { columns.next_multiple_of(CHUNK) }
 }
 
-/// Zeros, with a chunk at the end that may be read.
+/// Zeros, with two chunks at the end that stay zeros.
 pub(super) fn clear(values: &mut Vec<f64>, size: usize) {
     values.clear();
     values.resize(size + 2 * CHUNK, 0.0);
@@ -58,6 +58,11 @@ impl Field {
         self.active = active;
         self.origin = active.map(|(low, _)| low);
         self.stride = filled(columns);
+        self.flat = rows == 1;
+        if self.flat {
+            self.origin[0] = 0;
+            self.stride = filled(active[0].1);
+        }
         if columns == 0 || rows == 0 { self.masses.clear() } else { clear(&mut self.masses, rows * self.stride) }
     }
 
@@ -99,7 +104,15 @@ impl Field {
         let [(first, last), (low, _)] = self.active;
         if width(self.active[1]) == 1 {
             let along = self.rows().next().map_or((first, first), |row| within(row, first, least));
-            return if along.0 < along.1 { self.active[0] = along } else { self.clear([(0, 0), (0, 0)]) };
+            if along.0 >= along.1 {
+                return self.clear([(0, 0), (0, 0)]);
+            }
+            if self.flat {
+                self.masses[first..along.0].fill(0.0);
+                self.masses[along.1..last].fill(0.0);
+            }
+            self.active[0] = along;
+            return;
         }
         let across: Vec<f64> = self.rows().map(sum).collect();
         let mut along = vec![0.0; last - first];
@@ -130,10 +143,13 @@ impl Field {
         }
         let [sources, reached] = operator.support();
         let (from, to) = (meet(self.active[axis], sources), meet(next.active[axis], reached));
-        if from.0 >= from.1 {
+        if from.0 >= from.1 || to.0 >= to.1 {
             return;
         }
         let [origin, start] = [self.origin[axis], next.origin[axis]];
+        if axis == 0 && self.flat {
+            return operator.add([from, to], weight, &self.masses, &mut next.masses, start);
+        }
         for point in to.0..to.1 {
             let (values, first) = operator.into(point, from);
             if axis == 0 {

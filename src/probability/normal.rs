@@ -79,7 +79,7 @@ pub fn distribution(place: f64) -> f64 {
     let number = (place * DENSE + WHOLE) - WHOLE;
     let gap = place - number / DENSE;
     let index = (number + SIDE as f64 - 1.0) as usize;
-    let row = TABLE.get_or_init(table).get(index).copied().unwrap_or_default();
+    let Some(row) = TABLE.get_or_init(table).get(index) else { return f64::NAN };
     let mut sum = 0.0;
     for factor in row[1..].iter().rev() {
         sum = (sum + factor) * gap;

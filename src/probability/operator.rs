@@ -1,9 +1,12 @@
 //! The kernel of one axis between two grids, as rows of weighted densities.
 
+use pulp::Simd;
+
 use super::bell::Bell;
-use super::field::{CHUNK, Matrix, clear, filled};
+use super::field::{Matrix, clear, filled};
 use super::grid::Grid;
 use super::kernel::{AxisRanges, Fast, contains};
+use super::wide::{CHUNK, Loop, product, widest};
 
 /// Weighted densities below this share of a chance that is left out are left out too.
 const TINY: f64 = 1e-2;
@@ -37,7 +40,7 @@ struct Span {
     end: usize,
 }
 
-/// Rows of numbers that each begin somewhere.
+/// Rows of numbers that each begin somewhere; with zeros behind them up to a whole number of chunks, if they are turned.
 #[derive(Clone, Debug, Default)]
 struct Rows {
     spans: Vec<Span>,
@@ -60,7 +63,7 @@ pub(super) struct Operator {
 }
 
 impl Rows {
-    #[inline]
+    #[inline(always)]
     fn row(&self, row: usize) -> (usize, &[f64]) {
         let Span { first, start, end } = self.spans[row];
         (first, &self.values[start..end])
@@ -92,7 +95,7 @@ impl Rows {
         for (first, last) in &reached {
             let end = start + last - first;
             turned.spans.push(Span { first: *first, start, end });
-            start = end;
+            start += (end - start).next_multiple_of(CHUNK);
         }
         turned.values.resize(start, 0.0);
         for row in 0..self.spans.len() {
@@ -154,11 +157,24 @@ impl Operator {
     }
 
     /// The values with which a point is reached from a range of others, and the first of these.
-    #[inline]
+    #[inline(always)]
     pub(super) fn into(&self, column: usize, from: (usize, usize)) -> (&[f64], usize) {
         let (first, values) = self.columns.row(column);
         let (low, high) = (first.max(from.0), (first + values.len()).min(from.1));
         if low >= high { (&[], from.0) } else { (&values[low - first..high - first], low) }
+    }
+
+    /// Adds to these points, from one on, what they are reached with from masses, of which the first is that of point 0 and
+    /// those outside a range are 0; times a weight.
+    pub(super) fn add(
+        &self,
+        [from, to]: [(usize, usize); 2],
+        weight: f64,
+        masses: &[f64],
+        sums: &mut [f64],
+        start: usize,
+    ) {
+        widest(Add { operator: self, from, to, weight, masses, sums, start });
     }
 
     /// The sums over one range of points with which another is reached, for so many columns of a matrix; a row for each
@@ -172,8 +188,55 @@ impl Operator {
     ) -> usize {
         let stride = filled(to.1 - to.0);
         clear(product, columns.next_multiple_of(CHUNK) * stride);
+        widest(Times { operator: self, from, to, matrix, columns, product, stride });
+        stride
+    }
+}
+
+/// [`Operator::add`]
+struct Add<'a> {
+    operator: &'a Operator,
+    from: (usize, usize),
+    to: (usize, usize),
+    weight: f64,
+    masses: &'a [f64],
+    sums: &'a mut [f64],
+    start: usize,
+}
+
+impl Loop for Add<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Rows { spans, values } = &self.operator.columns;
+        for (span, sum) in spans[self.to.0..self.to.1].iter().zip(&mut self.sums[self.to.0 - self.start..]) {
+            let length = span.end - span.start;
+            if span.first < self.from.1 && span.first + length > self.from.0 {
+                let (values, _) = values[span.start..].as_chunks();
+                // What is not a whole chunk at the end of the masses is 0.
+                let (masses, _) = self.masses[span.first..].as_chunks();
+                *sum += self.weight * product(simd, &values[..length.div_ceil(CHUNK)], masses);
+            }
+        }
+    }
+}
+
+/// [`Operator::times`]
+struct Times<'a> {
+    operator: &'a Operator,
+    from: (usize, usize),
+    to: (usize, usize),
+    matrix: &'a Matrix<'a>,
+    columns: usize,
+    product: &'a mut [f64],
+    stride: usize,
+}
+
+impl Loop for Times<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Times { operator, from, to, matrix, columns, product, stride } = self;
         for (place, reached) in (to.0..to.1).enumerate() {
-            let (values, low) = self.into(reached, from);
+            let (values, low) = operator.into(reached, from);
             if values.is_empty() {
                 continue;
             }
@@ -192,11 +255,11 @@ impl Operator {
                 }
             }
         }
-        stride
     }
 }
 
 /// The sums of rows that are so far from each other, weighted.
+#[inline(always)]
 fn summed<const COUNT: usize>(weights: &[f64], rows: &[f64], stride: usize) -> [f64; COUNT] {
     let mut sums = [0.0; COUNT];
     for (number, weight) in weights.iter().enumerate() {
