@@ -22,6 +22,7 @@ mod modular;
 mod nested;
 mod nonlinear;
 mod numeric;
+mod outgrown;
 mod parts;
 mod powers;
 mod product;

@@ -79,8 +79,8 @@ impl Lowerer<'_> {
             }
             Some(entity) if entity.word() == word => Some(ident.name.clone()),
             Some(entity) => {
-                let found = entity.word();
-                let article = if word == "observer" { "an" } else { "a" };
+                let with_article = |word: &str| format!("{} {word}", if word == "observer" { "an" } else { "a" });
+                let found = with_article(entity.word());
                 let other = match word {
                     "system" => "system Sys = P | Q",
                     "observer" => "observer Rock(q)",
@@ -89,9 +89,9 @@ impl Lowerer<'_> {
                 self.fail(
                     Diagnostic::error(
                         "P0313",
-                        format!("`{}` is a {found}, but {article} {word} is needed here", ident.name),
+                        format!("`{}` is {found}, but {} is needed here", ident.name, with_article(word)),
                     )
-                    .label(ident.span, format!("a {found}"))
+                    .label(ident.span, found)
                     .help(format!("declare one: `{other}`")),
                 )
             }

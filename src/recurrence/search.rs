@@ -9,6 +9,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
 
 use super::affine::{Shape, shape};
+use super::outgrown::outgrown;
 use super::powers::{Found, Numbers, powers};
 use super::region::unknown;
 use super::{Comparison, NoClosedForm, Reach};
@@ -113,7 +114,7 @@ impl Interval {
         Ok(if positive { Interval { low, high } } else { Interval { low: high, high: low } })
     }
 
-    fn numbers(&self) -> Option<Numbers> {
+    pub(super) fn numbers(&self) -> Option<Numbers> {
         let number = |bound: &Option<(Value, bool)>| match bound {
             None => Some(None),
             Some((value, strict)) => value.as_rational().map(|value| Some((value, *strict))),
@@ -167,7 +168,11 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, NoClosedForm> {
     if let Some(never) = entry.never() {
         return Ok(never);
     }
-    match shape(&entry.value, entry.index)? {
+    let shape = match shape(&entry.value, entry.index) {
+        Ok(shape) => shape,
+        Err(other) => return outgrown(entry).unwrap_or(Err(other)),
+    };
+    match shape {
         Shape::Constant => entry.constant(),
         Shape::Linear { base, step } => match entry.sign(&step) {
             Ok(positive) => {
@@ -209,7 +214,7 @@ impl Entry<'_> {
         Err(Reach::Unknown(format!("it must be known whether {value} > 0")))
     }
 
-    fn before_end(&self, at: Value, conditions: Vec<Comparison>) -> Result<Reach, NoClosedForm> {
+    pub(super) fn before_end(&self, at: Value, conditions: Vec<Comparison>) -> Result<Reach, NoClosedForm> {
         let Some(until) = self.until else { return Ok(Reach::At(at, conditions)) };
         let mut known = self.known.clone();
         conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
@@ -464,6 +469,6 @@ impl Entry<'_> {
     }
 }
 
-fn whole(number: u64) -> Value {
+pub(super) fn whole(number: u64) -> Value {
     Value::rational(BigRational::from_integer(BigInt::from(number)))
 }
