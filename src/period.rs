@@ -14,6 +14,7 @@ mod call;
 mod control;
 mod copies;
 mod drift;
+mod env;
 mod explore;
 mod held;
 mod instant;
@@ -446,7 +447,7 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         return Err(failures);
     }
     warnings.append(&mut failures);
-    let repetitions = match closed.balance(definitions) {
+    let repetitions = match closed.balance() {
         Ok(repetitions) => repetitions,
         Err(failure) if strict => return Err(vec![failure]),
         Err(failure) => {

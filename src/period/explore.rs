@@ -10,16 +10,15 @@ use super::instant::{Clock, Moment};
 use super::lonely::{self, Waiting};
 use super::merge::merge;
 use super::ports::System;
+use super::rest::Tails;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Place, Slot, inspect, loops, map_parts, map_values, offers, pass, readable, standing};
 use super::suppose::suppose;
 use super::vector::{component_name, components};
 use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
-use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
-use crate::scope::{bound_names, read_names};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
@@ -92,8 +91,11 @@ struct Explorer<'a> {
 /// a delay of x that is 1 and 2 by turns is positive, of which the variable x says nothing.
 pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'_>) -> Result<Graph, Failure> {
     let Surroundings { definitions, assumptions, interrupted } = *run;
-    let reserved = reserved(components, definitions, assumptions);
-    let settler = Settler { definitions, reserved: &reserved, tails: RefCell::default() };
+    // All that are free have one value throughout.
+    let mut reserved = assumptions.variables();
+    reserved.extend(system.free.iter().cloned());
+    let tails = RefCell::new(Tails::with_capacity(components.len(), system.operations));
+    let settler = Settler { definitions, reserved: &reserved, tails };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
     let mut explorer = Explorer::new(clock, assumptions, false);
@@ -104,25 +106,6 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
         }
         found => found,
     }
-}
-
-/// The names that have one value throughout: all that are free in what is given.
-fn reserved(components: &[Term], definitions: &Definitions, assumptions: &Assumptions) -> BTreeSet<Name> {
-    let mut names = assumptions.variables();
-    for component in components {
-        names.extend(free_names(component));
-    }
-    for definition in definitions.iter() {
-        names.extend(free_names(&definition.body).filter(|name| !definition.parameters.contains(name)));
-    }
-    names
-}
-
-/// The names that a process reads and does not bind anywhere.
-fn free_names(term: &Term) -> impl Iterator<Item = Name> {
-    let read = read_names(term);
-    let bound = if read.is_empty() { BTreeSet::new() } else { bound_names(term) };
-    read.into_iter().filter(move |name| !bound.contains(name))
 }
 
 impl<'a> Explorer<'a> {
@@ -467,7 +450,7 @@ impl<'a> Explorer<'a> {
     /// A test said over the variables that the round leads to.
     fn after(&self, test: &RawTest, map: &BTreeMap<Name, Value>) -> Option<Test> {
         let mut renamed = Env::new();
-        for (name, value) in &test.env {
+        for (name, value) in test.env.iter() {
             let image = |value: &Value| {
                 let known = map.iter().find(|(_, image)| *image == value).map(|(name, _)| Value::variable(name));
                 known.or_else(|| (!self.clock.settler.varies(value)).then(|| value.clone()))

@@ -159,7 +159,7 @@ impl Clock<'_> {
             let made = moment.communications.len();
             return Halt::because(format!("{made} communications in one instant, with numbers that grow on and on"));
         }
-        let readers = || moment.board.on(&writer.port, false).map(|place| place.component);
+        let readers = || moment.board.on(&writer.port, false).map(|offer| offer.place.component);
         let rivals = if readers().nth(1).is_some() { readers().take(2).collect() } else { Vec::new() };
         for component in [writer.place.component, reader.place.component] {
             if let (Some(earlier), Some(run)) = (&mut moment.earlier, moment.state.get(component)) {
@@ -262,7 +262,7 @@ impl Clock<'_> {
     /// One writer only.
     fn check_contention(&self, writer: &Offer, board: &Board) -> Result<(), Halt> {
         if board.on(&writer.port, true).nth(1).is_some() {
-            let components: BTreeSet<usize> = board.on(&writer.port, true).map(|place| place.component).collect();
+            let components: BTreeSet<usize> = board.on(&writer.port, true).map(|offer| offer.place.component).collect();
             let components = components.into_iter().map(|component| self.name(component)).collect();
             return Err(Failure::Contention { port: written(&writer.port), components }.into());
         }
@@ -343,7 +343,10 @@ fn again(moment: &mut Moment) -> Option<End> {
     }
     if made.is_power_of_two() && moment.earlier.as_ref().is_none_or(|earlier| earlier.at < made) {
         let draws = moment.path.draws.len();
-        moment.earlier = Some(Earlier { changed: Quick::default(), hash, at: made, draws, unfolded: Vec::new() });
+        // By the next time as many communications will have been made again.
+        let most = made.saturating_mul(2).min(moment.state.len());
+        let changed = Quick::with_capacity_and_hasher(most, Default::default());
+        moment.earlier = Some(Earlier { changed, hash, at: made, draws, unfolded: Vec::new() });
     }
     None
 }

@@ -11,7 +11,7 @@ use super::{Before, Blocked, Failure};
 use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
-use crate::scope::subterms;
+use crate::scope::{bound_names, read_names, subterms};
 use crate::term::{Node, Term};
 
 /// The components of a system: the parallel parts, without the `new` round them. Where a port is private to some of
@@ -23,8 +23,8 @@ pub fn flatten(components: &[Term], definitions: &Definitions) -> Vec<Term> {
         match term.node() {
             Node::New(port, body) => {
                 let uses = |other: &Term| {
-                    let (reads, writes) = ports_of(other, definitions);
-                    reads.contains(port) || writes.contains(port)
+                    let uses = Uses::of(other, definitions, &mut BTreeSet::new());
+                    uses.reads.iter().chain(&uses.writes).any(|used| *used == port)
                 };
                 if flat.iter().chain(&stack).any(uses) { flat.push(term.clone()) } else { stack.push(body.clone()) }
             }
@@ -49,9 +49,12 @@ pub struct System {
     pub writes: Vec<Vec<Name>>,
     /// The components that read each port, and those that write it.
     pub users: Users,
-    /// How many reads and writes the processes have, as they are written.
+    /// How many reads and writes the components have, as they are written.
     pub operations: usize,
-    components: Vec<Term>,
+    /// The names of values that are read and bound nowhere.
+    pub free: BTreeSet<Name>,
+    /// How often each port is read, and written, in one round, where all components are straight lines.
+    counts: Option<Counts>,
 }
 
 impl System {
@@ -61,12 +64,21 @@ impl System {
         let mut writes = Vec::with_capacity(components.len());
         let mut names: Vec<String> = Vec::with_capacity(components.len());
         let mut called: Quick<&Name, usize> = Quick::with_capacity_and_hasher(components.len(), Default::default());
-        let mut counted = 0;
+        let (mut operations, mut free) = (0, BTreeSet::new());
+        let mut counts = Some(Counts::with_capacity_and_hasher(components.len(), Default::default()));
         for (index, component) in components.iter().enumerate() {
-            let (read, written) = ports_of(component, definitions);
-            reads.push(read.into_iter().collect());
-            writes.push(written.into_iter().collect());
-            counted += operations(component);
+            let uses = Uses::of(component, definitions, &mut free);
+            operations += uses.reads.len() + uses.writes.len();
+            if !uses.straight {
+                counts = None;
+            }
+            if let Some(counts) = &mut counts {
+                uses.reads.iter().for_each(|port| counts.entry((*port).clone()).or_default().0 += 1);
+                uses.writes.iter().for_each(|port| counts.entry((*port).clone()).or_default().1 += 1);
+            }
+            let (read, written) = uses.ports();
+            reads.push(read);
+            writes.push(written);
             names.push(match component.node() {
                 Node::Call(name, _) => {
                     let again = called.entry(name).or_default();
@@ -76,9 +88,8 @@ impl System {
                 _ => format!("component {}", index + 1),
             });
         }
-        let operations = counted + definitions.iter().map(|definition| operations(&definition.body)).sum::<usize>();
         let users = users(&reads, &writes);
-        System { names, reads, writes, users, operations, components: components.to_vec() }
+        System { names, reads, writes, users, operations, free, counts }
     }
 
     /// Ports that one component uses and no other answers.
@@ -132,8 +143,8 @@ impl System {
     ///
     /// # Errors
     /// [`Failure::RateMismatch`] when there is no solution.
-    pub fn balance(&self, definitions: &Definitions) -> Result<Option<Vec<(String, u64)>>, Failure> {
-        let Some(equations) = self.equations(definitions).filter(|equations| !equations.is_empty()) else {
+    pub fn balance(&self) -> Result<Option<Vec<(String, u64)>>, Failure> {
+        let Some(equations) = self.equations().filter(|equations| !equations.is_empty()) else {
             return Ok(None);
         };
         // Where every port is read as often as it is written, all go round together.
@@ -200,9 +211,8 @@ impl System {
     }
 
     /// The equations of one-to-one ports between straight-line components, in the order of the writers.
-    fn equations(&self, definitions: &Definitions) -> Option<Vec<Equation>> {
-        let mut counts = Counts::with_capacity_and_hasher(self.users.len(), Default::default());
-        self.components.iter().try_for_each(|component| straight_period(component, definitions, &mut counts))?;
+    fn equations(&self) -> Option<Vec<Equation>> {
+        let counts = self.counts.as_ref()?;
         let mut equations = Vec::with_capacity(self.users.len());
         for port in self.writes.iter().flatten() {
             let (readers, writers) = self.users.get(port)?;
@@ -243,59 +253,74 @@ struct Equation {
     reader: (usize, usize),
 }
 
-fn operations(term: &Term) -> usize {
-    subterms(term).filter(|part| matches!(part.node(), Node::In(..) | Node::Out(..))).count()
+/// The reads and writes of a component, as often as they are written, with those of all processes that it calls.
+struct Uses<'a> {
+    reads: Vec<&'a Name>,
+    writes: Vec<&'a Name>,
+    /// Whether it is `T = P ; T` where P is a sequence of delays, sets, reads and writes, possibly side by side.
+    straight: bool,
 }
 
-/// Adds the counts of `T = P ; T` where P is a sequence of delays, sets, reads and writes, possibly side by side.
-fn straight_period(component: &Term, definitions: &Definitions, counts: &mut Counts) -> Option<()> {
-    let round = match component.node() {
-        Node::Loop(body) => std::slice::from_ref(body),
-        Node::Call(name, _) => {
-            let Node::Seq(parts) = definitions.get(name)?.body.node() else {
-                return None;
-            };
-            let (last, front) = parts.split_last()?;
-            if !matches!(last.node(), Node::Call(called, _) if called == name) {
-                return None;
-            }
-            front
-        }
-        _ => return None,
-    };
-    for part in round.iter().flat_map(subterms) {
-        match part.node() {
-            Node::In(port, _) => counts.entry(port.clone()).or_default().0 += 1,
-            Node::Out(port, _) => counts.entry(port.clone()).or_default().1 += 1,
-            Node::Delay(_) | Node::Set(..) | Node::Seq(_) | Node::Par(_) | Node::Stop => {}
-            _ => return None,
-        }
-    }
-    Some(())
-}
-
-fn ports_of(component: &Term, definitions: &Definitions) -> (BTreeSet<Name>, BTreeSet<Name>) {
-    let mut reads = BTreeSet::new();
-    let mut writes = BTreeSet::new();
-    let mut seen = BTreeSet::new();
-    let mut stack = vec![component.clone()];
-    while let Some(term) = stack.pop() {
-        for part in subterms(&term) {
-            match part.node() {
-                Node::In(port, _) => {
-                    reads.insert(port.clone());
-                }
-                Node::Out(port, _) => {
-                    writes.insert(port.clone());
-                }
-                Node::Call(name, _) => {
-                    if let Some(definition) = definitions.get(name).filter(|_| seen.insert(name.clone())) {
-                        stack.push(definition.body.clone());
+impl<'a> Uses<'a> {
+    /// Notes too which names are read and bound nowhere.
+    fn of(component: &'a Term, definitions: &'a Definitions, free: &mut BTreeSet<Name>) -> Uses<'a> {
+        free.extend(free_names(component));
+        let mut uses = Uses { reads: Vec::new(), writes: Vec::new(), straight: goes_round(component, definitions) };
+        let mut seen: BTreeSet<&Name> = BTreeSet::new();
+        let mut stack = vec![component];
+        let mut calls = 0;
+        while let Some(term) = stack.pop() {
+            for part in subterms(term) {
+                match part.node() {
+                    Node::In(port, _) => uses.reads.push(port),
+                    Node::Out(port, _) => uses.writes.push(port),
+                    Node::Call(name, _) => {
+                        calls += 1;
+                        if let Some(definition) = definitions.get(name).filter(|_| seen.insert(name)) {
+                            let own = |name: &Name| !definition.parameters.contains(name);
+                            free.extend(free_names(&definition.body).filter(own));
+                            stack.push(&definition.body);
+                        }
                     }
+                    Node::Delay(_) | Node::Set(..) | Node::Seq(_) | Node::Par(_) | Node::Stop => {}
+                    Node::Loop(_) if part == component => {}
+                    _ => uses.straight = false,
                 }
-                _ => {}
             }
         }
+        // A loop calls nothing; a process that goes round is called, and calls itself.
+        let own = if matches!(component.node(), Node::Loop(_)) { 0 } else { 2 };
+        uses.straight &= calls == own;
+        uses
     }
-    (reads, writes)
+
+    /// The ports that it reads and those that it writes, each once and in order.
+    fn ports(self) -> (Vec<Name>, Vec<Name>) {
+        let once = |mut ports: Vec<&Name>| {
+            ports.sort_unstable();
+            ports.dedup();
+            ports.into_iter().cloned().collect()
+        };
+        (once(self.reads), once(self.writes))
+    }
+}
+
+/// The names that a process reads and does not bind anywhere.
+fn free_names(term: &Term) -> impl Iterator<Item = Name> {
+    let read = read_names(term);
+    let bound = if read.is_empty() { BTreeSet::new() } else { bound_names(term) };
+    read.into_iter().filter(move |name| !bound.contains(name))
+}
+
+/// Whether a component is a loop, or a process that ends by calling itself.
+fn goes_round(component: &Term, definitions: &Definitions) -> bool {
+    match component.node() {
+        Node::Loop(_) => true,
+        Node::Call(name, _) => {
+            let body = definitions.get(name).map(|definition| definition.body.node());
+            let last = if let Some(Node::Seq(parts)) = body { parts.last() } else { None };
+            last.is_some_and(|last| matches!(last.node(), Node::Call(called, _) if called == name))
+        }
+        _ => false,
+    }
 }

@@ -34,6 +34,16 @@ pub(crate) struct Tails {
 }
 
 impl Tails {
+    /// With room for so many sequences and parts.
+    pub(super) fn with_capacity(sequences: usize, parts: usize) -> Tails {
+        Tails {
+            tails: Vec::with_capacity(parts),
+            known: Quick::with_capacity_and_hasher(parts, Default::default()),
+            sequences: TermMap::with_capacity_and_hasher(sequences, Default::default()),
+            nothing: Rc::default(),
+        }
+    }
+
     /// The parts of a sequence; any other process is the only part of its own.
     pub(crate) fn of(&mut self, term: &Term) -> Rest {
         let Node::Seq(parts) = term.node() else { return self.before(term, NOTHING) };

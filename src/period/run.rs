@@ -6,11 +6,12 @@
 
 use std::cell::RefCell;
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::hash::{Hash, Hasher};
 use std::rc::Rc;
 
 use super::call::cycle_of;
+pub(crate) use super::env::{Env, one, restrict};
 use super::rest::{NOTHING, Rest, Tails};
 use super::{Failure, Test};
 use crate::assumption::Assumptions;
@@ -19,9 +20,6 @@ use crate::name::Name;
 use crate::scope::read_names;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, View};
-
-/// Names with their values.
-pub(crate) type Env = BTreeMap<Name, Value>;
 
 /// A process that runs, or has ended.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -209,11 +207,6 @@ pub(crate) struct Settler<'a> {
     pub(crate) tails: RefCell<Tails>,
 }
 
-/// The values of the names that are needed.
-pub(crate) fn restrict(env: &Env, names: &BTreeSet<Name>) -> Env {
-    env.iter().filter(|(name, _)| names.contains(*name)).map(|(name, value)| (name.clone(), value.clone())).collect()
-}
-
 /// A process at its start.
 pub(crate) fn fresh(term: &Term, env: &Env) -> Run {
     if env.is_empty() {
@@ -263,7 +256,7 @@ fn joint_end(parts: &[Run]) -> Run {
     for part in parts {
         if let Run::Done(results) = part {
             stopped = true;
-            carried.extend(results.iter().map(|(name, value)| (name.clone(), value.clone())));
+            carried.add(results);
         }
     }
     if stopped { Run::Done(carried) } else { Run::Aborted }
@@ -350,8 +343,8 @@ impl Settler<'_> {
             let both = if reads.is_subset(wanted) { None } else { Some(reads.union(wanted).cloned().collect()) };
             match self.settle(taken(&mut first), both.as_ref().unwrap_or(wanted), path, depth + 1)? {
                 Run::Done(results) => {
-                    carried.extend(results.iter().map(|(name, value)| (name.clone(), value.clone())));
-                    env.extend(results);
+                    carried.add(&results);
+                    env.add(&results);
                     let Some((next, others)) = self.tails.borrow().split(rest) else {
                         return Ok(Run::Done(restrict(&carried, wanted)));
                     };
@@ -391,11 +384,11 @@ impl Settler<'_> {
                 return Ok(if self.ask(raw, env, path)? { Run::Done(Env::new()) } else { Run::Aborted });
             }
             Node::Set(value, name) => {
-                return Ok(Run::Done(restrict(&Env::from([(name.clone(), evaluate(value, env)?)]), wanted)));
+                return Ok(Run::Done(one(name, evaluate(value, env)?, wanted)));
             }
             Node::Ran(distribution, name) => {
                 let drawn = self.draw(name, evaluate(distribution, env)?, path);
-                return Ok(Run::Done(restrict(&Env::from([(name.clone(), drawn)]), wanted)));
+                return Ok(Run::Done(one(name, drawn, wanted)));
             }
             Node::Seq(_) => {
                 let rest = self.tails.borrow_mut().of(term);
