@@ -7,7 +7,7 @@ use std::rc::Rc;
 use crate::name::Name;
 use crate::value::Value;
 
-/// Names with their values, shared until they change.
+/// Names with their values, shared until they change; never an empty map, so that what is equal is told by what is in it.
 #[derive(Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) struct Env(Option<Rc<BTreeMap<Name, Value>>>);
 

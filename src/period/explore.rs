@@ -17,8 +17,10 @@ use super::suppose::suppose;
 use super::vector::{component_name, components};
 use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
+use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
+use crate::scope::{bound_names, read_names};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
@@ -91,10 +93,9 @@ struct Explorer<'a> {
 /// a delay of x that is 1 and 2 by turns is positive, of which the variable x says nothing.
 pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'_>) -> Result<Graph, Failure> {
     let Surroundings { definitions, assumptions, interrupted } = *run;
-    // All that are free have one value throughout.
-    let mut reserved = assumptions.variables();
-    reserved.extend(system.free.iter().cloned());
-    let tails = RefCell::new(Tails::with_capacity(components.len(), system.operations));
+    let reserved = reserved(components, definitions, assumptions);
+    let room = |wanted: usize| wanted.min(MOST_PHASES);
+    let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(system.operations)));
     let settler = Settler { definitions, reserved: &reserved, tails };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
@@ -106,6 +107,25 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
         }
         found => found,
     }
+}
+
+/// The names that have one value throughout: all that are free in what is given.
+fn reserved(components: &[Term], definitions: &Definitions, assumptions: &Assumptions) -> BTreeSet<Name> {
+    let mut names = assumptions.variables();
+    for component in components {
+        names.extend(free_names(component));
+    }
+    for definition in definitions.iter() {
+        names.extend(free_names(&definition.body).filter(|name| !definition.parameters.contains(name)));
+    }
+    names
+}
+
+/// The names that a process reads and does not bind anywhere.
+fn free_names(term: &Term) -> impl Iterator<Item = Name> {
+    let read = read_names(term);
+    let bound = if read.is_empty() { BTreeSet::new() } else { bound_names(term) };
+    read.into_iter().filter(move |name| !bound.contains(name))
 }
 
 impl<'a> Explorer<'a> {

@@ -11,7 +11,7 @@ use super::{Before, Blocked, Failure};
 use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
-use crate::scope::{bound_names, read_names, subterms};
+use crate::scope::subterms;
 use crate::term::{Node, Term};
 
 /// The components of a system: the parallel parts, without the `new` round them. Where a port is private to some of
@@ -23,7 +23,7 @@ pub fn flatten(components: &[Term], definitions: &Definitions) -> Vec<Term> {
         match term.node() {
             Node::New(port, body) => {
                 let uses = |other: &Term| {
-                    let uses = Uses::of(other, definitions, &mut BTreeSet::new());
+                    let uses = Uses::of(other, definitions);
                     uses.reads.iter().chain(&uses.writes).any(|used| *used == port)
                 };
                 if flat.iter().chain(&stack).any(uses) { flat.push(term.clone()) } else { stack.push(body.clone()) }
@@ -51,8 +51,6 @@ pub struct System {
     pub users: Users,
     /// How many reads and writes the components have, as they are written.
     pub operations: usize,
-    /// The names of values that are read and bound nowhere.
-    pub free: BTreeSet<Name>,
     /// How often each port is read, and written, in one round, where all components are straight lines.
     counts: Option<Counts>,
 }
@@ -64,10 +62,10 @@ impl System {
         let mut writes = Vec::with_capacity(components.len());
         let mut names: Vec<String> = Vec::with_capacity(components.len());
         let mut called: Quick<&Name, usize> = Quick::with_capacity_and_hasher(components.len(), Default::default());
-        let (mut operations, mut free) = (0, BTreeSet::new());
+        let mut operations = 0;
         let mut counts = Some(Counts::with_capacity_and_hasher(components.len(), Default::default()));
         for (index, component) in components.iter().enumerate() {
-            let uses = Uses::of(component, definitions, &mut free);
+            let uses = Uses::of(component, definitions);
             operations += uses.reads.len() + uses.writes.len();
             if !uses.straight {
                 counts = None;
@@ -89,7 +87,7 @@ impl System {
             });
         }
         let users = users(&reads, &writes);
-        System { names, reads, writes, users, operations, free, counts }
+        System { names, reads, writes, users, operations, counts }
     }
 
     /// Ports that one component uses and no other answers.
@@ -262,9 +260,7 @@ struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    /// Notes too which names are read and bound nowhere.
-    fn of(component: &'a Term, definitions: &'a Definitions, free: &mut BTreeSet<Name>) -> Uses<'a> {
-        free.extend(free_names(component));
+    fn of(component: &'a Term, definitions: &'a Definitions) -> Uses<'a> {
         let mut uses = Uses { reads: Vec::new(), writes: Vec::new(), straight: goes_round(component, definitions) };
         let mut seen: BTreeSet<&Name> = BTreeSet::new();
         let mut stack = vec![component];
@@ -277,8 +273,6 @@ impl<'a> Uses<'a> {
                     Node::Call(name, _) => {
                         calls += 1;
                         if let Some(definition) = definitions.get(name).filter(|_| seen.insert(name)) {
-                            let own = |name: &Name| !definition.parameters.contains(name);
-                            free.extend(free_names(&definition.body).filter(own));
                             stack.push(&definition.body);
                         }
                     }
@@ -303,13 +297,6 @@ impl<'a> Uses<'a> {
         };
         (once(self.reads), once(self.writes))
     }
-}
-
-/// The names that a process reads and does not bind anywhere.
-fn free_names(term: &Term) -> impl Iterator<Item = Name> {
-    let read = read_names(term);
-    let bound = if read.is_empty() { BTreeSet::new() } else { bound_names(term) };
-    read.into_iter().filter(move |name| !bound.contains(name))
 }
 
 /// Whether a component is a loop, or a process that ends by calling itself.
