@@ -76,6 +76,25 @@ fn exit_codes_say_how_the_claims_came_out() {
 }
 
 #[test]
+fn what_does_not_repeat_has_no_period() {
+    let of = |text: &str| {
+        let (_folder, path) = file("system.pars", text);
+        let output = run(&["period", path.to_str().expect("a path")]);
+        (code(&output), out(&output))
+    };
+    let halts = "proc A = In_a<x> ; Out_{b,1} ; A\nproc B = In_b<y> ; Out_{a,1} ; B\nsystem Sys = A | B\n";
+    let (exit, said) = of(halts);
+    assert!(exit == 1 && said.ends_with("no period: no phase comes back\n"), "{exit}: {said}");
+    let (exit, said) = of("proc A = Delay_1 ; Out_{c,1}\nproc B = In_c<x>\nsystem Sys = A | B\n");
+    assert!(exit == 1 && said.ends_with("no period: the run ends\n"), "{exit}: {said}");
+    let (exit, said) = of("proc A = Delay_1 ; Out_{c,1} ; A\nproc B = In_c<x> ; B\nsystem Sys = A | B\n");
+    assert!(exit == 0 && !said.contains("no period"), "{exit}: {said}");
+    // A script says the same.
+    let output = script(format!("{halts}period Sys\nexpect no\n"));
+    assert!(code(&output) == 0 && out(&output).contains("no period: no phase comes back"), "{}", out(&output));
+}
+
+#[test]
 fn an_open_claim_says_what_remains_and_never_that_it_is_false() {
     let output = script(OPEN);
     assert_eq!(code(&output), 4, "{}", out(&output));

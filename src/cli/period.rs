@@ -48,7 +48,11 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             return 3;
         }
     };
-    let warnings: String = found.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    let mut warnings: String = found.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    let repeats = found.repeats();
+    if !repeats {
+        warnings += &format!("no period: {}\n", found.no_return());
+    }
     let text = match request.format {
         Format::Text => graph::lines(&found).iter().map(|line| format!("{line}\n")).collect::<String>() + &warnings,
         Format::Dot => dot(&graph::system(&found)),
@@ -75,7 +79,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             }
         }
     }
-    0
+    u8::from(!repeats)
 }
 
 type Analysed = Result<Period, Vec<crate::period::Failure>>;
