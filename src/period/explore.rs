@@ -94,8 +94,9 @@ struct Explorer<'a> {
 pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'_>) -> Result<Graph, Failure> {
     let Surroundings { definitions, assumptions, interrupted } = *run;
     let reserved = reserved(components, definitions, assumptions);
+    // Beside reads and writes stand calls and delays.
     let room = |wanted: usize| wanted.min(MOST_PHASES);
-    let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(system.operations)));
+    let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations)));
     let settler = Settler { definitions, reserved: &reserved, tails };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
