@@ -202,3 +202,20 @@ fn durations_below_0_are_told_of_where_one_may_be_drawn() {
         probability of Sys reaching Done within 4\n";
     says(drawn, &[below]);
 }
+
+#[test]
+fn what_swings_away_is_not_said_to_close_in() {
+    let swing = |factor: &str| {
+        format!(
+            "observer At(r), Done\nproc Swing_{{r,i}} = (Delay_1 # Odo_r # At_r) ; In_v<u> ; Swing_{{r+i,({factor})*i}}\n\
+             proc Odo_r = Out_{{p,r}} ; Odo_r\nproc Near = In_p<q> ; Gtr_{{abs(q-7),3/2}} ; Out_{{v,1}} ; Near\n\
+             system Sys = Swing_{{0,1}} | (Near ; Done)\nproperty Reach = Delay_{{?t}} ; Done\nprove Sys satisfies Reach\n"
+        )
+    };
+    let reason = "never meets the goal on its way";
+    says(
+        &swing("-2"),
+        &[&format!("leg 1: phase 1, for ever: it moves away from 1/3, to either side in turn, and {reason}")],
+    );
+    says(&swing("-1/2"), &[&format!("leg 1: phase 1, for ever: it closes in on 2/3 and {reason}")]);
+}

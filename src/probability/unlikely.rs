@@ -205,7 +205,8 @@ fn small(form: &Form, other: Option<&Form>, one: &Move) -> Option<Interval> {
         // Φ(-z) < e^(-z²/2), which may be below all machine numbers.
         false => {
             let square = near(&quotient(&product(&mean, &mean), &variance));
-            (-0.499_999 * square).exp().min(LEAST).max(f64::MIN_POSITIVE)
+            let tail = (-0.499_999 * square).exp();
+            if tail < LEAST { tail.max(f64::MIN_POSITIVE) } else { LEAST }
         }
     };
     (negative && apart).then_some(Interval::between(0.0, bound))

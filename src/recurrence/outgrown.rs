@@ -8,7 +8,7 @@ use super::powers::Numbers;
 use super::search::{Entry, whole};
 use super::{NoClosedForm, Reach};
 use crate::exponential_polynomial::ExponentialPolynomial;
-use crate::exponential_polynomial::tail::{Tail, first_by_halves, tail};
+use crate::exponential_polynomial::tail::{Tail, first_by_halves, outside, tail};
 use crate::value::{Relation, Value};
 
 /// Terms that are looked at one by one where nothing is known of the late ones.
@@ -50,6 +50,10 @@ fn never(sum: &ExponentialPolynomial, numbers: &Numbers, from: u64) -> Option<Ta
         {
             found = Tail::Never(end, why);
         }
+    }
+    if let (Tail::Unknown(_), Some((low, _)), Some((high, _)), false) = (&found, &numbers.low, &numbers.high, point) {
+        let two = BigRational::from_integer(2.into());
+        found = outside(&beyond(sum, &((low + high) / &two))?, &((high - low) / two), from);
     }
     Some(found)
 }

@@ -459,11 +459,16 @@ impl Entry<'_> {
     /// Why a sequence that closes in on its limit does not meet the goal.
     fn closes_in(&self, limit: &Value, ratio: &Value) -> Result<String, NoClosedForm> {
         let rest = self.known.simplify(&self.form.sub(&self.value)?.add(limit)?);
-        if self.interval.holds(limit, self.known) == Some(false) {
-            return Ok(format!("it closes in on {rest} and never meets the goal on its way"));
-        }
         let one = BigRational::from_integer(BigInt::from(1));
         let grows = ratio.as_rational().is_some_and(|ratio| ratio.abs() > one);
+        if self.interval.holds(limit, self.known) == Some(false) {
+            return Ok(match grows {
+                true => {
+                    format!("it moves away from {rest}, to either side in turn, and never meets the goal on its way")
+                }
+                false => format!("it closes in on {rest} and never meets the goal on its way"),
+            });
+        }
         let (word, end) = if grows { ("grows", "and never comes near enough") } else { ("shrinks", "and is never 0") };
         Ok(format!("what is left to {rest} {word} by the factor {ratio} each round, ({ratio})^n, {end}: no n"))
     }
