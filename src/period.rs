@@ -353,11 +353,6 @@ impl Period {
         drift::round(&self.initial, &self.phases)
     }
 
-    /// What there is to say where no way through the phases comes back to one of them.
-    pub fn no_return(&self) -> &'static str {
-        if self.warnings.is_empty() { "the run ends" } else { "no phase comes back" }
-    }
-
     /// Whether some way through the phases comes back to one of them.
     pub fn repeats(&self) -> bool {
         let target = |edge: &Edge| if let Next::Phase(number) = edge.next { Some(number) } else { None };

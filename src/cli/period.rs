@@ -48,11 +48,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             return 3;
         }
     };
-    let mut warnings: String = found.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
-    let repeats = found.repeats();
-    if !repeats {
-        warnings += &format!("no period: {}\n", found.no_return());
-    }
+    let warnings: String = graph::remarks(&found).iter().map(|line| format!("{line}\n")).collect();
     let text = match request.format {
         Format::Text => graph::lines(&found).iter().map(|line| format!("{line}\n")).collect::<String>() + &warnings,
         Format::Dot => dot(&graph::system(&found)),
@@ -79,7 +75,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             }
         }
     }
-    u8::from(!repeats)
+    u8::from(!found.repeats())
 }
 
 type Analysed = Result<Period, Vec<crate::period::Failure>>;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Edge, End, Next, Period, Phase, Test, stretch};
+use super::{Edge, End, Failure, Next, Period, Phase, Test, stretch};
 use crate::name::Name;
 use crate::term::Term;
 use crate::transition_system::{Builder, Ending, Label, Mark, TransitionSystem};
@@ -40,6 +40,22 @@ pub fn lines(period: &Period) -> Vec<String> {
             let shown = if differ { format!(": {}", Term::seq(stretches)) } else { String::new() };
             lines.push(format!(" {}{shown}", arrow(edge)));
         }
+    }
+    lines
+}
+
+/// What is to be said of it besides: warnings, and why there is no period where nothing comes back.
+pub fn remarks(period: &Period) -> Vec<String> {
+    let repeats = period.repeats();
+    let stops_time = |warning: &Failure| matches!(warning, Failure::Livelock { when, .. } if when.is_empty());
+    let told = |warning: &Failure| {
+        let word = if !repeats && stops_time(warning) { "no period" } else { "warning" };
+        format!("{word}: {warning}")
+    };
+    let mut lines: Vec<String> = period.warnings.iter().map(told).collect();
+    if !repeats && !period.warnings.iter().any(stops_time) {
+        let why = if lines.is_empty() { "the run ends" } else { "no phase comes back" };
+        lines.push(format!("no period: {why}"));
     }
     lines
 }

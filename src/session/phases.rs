@@ -57,16 +57,7 @@ fn told(period: &Period, definitions: &Definitions) -> Vec<String> {
         lines.push("phase graph:".to_string());
         lines.extend(graph::lines(period).into_iter().map(|line| format!("  {line}")));
     }
-    let repeats = period.repeats();
-    let stops_time = |warning: &&Failure| matches!(warning, Failure::Livelock { when, .. } if when.is_empty());
-    let told = |warning: &Failure| match warning {
-        _ if !repeats && stops_time(&warning) => format!("no period: {warning}"),
-        other => format!("warning: {other}"),
-    };
-    lines.extend(period.warnings.iter().map(told));
-    if !repeats && !period.warnings.iter().any(|warning| stops_time(&warning)) {
-        lines.push(format!("no period: {}", period.no_return()));
-    }
+    lines.extend(graph::remarks(period));
     lines
 }
 
