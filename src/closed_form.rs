@@ -72,9 +72,12 @@ impl Recurrence {
     }
 
     /// Whether the equation of one sequence reads a term of another.
-    pub(crate) fn reads(&self, one: usize, other: usize) -> bool {
-        let next = &self.sequences[one].next;
-        self.terms().iter().any(|(name, place, _)| *place == other && next.mentions(name))
+    pub(crate) fn reads(&self) -> impl Fn(usize, usize) -> bool {
+        let terms = self.terms();
+        move |one, other| {
+            let next = &self.sequences[one].next;
+            terms.iter().any(|(name, place, _)| *place == other && next.mentions(name))
+        }
     }
 
     /// These sequences alone.

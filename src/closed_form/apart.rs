@@ -67,7 +67,7 @@ fn has_meaning(
 /// The sets of sequences that all depend on each other, each after those that it reads.
 fn groups(recurrence: &Recurrence) -> Vec<BTreeSet<usize>> {
     let count = recurrence.sequences.len();
-    let closures = closures(count, |one, other| recurrence.reads(one, other));
+    let closures = closures(count, recurrence.reads());
     let mut order: Vec<usize> = (0..count).collect();
     // What a sequence depends on, but does not depend on it, depends on fewer.
     order.sort_by_key(|place| closures[*place].len());

@@ -115,7 +115,7 @@ fn only(form: Form) -> Form {
 
 /// The form of a sequence that depends on none with conditions, where it is one value for all indices.
 fn alone(recurrence: &Recurrence, place: usize, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Form> {
-    let group = closures(recurrence.sequences.len(), |one, other| recurrence.reads(one, other)).swap_remove(place);
+    let group = closures(recurrence.sequences.len(), recurrence.reads()).swap_remove(place);
     let all = recurrence.only(&group);
     let compares = |atom: &Atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_));
     if all.sequences.iter().any(|sequence| sequence.next.atoms().iter().any(compares)) {

@@ -19,7 +19,8 @@ pub(super) fn outgrown(entry: &Entry) -> Option<Result<Reach, NoClosedForm>> {
     let sum = ExponentialPolynomial::of(&entry.value, entry.index)?;
     let numbers = entry.interval.numbers()?;
     let from = entry.from.as_rational().filter(BigRational::is_integer)?.to_u64()?;
-    match never(&sum, &numbers, from)? {
+    let beyond = |bound: &BigRational| beyond(&sum, bound, entry);
+    match never(&beyond, &numbers, from)? {
         Tail::Never(end, why) => Some(match first(&sum, &numbers, from, end)? {
             Some(at) => entry.before_end(whole(at), Vec::new()),
             None if end == from => Ok(Reach::Never(why)),
@@ -27,14 +28,14 @@ pub(super) fn outgrown(entry: &Entry) -> Option<Result<Reach, NoClosedForm>> {
         }),
         Tail::Unknown(_) => {
             let at =
-                by_halves(&sum, &numbers, from).or_else(|| first(&sum, &numbers, from, from + MOST_TERMS).flatten());
+                by_halves(&beyond, &numbers, from).or_else(|| first(&sum, &numbers, from, from + MOST_TERMS).flatten());
             at.map(|at| entry.before_end(whole(at), Vec::new()))
         }
     }
 }
 
 /// From which index on no term lies between the numbers, where one of its sides says so.
-fn never(sum: &ExponentialPolynomial, numbers: &Numbers, from: u64) -> Option<Tail> {
+fn never(beyond: &Beyond<'_>, numbers: &Numbers, from: u64) -> Option<Tail> {
     let mut found = Tail::Unknown(String::new());
     let point = matches!((&numbers.low, &numbers.high), (Some((low, _)), Some((high, _))) if low == high);
     let low = numbers.low.as_ref().map(|bound| (bound, Relation::Gte, Relation::Gtr));
@@ -45,7 +46,7 @@ fn never(sum: &ExponentialPolynomial, numbers: &Numbers, from: u64) -> Option<Ta
             (false, true) => open,
             (false, false) => shut,
         };
-        if let Tail::Never(end, why) = tail(&beyond(sum, bound)?, relation, from)
+        if let Tail::Never(end, why) = tail(&beyond(bound)?, relation, from)
             && !matches!(&found, Tail::Never(other, _) if *other <= end)
         {
             found = Tail::Never(end, why);
@@ -53,15 +54,16 @@ fn never(sum: &ExponentialPolynomial, numbers: &Numbers, from: u64) -> Option<Ta
     }
     if let (Tail::Unknown(_), Some((low, _)), Some((high, _)), false) = (&found, &numbers.low, &numbers.high, point) {
         let two = BigRational::from_integer(2.into());
-        found = outside(&beyond(sum, &((low + high) / &two))?, &((high - low) / two), from);
+        found = outside(&beyond(&((low + high) / &two))?, &((high - low) / two), from);
     }
     Some(found)
 }
 
 /// By how much the terms are above a number.
-fn beyond(sum: &ExponentialPolynomial, bound: &BigRational) -> Option<ExponentialPolynomial> {
-    let index = crate::name::Name::new("n");
-    sum.plus(&ExponentialPolynomial::of(&Value::rational(-bound), &index)?).ok()
+type Beyond<'a> = dyn Fn(&BigRational) -> Option<ExponentialPolynomial> + 'a;
+
+fn beyond(sum: &ExponentialPolynomial, bound: &BigRational, entry: &Entry) -> Option<ExponentialPolynomial> {
+    sum.plus(&ExponentialPolynomial::of(&Value::rational(-bound), entry.index)?).ok()
 }
 
 /// The first of some terms between the numbers; nothing where a term is no number.
@@ -76,11 +78,11 @@ fn first(sum: &ExponentialPolynomial, numbers: &Numbers, from: u64, end: u64) ->
 }
 
 /// The first term beyond one bound, where there is one bound and the terms move one way only.
-fn by_halves(sum: &ExponentialPolynomial, numbers: &Numbers, from: u64) -> Option<u64> {
+fn by_halves(beyond: &Beyond<'_>, numbers: &Numbers, from: u64) -> Option<u64> {
     let ((bound, strict), shut, open) = match (&numbers.low, &numbers.high) {
         (Some(low), None) => (low, Relation::Gte, Relation::Gtr),
         (None, Some(high)) => (high, Relation::Lte, Relation::Lss),
         _ => return None,
     };
-    first_by_halves(&beyond(sum, bound)?, if *strict { open } else { shut }, from, &|| false)
+    first_by_halves(&beyond(bound)?, if *strict { open } else { shut }, from, &|| false)
 }

@@ -58,7 +58,7 @@ pub fn parts(
     stop: &dyn Fn() -> bool,
 ) -> Vec<Part> {
     let count = recurrence.sequences.len();
-    let closures = closures(count, |one, other| recurrence.reads(one, other));
+    let closures = closures(count, recurrence.reads());
     if closures.iter().all(|set| set.len() == count) {
         return Vec::new();
     }
@@ -77,7 +77,8 @@ pub fn parts(
 /// there is one group alone, or one has none.
 pub(super) fn each_group(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
     let count = recurrence.sequences.len();
-    let mut groups = closures(count, |one, other| recurrence.reads(one, other) || recurrence.reads(other, one));
+    let reads = recurrence.reads();
+    let mut groups = closures(count, |one, other| reads(one, other) || reads(other, one));
     groups.sort();
     groups.dedup();
     if groups.len() < 2 {
@@ -96,7 +97,8 @@ pub(super) fn each_group(recurrence: &Recurrence, known: &Assumptions, stop: &dy
 /// None where there are no such sequences that no other reads, or the others have no values.
 pub(super) fn read_off(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
     let count = recurrence.sequences.len();
-    let unread = |place: &usize| (0..count).all(|one| !recurrence.reads(one, *place));
+    let reads = recurrence.reads();
+    let unread = |place: &usize| (0..count).all(|one| !reads(one, *place));
     let (last, first): (BTreeSet<usize>, BTreeSet<usize>) = (0..count).partition(unread);
     if last.is_empty() {
         return None;
