@@ -22,10 +22,12 @@
 mod apart;
 pub mod draw;
 mod instantly;
+mod leaf;
 mod settle;
 
 use std::collections::{BTreeSet, HashSet};
 
+use leaf::{Component, Leaf, active, components, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
 
 use crate::fact::{Context, Facts};
@@ -93,7 +95,8 @@ impl Instant {
 
     /// What is shown from now on until something ends.
     pub fn shown(&self) -> Vec<Term> {
-        let mut shown: Vec<Term> = leaves(&self.state).into_iter().filter(|leaf| is_observer(leaf)).cloned().collect();
+        let seen = |leaf: &Leaf<'_>| leaf.shown && matches!(leaf.term.node(), Node::Observe(..));
+        let mut shown: Vec<Term> = leaves(&self.state).into_iter().filter(seen).map(|leaf| leaf.term.clone()).collect();
         shown.sort();
         shown.dedup();
         shown
@@ -101,7 +104,7 @@ impl Instant {
 
     /// What is left of each delay that runs.
     pub fn delays(&self) -> Vec<Value> {
-        let left = |leaf: &Term| if let Node::Delay(left) = leaf.node() { Some(left.clone()) } else { None };
+        let left = |leaf: Leaf<'_>| if let Node::Delay(left) = leaf.term.node() { Some(left.clone()) } else { None };
         leaves(&self.state).into_iter().filter_map(left).collect()
     }
 
@@ -250,66 +253,6 @@ fn context_reads(term: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, S
     }
 }
 
-fn is_observer(leaf: &Term) -> bool {
-    matches!(leaf.node(), Node::Observe(..))
-}
-
-/// Whether this draws at once.
-fn is_drawing(leaf: &Term) -> bool {
-    matches!(leaf.node(), Node::Ran(..))
-}
-
-fn is_set(term: &Term) -> bool {
-    matches!(term.node(), Node::Set(..))
-}
-
-/// Where the running part of a settled sequence stands, if one runs.
-fn active(parts: &[Term]) -> Option<usize> {
-    parts.iter().position(|part| !is_set(part))
-}
-
-/// The reads, writes, delays, observers and draws that run in a settled term, in order.
-fn leaves(term: &Term) -> Vec<&Term> {
-    let mut found = Vec::new();
-    let mut open = vec![term];
-    while let Some(term) = open.pop() {
-        match term.node() {
-            Node::Seq(parts) => open.extend(active(parts).map(|place| &parts[place])),
-            Node::Else(first, _) => open.push(first),
-            Node::Par(parts) | Node::Disable(parts) => open.extend(parts.iter().rev()),
-            Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
-                found.push(term)
-            }
-            _ => {}
-        }
-    }
-    found
-}
-
-/// A settled term with some of its leaves, numbered as [`leaves`] gives them, replaced.
-fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term) -> Option<Term>) -> Term {
-    match term.node() {
-        Node::Seq(parts) => match active(parts) {
-            Some(place) => {
-                let mut parts = parts.clone();
-                parts[place] = rebuilt(&parts[place], number, change);
-                Term::seq(parts)
-            }
-            None => term.clone(),
-        },
-        Node::Else(first, second) => Term::otherwise(rebuilt(first, number, change), second.clone()),
-        Node::Par(parts) | Node::Disable(parts) => {
-            term.with_children(parts.iter().map(|part| rebuilt(part, number, change)).collect())
-        }
-        Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
-            let here = *number;
-            *number += 1;
-            change(here, term).unwrap_or_else(|| term.clone())
-        }
-        _ => term.clone(),
-    }
-}
-
 /// The one state to which all orders of communications lead, or what is drawn before, with the state in which that is
 /// due, or the first one where it is due at several moments; given the ports, the names that are bound and those kept.
 fn last_or_draws(
@@ -390,17 +333,19 @@ fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name], orders:
     let leaves = leaves(state);
     let mut pairs = Vec::new();
     for (reader, leaf) in leaves.iter().enumerate() {
-        if let Node::In(port, _) | Node::Out(port, _) = leaf.node()
+        if let Node::In(port, _) | Node::Out(port, _) = leaf.term.node()
+            && leaf.binder.is_none()
             && !ports.contains(port)
         {
             return stuck(format!("the port {port} is open"));
         }
-        let Node::In(port, name) = leaf.node() else { continue };
+        let Node::In(port, name) = leaf.term.node() else { continue };
         for (writer, other) in leaves.iter().enumerate() {
-            if let Node::Out(same, value) = other.node()
+            if let Node::Out(same, value) = other.term.node()
                 && same == port
+                && other.binder == leaf.binder
             {
-                pairs.push(Meeting { reader, writer, port, name, value });
+                pairs.push(Meeting { reader, writer, port, binder: leaf.binder, name, value });
             }
         }
     }
@@ -431,6 +376,7 @@ struct Meeting<'t> {
     reader: usize,
     writer: usize,
     port: &'t Name,
+    binder: Option<usize>,
     name: &'t Name,
     value: &'t Value,
 }
@@ -440,26 +386,15 @@ struct Meeting<'t> {
 /// the same, and it hinders none of them; so every order of all that happens is as good as one that begins with it, and
 /// until it has happened its two components run.
 fn alone(state: &Term, pairs: &[Meeting<'_>], context: &Context<'_>) -> Option<usize> {
-    let Node::Par(parts) = state.node() else { return None };
-    // Of each component, the numbers of its leaves and how many of them are reads and writes.
-    let mut start = 0;
-    let mut own = Vec::with_capacity(parts.len());
-    for part in parts {
-        let inside = leaves(part);
-        let offers = inside.iter().filter(|leaf| matches!(leaf.node(), Node::In(..) | Node::Out(..))).count();
-        own.push((start..start + inside.len(), offers));
-        start += inside.len();
-    }
-    let of = |leaf: usize| own.iter().position(|(range, _)| range.contains(&leaf));
+    let components = components(state);
+    let of = |leaf: usize| components.iter().position(|component| component.inside.contains(&leaf));
     pairs.iter().position(|meeting| {
         let (Some(reader), Some(writer)) = (of(meeting.reader), of(meeting.writer)) else { return false };
-        let busy = |place: usize| own[place].1 != 1;
+        let busy = |place: usize| components[place].offers != 1;
         if reader == writer || busy(reader) || busy(writer) {
             return false;
         }
-        parts.iter().enumerate().all(|(place, part)| {
-            let ports = &Facts::of(part, context).ports;
-            place == reader || place == writer || (ports.processes.is_empty() && !ports.names.contains(meeting.port))
-        })
+        let may_use = |other: &Component<'_>| other.may_use(meeting.port, meeting.binder, context);
+        !components.iter().enumerate().any(|(place, other)| place != reader && place != writer && may_use(other))
     })
 }

@@ -253,7 +253,7 @@ impl Assumptions {
         if possible.within(Signs::of(relation)) {
             return Some(true);
         }
-        if possible.within(Signs::of(relation.negated())) { Some(false) } else { None }
+        if possible.within(Signs::of(relation.negated())) { Some(false) } else { self.as_stated(relation, value) }
     }
 
     /// Whether what a value needs to have a meaning is so.

@@ -8,7 +8,7 @@ use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{bound_names, subterms, written};
 use crate::term::{Node, Term};
-use crate::value::{Value, ValueError};
+use crate::value::{Relation, Sort, Value, ValueError};
 
 /// Why a substitution has no result.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -178,7 +178,10 @@ fn replace_in_sequence(parts: &[Term], name: &Name, value: &Value, context: &Con
             out.push(part.clone());
             continue;
         }
-        out.push(replace(part, name, value, context)?);
+        match replace(part, name, value, context) {
+            Ok(part) => out.push(part),
+            Err(why) => return failed(out, context).ok_or(why),
+        }
         let facts = Facts::of(part, context);
         if facts.surely_binds.contains(name) {
             active = false;
@@ -197,6 +200,21 @@ fn replace_in_sequence(parts: &[Term], name: &Name, value: &Value, context: &Con
         }
     }
     Ok(Term::seq(out))
+}
+
+/// A sequence of which these are the first parts and no other has a value, if one of them is a comparison that fails:
+/// what is behind it is never begun, so `Abort` stands for it.
+fn failed(mut first: Vec<Term>, context: &Context<'_>) -> Option<Term> {
+    let fails = |part: &Term| {
+        let Node::Guard(relation, left, right) = part.node() else { return false };
+        let real = left.sort() == Sort::Real && right.sort() == Sort::Real;
+        (real || matches!(relation, Relation::Eq | Relation::Neq))
+            && context.assumptions.decide(*relation, left, right) == Some(false)
+    };
+    let place = first.iter().position(fails)?;
+    first.truncate(place);
+    first.push(Term::abort());
+    Some(Term::seq(first))
 }
 
 /// Whether a process may bind this name, or one that may turn out the same.
@@ -258,11 +276,28 @@ pub fn instantiate(
             }
         }
     }
-    let image = substitute_values(body, &map)?;
-    for value in subterms(body).flat_map(Term::values) {
-        context.assumptions.put_in(value, &map)?;
+    arguments_put(body, &map, context)
+}
+
+/// The values put in as [`substitute_values`] does it, where what is not reached needs not have one.
+fn arguments_put(term: &Term, map: &BTreeMap<Name, Value>, context: &Context<'_>) -> Result<Term, Stuck> {
+    index_kept(term, map)?;
+    for value in term.values() {
+        context.assumptions.put_in(value, map)?;
     }
-    Ok(image)
+    let shape = term.map_values(&mut |value| value.substitute(map))?;
+    if term.children().is_empty() {
+        return Ok(shape);
+    }
+    let mut parts = Vec::new();
+    for part in term.children() {
+        match arguments_put(part, map, context) {
+            Ok(part) => parts.push(part),
+            Err(why) if matches!(term.node(), Node::Seq(_)) => return failed(parts, context).ok_or(why),
+            Err(why) => return Err(why),
+        }
+    }
+    Ok(shape.with_children(parts))
 }
 
 /// All names that a process binds itself, or that a process it calls writes.
@@ -294,16 +329,24 @@ fn reads_after_write(
     rest.iter().any(|part| Facts::of(part, context).reads.names.iter().any(|read| risky.contains(read)))
 }
 
+/// Whether the index of copies means the same when these values are put in.
+fn index_kept(term: &Term, map: &BTreeMap<Name, Value>) -> Result<(), Stuck> {
+    match term.node() {
+        Node::Power(_, _, Some(index))
+            if map.contains_key(index) || map.values().any(|value| value.mentions(index)) =>
+        {
+            Err(Stuck(format!("the index {index} would change its meaning")))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Every read of the names in `map` replaced, wherever it stands: right when nothing in the term binds them.
 ///
 /// # Errors
 /// When a value has no normal form or an index would capture a name.
 pub fn substitute_values(term: &Term, map: &BTreeMap<Name, Value>) -> Result<Term, Stuck> {
-    if let Node::Power(_, _, Some(index)) = term.node()
-        && (map.contains_key(index) || map.values().any(|value| value.mentions(index)))
-    {
-        return Err(Stuck(format!("the index {index} would change its meaning")));
-    }
+    index_kept(term, map)?;
     let shape = term.map_values(&mut |value| value.substitute(map))?;
     if term.children().is_empty() {
         return Ok(shape);

@@ -109,7 +109,7 @@ fn parts(moment: &Moment) -> BTreeSet<usize> {
 }
 
 fn drawn_in(part: &Term) -> bool {
-    leaves(part).into_iter().any(is_drawing)
+    leaves(part).iter().any(|leaf| is_drawing(leaf.term))
 }
 
 impl Search<'_, '_, '_> {
@@ -134,17 +134,21 @@ impl Search<'_, '_, '_> {
 
     /// The parts after each communication between parts that are not among these, with those that are then open.
     fn communications(&self, parts: &[Term], but: &BTreeSet<usize>) -> Result<Vec<Reached>, Stuck> {
-        let mut readers: Vec<(usize, usize, Name, Name)> = Vec::new();
-        let mut writers: BTreeMap<Name, Vec<(usize, usize, Value)>> = BTreeMap::new();
+        // A port of a part's own is called by the part and its `new`.
+        type Port = (Name, Option<(usize, usize)>);
+        let mut readers: Vec<(usize, usize, Port, Name)> = Vec::new();
+        let mut writers: BTreeMap<Port, Vec<(usize, usize, Value)>> = BTreeMap::new();
         for (part, term) in parts.iter().enumerate().filter(|(part, _)| !but.contains(part)) {
             for (number, leaf) in leaves(term).into_iter().enumerate() {
-                match leaf.node() {
-                    Node::In(port, _) | Node::Out(port, _) if !self.ports.contains(port) => {
+                let binder = leaf.binder.map(|binder| (part, binder));
+                match leaf.term.node() {
+                    Node::In(port, _) | Node::Out(port, _) if binder.is_none() && !self.ports.contains(port) => {
                         return stuck(format!("the port {port} is open"));
                     }
-                    Node::In(port, name) => readers.push((part, number, port.clone(), name.clone())),
+                    Node::In(port, name) => readers.push((part, number, (port.clone(), binder), name.clone())),
                     Node::Out(port, value) => {
-                        writers.entry(port.clone()).or_default().push((part, number, value.clone()));
+                        let port = (port.clone(), binder);
+                        writers.entry(port).or_default().push((part, number, value.clone()));
                     }
                     _ => {}
                 }

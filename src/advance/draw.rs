@@ -25,7 +25,7 @@ use crate::value::{Sort, Value, View};
 
 /// Whether a settled term is about to draw.
 pub(super) fn is_due(state: &Term) -> bool {
-    leaves(state).into_iter().any(is_drawing)
+    leaves(state).iter().any(|leaf| is_drawing(leaf.term))
 }
 
 /// Whether a network, or a process that it calls, draws anywhere.
@@ -179,7 +179,11 @@ impl Draws {
 
     /// A communication that nobody sees, and that binds nothing.
     fn tau(&self, names: &[Name]) -> Result<Term, Stuck> {
-        let (Some(port), Some(name)) = (self.instant.ports.first(), names.first()) else {
+        let own = subterms(&self.instant.state).find_map(|part| match part.node() {
+            Node::New(port, _) => Some(port),
+            _ => None,
+        });
+        let (Some(port), Some(name)) = (self.instant.ports.first().or(own), names.first()) else {
             return stuck("nothing communicates");
         };
         let read = Term::seq([Term::new(Node::In(port.clone(), name.clone())), Term::abort()]);

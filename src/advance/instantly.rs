@@ -108,7 +108,8 @@ impl Reach {
                 true
             }
             Node::Call(name, arguments) => self.called(name, arguments, (bound, context), depth)?,
-            Node::New(..) | Node::Project(..) => return stuck("`new` and `to` inside a component"),
+            // A port of its own counts as that of others of this name: more than it does.
+            Node::New(_, body) | Node::Project(body, _) => self.through(body, bound, context, depth + 1)?,
             Node::Meta(name, _) | Node::Replace(_, name, _) => return stuck(format!("{name} is not known")),
         })
     }

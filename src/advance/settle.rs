@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{MOST_DEPTH, active, context_reads, is_set, stuck};
 use crate::fact::{Context, Facts};
+use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{bound_names, written};
 use crate::substitution::{Stuck, instantiate, replace, substitute_known};
@@ -144,7 +145,13 @@ impl<'c, 'd> Runner<'c, 'd> {
                 self.settle(&round, wanted, depth + 1)
             }
             Node::Call(name, arguments) => self.settle_call(name, arguments, wanted, depth),
-            Node::New(..) | Node::Project(..) => stuck("`new` and `to` inside a component"),
+            Node::New(_, body) | Node::Project(body, _) => Ok(match self.settle(body, wanted, depth + 1)? {
+                State::Running(part) => {
+                    let (results, part) = without_sets(part);
+                    State::Running(Term::seq(sets(results).chain([term.with_children(vec![part])])))
+                }
+                ended => ended,
+            }),
             Node::Meta(name, _) | Node::Replace(_, name, _) => stuck(format!("{name} is not known")),
         }
     }
@@ -168,11 +175,17 @@ impl<'c, 'd> Runner<'c, 'd> {
             _ if real => self.context.assumptions.decide(relation, left, right),
             _ => None,
         };
-        match decided {
+        match decided.or_else(|| self.supposed(relation, left, right)) {
             Some(true) => Ok(State::Stopped(Results::new())),
             Some(false) => Ok(State::Aborted),
             None => stuck(format!("whether {left} {} {right}", relation.symbol())),
         }
+    }
+
+    /// Whether just this comparison, or the contrary, is supposed: so it counts where not all is known of what stands in it.
+    fn supposed(&self, relation: Relation, left: &Value, right: &Value) -> Option<bool> {
+        let supposes = |relation| self.context.supposes(&Condition::Compare(relation, left.clone(), right.clone()));
+        if supposes(relation) { Some(true) } else { supposes(relation.negated()).then_some(false) }
     }
 
     fn settle_sequence(
@@ -274,15 +287,17 @@ impl<'c, 'd> Runner<'c, 'd> {
         depth: usize,
     ) -> Result<State, Stuck> {
         let count = self.simple(count);
-        let whole = count.as_rational().is_some_and(|number| number.is_integer());
-        if !whole || self.context.assumptions.decide(Relation::Gte, &count, &Value::zero()) != Some(true) {
+        let known = &self.context.assumptions;
+        if known.is_natural(&count) != Some(true) {
             return stuck(format!("{count} copies"));
         }
         if index.is_some_and(|index| bound_names(body).contains(index) || self.writes(body, index)) {
             return stuck("the index of copies is bound in them");
         }
-        if count.is_zero() {
-            return Ok(State::Stopped(Results::new()));
+        match known.decide(Relation::Gtr, &count, &Value::zero()) {
+            Some(true) => {}
+            Some(false) => return Ok(State::Stopped(Results::new())),
+            None => return stuck(format!("whether {count} > 0")),
         }
         let left = count.sub(&Value::one())?;
         let (first, others) = match index {
@@ -296,7 +311,15 @@ impl<'c, 'd> Runner<'c, 'd> {
             }
             None => (body.clone(), body.clone()),
         };
-        let rest = Term::new(Node::Power(others, left, index.cloned()));
+        // One copy is that copy.
+        let rest = match index {
+            None if left == Value::one() => others,
+            Some(index) if left == Value::one() => {
+                let map = BTreeMap::from([(index.clone(), Value::zero())]);
+                substitute_known(&others, &map, &self.context.assumptions)?
+            }
+            _ => Term::new(Node::Power(others, left, index.cloned())),
+        };
         self.settle(&Term::seq([first, rest]), wanted, depth + 1)
     }
 

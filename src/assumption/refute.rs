@@ -41,6 +41,18 @@ impl Assumptions {
             || self.nonzero.iter().any(|form| refuted(form, &[Signs::POSITIVE, Signs::NEGATIVE]))
     }
 
+    /// What is stated of just this value, or of its opposite: that counts where it divides by what may be 0 as well.
+    pub(super) fn as_stated(&self, relation: Relation, value: &Value) -> Option<bool> {
+        let opposite = value.neg().ok()?;
+        let same = |stated: &Value| *stated == *value || *stated == opposite;
+        let (own, stated) = self.stated.iter().find(|(_, stated)| same(stated))?;
+        let own = if stated == value { Signs::of(*own) } else { Signs::of(*own).flipped() };
+        if own.within(Signs::of(relation)) {
+            return Some(true);
+        }
+        own.within(Signs::of(relation.negated())).then_some(false)
+    }
+
     /// The signs that the value may have; the search stops when they are all `wanted` or none is.
     pub(super) fn possible_signs(&self, value: &Value, wanted: Signs) -> Signs {
         let mut systems = MOST_SYSTEMS;

@@ -17,6 +17,10 @@ const MOST_COPIES: usize = 10_000;
 /// What the number of copies still to come is called.
 const LEFT: &str = "copies";
 
+fn power(body: Term, count: Value, index: Option<&Name>) -> Term {
+    Term::new(Node::Power(body, count, index.cloned()))
+}
+
 impl Settler<'_> {
     /// What `body^count` begins with.
     pub(super) fn copies(
@@ -37,14 +41,23 @@ impl Settler<'_> {
                 "the number of copies, {number}, must be a whole number up to {MOST_COPIES}"
             ));
         };
-        let copy = |copy: usize| match index {
+        let at = |body: &Term, value: Value| match index {
             None => Ok(body.clone()),
-            Some(index) => {
-                let map = BTreeMap::from([(index.clone(), Value::integer(copy as i64))]);
-                substitute_values(body, &map)
-            }
+            Some(index) => substitute_values(body, &BTreeMap::from([(index.clone(), value)])),
         };
-        match (0..whole).map(copy).collect::<Result<Vec<Term>, _>>() {
+        // As the kernel does it: what is left of the copies counts from 0 again, and one copy is that copy.
+        let parts = match whole {
+            0 => Ok(Vec::new()),
+            1 => at(body, Value::zero()).map(|only| vec![only]),
+            _ => at(body, Value::zero()).and_then(|first| {
+                let next =
+                    index.map_or_else(|| Ok(Value::zero()), |index| Value::variable(index).add(&Value::one()))?;
+                let (others, left) = (at(body, next)?, Value::integer(whole as i64 - 1));
+                let last = if whole == 2 { at(&others, Value::zero())? } else { power(others, left, index) };
+                Ok(vec![first, last])
+            }),
+        };
+        match parts {
             Ok(parts) => Ok(fresh(&Term::seq(parts), env)),
             Err(stuck) => Halt::because(stuck.0),
         }
@@ -75,7 +88,7 @@ impl Settler<'_> {
             let now = before.map_or(Ok(Value::zero()), |before| before.add(&Value::one()));
             inner.insert(index.clone(), now.or_else(|error| Halt::because(error.0))?);
         }
-        let others = Term::new(Node::Power(body.clone(), Value::variable(&left), index.cloned()));
+        let others = power(body.clone(), Value::variable(&left), index);
         Ok(fresh(&Term::seq([body.clone(), others]), &inner))
     }
 

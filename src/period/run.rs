@@ -357,6 +357,15 @@ impl Settler<'_> {
                     if rest == NOTHING && carried.is_empty() {
                         return Ok(running);
                     }
+                    // A last part that is a sequence carries on: so copies do not nest.
+                    let running = match running {
+                        Run::Seq(inner, others, env, later) if rest == NOTHING => {
+                            let mut carried = carried;
+                            carried.add(&later);
+                            return Ok(Run::Seq(inner, others, env, carried));
+                        }
+                        other => other,
+                    };
                     *first = running;
                     return Ok(Run::Seq(first, rest, restrict(&env, &reads), carried));
                 }

@@ -13,6 +13,7 @@ use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Phase, Segment, Test, open_name, stretch};
 use crate::prove::run::{self, Lost, ends, passes};
+use crate::scope::subterms;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
@@ -205,8 +206,11 @@ impl Rounds<'_> {
         let phase = from.and_then(|number| self.period.phases.get(number));
         let named = phase.map_or_else(Named::new, any_values);
         let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
-        let running: Vec<Condition> =
-            phase.map_or_else(Vec::new, |phase| delays(&phase.state).map(more_than_none).collect());
+        let entered = |phase: &Phase| -> Vec<Condition> {
+            let copies = counts(&phase.state).cloned().map(Condition::Natural);
+            delays(&phase.state).map(more_than_none).chain(copies).collect()
+        };
+        let running: Vec<Condition> = phase.map_or_else(Vec::new, entered);
         if edge.draws.is_empty() {
             let mut hypotheses = supposed(edge, &named)?;
             hypotheses.extend(running);
@@ -222,13 +226,20 @@ impl Rounds<'_> {
         Ok(reached.layers)
     }
 
-    /// In a phase, what is left of each delay that runs is more than 0: so it is where the phase is entered.
+    /// In a phase, what is left of each delay that runs is more than 0, and each number of copies that are to come is
+    /// natural: so it is where the phase is entered.
     fn still_run(&self, phase: &Phase, map: &Named, hypotheses: &[Condition]) -> Result<(), Lost> {
         let known = Context::new(&self.theory.assumptions, &self.theory.definitions, hypotheses).assumptions;
         for left in delays(&phase.state) {
             let left = left.substitute(map).map_err(odd)?;
             if known.decide(Relation::Gtr, &left, &Value::zero()) != Some(true) {
                 return Err(Lost(format!("whether {left} > 0")));
+            }
+        }
+        for copies in counts(&phase.state) {
+            let copies = copies.substitute(map).map_err(odd)?;
+            if known.is_natural(&copies) != Some(true) {
+                return Err(Lost(format!("whether {copies} is natural")));
             }
         }
         Ok(())
@@ -282,6 +293,14 @@ fn delays(state: &[Term]) -> impl Iterator<Item = &Value> {
         }
     }
     found.into_iter()
+}
+
+/// The numbers of copies that are to come in a state, where they are variables.
+fn counts(state: &[Term]) -> impl Iterator<Item = &Value> {
+    state.iter().flat_map(subterms).filter_map(|term| match term.node() {
+        Node::Power(_, count, _) if count.variables().iter().any(Name::is_meta) => Some(count),
+        _ => None,
+    })
 }
 
 fn more_than_none(left: &Value) -> Condition {

@@ -2,15 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use super::shape::{alike, between, unused};
+use super::shape::{alike, between, polynomial, unused};
 use super::{Follower, Lost, items, lost};
 use crate::fact::Context;
 use crate::law::Condition;
 use crate::name::Name;
 use crate::proof::{Lemma, Statement, Step, StepId};
+use crate::scope::{bound_names, read_names};
 use crate::substitution::{Substitution, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
+
+/// Rounds that are looked at for how values change.
+const FITTED: usize = 5;
 
 /// Rounds of which each is as the others: what happens in one, under which name its number stands in it, and how many.
 struct Alike<'r> {
@@ -98,9 +102,10 @@ impl Follower<'_> {
         }
         let whole = known.simplify(count);
         let fewer = whole.sub(&Value::one()).map_err(|error| Lost(error.0))?;
-        let Some(index) = index.filter(|_| !self.inside && known.is_natural(&fewer) == Some(true)) else {
+        if self.inside || known.is_natural(&fewer) != Some(true) {
             return lost(format!("{count} rounds"));
-        };
+        }
+        let Some(index) = index else { return self.uncounted(body, count, state) };
         let power = |count: &Value| Term::new(Node::Power(body.clone(), count.clone(), Some(index.clone())));
         let (step, state) = self.all_alike(body, index, &fewer, state)?;
         let last = substitute_values(body, &BTreeMap::from([(index.clone(), fewer.clone())]));
@@ -117,6 +122,34 @@ impl Follower<'_> {
         let behind = |count: &Value| Term::seq([power(count), next.clone()]);
         let step = self.same(step, &behind(&whole), &behind(count))?;
         Ok((step, next))
+    }
+
+    /// Rounds that show nothing of their number, as rounds that have one: the system may be another in each.
+    fn uncounted(&mut self, body: &Term, count: &Value, state: &Term) -> Result<(StepId, Term), Lost> {
+        let index = self.plain_name(&[body, state], count);
+        let (step, next) = self.rounds(body, Some(&index), count, state)?;
+        let mut with = Substitution::default();
+        with.processes.insert(Name::new("?P"), body.clone());
+        with.names.insert(Name::new("?i"), index);
+        with.values.insert(Name::new("?n"), count.clone());
+        let alike = self.script.push(Step::Law(Name::new("rounds-alike"), with));
+        let alike = self.before(alike, &next);
+        Ok((self.script.chain(vec![step, alike]), next))
+    }
+
+    /// A name for the number of a round that nothing here and no definition mentions.
+    fn plain_name(&self, terms: &[&Term], count: &Value) -> Name {
+        let mut taken = count.variables();
+        taken.extend(self.context.assumptions.variables());
+        let bodies = self.theory.definitions.iter().map(|definition| &definition.body);
+        for term in terms.iter().copied().chain(bodies) {
+            taken.extend(read_names(term).into_iter().chain(bound_names(term)));
+        }
+        let names = (1..).map(|number| Name::new(&format!("round{number}")));
+        std::iter::once(Name::new("i"))
+            .chain(names)
+            .find(|name| !taken.contains(name))
+            .unwrap_or_else(|| Name::new("i"))
     }
 
     /// Rounds by a lemma about any one of them: `A(n) ~~ P(n) ; A(n+1)`. What changes in the first round by some step is
@@ -137,10 +170,35 @@ impl Follower<'_> {
         hypotheses.push(Condition::Natural(own.clone()));
         hypotheses.push(Condition::Compare(Relation::Lss, own, count.clone()));
         let rounds = Alike { body, index, variable, count };
-        match self.by_lemma(&rounds, &hypotheses, &general, state) {
-            Err((why, Some(found))) => self.by_lemma(&rounds, &hypotheses, &found, state).map_err(|_| why),
-            other => other.map_err(|(why, _)| why),
+        let why = match self.by_lemma(&rounds, &hypotheses, &general, state) {
+            Err((why, Some(found))) => match self.by_lemma(&rounds, &hypotheses, &found, state) {
+                Ok(done) => return Ok(done),
+                Err(_) => why,
+            },
+            Err((why, None)) => why,
+            Ok(done) => return Ok(done),
+        };
+        match self.through_first(&rounds, state) {
+            Some(found) => self.by_lemma(&rounds, &hypotheses, &found, state).map_err(|_| why),
+            None => Err(why),
         }
+    }
+
+    /// How each of the rounds might begin if the values that change are polynomials in its number: those through the
+    /// first rounds, where there are so many.
+    fn through_first(&self, rounds: &Alike<'_>, state: &Term) -> Option<Term> {
+        let enough = self.context.assumptions.decide(Relation::Gte, rounds.count, &Value::integer(FITTED as i64));
+        if enough != Some(true) {
+            return None;
+        }
+        let mut prover = self.within(self.context.hypotheses);
+        let mut states = vec![state.clone()];
+        for done in 0..FITTED {
+            let round = put(rounds.body, rounds.index, Value::integer(done as i64)).ok()?;
+            let next = prover.along(&items(&round), states.last()?.clone()).ok()?.1;
+            states.push(next);
+        }
+        polynomial(&states, &Value::variable(&rounds.variable))
     }
 
     /// The rounds by a lemma, where this is how each of them begins; if they do not begin so, how they might.

@@ -71,6 +71,44 @@ pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &
     })
 }
 
+/// The process that is the first of these for n = 0, the second for n = 1 and so on, if its values are polynomials in n
+/// that fewer of them give: by Newton's forward differences.
+pub(super) fn polynomial(states: &[Term], number: &Value) -> Option<Term> {
+    let (first, others) = states.split_first()?;
+    let mut columns: Vec<Vec<Value>> = Vec::new();
+    joined(first, first, &mut |value, _| {
+        columns.push(vec![value.clone()]);
+        Some(value.clone())
+    })?;
+    for state in others {
+        let mut place = 0;
+        joined(first, state, &mut |value, other| {
+            columns.get_mut(place)?.push(other.clone());
+            place += 1;
+            Some(value.clone())
+        })?;
+    }
+    let mut columns = columns.iter();
+    joined(first, first, &mut |_, _| newton(columns.next()?, number))
+}
+
+/// The polynomial in n that has these values at 0, 1, …, of a degree that leaves one of them over at least.
+fn newton(values: &[Value], number: &Value) -> Option<Value> {
+    let (mut sum, mut chosen) = (values.first()?.clone(), Value::one());
+    let mut row = values.to_vec();
+    for degree in 0.. {
+        row = row.windows(2).map(|pair| pair[1].sub(&pair[0])).collect::<Result<_, _>>().ok()?;
+        let first = row.first()?;
+        if row.iter().all(Value::is_zero) {
+            break;
+        }
+        let next = number.sub(&Value::integer(degree)).and_then(|factor| factor.div(&Value::integer(degree + 1)));
+        chosen = chosen.mul(&next.ok()?).ok()?;
+        sum = sum.add(&first.mul(&chosen).ok()?).ok()?;
+    }
+    Some(sum)
+}
+
 /// Whether no maximum, condition or integer part stands in it.
 fn is_plain(value: &Value) -> bool {
     value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_) | Atom::Power(..)))

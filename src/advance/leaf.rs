@@ -1,0 +1,159 @@
+//! What runs in a settled term: its leaves, each with the `new` that binds its port and with what `to` leaves shown.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use crate::fact::{Context, Facts};
+use crate::name::Name;
+use crate::term::{Node, Term};
+
+/// Whether this draws at once.
+pub(super) fn is_drawing(leaf: &Term) -> bool {
+    matches!(leaf.node(), Node::Ran(..))
+}
+
+pub(super) fn is_set(term: &Term) -> bool {
+    matches!(term.node(), Node::Set(..))
+}
+
+/// Where the running part of a settled sequence stands, if one runs.
+pub(super) fn active(parts: &[Term]) -> Option<usize> {
+    parts.iter().position(|part| !is_set(part))
+}
+
+/// A read, write, delay, observer or draw that runs in a settled term.
+pub(super) struct Leaf<'t> {
+    pub(super) term: &'t Term,
+    /// Which `new` of the term binds the port of a read or write, by their numbers in order.
+    pub(super) binder: Option<usize>,
+    /// Whether no `to` around it hides what it shows.
+    pub(super) shown: bool,
+}
+
+/// The reads, writes, delays, observers and draws that run in a settled term, in order.
+pub(super) fn leaves(term: &Term) -> Vec<Leaf<'_>> {
+    let mut walk = Leaves::default();
+    walk.through(term);
+    walk.found
+}
+
+/// A walk through a settled term: what was found, and the `new` and `to` around the place where it is.
+#[derive(Default)]
+struct Leaves<'t> {
+    found: Vec<Leaf<'t>>,
+    bound: Vec<(&'t Name, usize)>,
+    binders: usize,
+    shows: Vec<&'t BTreeSet<Name>>,
+}
+
+/// Which `new` binds a port behind all these.
+fn binder(bound: &[(&Name, usize)], port: &Name) -> Option<usize> {
+    bound.iter().rev().find(|(name, _)| *name == port).map(|(_, number)| *number)
+}
+
+impl<'t> Leaves<'t> {
+    /// Goes on inside a `new` or a `to`.
+    fn inside(&mut self, around: &'t Term, go: impl FnOnce(&mut Self)) {
+        match around.node() {
+            Node::New(port, _) => {
+                self.bound.push((port, self.binders));
+                self.binders += 1;
+                go(self);
+                self.bound.pop();
+            }
+            Node::Project(_, shown) => {
+                self.shows.push(shown);
+                go(self);
+                self.shows.pop();
+            }
+            _ => go(self),
+        }
+    }
+
+    /// Goes through the parts that run side by side, each with its ports and those of them that are its own.
+    fn side_by_side(&mut self, term: &'t Term, found: &mut Vec<Component<'t>>) {
+        match term.node() {
+            Node::Par(parts) => parts.iter().for_each(|part| self.side_by_side(part, found)),
+            Node::New(_, body) | Node::Project(body, _) => self.inside(term, |walk| walk.side_by_side(body, found)),
+            _ => {
+                let first = self.found.len();
+                self.through(term);
+                let inside = first..self.found.len();
+                let offers = |leaf: &&Leaf<'_>| matches!(leaf.term.node(), Node::In(..) | Node::Out(..));
+                let offers = self.found[inside.clone()].iter().filter(offers).count();
+                found.push(Component { term, inside, offers, bound: self.bound.clone() });
+            }
+        }
+    }
+    fn through(&mut self, term: &'t Term) {
+        match term.node() {
+            Node::Seq(parts) => {
+                if let Some(place) = active(parts) {
+                    self.through(&parts[place]);
+                }
+            }
+            Node::Else(first, _) => self.through(first),
+            Node::Par(parts) | Node::Disable(parts) => parts.iter().for_each(|part| self.through(part)),
+            Node::New(_, body) | Node::Project(body, _) => self.inside(term, |walk| walk.through(body)),
+            Node::In(port, _) | Node::Out(port, _) => {
+                self.found.push(Leaf { term, binder: binder(&self.bound, port), shown: true });
+            }
+            Node::Observe(name, _) => {
+                let shown = self.shows.iter().all(|shown| shown.contains(name));
+                self.found.push(Leaf { term, binder: None, shown });
+            }
+            Node::Delay(_) | Node::Idle | Node::Ran(..) => self.found.push(Leaf { term, binder: None, shown: true }),
+            _ => {}
+        }
+    }
+}
+
+/// A settled term with some of its leaves, numbered as [`leaves`] gives them, replaced.
+pub(super) fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term) -> Option<Term>) -> Term {
+    match term.node() {
+        Node::Seq(parts) => match active(parts) {
+            Some(place) => {
+                let mut parts = parts.clone();
+                parts[place] = rebuilt(&parts[place], number, change);
+                Term::seq(parts)
+            }
+            None => term.clone(),
+        },
+        Node::Else(first, second) => Term::otherwise(rebuilt(first, number, change), second.clone()),
+        Node::Par(parts) | Node::Disable(parts) => {
+            term.with_children(parts.iter().map(|part| rebuilt(part, number, change)).collect())
+        }
+        Node::New(_, body) | Node::Project(body, _) => term.with_children(vec![rebuilt(body, number, change)]),
+        Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
+            let here = *number;
+            *number += 1;
+            change(here, term).unwrap_or_else(|| term.clone())
+        }
+        _ => term.clone(),
+    }
+}
+
+/// A part of a settled network that nothing but `|`, `new` and `to` is around.
+pub(super) struct Component<'t> {
+    pub(super) term: &'t Term,
+    /// The numbers of its leaves.
+    pub(super) inside: Range<usize>,
+    /// How many of them are reads and writes.
+    pub(super) offers: usize,
+    bound: Vec<(&'t Name, usize)>,
+}
+
+impl Component<'_> {
+    /// Whether it may ever use the port of this name that this `new` binds.
+    pub(super) fn may_use(&self, port: &Name, of: Option<usize>, context: &Context<'_>) -> bool {
+        let ports = &Facts::of(self.term, context).ports;
+        !ports.processes.is_empty() || (ports.names.contains(port) && binder(&self.bound, port) == of)
+    }
+}
+
+/// The components of a settled network, in the order of their leaves.
+pub(super) fn components(state: &Term) -> Vec<Component<'_>> {
+    let (mut walk, mut found) = (Leaves::default(), Vec::new());
+    walk.side_by_side(state, &mut found);
+    found
+}
