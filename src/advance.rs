@@ -49,6 +49,10 @@ fn stuck<T>(why: impl Into<String>) -> Result<T, Stuck> {
     Err(Stuck(why.into()))
 }
 
+fn open_port(port: &Name) -> String {
+    format!("the port {port} is open: no two components share it, and it is under no `new {port}.`")
+}
+
 /// A network at the end of an instant: no communication is possible any more.
 #[derive(Clone, Debug)]
 pub struct Instant {
@@ -337,7 +341,7 @@ fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name], orders:
             && leaf.binder.is_none()
             && !ports.contains(port)
         {
-            return stuck(format!("the port {port} is open"));
+            return stuck(open_port(port));
         }
         let Node::In(port, name) = leaf.term.node() else { continue };
         for (writer, other) in leaves.iter().enumerate() {

@@ -75,7 +75,7 @@ fn limiting(assessment: &Assessment) -> Vec<String> {
     let Some(finding) = assessment.limiting() else { return Vec::new() };
     let mut lines = vec![finding.text.clone()];
     lines.extend(finding.notes.iter().cloned());
-    let feedback = assessment.feedback.iter().find(|feedback| feedback.name == finding.name);
+    let feedback = assessment.advice.feedback.iter().find(|feedback| feedback.name == finding.name);
     lines.extend(feedback.into_iter().flat_map(|feedback| feedback.blame.clone()));
     lines
 }

@@ -356,3 +356,46 @@ fn what_a_change_leaves_open_is_not_called_unmet() {
     let said = out(&pars(folder.path(), &["run", "mission.pars"]));
     assert!(said.contains("but then open: battery") && !said.contains("but then not met"), "{said}");
 }
+
+const STEPS: &str = "proc World_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; World_{r+u}
+proc Odo_r = Out_{p,r} ; Odo_r
+proc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,fast*(g-r)/abs(g-r)} ; Go_g
+proc Trip = Go_far ; Go_0 ; Trip
+system Sys = World_0 | Trip\n";
+
+/// The lines of advice on criteria of a walk by steps of one length, which meets its goals at some lengths only.
+fn advice(parameters: &str, criteria: &str) -> Vec<String> {
+    let mut text = format!("param {parameters}\n{STEPS}criteria C for Sys {{ goals At_far, At_0 {criteria} }}");
+    if !parameters.contains("far") {
+        text = text.replace("far", "7");
+    }
+    let folder = folder(&text);
+    let report = json(&out(&pars(folder.path(), &["run", "--json", "mission.pars"]))).remove(0);
+    let lines = report["feedback"].as_array().into_iter().flatten();
+    lines.map(|line| line.as_str().expect("a line").to_string()).collect()
+}
+
+#[test]
+fn a_change_that_meets_every_criterion_is_told() {
+    let criteria = "radius 1/10 leg within 3 round within 5";
+    let said = advice("fast = 2, far = 7", criteria);
+    let all: Vec<&String> = said.iter().filter(|line| line.starts_with("all: ")).collect();
+    assert!(all.iter().any(|line| line.contains("fast = 7/2 in place of 2 meets every criterion")), "{said:?}");
+    for line in &all {
+        let change = line.split(' ').skip(1).take(3).collect::<Vec<_>>().concat();
+        let rest = if change.starts_with("far") { "fast = 2" } else { "far = 7" };
+        assert_eq!(advice(&format!("{change}, {rest}"), criteria), Vec::<String>::new(), "{line}");
+    }
+    // 14/fast + 14*fast of the battery is never 20 or less.
+    let none = advice("fast = 2", "radius 1/10 leg within 4 battery 40 rate 1 + fast^2 keep 20");
+    assert!(none.iter().any(|line| line.starts_with("all: no change of one or two of fast was found")), "{none:?}");
+}
+
+#[test]
+fn a_change_is_found_where_only_some_places_help_and_the_nearest_breaks_another_criterion() {
+    let said = advice("fast = 2", "leg to At_far within 4 battery 100 rate fast^2 keep 50 for 8");
+    assert!(
+        said.iter().any(|line| line.contains("leg1: fast = 7/3 in place of 2 ") && !line.contains("but then")),
+        "{said:?}"
+    );
+}

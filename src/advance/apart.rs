@@ -27,7 +27,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::draw::{Due, nth};
 use super::instantly::Reach;
 use super::settle::Runner;
-use super::{MOST_STATES, ORDER, is_drawing, leaves, rebuilt, stuck};
+use super::{MOST_STATES, ORDER, is_drawing, leaves, open_port, rebuilt, stuck};
 use crate::name::Name;
 use crate::scope::read_names;
 use crate::substitution::{Stuck, substitute_values};
@@ -143,7 +143,7 @@ impl Search<'_, '_, '_> {
                 let binder = leaf.binder.map(|binder| (part, binder));
                 match leaf.term.node() {
                     Node::In(port, _) | Node::Out(port, _) if binder.is_none() && !self.ports.contains(port) => {
-                        return stuck(format!("the port {port} is open"));
+                        return stuck(open_port(port));
                     }
                     Node::In(port, name) => readers.push((part, number, (port.clone(), binder), name.clone())),
                     Node::Out(port, value) => {
@@ -327,7 +327,7 @@ impl Search<'_, '_, '_> {
                 return matters("a part may draw again, as a value that was drawn is");
             }
             if let Some(port) = own.ports().find(|port| !self.ports.contains(port)) {
-                return stuck(format!("the port {port} is open"));
+                return stuck(open_port(port));
             }
             if let Some(port) = own.ports().find(|port| shared(port) || own.answers(port)) {
                 return matters(&format!("a part may use port {port}, as a value that was drawn is"));

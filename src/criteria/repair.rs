@@ -1,8 +1,10 @@
 //! What would repair a criterion: one parameter, to which value, or two; each tried by judging again.
 
+mod pairs;
 mod sensitivity;
+mod wider;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
@@ -15,6 +17,7 @@ use crate::name::Name;
 use crate::value::{Relation, Value};
 
 pub use sensitivity::Sensitivity;
+use wider::points;
 
 /// Numbers with a larger denominator are not simple.
 const MOST_DENOMINATOR: i64 = 10_000;
@@ -27,6 +30,9 @@ const MOST_PAIRS: usize = 15;
 
 /// Other values for some parameters.
 pub type Point = Vec<(Name, BigRational)>;
+
+/// What a change is to meet: one criterion, or all of them.
+type Goal<'g> = Option<&'g Name>;
 
 /// A change that repairs a criterion; it was judged again with it.
 #[derive(Clone, Debug)]
@@ -45,6 +51,22 @@ pub struct Repair {
     pub not_at: Option<BigRational>,
     /// The margin as a formula of the parameter near its present value, where the value was solved from it.
     pub formula: Option<Value>,
+}
+
+impl Repair {
+    /// Whether it leaves all criteria met that are met now.
+    pub fn is_harmless(&self) -> bool {
+        self.breaks.is_empty()
+    }
+}
+
+/// What to do about the criteria that are not met.
+#[derive(Clone, Debug, Default)]
+pub struct Advice {
+    /// About each.
+    pub feedback: Vec<Feedback>,
+    /// Changes with which every criterion is met, where several are not.
+    pub all: Vec<Repair>,
 }
 
 /// What to do about one criterion.
@@ -103,13 +125,18 @@ impl<'a> Workshop<'a> {
         workshop
     }
 
-    /// The margins that are exact when one parameter has another value, by criterion.
+    /// The margins that are exact when one parameter has another value, by criterion; and by which the run comes within
+    /// the radius of each goal, under names that no source text can spell.
     fn margins(&self, parameter: &Name, value: &BigRational) -> Option<BTreeMap<Name, BigRational>> {
         let (criteria, environment) = self.elsewhere(&[(parameter.clone(), value.clone())])?;
         let never = |_: &Likelihood, _: &Environment, _: (Relation, &BigRational)| Err(Vec::new());
-        let findings = Judge { chances: &never, ..self.judge }.judge(&criteria, &environment).findings;
-        let exact = |finding: Finding| Some((finding.name.clone(), finding.exact_margin()?.as_rational()?));
-        Some(findings.into_iter().filter_map(exact).collect())
+        let judged = Judge { chances: &never, ..self.judge }.judge(&criteria, &environment);
+        let exact = |finding: &Finding| Some((finding.name.clone(), finding.exact_margin()?.as_rational()?));
+        let nearest = judged.visits.closest.iter().enumerate().filter_map(|(goal, closest)| {
+            let near = closest.as_ref()?.0.length()?.as_rational()?;
+            Some((Name::new(&format!("!nearest{goal}")), &criteria.radius - near))
+        });
+        Some(judged.findings.iter().filter_map(exact).chain(nearest).collect())
     }
 
     /// The criteria with other values; none where the declarations do not allow them.
@@ -121,21 +148,27 @@ impl<'a> Workshop<'a> {
         Some((criteria, environment))
     }
 
-    fn met(&self, name: &Name, point: &[(Name, BigRational)]) -> bool {
-        self.standing(name, point) == Some(Standing::Met)
+    fn met(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> bool {
+        self.standing(goal, point) == Some(Standing::Met)
     }
 
-    fn standing(&self, name: &Name, point: &[(Name, BigRational)]) -> Option<Standing> {
+    fn standing(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> Option<Standing> {
         let (criteria, environment) = self.elsewhere(point)?;
-        let found = Judge { chances: self.roughly, ..self.judge }.one(&criteria, &environment, name);
-        found.map(|finding| finding.standing)
+        let judge = Judge { chances: self.roughly, ..self.judge };
+        match goal {
+            Some(name) => judge.one(&criteria, &environment, name).map(|finding| finding.standing),
+            None => judge.judge(&criteria, &environment).findings.iter().map(|finding| finding.standing).min(),
+        }
     }
 
-    /// Judges everything with a change: a repair if the criterion is met then.
-    fn repair(&self, name: &Name, point: &[(Name, BigRational)]) -> Option<Repair> {
+    /// Judges everything with a change: a repair if the goal is met then.
+    fn repair(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> Option<Repair> {
         let (criteria, environment) = self.elsewhere(point)?;
         let judged = self.judge.judge(&criteria, &environment);
-        let after = judged.findings.iter().find(|finding| finding.name == *name)?.clone();
+        let after = match goal {
+            Some(name) => judged.findings.iter().find(|finding| finding.name == *name)?,
+            None => judged.findings.iter().min_by_key(|finding| finding.standing)?,
+        };
         if after.standing != Standing::Met {
             return None;
         }
@@ -147,17 +180,38 @@ impl<'a> Workshop<'a> {
         let present = |name: &Name| self.parameters.iter().find(|(other, _)| other == name).map(|(_, value)| value);
         let changes =
             point.iter().filter_map(|(name, value)| Some((name.clone(), present(name)?.clone(), value.clone())));
-        Some(Repair { changes: changes.collect(), after, breaks, open, least: None, not_at: None, formula: None })
+        let (changes, after) = (changes.collect(), after.clone());
+        Some(Repair { changes, after, breaks, open, least: None, not_at: None, formula: None })
     }
 
     /// A repair that breaks nothing.
-    fn harmless(&self, name: &Name, point: &[(Name, BigRational)]) -> Option<Repair> {
-        let repair = if self.met(name, point) { self.repair(name, point) } else { None };
-        repair.filter(|repair| repair.breaks.is_empty())
+    fn harmless(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> Option<Repair> {
+        let repair = if self.met(goal, point) { self.repair(goal, point) } else { None };
+        repair.filter(Repair::is_harmless)
     }
 
-    /// What to do about a criterion that is not met.
-    pub fn feedback(&self, finding: &Finding, blame: Vec<String>) -> Feedback {
+    /// What to do about criteria that are not met, each with what decides it.
+    pub fn advice(&self, failing: Vec<(&Finding, Vec<String>)>) -> Advice {
+        let mut singles: Vec<Vec<Repair>> = failing.iter().map(|(finding, _)| self.single(finding)).collect();
+        let points = points(&singles);
+        for ((finding, _), single) in failing.iter().zip(&mut singles) {
+            self.from_others(&finding.name, &points, single);
+            if !single.iter().any(Repair::is_harmless) {
+                single.extend(self.wider(Some(&finding.name)));
+            }
+        }
+        let several = failing.len() > 1;
+        let feedback: Vec<Feedback> = failing
+            .into_iter()
+            .zip(singles)
+            .map(|((finding, blame), single)| self.feedback(finding, blame, single))
+            .collect();
+        let all = if several { self.all_at_once(&feedback) } else { Vec::new() };
+        Advice { feedback, all }
+    }
+
+    /// Changes of one parameter that are found by itself.
+    fn single(&self, finding: &Finding) -> Vec<Repair> {
         let mut single = Vec::new();
         for (name, value) in self.parameters {
             if (self.judge.interrupted)() {
@@ -165,17 +219,21 @@ impl<'a> Workshop<'a> {
             }
             for up in [true, false] {
                 let solved = self.solved(&finding.name, name, value, up);
-                single.extend(solved.or_else(|| self.searched(&finding.name, name, value, up)));
+                single.extend(solved.or_else(|| self.searched(Some(&finding.name), name, value, up)));
             }
         }
+        single
+    }
+
+    fn feedback(&self, finding: &Finding, blame: Vec<String>, mut single: Vec<Repair>) -> Feedback {
         single.sort_by(|one, other| {
             one.breaks.len().cmp(&other.breaks.len()).then_with(|| change(one).cmp(&change(other)))
         });
         let mut pairs = Vec::new();
-        if !single.iter().any(|repair| repair.breaks.is_empty()) {
-            pairs = self.pairs(&finding.name, &single);
+        if !single.iter().any(Repair::is_harmless) {
+            pairs = self.pairs(Some(&finding.name), &single);
             // One half of what helps may be enough, at a place that was not tried.
-            let halves = self.halves(&finding.name, &pairs);
+            let halves = self.halves(Some(&finding.name), &pairs);
             if !halves.is_empty() {
                 (single, pairs) = ([halves, single].concat(), Vec::new());
             }
@@ -189,10 +247,10 @@ impl<'a> Workshop<'a> {
         let formula = self.formulas.get(parameter)?[usize::from(!up)].get(name)?;
         let root = formula.root().filter(|root| (root > value) == up && root != value)?;
         let nearer = &root + (value - &root) * small();
-        if !self.plausible(&root, value) || self.met(name, &[(parameter.clone(), nearer.clone())]) {
+        if !self.plausible(&root, value) || self.met(Some(name), &[(parameter.clone(), nearer.clone())]) {
             return None;
         }
-        let mut repair = self.repair(name, &[(parameter.clone(), root)])?;
+        let mut repair = self.repair(Some(name), &[(parameter.clone(), root)])?;
         repair.least = repair.changes.first().map(|(.., after)| (after - nearer).abs());
         repair.formula = formula.value(parameter);
         Some(repair)
@@ -203,7 +261,7 @@ impl<'a> Workshop<'a> {
     }
 
     /// By trying: outward from the present value, then halving, then the simplest number there is.
-    fn searched(&self, name: &Name, parameter: &Name, value: &BigRational, up: bool) -> Option<Repair> {
+    fn searched(&self, goal: Goal<'_>, parameter: &Name, value: &BigRational, up: bool) -> Option<Repair> {
         let at = |value: &BigRational| vec![(parameter.clone(), value.clone())];
         let mut fails = value.clone();
         let mut found = None;
@@ -212,14 +270,14 @@ impl<'a> Workshop<'a> {
                 return None;
             }
             let next = moved(value, &factor, up);
-            if self.met(name, &at(&next)) {
+            if self.met(goal, &at(&next)) {
                 found = Some(next);
                 break;
             }
             fails = next;
         }
         let mut works = found?;
-        let met = |value: &BigRational| self.met(name, &at(value));
+        let met = |value: &BigRational| self.met(goal, &at(value));
         for round in 0..2 {
             for _ in 0..HALVINGS / 2 {
                 let middle = (&fails + &works) / BigRational::from_integer(2.into());
@@ -238,131 +296,28 @@ impl<'a> Workshop<'a> {
             works = simple.clone();
         }
         // Where it is open it may be met after all.
-        let not_met = |value: &BigRational| self.standing(name, &at(value)) == Some(Standing::NotMet);
+        let not_met = |value: &BigRational| self.standing(goal, &at(value)) == Some(Standing::NotMet);
         let mut repair = None;
         if simple.denom() < &MOST_DENOMINATOR.into() && simple != works {
             // The place itself does not count: a little further then.
-            let further = self.further(name, parameter, value, &works);
-            repair = further.or_else(|| self.repair(name, &at(&works)));
+            let further = self.further(goal, parameter, value, &works);
+            repair = further.or_else(|| self.repair(goal, &at(&works)));
             if let Some(repair) = repair.as_mut().filter(|_| not_met(&simple)) {
                 repair.not_at = Some(simple);
             }
         } else if works.denom() < &MOST_DENOMINATOR.into() {
-            repair = self.repair(name, &at(&works));
+            repair = self.repair(goal, &at(&works));
             if let Some(repair) = repair.as_mut().filter(|_| not_met(&fails)) {
                 repair.least = Some((&works - &fails).abs());
             }
         }
-        repair.or_else(|| self.further(name, parameter, value, &works)).or_else(|| self.repair(name, &at(&works)))
+        repair.or_else(|| self.further(goal, parameter, value, &works)).or_else(|| self.repair(goal, &at(&works)))
     }
 
     /// The simplest number at which the criterion is met, a hundredth further from the present value at most.
-    fn further(&self, name: &Name, parameter: &Name, present: &BigRational, works: &BigRational) -> Option<Repair> {
+    fn further(&self, goal: Goal<'_>, parameter: &Name, present: &BigRational, works: &BigRational) -> Option<Repair> {
         let further = works + (works - present) * BigRational::new(1.into(), 100.into());
-        self.repair(name, &[(parameter.clone(), simplest(works, &further))])
-    }
-
-    /// Two parameters: what one repairs and breaks mended by another, or both moved together.
-    fn pairs(&self, name: &Name, single: &[Repair]) -> Vec<Repair> {
-        let mut found: Vec<Repair> = Vec::new();
-        for repair in single.iter().take(4) {
-            let Some((first, _, value)) = repair.changes.first() else { continue };
-            for (second, present) in self.parameters.iter().filter(|(other, _)| other != first) {
-                let sides = [true, false];
-                found.extend(
-                    sides.into_iter().filter_map(|up| self.mended(name, (first, value), (second, present), up)),
-                );
-            }
-        }
-        if single.is_empty() {
-            let all = self.parameters;
-            let pairs = (0..all.len()).flat_map(|one| (one + 1..all.len()).map(move |other| (one, other)));
-            for (one, other) in pairs.take(MOST_PAIRS) {
-                if (self.judge.interrupted)() {
-                    break;
-                }
-                found.extend(self.together(name, &all[one], &all[other]));
-            }
-        }
-        found.sort_by_key(change);
-        found.truncate(4);
-        found
-    }
-
-    /// The changes of one parameter among those of two that break nothing by themselves, the least of each parameter.
-    fn halves(&self, name: &Name, pairs: &[Repair]) -> Vec<Repair> {
-        let mut found: Vec<Repair> = Vec::new();
-        for (parameter, _, value) in pairs.iter().flat_map(|pair| &pair.changes) {
-            found.extend(self.harmless(name, &[(parameter.clone(), value.clone())]));
-        }
-        found.sort_by_key(change);
-        let mut seen = BTreeSet::new();
-        found.retain(|one| one.changes.iter().all(|(parameter, ..)| seen.insert(parameter.clone())));
-        found
-    }
-
-    /// A value of the second parameter with which the first repairs the criterion and nothing breaks.
-    fn mended(
-        &self,
-        name: &Name,
-        (first, value): (&Name, &BigRational),
-        (second, present): (&Name, &BigRational),
-        up: bool,
-    ) -> Option<Repair> {
-        let point = |other: &BigRational| vec![(first.clone(), value.clone()), (second.clone(), other.clone())];
-        let fine = |other: &BigRational| self.harmless(name, &point(other));
-        let mut fails = present.clone();
-        let mut works = None;
-        for factor in factors() {
-            let next = moved(present, &factor, up);
-            if fine(&next).is_some() {
-                works = Some(next);
-                break;
-            }
-            fails = next;
-        }
-        let mut works = works?;
-        for _ in 0..HALVINGS / 2 {
-            let middle = (&fails + &works) / BigRational::from_integer(2.into());
-            if fine(&middle).is_some() { works = middle } else { fails = middle }
-        }
-        fine(&simplest(&fails, &works)).or_else(|| fine(&works))
-    }
-
-    /// Both parameters changed by one factor each, up or down.
-    fn together(&self, name: &Name, one: &(Name, BigRational), other: &(Name, BigRational)) -> Option<Repair> {
-        let mut best: Option<Repair> = None;
-        for (up, also_up) in [(true, true), (true, false), (false, true), (false, false)] {
-            let point = |factor: &BigRational| {
-                vec![(one.0.clone(), moved(&one.1, factor, up)), (other.0.clone(), moved(&other.1, factor, also_up))]
-            };
-            let fine = |factor: &BigRational| self.harmless(name, &point(factor));
-            let mut fails = BigRational::one();
-            let mut works = None;
-            for factor in [(5, 4), (2, 1), (8, 1)] {
-                if (self.judge.interrupted)() {
-                    return best;
-                }
-                let factor = BigRational::new(factor.0.into(), factor.1.into());
-                if fine(&factor).is_some() {
-                    works = Some(factor);
-                    break;
-                }
-                fails = factor;
-            }
-            let Some(mut works) = works else { continue };
-            for _ in 0..HALVINGS / 2 {
-                let middle = (&fails + &works) / BigRational::from_integer(2.into());
-                if fine(&middle).is_some() { works = middle } else { fails = middle }
-            }
-            let repair = fine(&simplest(&fails, &works)).or_else(|| fine(&works));
-            if let Some(repair) = repair
-                && best.as_ref().is_none_or(|best| change(&repair) < change(best))
-            {
-                best = Some(repair);
-            }
-        }
-        best
+        self.repair(goal, &[(parameter.clone(), simplest(works, &further))])
     }
 
     /// The limit at which the criterion would be met as everything is.

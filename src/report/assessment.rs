@@ -4,9 +4,10 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use serde_json::{Value as Json, json};
 
-use crate::criteria::repair::{Feedback, Repair, Sensitivity, is_short};
+use crate::criteria::repair::{Advice, Feedback, Repair, Sensitivity, is_short};
 use crate::criteria::{Finding, Measure, Standing};
 use crate::lower::Criteria;
+use crate::name::Name;
 use crate::timeline::Timeline;
 use crate::value::Value;
 
@@ -20,7 +21,7 @@ pub struct Assessment {
     /// The run that they were judged on.
     pub run: Timeline,
     /// What to do about those that are not met.
-    pub feedback: Vec<Feedback>,
+    pub advice: Advice,
     /// How each margin moves with each parameter.
     pub sensitivities: Vec<Sensitivity>,
 }
@@ -46,7 +47,7 @@ impl Assessment {
             }
             lines.push(line);
             lines.extend(finding.notes.iter().map(|note| format!("        {note}")));
-            if let Some(feedback) = self.feedback.iter().find(|feedback| feedback.name == finding.name) {
+            if let Some(feedback) = self.advice.feedback.iter().find(|feedback| feedback.name == finding.name) {
                 lines.extend(feedback.blame.iter().map(|line| format!("        {line}")));
             }
         }
@@ -56,13 +57,21 @@ impl Assessment {
 
     /// What could be changed.
     pub fn advice(&self) -> Vec<String> {
-        self.feedback.iter().flat_map(advice).collect()
+        let mut all: Vec<String> =
+            self.advice.all.iter().map(|repair| format!("all: {} meets every criterion", changes(repair))).collect();
+        if let ([one, _, ..], true) = (self.advice.feedback.as_slice(), all.is_empty())
+            && !one.tried.is_empty()
+        {
+            let tried = names(&one.tried);
+            all.push(format!("all: no change of one or two of {tried} was found that meets every criterion"));
+        }
+        all.into_iter().chain(self.advice.feedback.iter().flat_map(advice)).collect()
     }
 
     /// As data.
     pub fn json(&self) -> Json {
         let findings = self.findings.iter().map(|finding| {
-            let feedback = self.feedback.iter().find(|feedback| feedback.name == finding.name);
+            let feedback = self.advice.feedback.iter().find(|feedback| feedback.name == finding.name);
             json!({
                 "name": finding.name.as_str(),
                 "criterion": finding.text,
@@ -164,14 +173,22 @@ fn sensitivity(one: &Sensitivity) -> Option<String> {
     Some(format!("margin of {} by {}: {}", one.name, one.parameter, parts.join(", ")))
 }
 
+fn names(names: &[Name]) -> String {
+    names.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// What is changed, as in `v = 2 in place of 1 and t = 1/2 in place of 1`.
+fn changes(repair: &Repair) -> String {
+    let changes = repair.changes.iter();
+    let changes =
+        changes.map(|(name, before, after)| format!("{name} = {} in place of {}", readable(after), readable(before)));
+    changes.collect::<Vec<_>>().join(" and ")
+}
+
 fn advice(feedback: &Feedback) -> Vec<String> {
     let mut lines = Vec::new();
     for repair in feedback.single.iter().chain(&feedback.pairs) {
-        let changes = repair
-            .changes
-            .iter()
-            .map(|(name, before, after)| format!("{name} = {} in place of {}", readable(after), readable(before)));
-        let mut line = format!("{}: {}", feedback.name, changes.collect::<Vec<_>>().join(" and "));
+        let mut line = format!("{}: {}", feedback.name, changes(repair));
         if let Some(value) = &repair.after.value {
             line.push_str(&format!(" gives {} = {value}", feedback.name));
         }
@@ -197,11 +214,11 @@ fn advice(feedback: &Feedback) -> Vec<String> {
         lines.push(line);
     }
     if feedback.single.is_empty() {
-        let tried: Vec<String> = feedback.tried.iter().map(ToString::to_string).collect();
+        let tried = names(&feedback.tried);
         lines.push(match (tried.is_empty(), feedback.pairs.is_empty()) {
             (true, _) => format!("{}: no parameter has a value that could be changed", feedback.name),
-            (false, true) => format!("{}: no change found of one or two of {}", feedback.name, tried.join(", ")),
-            (false, false) => format!("{}: no change of one of {} alone was found", feedback.name, tried.join(", ")),
+            (false, true) => format!("{}: no change found of one or two of {tried}", feedback.name),
+            (false, false) => format!("{}: no change of one of {tried} alone was found", feedback.name),
         });
     }
     if let Some(limit) = &feedback.limit {

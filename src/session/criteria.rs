@@ -66,13 +66,13 @@ impl Run<'_, '_> {
         let judge = Judge { stretches: FEW_STRETCHES, invariants: false, ..judge };
         let workshop = Workshop::new(judge, &roughly, criteria, environment, &judged, &parameters);
         let parts = Parts::of(criteria, environment, FEW_STRETCHES);
-        let mut feedback = Vec::new();
-        for finding in judged.findings.iter().filter(|finding| finding.standing == Standing::NotMet) {
+        let failing = judged.findings.iter().filter(|finding| finding.standing == Standing::NotMet).map(|finding| {
             let blame = parts.as_ref().map(|parts| blame(criteria, finding, &judged, parts)).unwrap_or_default();
-            feedback.push(workshop.feedback(finding, blame));
-        }
+            (finding, blame)
+        });
+        let advice = workshop.advice(failing.collect());
         let sensitivities = workshop.sensitivities();
         let run = judged.run.clone();
-        Assessment { criteria: criteria.clone(), findings: judged.findings, run, feedback, sensitivities }
+        Assessment { criteria: criteria.clone(), findings: judged.findings, run, advice, sensitivities }
     }
 }

@@ -1,0 +1,147 @@
+//! Changes that are looked for more widely: what repairs one criterion tried on the others, more places, and the places
+//! at which some margin becomes 0 on the ways that the run takes there; and changes that meet every criterion at once.
+
+use num_rational::BigRational;
+
+use super::{Feedback, Goal, HALVINGS, Point, Repair, Workshop, change, moved};
+use crate::criteria::nearby::nearby;
+use crate::criteria::simplest::simplest;
+use crate::name::Name;
+
+/// Runs that are judged in one wider search.
+const MOST_JUDGED: usize = 600;
+/// Runs that are judged for the formulas beside one place.
+const FORMULAS: usize = 10;
+/// Changes that meet every criterion of which are told.
+const MOST_TOLD: usize = 3;
+
+/// The factors of a wider search.
+const FACTORS: [(i64, i64); 13] =
+    [(9, 8), (5, 4), (3, 2), (7, 4), (2, 1), (5, 2), (3, 1), (4, 1), (6, 1), (8, 1), (16, 1), (64, 1), (256, 1)];
+
+/// The changes of these repairs, each once.
+pub(super) fn points(repairs: &[Vec<Repair>]) -> Vec<Point> {
+    let mut found: Vec<Point> = repairs.iter().flatten().map(Repair::point).collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
+impl Repair {
+    pub(super) fn point(&self) -> Point {
+        self.changes.iter().map(|(name, _, after)| (name.clone(), after.clone())).collect()
+    }
+}
+
+/// How many runs may still be judged.
+struct Budget(usize);
+
+impl Budget {
+    fn spend(&mut self, runs: usize) -> bool {
+        let enough = self.0 >= runs;
+        self.0 = self.0.saturating_sub(runs);
+        enough
+    }
+}
+
+impl Workshop<'_> {
+    /// Adds what repairs other criteria where it repairs this one too, and breaks nothing; of each parameter the least.
+    pub(super) fn from_others(&self, name: &Name, points: &[Point], single: &mut Vec<Repair>) {
+        let known: Vec<Point> = single.iter().map(Repair::point).collect();
+        let others = points.iter().filter(|point| !known.contains(point));
+        let mut found: Vec<Repair> = others.filter_map(|point| self.harmless(Some(name), point)).collect();
+        found.sort_by_key(change);
+        for repair in found {
+            let of = |one: &Repair| one.changes.first().map(|(parameter, ..)| parameter.clone());
+            if !single.iter().any(|one| one.is_harmless() && of(one) == of(&repair)) {
+                single.push(repair);
+            }
+        }
+    }
+
+    /// The first change of one parameter that meets the goal and breaks nothing, of each that is found at the same
+    /// factor.
+    pub(super) fn wider(&self, goal: Goal<'_>) -> Vec<Repair> {
+        let mut budget = Budget(MOST_JUDGED);
+        let mut before: Vec<[BigRational; 2]> =
+            self.parameters.iter().map(|(_, value)| [value.clone(), value.clone()]).collect();
+        for (above, below) in FACTORS {
+            let factor = BigRational::new(above.into(), below.into());
+            let mut found = Vec::new();
+            for ((name, value), before) in self.parameters.iter().zip(&mut before) {
+                for (up, before) in [true, false].into_iter().zip(before) {
+                    if (self.judge.interrupted)() {
+                        return found;
+                    }
+                    let next = moved(value, &factor, up);
+                    found.extend(self.about(goal, (name, value), (before, &next), &mut budget));
+                    *before = next;
+                }
+            }
+            if !found.is_empty() {
+                found.sort_by_key(change);
+                return found;
+            }
+        }
+        Vec::new()
+    }
+
+    /// A change to this place, or to the nearest one before it with which it goes on so; or to a place nearby at which a
+    /// margin is 0.
+    fn about(
+        &self,
+        goal: Goal<'_>,
+        (name, present): (&Name, &BigRational),
+        (before, place): (&BigRational, &BigRational),
+        budget: &mut Budget,
+    ) -> Option<Repair> {
+        let fine = |value: &BigRational, budget: &mut Budget| {
+            if budget.spend(1) { self.harmless(goal, &[(name.clone(), value.clone())]) } else { None }
+        };
+        if let Some(mut repair) = fine(place, budget) {
+            let (mut fails, mut works) = (before.clone(), place.clone());
+            for _ in 0..HALVINGS / 2 {
+                let middle = (&fails + &works) / BigRational::from_integer(2.into());
+                match fine(&middle, budget) {
+                    Some(nearer) => (works, repair) = (middle, nearer),
+                    None => fails = middle,
+                }
+            }
+            return fine(&simplest(&fails, &works), budget).or(Some(repair));
+        }
+        let mut roots: Vec<BigRational> = Vec::new();
+        for up in [true, false] {
+            if !budget.spend(FORMULAS) {
+                return None;
+            }
+            let formulas = nearby(place, up, &|there| self.margins(name, there));
+            roots.extend(formulas.values().filter_map(super::Formula::root));
+        }
+        // As far from the present value as others are that are tried, on the same side.
+        let beyond = place + (place - present);
+        let within = |root: &BigRational| {
+            let (low, high) = if present < &beyond { (present, &beyond) } else { (&beyond, present) };
+            low < root && root < high && self.plausible(root, present)
+        };
+        roots.retain(within);
+        roots.sort_by_key(|root| num_traits::Signed::abs(&(root - present)));
+        roots.dedup();
+        roots.iter().find_map(|root| fine(root, budget))
+    }
+
+    /// Changes with which every criterion is met: of those that repair one, or of one parameter, or of two.
+    pub(super) fn all_at_once(&self, feedback: &[Feedback]) -> Vec<Repair> {
+        let repairs: Vec<Vec<Repair>> =
+            feedback.iter().map(|one| [one.single.as_slice(), one.pairs.as_slice()].concat()).collect();
+        let mut found: Vec<Repair> = points(&repairs).iter().filter_map(|point| self.harmless(None, point)).collect();
+        found.extend(self.wider(None));
+        if found.is_empty() {
+            let single: Vec<Repair> = feedback.iter().flat_map(|one| one.single.iter().take(2)).cloned().collect();
+            found = self.pairs(None, &single);
+        }
+        found.sort_by_key(change);
+        found.dedup_by_key(|one| one.point());
+        found.truncate(MOST_TOLD);
+        found
+    }
+}
