@@ -8,7 +8,7 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::Question;
-use super::chain::{Chain, Linear, Move, Region};
+use super::chain::{Chain, Linear, Move, Region, Side};
 use crate::rational::{product, quotient};
 
 /// How many directions there may be; what is not used costs nothing.
@@ -160,15 +160,25 @@ fn normed(direction: Direction) -> Direction {
 /// Where it depends on what is drawn only then.
 pub fn shown(chain: &Chain, phase: usize) -> Result<Region, String> {
     let moves = chain.phases.get(phase).ok_or("a phase is missing")?;
-    let mut regions = moves.iter().map(|one| one.stretches.first().map(|stretch| &stretch.shown));
-    let first = regions.next().flatten().cloned().unwrap_or_default();
-    if regions.any(|other| other.cloned().unwrap_or_default() != first) {
+    let drawn = "what is shown depends on what is drawn later";
+    let regions = moves.iter().map(|one| one.stretches.first().map(|stretch| &stretch.shown));
+    let over_states = |region: Option<&Region>| region.map_or(Some(Region::new()), of_state).ok_or(drawn);
+    let mut regions = regions.map(over_states).collect::<Result<Vec<Region>, &str>>()?.into_iter();
+    let first = regions.next().unwrap_or_default();
+    if regions.any(|other| other != first) {
         return Err("what is shown depends on the way that is taken".to_string());
     }
-    if first.iter().flatten().any(|side| side.form.draws.iter().any(|factor| !factor.is_zero())) {
-        return Err("what is shown depends on what is drawn later".to_string());
-    }
     Ok(first)
+}
+
+/// A region over the state alone, however much is drawn on the way; none where it depends on what is drawn.
+pub(super) fn of_state(region: &Region) -> Option<Region> {
+    let alone = |side: &Side| {
+        let Side { form: Linear { state, draws, constant }, relation } = side;
+        let form = Linear { state: state.clone(), draws: Vec::new(), constant: constant.clone() };
+        draws.iter().all(Zero::is_zero).then_some(Side { form, relation: *relation })
+    };
+    region.iter().map(|sides| sides.iter().map(alone).collect()).collect()
 }
 
 /// Whether what is asked for is certain from a phase on, whatever the state, or never shown again.

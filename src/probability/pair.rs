@@ -8,7 +8,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::Question;
-use super::axes::{Direction, before, combinations, moves_into, ratio, settled, shown};
+use super::axes::{Direction, before, combinations, moves_into, of_state, ratio, settled, shown};
 use super::chain::{Chain, Linear, Move, Region};
 use super::linear::combination;
 use super::plan::{MOST_ROUNDS, duration};
@@ -182,10 +182,7 @@ fn last(chain: &Chain, question: &Question, phase: usize) -> Option<Final> {
         return None;
     }
     let silent = one.stretches.iter().find(|stretch| stretch.duration.is_none());
-    let silent = silent.map(|stretch| stretch.shown.clone()).unwrap_or_default();
-    if silent.iter().flatten().any(|side| side.form.draws.iter().any(|factor| !factor.is_zero())) {
-        return None;
-    }
+    let silent = silent.map_or(Some(Region::new()), |stretch| of_state(&stretch.shown))?;
     let at_once = shown(chain, phase).ok()?;
     match question.first {
         // Whatever is shown later is shown at once.
