@@ -195,7 +195,7 @@ impl<'a> Workshop<'a> {
         let mut singles: Vec<Vec<Repair>> = failing.iter().map(|(finding, _)| self.single(finding)).collect();
         let points = points(&singles);
         for ((finding, _), single) in failing.iter().zip(&mut singles) {
-            self.from_others(&finding.name, &points, single);
+            self.repaired_by_others(&finding.name, &points, single);
             if !single.iter().any(Repair::is_harmless) {
                 single.extend(self.wider(Some(&finding.name)));
             }

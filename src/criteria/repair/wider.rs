@@ -46,7 +46,7 @@ impl Budget {
 
 impl Workshop<'_> {
     /// Adds what repairs other criteria where it repairs this one too, and breaks nothing; of each parameter the least.
-    pub(super) fn from_others(&self, name: &Name, points: &[Point], single: &mut Vec<Repair>) {
+    pub(super) fn repaired_by_others(&self, name: &Name, points: &[Point], single: &mut Vec<Repair>) {
         let known: Vec<Point> = single.iter().map(Repair::point).collect();
         let others = points.iter().filter(|point| !known.contains(point));
         let mut found: Vec<Repair> = others.filter_map(|point| self.harmless(Some(name), point)).collect();
