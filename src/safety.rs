@@ -2,6 +2,7 @@
 //!
 //! Whatever is found here is checked by [`crate::invariant`] or replayed in the executable meaning before it is said.
 
+mod carried;
 mod condition;
 mod drawn;
 mod equality;
@@ -18,6 +19,7 @@ use crate::name::Name;
 use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
 use crate::value::{Relation, ValueError, View};
+use carried::carried;
 use condition::{Clause, exclusion, sufficient, weakest};
 use equality::equalities;
 use orbit::{Limits, Orbit, Run, extreme, follow};
@@ -313,9 +315,10 @@ fn candidates(
         asked.push(
             entries(period, number)
                 .flat_map(|edge| edge.after.iter().flatten())
-                .filter(|test| about(test))
-                .chain(&equal[number])
                 .cloned()
+                .chain(carried(period, number))
+                .filter(|test| about(test))
+                .chain(equal[number].iter().cloned())
                 .collect::<BTreeSet<Test>>(),
         );
     }

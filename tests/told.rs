@@ -114,6 +114,24 @@ fn the_weakest_condition_asks_for_nothing_that_is_not_needed() {
     assert!(told(&assumed).contains("proved: A always"), "{}", told(&assumed));
 }
 
+/// Whoever works out the distance that is looked at, the writer as it writes or the one who calls it.
+#[test]
+fn the_weakest_condition_is_found_whoever_works_out_the_distance() {
+    for (sonar, sees) in
+        [("Sonar_r = Out_{d,w-r} ; Sonar_r", "Sonar_r"), ("Sonar_x = Out_{d,x} ; Sonar_x", "Sonar_{w-r}")]
+    {
+        let script = format!(
+            "observer Rock(q)\nparam hh, w > 2, t > 0, k > 0\nproc {sonar}\n\
+            proc Env_r = (Delay_t # {sees} # At_r # Rock_w) ; In_v<u> ; Env_{{r+u*t}}\n\
+            proc Go = In_d<x> ; (Gtr_{{x,hh}} ; Out_{{v,k}} ; Go | Lte_{{x,hh}} ; Out_{{v,0}} ; Go)\n\
+            system Sys = Env_0 | Go\nprove Sys always |p-o| > 1 when At_p, Rock_o\n"
+        );
+        says(&script, &["try: it is proved if hh >= k*t+1, the weakest condition found"]);
+        let assumed = script.replace("k > 0", "k > 0, hh >= k*t+1");
+        assert!(told(&assumed).contains("proved: Sys always"), "{}", told(&assumed));
+    }
+}
+
 #[test]
 fn who_came_to_a_port_before_is_not_said_never_to_come() {
     let again = "proc W_r = Lss_{r,3} ; Out_{c,r} ; W_{r+1}\nproc V = In_c<x> ; (Delay_1 # At_x) ; V\n\
