@@ -9,6 +9,7 @@ mod approach;
 mod classes;
 mod cycle;
 mod descent;
+mod end;
 mod factors;
 mod hypergeometric;
 mod inhomogeneous;
@@ -294,8 +295,12 @@ pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptio
 /// The same from the shapes of the pieces alone, which costs little; the index is known to be natural.
 fn by_shape(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Reach {
     let mut reason = "there is no piece".to_string();
-    for piece in &closed.pieces {
-        match in_piece(piece, closed, index, goal, known) {
+    for (place, piece) in closed.pieces.iter().enumerate() {
+        // Whether the first index behind the piece has it.
+        let next = closed.pieces.get(place + 1);
+        let value = next.and_then(|next| next.form.with(index, &next.from).ok());
+        let at_end = value.is_some_and(|value| meets(&value, closed, goal, known) == Some(true));
+        match in_piece((piece, at_end), closed, index, goal, known) {
             Ok(Reach::Never(why)) => reason = why,
             Err(NoClosedForm(why)) => return Reach::Unknown(why),
             Ok(found) => return found,
@@ -310,26 +315,28 @@ fn tried(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Opt
     for number in from..from.checked_add(MOST_TRIED)? {
         let at = Value::integer(number);
         let value = closed.at(index, &at, known)?;
-        let met = match goal {
-            Goal::Equals(wanted) => known.decide(Relation::Eq, &value, wanted)?,
-            Goal::Within(center, tolerance) => {
-                known.decide(Relation::Lte, &value.sub(center).ok()?.abs().ok()?, tolerance)?
-            }
-            Goal::Holds(relation, left, right) => {
-                let [left, right] = [left, right].map(|side| side.with(&closed.variable, &value).ok());
-                known.decide(*relation, &left?, &right?)?
-            }
-        };
-        if met {
+        if meets(&value, closed, goal, known)? {
             return Some(Reach::At(at, Vec::new()));
         }
     }
     None
 }
 
-/// The least index of a piece at which a goal is met.
+/// Whether a value meets the goal.
+fn meets(value: &Value, closed: &Closed, goal: &Goal, known: &Assumptions) -> Option<bool> {
+    match goal {
+        Goal::Equals(wanted) => known.decide(Relation::Eq, value, wanted),
+        Goal::Within(center, tolerance) => known.decide(Relation::Lte, &value.sub(center).ok()?.abs().ok()?, tolerance),
+        Goal::Holds(relation, left, right) => {
+            let [left, right] = [left, right].map(|side| side.with(&closed.variable, value).ok());
+            known.decide(*relation, &left?, &right?)
+        }
+    }
+}
+
+/// The least index of a piece at which a goal is met; `at_end`: the first index behind it surely meets it.
 fn in_piece(
-    piece: &Piece,
+    (piece, at_end): (&Piece, bool),
     closed: &Closed,
     index: &Name,
     goal: &Goal,
@@ -337,7 +344,7 @@ fn in_piece(
 ) -> Result<Reach, NoClosedForm> {
     let entry = |value: Value, interval: Interval| {
         let (from, until) = (&piece.from, piece.until.as_ref());
-        enter(&Entry { value, interval, from, until, form: &piece.form, index, known })
+        enter(&Entry { value, interval, from, until, at_end, form: &piece.form, index, known })
     };
     let (relation, difference) = match goal {
         Goal::Equals(wanted) => {
@@ -355,16 +362,21 @@ fn in_piece(
     if difference.linear_in(&closed.variable).is_some() {
         return entry(difference.with(&closed.variable, &piece.form)?, Interval::of(relation));
     }
-    earliest(&solutions(&difference, &closed.variable, relation, known)?, piece, index, known)
+    earliest(&solutions(&difference, &closed.variable, relation, known)?, (piece, at_end), index, known)
 }
 
 /// The least index of a piece at which the sequence lies in one of the intervals.
-fn earliest(intervals: &[Interval], piece: &Piece, index: &Name, known: &Assumptions) -> Result<Reach, NoClosedForm> {
+fn earliest(
+    intervals: &[Interval],
+    (piece, at_end): (&Piece, bool),
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Reach, NoClosedForm> {
     let (from, until) = (&piece.from, piece.until.as_ref());
     let mut best = Reach::Never(format!("it is never met from n = {from} on"));
     for interval in intervals {
         let (value, interval) = (piece.form.clone(), interval.clone());
-        let found = enter(&Entry { value, interval, from, until, form: &piece.form, index, known })?;
+        let found = enter(&Entry { value, interval, from, until, at_end, form: &piece.form, index, known })?;
         best = match (best, found) {
             (_, Reach::At(at, conditions)) if at == *from && conditions.is_empty() => {
                 return Ok(Reach::At(at, conditions));

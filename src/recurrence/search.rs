@@ -114,6 +114,11 @@ impl Interval {
         Ok(if positive { Interval { low, high } } else { Interval { low: high, high: low } })
     }
 
+    /// Its lower and its upper bound.
+    pub(super) fn bounds(&self) -> (Option<&(Value, bool)>, Option<&(Value, bool)>) {
+        (self.low.as_ref(), self.high.as_ref())
+    }
+
     pub(super) fn numbers(&self) -> Option<Numbers> {
         let number = |bound: &Option<(Value, bool)>| match bound {
             None => Some(None),
@@ -153,6 +158,8 @@ pub(super) struct Entry<'a> {
     pub(super) interval: Interval,
     pub(super) from: &'a Value,
     pub(super) until: Option<&'a Value>,
+    /// Whether the index `until` surely has what is asked for, by another form.
+    pub(super) at_end: bool,
     /// The sequence itself, for reasons.
     pub(super) form: &'a Value,
     pub(super) index: &'a Name,
@@ -282,12 +289,20 @@ impl Entry<'_> {
             Some(false) => after,
             None => Value::maximum(&[self.from.clone(), after])?,
         };
-        let Some((high, strict)) = &interval.high else { return self.before_end(at, Vec::new()) };
-        let relation = if *strict { Relation::Lss } else { Relation::Lte };
-        match self.known.decide(relation, &at, high) {
-            Some(true) => self.before_end(at, Vec::new()),
-            Some(false) => Ok(Reach::Never(format!("it steps over: n would lie between {low} and {high}"))),
-            None => self.before_end(at.clone(), vec![(relation, at, high.clone())]),
+        let found = match &interval.high {
+            None => self.before_end(at.clone(), Vec::new()),
+            Some((high, strict)) => {
+                let relation = if *strict { Relation::Lss } else { Relation::Lte };
+                match self.known.decide(relation, &at, high) {
+                    Some(true) => self.before_end(at.clone(), Vec::new()),
+                    Some(false) => Ok(Reach::Never(format!("it steps over: n would lie between {low} and {high}"))),
+                    None => self.before_end(at.clone(), vec![(relation, at.clone(), high.clone())]),
+                }
+            }
+        };
+        match found {
+            Ok(Reach::Unknown(_)) => self.up_to_end(&at, interval).map_or(found, Ok),
+            found => found,
         }
     }
 

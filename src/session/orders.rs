@@ -1,12 +1,14 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
+use num_traits::Signed;
+
 use super::solve::found_lines;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::lower::Question;
 use crate::recurrence::{Reach, reach, solve_until};
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Atom, Relation, Sort, Value};
 use crate::verify::Merge;
 
 /// Pairs of values whose order is looked at.
@@ -100,7 +102,7 @@ fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptio
     let mut found = Vec::new();
     // A comparison with one value asks for the order of the start and that value first.
     let first = [left, right].into_iter().filter(|side| terms.iter().all(|name| !side.mentions(name)));
-    for other in first.cloned().chain(others) {
+    for other in first.cloned().chain(resting(recurrence, known)).chain(others) {
         for start in &starts {
             let symbolic = !start.variables().is_empty() || !other.variables().is_empty();
             let open = |relation| known.decide(relation, start, &other).is_none();
@@ -112,6 +114,29 @@ fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptio
                 && !found.contains(&pair)
             {
                 found.push(pair);
+            }
+        }
+    }
+    found
+}
+
+/// Numbers that a maximum of the recurrence speaks of, at which it stays: where a clamped motion goes to.
+fn resting(recurrence: &Recurrence, known: &Assumptions) -> Vec<Value> {
+    let mut found: Vec<Value> = Vec::new();
+    for sequence in &recurrence.sequences {
+        let elements = sequence.next.atoms().into_iter().flat_map(|atom| match atom {
+            Atom::Maximum(elements) => elements.to_vec(),
+            _ => Vec::new(),
+        });
+        if sequence.start.len() != 1 {
+            continue;
+        }
+        let term = recurrence.term(&sequence.name, 0);
+        for number in elements.filter_map(|element| Some(element.polynomials()?.0.constant_term().abs())) {
+            let number = Value::rational(number);
+            let stays = sequence.next.with(&term, &number).is_ok_and(|next| known.simplify(&next) == number);
+            if stays && !found.contains(&number) {
+                found.push(number);
             }
         }
     }

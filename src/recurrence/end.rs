@@ -1,0 +1,37 @@
+//! The first index of a sequence that grows until it becomes another, which has what is asked for at once: it comes near
+//! before it is there, or as it is.
+
+use super::Reach;
+use super::search::{Entry, Interval};
+use crate::value::{Relation, Value};
+
+impl Entry<'_> {
+    /// The first index `at` of this interval, or the end where that comes first, if the end has it too and no index
+    /// before the end is beyond the interval.
+    pub(super) fn up_to_end(&self, at: &Value, interval: &Interval) -> Option<Reach> {
+        let until = self.until.filter(|_| self.at_end)?;
+        let known = |relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
+        let end = not_rounded(until).unwrap_or_else(|| until.clone());
+        // Whole numbers are before the end if they are before what it is rounded from.
+        let (low, high) = interval.bounds();
+        if high.is_some_and(|(high, _)| !known(Relation::Lte, &end, high)) {
+            return None;
+        }
+        let (low, strict) = low?;
+        let rounded = known(if *strict { Relation::Lss } else { Relation::Lte }, low, &end);
+        let never_later = rounded && known(Relation::Lte, self.from, until) || known(Relation::Lte, at, until);
+        let first = if never_later { at.clone() } else { Value::minimum(&[at.clone(), until.clone()]).ok()? };
+        Some(Reach::At(first, Vec::new()))
+    }
+}
+
+/// x, where the value is x rounded up.
+fn not_rounded(value: &Value) -> Option<Value> {
+    let opposite = value.neg().ok()?;
+    let atoms = opposite.atoms();
+    let inner = atoms.iter().find_map(|atom| match atom {
+        crate::value::Atom::Floor(inner) => Some(inner),
+        _ => None,
+    })?;
+    (inner.floor().ok()? == opposite).then(|| inner.neg().ok()).flatten()
+}
