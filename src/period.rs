@@ -20,6 +20,7 @@ mod held;
 mod instant;
 mod lonely;
 mod merge;
+mod order;
 mod rest;
 mod run;
 mod step;

@@ -66,6 +66,11 @@ fn a_projection_inside_hides_what_it_shows() {
 fn copies_are_followed_where_it_is_known_that_one_comes() {
     goes_on("(Delay_1)^n ; Idle", Some("1"), "Delay_1 ; Delay_1 ; (Delay_1)^{n-2} ; Idle");
     goes_on("(Delay_1 # See_i)^{i<2} ; Idle", Some("1"), "(Delay_1 # See_0) ; (Delay_1 # See_1) ; Idle");
+    goes_on(
+        "((Delay_1 # See_1) ; Lss_{0,0})^1 ; See_2",
+        Some("1/2"),
+        "(Delay_{1/2} # See_1) ; (Delay_{1/2} # See_1) ; Lss_{0,0} ; See_2",
+    );
     goes_on("(Delay_1)^0 ; Delay_1 ; Idle", Some("1"), "Delay_1 ; Idle");
     refused("(Delay_1)^{n-2} ; Idle", Some("1"), "whether n-2 > 0");
     refused("(Delay_1)^{n/2} ; Idle", Some("1"), "copies");

@@ -399,3 +399,22 @@ fn a_change_is_found_where_only_some_places_help_and_the_nearest_breaks_another_
         "{said:?}"
     );
 }
+
+#[test]
+fn what_is_asked_for_instead_is_allowed_and_each_change_is_told_once() {
+    let told = |text: &str| out(&pars(folder(text).path(), &["run", "mission.pars"]));
+    let battery = told(
+        "system Sys = (Delay_9 # At_0) ; (Delay_1 # At_1)\ncriteria C for Sys { goals At_1 battery 5 rate 2 keep 1 }\n",
+    );
+    assert!(battery.contains("or ask for a battery of 19\n") && !battery.contains("keeping -"), "{battery}");
+    let both = told(
+        "param a = 3, b = 3\nsystem Sys = (Delay_a # At_0) ; (Delay_b # At_1) ; (Delay_1 # At_2)\n\
+         criteria C for Sys { goals At_1, At_2 leg to At_1 within 2 leg to At_2 within 2 }\n",
+    );
+    assert_eq!(both.matches("all: ").count(), 1, "{both}");
+    let radius = told(
+        "param a = 3, lim = 2, rad = 1/10\nsystem Sys = (Delay_a # At_0) ; (Delay_1 # At_{1+rad*2}) ; (Delay_1 # At_2)\n\
+         criteria C for Sys { goals At_1, At_2 radius rad leg to At_1 within lim round within lim+1 }\n",
+    );
+    assert_eq!(radius.matches("all: rad = ").count(), 1, "{radius}");
+}

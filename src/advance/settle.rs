@@ -312,6 +312,9 @@ impl<'c, 'd> Runner<'c, 'd> {
             None => (body.clone(), body.clone()),
         };
         // One copy is that copy.
+        if left.is_zero() {
+            return self.settle(&first, wanted, depth + 1);
+        }
         let rest = match index {
             None if left == Value::one() => others,
             Some(index) if left == Value::one() => {

@@ -332,8 +332,9 @@ impl<'a> Workshop<'a> {
             Ask::Clearance { strict: true, .. } => format!("a clearance of less than {value}"),
             Ask::Clearance { .. } => format!("a clearance of {value}"),
             Ask::Battery { start, keep, .. } => {
-                let more = Value::rational(keep - value.as_rational()? + start);
-                format!("a battery of {more}, or keeping {value}")
+                let left = value.as_rational()?;
+                let keeping = if left.is_negative() { String::new() } else { format!(", or keeping {value}") };
+                format!("a battery of {}{keeping}", Value::rational(keep - left + start))
             }
             Ask::Probability { .. } => return None,
         })

@@ -152,6 +152,11 @@ impl Board {
         self.at(&offer.place).is_some_and(|other| same(offer, other))
     }
 
+    /// Whether just this is offered to whoever reads.
+    pub(super) fn writes_again(&self, offer: &Offer) -> bool {
+        self.at(&offer.place).is_some_and(|other| same(offer, other) && offer.value == other.value)
+    }
+
     /// The communication of the first writer that has a reader.
     pub(super) fn first(&self) -> Option<(Offer, Offer)> {
         let (writer, port) = self.ready.first()?;

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{Hash, Hasher};
 
 use super::board::{Board, same};
+use super::order::{Order, Rivals};
 use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
 use super::step::{Offer, Place, finish, inspect, offers, written};
@@ -34,6 +35,7 @@ pub(super) struct Moment {
     earlier: Option<Earlier>,
     /// What the communication just made must not have prevented.
     besides: Option<Besides>,
+    order: Order,
 }
 
 #[derive(Clone)]
@@ -75,7 +77,18 @@ impl Moment {
         let board = Board::new(state.len(), ports);
         let (communications, moved) = (Vec::new(), BTreeSet::new());
         let hashes = (vec![0; state.len()], 0);
-        Moment { state, path, communications, moved, dirty, hashes, board, earlier: None, besides: None }
+        Moment {
+            state,
+            path,
+            communications,
+            moved,
+            dirty,
+            hashes,
+            board,
+            earlier: None,
+            besides: None,
+            order: Order::default(),
+        }
     }
 
     /// The same with other values, and all of it to be settled anew.
@@ -140,10 +153,15 @@ impl Clock<'_> {
         }
         if let Some(besides) = moment.besides.take() {
             self.check_race(&besides, &moment.board)?;
+            if !moment.board.writes_again(&besides.writer) {
+                moment.order.taken(&besides.writer.port);
+            }
         }
         let Some((writer, reader)) = moment.board.first() else {
+            self.alone(moment.order.left(&moment.board))?;
             return Ok(Some(self.ending(moment)?));
         };
+        self.alone(moment.order.rivals(&writer).or_else(|| moment.order.rivals(&reader)))?;
         self.check_contention(&writer, &moment.board)?;
         let pairs = moment.board.beside(&writer, &reader);
         self.check_others(moment, (&writer, &reader), &pairs)?;
@@ -166,6 +184,7 @@ impl Clock<'_> {
                 earlier.keep(component, run);
             }
         }
+        moment.order.made(&writer, &reader);
         let value = communicate(&mut moment.state, &writer, &reader);
         moment.communications.push((written(&writer.port), value));
         for component in [writer.place.component, reader.place.component] {
@@ -214,7 +233,7 @@ impl Clock<'_> {
     /// A communication that was possible besides the one made must still be possible.
     fn check_race(&self, besides: &Besides, board: &Board) -> Result<(), Halt> {
         let port = &besides.writer.port;
-        if !besides.rivals.is_empty() && !board.has(&besides.writer) {
+        if !besides.rivals.is_empty() && !board.writes_again(&besides.writer) {
             let components = besides.rivals.iter().map(|component| self.name(*component)).collect();
             return Err(Failure::Contention { port: written(port), components }.into());
         }
@@ -257,6 +276,13 @@ impl Clock<'_> {
             }
         }
         Ok(())
+    }
+
+    /// No other could have had a communication that was made.
+    fn alone(&self, rivals: Option<Rivals>) -> Result<(), Halt> {
+        let Some(Rivals { port, components }) = rivals else { return Ok(()) };
+        let components = components.into_iter().map(|component| self.name(component)).collect();
+        Err(Failure::Contention { port: written(&port), components }.into())
     }
 
     /// One writer only.

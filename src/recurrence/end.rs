@@ -13,11 +13,10 @@ impl Entry<'_> {
         let known = |relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
         let end = not_rounded(until).unwrap_or_else(|| until.clone());
         // Whole numbers are before the end if they are before what it is rounded from.
-        let (low, high) = interval.bounds();
-        if high.is_some_and(|(high, _)| !known(Relation::Lte, &end, high)) {
+        if interval.bound(false).is_some_and(|(high, _)| !known(Relation::Lte, &end, high)) {
             return None;
         }
-        let (low, strict) = low?;
+        let (low, strict) = interval.bound(true)?;
         let rounded = known(if *strict { Relation::Lss } else { Relation::Lte }, low, &end);
         let never_later = rounded && known(Relation::Lte, self.from, until) || known(Relation::Lte, at, until);
         let first = if never_later { at.clone() } else { Value::minimum(&[at.clone(), until.clone()]).ok()? };

@@ -114,9 +114,9 @@ impl Interval {
         Ok(if positive { Interval { low, high } } else { Interval { low: high, high: low } })
     }
 
-    /// Its lower and its upper bound.
-    pub(super) fn bounds(&self) -> (Option<&(Value, bool)>, Option<&(Value, bool)>) {
-        (self.low.as_ref(), self.high.as_ref())
+    /// Its lower bound, or its upper.
+    pub(super) fn bound(&self, low: bool) -> Option<&(Value, bool)> {
+        if low { self.low.as_ref() } else { self.high.as_ref() }
     }
 
     pub(super) fn numbers(&self) -> Option<Numbers> {

@@ -22,6 +22,8 @@ use crate::value::{Relation, Value, ValueError};
 const MOST_WAYS: usize = 60;
 /// Ways that may fail before no more are looked at.
 const MOST_FAILURES: usize = 3;
+/// Stretches of time on one way that are followed: a proof says again at each what has passed before.
+const MOST_STRETCHES: usize = 1_000;
 /// Cases in which tests fail that are looked at.
 const MOST_CASES: usize = 200;
 /// The longest reason that is printed, in characters.
@@ -253,6 +255,9 @@ impl Rounds<'_> {
         named: &Named,
         hypotheses: &[Condition],
     ) -> Result<(), Lost> {
+        if segments.len() > MOST_STRETCHES {
+            return Err(Lost(format!("more than {MOST_STRETCHES} stretches of time")));
+        }
         let mut stretches = Vec::with_capacity(segments.len());
         for segment in segments {
             stretches.push(passing(segment, named)?);

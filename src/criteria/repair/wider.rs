@@ -1,6 +1,8 @@
 //! Changes that are looked for more widely: what repairs one criterion tried on the others, more places, and the places
 //! at which some margin becomes 0 on the ways that the run takes there; and changes that meet every criterion at once.
 
+use std::collections::BTreeSet;
+
 use num_rational::BigRational;
 
 use super::{Feedback, Goal, HALVINGS, Point, Repair, Workshop, change, moved};
@@ -9,7 +11,7 @@ use crate::criteria::simplest::simplest;
 use crate::name::Name;
 
 /// Runs that are judged in one wider search.
-const MOST_JUDGED: usize = 600;
+const MOST_JUDGED: usize = 300;
 /// Runs that are judged for the formulas beside one place.
 const FORMULAS: usize = 10;
 /// Changes that meet every criterion of which are told.
@@ -28,8 +30,19 @@ pub(super) fn points(repairs: &[Vec<Repair>]) -> Vec<Point> {
 }
 
 impl Repair {
+    /// The change, in the order of the names.
     pub(super) fn point(&self) -> Point {
-        self.changes.iter().map(|(name, _, after)| (name.clone(), after.clone())).collect()
+        let mut point: Point = self.changes.iter().map(|(name, _, after)| (name.clone(), after.clone())).collect();
+        point.sort();
+        point
+    }
+
+    /// Which parameters it changes, and which way.
+    fn ways(&self) -> Vec<(Name, bool)> {
+        let mut ways: Vec<(Name, bool)> =
+            self.changes.iter().map(|(name, before, after)| (name.clone(), after > before)).collect();
+        ways.sort();
+        ways
     }
 }
 
@@ -129,8 +142,12 @@ impl Workshop<'_> {
         roots.iter().find_map(|root| fine(root, budget))
     }
 
-    /// Changes with which every criterion is met: of those that repair one, or of one parameter, or of two.
+    /// Changes with which every criterion is met: of those that repair one, or of one parameter, or of two; of each
+    /// parameter the least either way. There is none where nothing was found for some criterion.
     pub(super) fn all_at_once(&self, feedback: &[Feedback]) -> Vec<Repair> {
+        if feedback.iter().any(|one| one.single.is_empty() && one.pairs.is_empty()) {
+            return Vec::new();
+        }
         let repairs: Vec<Vec<Repair>> =
             feedback.iter().map(|one| [one.single.as_slice(), one.pairs.as_slice()].concat()).collect();
         let mut found: Vec<Repair> = points(&repairs).iter().filter_map(|point| self.harmless(None, point)).collect();
@@ -140,7 +157,8 @@ impl Workshop<'_> {
             found = self.pairs(None, &single);
         }
         found.sort_by_key(change);
-        found.dedup_by_key(|one| one.point());
+        let mut seen = BTreeSet::new();
+        found.retain(|one| seen.insert(one.ways()));
         found.truncate(MOST_TOLD);
         found
     }
