@@ -130,7 +130,7 @@ impl Board {
     }
 
     /// What a component offers.
-    fn of(&self, component: usize) -> impl Iterator<Item = &Offer> {
+    pub(super) fn of(&self, component: usize) -> impl Iterator<Item = &Offer> {
         self.own.get(component).into_iter().flatten().map(|(offer, _)| offer)
     }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{Hash, Hasher};
 
 use super::board::{Board, same};
-use super::order::{Order, Rivals};
+use super::order::Order;
 use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
 use super::step::{Offer, Place, finish, inspect, offers, written};
@@ -66,8 +66,19 @@ impl Earlier {
 #[derive(Clone)]
 struct Besides {
     writer: Offer,
+    reader: Place,
+    cuts: Vec<Cut>,
     rivals: Vec<usize>,
     pairs: Vec<(Offer, Offer)>,
+}
+
+/// A `#` in a branch of which something was communicated, as it then was, with what waits in its other branches.
+#[derive(Clone)]
+struct Cut {
+    place: Place,
+    depth: usize,
+    run: Run,
+    beside: Vec<Offer>,
 }
 
 impl Moment {
@@ -153,15 +164,15 @@ impl Clock<'_> {
         }
         if let Some(besides) = moment.besides.take() {
             self.check_race(&besides, &moment.board)?;
-            if !moment.board.writes_again(&besides.writer) {
-                moment.order.taken(&besides.writer.port);
+            if let Err(halt) = self.check_order(&besides, moment) {
+                // On a question the same is checked again.
+                moment.besides = Some(besides);
+                return Err(halt);
             }
         }
         let Some((writer, reader)) = moment.board.first() else {
-            self.alone(moment.order.left(&moment.board))?;
             return Ok(Some(self.ending(moment)?));
         };
-        self.alone(moment.order.rivals(&writer).or_else(|| moment.order.rivals(&reader)))?;
         self.check_contention(&writer, &moment.board)?;
         let pairs = moment.board.beside(&writer, &reader);
         self.check_others(moment, (&writer, &reader), &pairs)?;
@@ -186,12 +197,13 @@ impl Clock<'_> {
         }
         moment.order.made(&writer, &reader);
         let value = communicate(&mut moment.state, &writer, &reader);
+        let cuts = [&writer.place, &reader.place].into_iter().flat_map(|place| cuts(moment, place)).collect();
         moment.communications.push((written(&writer.port), value));
         for component in [writer.place.component, reader.place.component] {
             moment.dirty.insert(component);
             moment.moved.insert(component);
         }
-        moment.besides = Some(Besides { rivals, pairs, writer });
+        moment.besides = Some(Besides { rivals, pairs, writer, reader: reader.place, cuts });
         Ok(None)
     }
 
@@ -278,11 +290,39 @@ impl Clock<'_> {
         Ok(())
     }
 
-    /// No other could have had a communication that was made.
-    fn alone(&self, rivals: Option<Rivals>) -> Result<(), Halt> {
-        let Some(Rivals { port, components }) = rivals else { return Ok(()) };
-        let components = components.into_iter().map(|component| self.name(component)).collect();
-        Err(Failure::Contention { port: written(&port), components }.into())
+    /// The communication just made, and what its components read or write now, could not have come otherwise.
+    fn check_order(&self, besides: &Besides, moment: &mut Moment) -> Result<(), Halt> {
+        let port = &besides.writer.port;
+        if !moment.board.writes_again(&besides.writer) {
+            moment.order.taken(port);
+        }
+        let race = |component: usize, one: &Name, other: &Name| {
+            let ports = (written(one), written(other));
+            Err(Failure::KillRace { component: self.name(component), ports }.into())
+        };
+        for Cut { place, depth, run, beside } in &besides.cuts {
+            let mark = moment.path.mark();
+            let settled = self.settler.settle(run.clone(), &BTreeSet::new(), &mut moment.path, 0);
+            moment.path.back_to(mark);
+            if !matches!(settled?, Run::Done(_) | Run::Aborted) {
+                continue;
+            }
+            if let Some(other) = moment.order.cut_off(place, *depth) {
+                return race(place.component, other, port);
+            }
+            beside.iter().for_each(|offer| moment.order.kills(offer));
+        }
+        let components = BTreeSet::from([besides.writer.place.component, besides.reader.component]);
+        for offer in components.iter().flat_map(|component| moment.board.of(*component)) {
+            if let Some(components) = moment.order.rivals(offer) {
+                let components = components.into_iter().map(|component| self.name(component)).collect();
+                return Err(Failure::Contention { port: written(&offer.port), components }.into());
+            }
+            if let Some((component, other)) = moment.order.missed(offer) {
+                return race(component, &offer.port, other);
+            }
+        }
+        Ok(())
     }
 
     /// One writer only.
@@ -375,6 +415,36 @@ fn again(moment: &mut Moment) -> Option<End> {
         moment.earlier = Some(Earlier { changed, hash, at: made, draws, unfolded: Vec::new() });
     }
     None
+}
+
+/// Each `#` around a place at which something was just communicated, if its other branches communicate too.
+fn cuts(moment: &Moment, place: &Place) -> Vec<Cut> {
+    let (mut found, mut depth) = (Vec::new(), 0);
+    let Some(mut here) = moment.state.get(place.component) else { return found };
+    loop {
+        let parts = match here {
+            Run::Seq(first, ..) | Run::Else(first, ..) | Run::New(_, first) | Run::Only(_, first) => {
+                here = first;
+                continue;
+            }
+            Run::Par(parts) | Run::Disable(parts) => parts,
+            _ => return found,
+        };
+        let Some((own, next)) = place.branches.get(depth).and_then(|own| Some((own, parts.get(*own)?))) else {
+            return found;
+        };
+        if matches!(here, Run::Disable(_)) {
+            let others = moment.board.of(place.component).filter(|offer| {
+                offer.place.branches.get(..depth) == place.branches.get(..depth)
+                    && offer.place.branches.get(depth) != Some(own)
+            });
+            let beside: Vec<Offer> = others.cloned().collect();
+            if !beside.is_empty() || moment.moved.contains(&place.component) {
+                found.push(Cut { place: place.clone(), depth, run: here.clone(), beside });
+            }
+        }
+        (here, depth) = (next, depth + 1);
+    }
 }
 
 fn put(run: Option<&mut Run>, offer: &Offer, results: &Env) {

@@ -1,6 +1,9 @@
-//! Whether the communications of one instant come out alike in every order: one order of them is followed, and of what
-//! reads or writes a port it must be known that it came to that because of the communications made on it before, or else
-//! it could have been first.
+//! Whether the communications of one instant come out alike in every order: one order of them is followed, and wherever
+//! two of them exclude each other it must be known that the one had to come first.
+//!
+//! They do in two ways. What reads or writes a port again could have been in the place of who did before, unless it came
+//! to that because of the communication before. What ends a `#` could have come before what its other branches did, and
+//! what they waited for could have come before it.
 //!
 //! What a part does comes after what the same part did, what it did before it branched, and what its branches did before
 //! they were joined: all these stand at a place of which one begins with the other. What a reader does comes after what
@@ -9,7 +12,6 @@
 
 use std::collections::BTreeSet;
 
-use super::board::Board;
 use super::step::{Offer, Place};
 use crate::digest::Quick;
 use crate::name::Name;
@@ -17,6 +19,7 @@ use crate::name::Name;
 /// A communication that was made.
 #[derive(Clone, Debug)]
 struct Event {
+    port: Name,
     writer: Place,
     reader: Place,
 }
@@ -30,26 +33,30 @@ struct Last {
     taken: Option<usize>,
 }
 
+/// A read or write that waited in vain when a communication ended the `#` around it.
+#[derive(Clone, Debug)]
+struct Killed {
+    component: usize,
+    writes: bool,
+    event: usize,
+}
+
 /// The communications of one instant, in the order in which they were made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Order {
     events: Vec<Event>,
     on: Quick<Name, Last>,
-}
-
-/// Components that could have met on a port in another order.
-pub(super) struct Rivals {
-    pub(super) port: Name,
-    pub(super) components: BTreeSet<usize>,
+    killed: Quick<Name, Vec<Killed>>,
 }
 
 impl Order {
     /// Notes a communication.
     pub(super) fn made(&mut self, writer: &Offer, reader: &Offer) {
         let event = self.events.len();
-        self.events.push(Event { writer: writer.place.clone(), reader: reader.place.clone() });
-        let taken = self.on.get(&writer.port).and_then(|last| last.taken);
-        self.on.insert(writer.port.clone(), Last { event, taken });
+        let port = writer.port.clone();
+        self.events.push(Event { port: port.clone(), writer: writer.place.clone(), reader: reader.place.clone() });
+        let taken = self.on.get(&port).and_then(|last| last.taken);
+        self.on.insert(port, Last { event, taken });
     }
 
     /// Notes that the writer of the last communication does not write the same again.
@@ -59,8 +66,15 @@ impl Order {
         }
     }
 
-    /// Those that could have met this reader or writer, or been in its place, in another order.
-    pub(super) fn rivals(&self, offer: &Offer) -> Option<Rivals> {
+    /// Notes that the last communication ended what waits here.
+    pub(super) fn kills(&mut self, offer: &Offer) {
+        let (component, writes) = (offer.place.component, offer.value.is_some());
+        let killed = Killed { component, writes, event: self.events.len().saturating_sub(1) };
+        self.killed.entry(offer.port.clone()).or_default().push(killed);
+    }
+
+    /// The components of which one now reads or writes a port and the other did before, where it could be otherwise.
+    pub(super) fn rivals(&self, offer: &Offer) -> Option<BTreeSet<usize>> {
         let last = self.on.get(&offer.port)?;
         let writes = offer.value.is_some();
         let before = if writes { last.event } else { last.taken? };
@@ -69,17 +83,28 @@ impl Order {
         if one_part(own, &offer.place) || self.follows(&offer.place, before) {
             return None;
         }
-        let components = BTreeSet::from([own.component, offer.place.component]);
-        Some(Rivals { port: offer.port.clone(), components })
+        Some(BTreeSet::from([own.component, offer.place.component]))
     }
 
-    /// The same of all that waits, at the end of the instant, on a port on which something was communicated in it.
-    pub(super) fn left(&self, board: &Board) -> Option<Rivals> {
-        let mut ports: Vec<&Name> = self.on.keys().collect();
-        ports.sort();
-        ports.into_iter().find_map(|port| {
-            [true, false].into_iter().find_map(|writes| board.on(port, writes).find_map(|offer| self.rivals(offer)))
-        })
+    /// The component in which a communication ended what would have answered this, and the port of that communication,
+    /// where it needs not have come first.
+    pub(super) fn missed(&self, offer: &Offer) -> Option<(usize, &Name)> {
+        let mut killed = self.killed.get(&offer.port)?.iter().filter(|killed| killed.writes != offer.value.is_some());
+        let first = killed.find(|killed| !self.follows(&offer.place, killed.event))?;
+        self.events.get(first.event).map(|event| (first.component, &event.port))
+    }
+
+    /// The port of a communication in another branch than this place at this depth, which the last communication, made
+    /// here, needs not have waited for.
+    pub(super) fn cut_off(&self, place: &Place, depth: usize) -> Option<&Name> {
+        let (own, earlier) = (place.branches.get(depth)?, self.events.split_last()?.1);
+        let beside = |part: &Place| {
+            part.component == place.component
+                && part.branches.get(..depth) == place.branches.get(..depth)
+                && part.branches.get(depth).is_some_and(|branch| branch != own)
+        };
+        let mut all = earlier.iter().enumerate().filter(|(_, event)| beside(&event.writer) || beside(&event.reader));
+        all.find(|(number, _)| !self.follows(place, *number)).map(|(_, event)| &event.port)
     }
 
     /// Whether what stands at a place now came to stand there because of this communication, among others.
