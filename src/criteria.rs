@@ -72,12 +72,10 @@ impl Measure {
     }
 }
 
-/// A value rounded to a number of the machine.
+/// A value rounded to a number of the machine; none of what is no number, or has roots of roots.
 pub fn near(value: &Value) -> Option<f64> {
-    match value.as_rational() {
-        Some(number) => number.to_f64(),
-        None => None,
-    }
+    let middle = || value.enclosure().map(|(low, high)| (low + high) / BigRational::from_integer(2.into()));
+    value.as_rational().or_else(middle)?.to_f64()
 }
 
 /// A number of the machine, exactly; with a power of ten where it has many zeros.

@@ -80,7 +80,7 @@ pub struct Head {
 }
 
 /// The name and version of the format.
-pub const FORMAT: &str = concat!("pars sweep 1, pars ", env!("CARGO_PKG_VERSION"));
+pub const FORMAT: &str = concat!("pars sweep 2, pars ", env!("CARGO_PKG_VERSION"));
 
 impl Head {
     /// Whether a point belongs to this part.

@@ -230,6 +230,12 @@ fn parts_are_merged_and_those_of_other_inputs_refused() {
     let mixed = pars(folder.path(), &["sweep", "--merge", one, &strange, three]);
     assert_eq!(mixed.status.code(), Some(3));
     assert!(errors(&mixed).contains("another input"), "{}", errors(&mixed));
+    // A point that was changed by hand is no answer of ours.
+    let changed = std::fs::read_to_string(folder.path().join(two)).expect("points").replacen("\"met\"", "\"open\"", 1);
+    std::fs::write(folder.path().join(two), changed).expect("written");
+    let forged = pars(folder.path(), &["sweep", "--merge", one, two, three]);
+    assert_eq!(forged.status.code(), Some(3));
+    assert!(errors(&forged).contains("changed by hand"), "{}", errors(&forged));
     for part in ["0/3", "4/3", "x", "1/0"] {
         assert_eq!(pars(folder.path(), &["sweep", "mission.pars", "--shard", part]).status.code(), Some(2), "{part}");
     }

@@ -314,9 +314,12 @@ impl<'a> Workshop<'a> {
         repair.or_else(|| self.further(goal, parameter, value, &works)).or_else(|| self.repair(goal, &at(&works)))
     }
 
-    /// The simplest number at which the criterion is met, a hundredth further from the present value at most.
+    /// The simplest number at which the criterion is met, a hundredth further from the present value at most: a
+    /// hundredth of the change, or of the value itself where hardly any change is needed.
     fn further(&self, goal: Goal<'_>, parameter: &Name, present: &BigRational, works: &BigRational) -> Option<Repair> {
-        let further = works + (works - present) * BigRational::new(1.into(), 100.into());
+        let (change, hundredth) = (works - present, BigRational::new(1.into(), 100.into()));
+        let far = if change.abs() < works.abs() * &hundredth { works.abs() } else { change.abs() };
+        let further = works + change.signum() * far * hundredth;
         self.repair(goal, &[(parameter.clone(), simplest(works, &further))])
     }
 

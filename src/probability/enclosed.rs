@@ -65,8 +65,8 @@ pub(super) struct FastEntry {
 ///
 /// # Errors
 /// Where the states or the kernel grow too large, or a way has no noise.
-pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
-    let (chain, lost) = without(chain);
+pub fn enclosed(whole: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
+    let (chain, lost) = without(whole);
     let found = apart(&chain, question, wanted).or_else(|reason| {
         let both = joint(&chain, question, wanted).or_else(|other| {
             let rest = rounds(&chain, question).and_then(|rounds| foreseen(&chain, rounds)).ok_or(other.clone())?;
@@ -76,6 +76,13 @@ pub fn enclosed(chain: &Chain, question: &Question, wanted: f64) -> Result<Enclo
     })?;
     if lost == Interval::exactly(0.0) {
         return Ok(found);
+    }
+    // Where all is decided before anything is drawn, nothing is left out.
+    if found.interval.low == found.interval.high
+        && let Ok(plan) = plan(whole, question)
+        && (plan.entries.is_empty() || plan.rounds == 0)
+    {
+        return Ok(Enclosed::within(plan.decided));
     }
     // What is left out may have led anywhere, in each of the rounds and before them; so may what is not tested.
     let lost = lost.times(Interval::exactly(MOST_ROUNDS as f64 + 2.0)).high;

@@ -1,15 +1,37 @@
-//! The file to which each point is added as soon as it is known: a line for the head, then a line a point.
+//! The file to which each point is added as soon as it is known: a line for the head, then a line a point, with a hash by
+//! which a point of another sweep, or one that was changed by hand, is told.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use super::{Head, Row};
+use serde::{Deserialize, Serialize};
+
+use super::{Head, Row, hash};
+
+/// A point as it stands in its line.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    #[serde(flatten)]
+    row: Row,
+    /// The hash of the point and of its sweep's input.
+    hash: String,
+}
+
+impl Line {
+    fn new(row: Row, head: &Head) -> Result<Line, String> {
+        let text = serde_json::to_string(&row).map_err(|error| error.to_string())?;
+        let mut hash = hash([head.input.as_str(), text.as_str()]);
+        hash.truncate(16);
+        Ok(Line { row, hash })
+    }
+}
 
 /// A file that grows point by point. While it is open no other program adds to it.
 pub struct Store {
     file: File,
+    head: Head,
     rows: BTreeMap<usize, Row>,
 }
 
@@ -46,7 +68,7 @@ impl Store {
             file.set_len(whole as u64).map_err(|error| error.to_string())?;
             file.seek(SeekFrom::End(0)).map_err(|error| error.to_string())?;
         }
-        Ok(Store { file, rows })
+        Ok(Store { file, head: head.clone(), rows })
     }
 
     /// Whether this point is known.
@@ -59,9 +81,10 @@ impl Store {
     /// # Errors
     /// When it cannot be written.
     pub fn add(&mut self, row: Row) -> Result<(), String> {
-        let line = serde_json::to_string(&row).map_err(|error| error.to_string())?;
-        self.file.write_all(format!("{line}\n").as_bytes()).map_err(|error| error.to_string())?;
-        self.rows.insert(row.point, row);
+        let line = Line::new(row, &self.head)?;
+        let text = serde_json::to_string(&line).map_err(|error| error.to_string())?;
+        self.file.write_all(format!("{text}\n").as_bytes()).map_err(|error| error.to_string())?;
+        self.rows.insert(line.row.point, line.row);
         Ok(())
     }
 
@@ -106,10 +129,16 @@ fn parsed(text: &str, path: &Path) -> Result<(Head, BTreeMap<usize, Row>), Strin
     let head: Head = serde_json::from_str(first).map_err(|error| wrong(1, format!("no sweep begins so: {error}")))?;
     let mut rows = BTreeMap::new();
     for (place, line) in lines.enumerate() {
-        let row: Row = serde_json::from_str(line).map_err(|error| wrong(place + 2, error.to_string()))?;
+        let Line { row, hash } = serde_json::from_str(line).map_err(|error| wrong(place + 2, error.to_string()))?;
         if row.cells.len() != head.columns.len() || !head.holds(row.point) {
             return Err(wrong(place + 2, format!("point {} does not belong here", row.point)));
         }
+        let line = Line::new(row, &head)?;
+        if line.hash != hash {
+            let text = "is of another sweep, or was changed by hand: without this line it is asked again";
+            return Err(wrong(place + 2, format!("point {} {text}", line.row.point)));
+        }
+        let row = line.row;
         if rows.insert(row.point, row).is_some() {
             return Err(wrong(place + 2, "a point stands here twice".to_string()));
         }

@@ -82,6 +82,10 @@ impl Printer {
             return text;
         }
         if let [(monomial, _)] = denominator.terms() {
+            if !monomial.factors().is_empty() && self.folds(numerator) {
+                let (top, bottom) = (self.sum(numerator, &Monomial::one()), self.sum(denominator, &Monomial::one()));
+                return (format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product);
+            }
             return self.sum(numerator, monomial);
         }
         let scale = denominator.content().recip();
@@ -143,8 +147,14 @@ impl Printer {
             } else {
                 all.iter().map(|(_, exponent)| exponent.unsigned_abs()).sum()
             };
-            let text = self.term(&(coefficient.abs() / &content), &all);
-            inner.push(Piece { negative: coefficient.is_negative(), text, degree });
+            let size = coefficient.abs() / &content;
+            let ceiling = if coefficient.is_negative() { self.ceiling(&all) } else { None };
+            let negative = coefficient.is_negative() && ceiling.is_none();
+            let text = match ceiling {
+                Some(ceiling) => quotient(size, vec![ceiling], Vec::new()),
+                None => self.term(&size, &all),
+            };
+            inner.push(Piece { negative, text, degree });
         }
         if !together {
             pieces.append(&mut inner);
@@ -155,6 +165,14 @@ impl Printer {
         let (tops, bottoms) = self.factors(powers);
         let text = quotient(content, tops.into_iter().chain([bracket]).collect(), bottoms);
         pieces.push(Piece { negative: false, text, degree: 1000 });
+    }
+
+    /// `-floor(x)` as `ceil(-x)`, where that is no longer.
+    fn ceiling(&mut self, factors: &[(Atom, i64)]) -> Option<String> {
+        let [(Atom::Floor(part), 1)] = factors else { return None };
+        self.expansions = self.expansions.checked_sub(1)?;
+        let (floor, ceiling) = (self.value(part).0, self.value(&part.neg().ok()?).0);
+        (ceiling.len() <= floor.len()).then(|| format!("ceil({ceiling})"))
     }
 
     fn term(&mut self, coefficient: &BigRational, factors: &[(Atom, i64)]) -> Text {

@@ -104,6 +104,14 @@ impl Printer {
         Err((pieces, hinges.iter().fold(rest, |rest, hinge| rest.plus(&hinge.polynomial()))))
     }
 
+    /// Whether maxima among the terms of a sum are written in a shorter form.
+    pub(super) fn folds(&mut self, sum: &Real) -> bool {
+        match self.maxima(sum) {
+            Ok(_) => true,
+            Err((pieces, _)) => !pieces.is_empty(),
+        }
+    }
+
     /// `2*max(0,x) - x` is `abs(x)`.
     fn absolute(&mut self, hinge: &Hinge, rest: &mut Real) -> Option<Piece> {
         let [inner] = &hinge.elements[..] else { return None };
