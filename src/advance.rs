@@ -25,7 +25,7 @@ mod instantly;
 mod leaf;
 mod settle;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use leaf::{Component, Leaf, active, components, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
@@ -297,6 +297,7 @@ enum Orders {
 
 /// The one state to which these orders of communications lead.
 fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders) -> Result<Term, Stuck> {
+    let ports: BTreeSet<&Name> = ports.iter().collect();
     let mut last: Option<Term> = None;
     let (mut seen, mut on_the_way) = (HashSet::new(), HashSet::new());
     let mut way: Vec<(Term, Vec<Term>)> = Vec::new();
@@ -307,7 +308,7 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
                 return stuck("it communicates for ever in no time");
             }
             if seen.insert(state.clone()) {
-                let next = communications(runner, &state, ports, orders)?;
+                let next = communications(runner, &state, &ports, orders)?;
                 if next.is_empty() && last.replace(state.clone()).is_some_and(|other| other != state) {
                     return stuck(ORDER);
                 }
@@ -333,24 +334,30 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
 
 /// The states after each communication that is possible; after one alone, if it commutes with all others and not all
 /// orders are asked for. None is possible while a draw is due.
-fn communications(runner: &Runner<'_, '_>, state: &Term, ports: &[Name], orders: Orders) -> Result<Vec<Term>, Stuck> {
+fn communications(
+    runner: &Runner<'_, '_>,
+    state: &Term,
+    ports: &BTreeSet<&Name>,
+    orders: Orders,
+) -> Result<Vec<Term>, Stuck> {
     let leaves = leaves(state);
-    let mut pairs = Vec::new();
-    for (reader, leaf) in leaves.iter().enumerate() {
+    let mut writers: BTreeMap<(&Name, Option<usize>), Vec<(usize, &Value)>> = BTreeMap::new();
+    for (writer, leaf) in leaves.iter().enumerate() {
         if let Node::In(port, _) | Node::Out(port, _) = leaf.term.node()
             && leaf.binder.is_none()
             && !ports.contains(port)
         {
             return stuck(open_port(port));
         }
+        if let Node::Out(port, value) = leaf.term.node() {
+            writers.entry((port, leaf.binder)).or_default().push((writer, value));
+        }
+    }
+    let mut pairs = Vec::new();
+    for (reader, leaf) in leaves.iter().enumerate() {
         let Node::In(port, name) = leaf.term.node() else { continue };
-        for (writer, other) in leaves.iter().enumerate() {
-            if let Node::Out(same, value) = other.term.node()
-                && same == port
-                && other.binder == leaf.binder
-            {
-                pairs.push(Meeting { reader, writer, port, binder: leaf.binder, name, value });
-            }
+        for (writer, value) in writers.get(&(port, leaf.binder)).into_iter().flatten().copied() {
+            pairs.push(Meeting { reader, writer, port, binder: leaf.binder, name, value });
         }
     }
     if draw::is_due(state) {

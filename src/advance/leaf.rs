@@ -110,26 +110,36 @@ impl<'t> Leaves<'t> {
 
 /// A settled term with some of its leaves, numbered as [`leaves`] gives them, replaced.
 pub(super) fn rebuilt(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term) -> Option<Term>) -> Term {
+    changed(term, number, change).unwrap_or_else(|| term.clone())
+}
+
+/// The same; nothing where no leaf is replaced.
+fn changed(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term) -> Option<Term>) -> Option<Term> {
     match term.node() {
-        Node::Seq(parts) => match active(parts) {
-            Some(place) => {
-                let mut parts = parts.clone();
-                parts[place] = rebuilt(&parts[place], number, change);
-                Term::seq(parts)
-            }
-            None => term.clone(),
-        },
-        Node::Else(first, second) => Term::otherwise(rebuilt(first, number, change), second.clone()),
-        Node::Par(parts) | Node::Disable(parts) => {
-            term.with_children(parts.iter().map(|part| rebuilt(part, number, change)).collect())
+        Node::Seq(parts) => {
+            let place = active(parts)?;
+            let part = changed(&parts[place], number, change)?;
+            let mut parts = parts.clone();
+            parts[place] = part;
+            Some(Term::seq(parts))
         }
-        Node::New(_, body) | Node::Project(body, _) => term.with_children(vec![rebuilt(body, number, change)]),
+        Node::Else(first, second) => Some(Term::otherwise(changed(first, number, change)?, second.clone())),
+        Node::Par(parts) | Node::Disable(parts) => {
+            let mut new: Option<Vec<Term>> = None;
+            for (place, part) in parts.iter().enumerate() {
+                if let Some(part) = changed(part, number, change) {
+                    new.get_or_insert_with(|| parts.clone())[place] = part;
+                }
+            }
+            new.map(|parts| term.with_children(parts))
+        }
+        Node::New(_, body) | Node::Project(body, _) => Some(term.with_children(vec![changed(body, number, change)?])),
         Node::In(..) | Node::Out(..) | Node::Delay(_) | Node::Observe(..) | Node::Idle | Node::Ran(..) => {
             let here = *number;
             *number += 1;
-            change(here, term).unwrap_or_else(|| term.clone())
+            change(here, term)
         }
-        _ => term.clone(),
+        _ => None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Termination: what a part of a network has become once everything that ends at once has ended.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{MOST_DEPTH, active, context_reads, is_set, stuck};
@@ -9,7 +9,7 @@ use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{bound_names, written};
 use crate::substitution::{Stuck, instantiate, replace, substitute_known};
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermSet};
 use crate::value::{Relation, Sort, Value};
 
 /// What has been bound, by name.
@@ -65,11 +65,13 @@ pub(super) struct Runner<'c, 'd> {
     /// Names that are compared if the network stops.
     kept: &'c BTreeSet<Name>,
     work: Cell<usize>,
+    /// Parts of the network itself that were seen to be left as they are.
+    settled: RefCell<TermSet>,
 }
 
 impl<'c, 'd> Runner<'c, 'd> {
     pub(super) fn new(context: &'c Context<'d>, kept: &'c BTreeSet<Name>) -> Runner<'c, 'd> {
-        Runner { context, kept, work: Cell::new(0) }
+        Runner { context, kept, work: Cell::new(0), settled: RefCell::default() }
     }
 
     /// The body of a network, settled; it must run.
@@ -237,11 +239,22 @@ impl<'c, 'd> Runner<'c, 'd> {
     fn settle_parallel(&self, parts: &[Term], wanted: &BTreeSet<Name>, depth: usize) -> Result<State, Stuck> {
         let mut running = Vec::new();
         let mut stopped: Option<Results> = None;
+        // What comes of a part depends on it and on what is wanted alone.
+        let outermost = std::ptr::eq(wanted, self.kept);
         for part in parts {
+            if outermost && self.settled.borrow().contains(part) {
+                running.push(part.clone());
+                continue;
+            }
             match self.settle(part, wanted, depth + 1)? {
                 State::Stopped(results) => unite(stopped.get_or_insert_default(), results)?,
                 State::Aborted => {}
-                State::Running(part) => running.push(part),
+                State::Running(now) => {
+                    if outermost && now == *part {
+                        self.settled.borrow_mut().insert(now.clone());
+                    }
+                    running.push(now);
+                }
             }
         }
         if running.is_empty() {
