@@ -332,6 +332,9 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
     last.map_or_else(|| stuck("nothing was found"), Ok)
 }
 
+/// Who writes what to each port, with the `new` that binds it.
+type Writers<'t> = BTreeMap<(&'t Name, Option<usize>), Vec<(usize, &'t Value)>>;
+
 /// The states after each communication that is possible; after one alone, if it commutes with all others and not all
 /// orders are asked for. None is possible while a draw is due.
 fn communications(
@@ -341,7 +344,7 @@ fn communications(
     orders: Orders,
 ) -> Result<Vec<Term>, Stuck> {
     let leaves = leaves(state);
-    let mut writers: BTreeMap<(&Name, Option<usize>), Vec<(usize, &Value)>> = BTreeMap::new();
+    let mut writers = Writers::new();
     for (writer, leaf) in leaves.iter().enumerate() {
         if let Node::In(port, _) | Node::Out(port, _) = leaf.term.node()
             && leaf.binder.is_none()

@@ -6,6 +6,8 @@ mod drawing;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write;
 
+use num_traits::{Signed, Zero};
+
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::period::ports;
@@ -122,6 +124,13 @@ impl Connectivity {
     }
 }
 
+/// Whether a number is what something is measured from: 9 in `9-x`.
+fn is_in(number: &Value, written: &Value) -> bool {
+    let (Some(number), Some((sum, divisor))) = (number.as_rational(), written.polynomials()) else { return false };
+    let constant = sum.constant_term();
+    divisor.is_one() && !constant.is_zero() && sum.as_constant().is_none() && constant.abs() == number.abs()
+}
+
 /// A path from where a thing is shown, over a port that carries what is shown, to a port that moves a target.
 fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Name, &Part)]) -> Result<String, String> {
     let mut carries: BTreeSet<(usize, Name)> = BTreeSet::new();
@@ -129,7 +138,8 @@ fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Na
         for values in part.shows.iter().filter(|(name, _)| name == thing).map(|(_, values)| values) {
             let related = |written: &Value| {
                 values.iter().any(|value| {
-                    value == written || value.variables().intersection(&written.variables()).next().is_some()
+                    let shared = value.variables().intersection(&written.variables()).next().is_some();
+                    value == written || shared || is_in(value, written)
                 })
             };
             let written = part.writes.iter().filter(|(_, value)| related(value));

@@ -175,16 +175,16 @@ impl fmt::Display for Failure {
                  {} of its rounds go with {} of {}",
                 writer.0, writer.1, reader.0, reader.1, rounds.1, rounds.0, writer.0
             ),
-            Failure::NoPeriod { reason } => write!(f, "no period: {reason}"),
+            Failure::NoPeriod { reason } => write!(f, "no period found: {reason}"),
             Failure::Drift { one, other } => {
                 let why = drift::what_would_do(&one.1, &other.1);
                 write!(f, "no period: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)
             }
             Failure::Order { one, other } => {
-                let why = drift::what_would_do(&one.1, &other.1);
+                let why = drift::what_tells(&one.1, &other.1);
                 write!(
                     f,
-                    "no period: it must be known whether {} <= {}, what remains of the delays of {} and {}{why}",
+                    "no period found: it must be known whether {} <= {}, what remains of the delays of {} and {}{why}",
                     one.1, other.1, one.0, other.0
                 )
             }

@@ -7,6 +7,7 @@
 mod affine;
 mod approach;
 mod classes;
+mod comes_round;
 mod cycle;
 mod descent;
 mod end;
@@ -44,7 +45,7 @@ use num_traits::ToPrimitive;
 
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Relation, Sort, Value, ValueError};
+use crate::value::{Atom, Relation, Sort, Value, ValueError};
 use affine::affine_pieces;
 use region::{Guard, resolve, solutions};
 use search::{Entry, Interval, enter};
@@ -360,7 +361,10 @@ fn in_piece(
         return differs(&difference.with(&closed.variable, &piece.form)?, piece, index, known);
     }
     if difference.linear_in(&closed.variable).is_some() {
-        return entry(difference.with(&closed.variable, &piece.form)?, Interval::of(relation));
+        let value = difference.with(&closed.variable, &piece.form)?;
+        // An index is not negative, so neither is a length along the way: `abs(n)` is n.
+        let bent = value.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)));
+        return entry(if bent { known.simplify(&value) } else { value }, Interval::of(relation));
     }
     earliest(&solutions(&difference, &closed.variable, relation, known)?, (piece, at_end), index, known)
 }

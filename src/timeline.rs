@@ -246,6 +246,5 @@ fn shown(state: &State) -> Vec<Term> {
 }
 
 fn is_long(state: &State) -> bool {
-    let bits = |value: &Value| value.as_rational().map_or(0, |number| number.numer().bits().max(number.denom().bits()));
-    state.observations().iter().any(|(_, values)| values.iter().any(|value| bits(value) > MOST_BITS))
+    state.observations().iter().any(|(_, values)| values.iter().any(|value| value.bits() > MOST_BITS))
 }

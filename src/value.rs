@@ -6,7 +6,7 @@
 //! equation between values says nothing where a denominator in it is 0: whoever needs that asks for it.
 
 mod arithmetic;
-mod fixed;
+pub(crate) mod fixed;
 mod identity;
 mod need;
 pub(crate) mod number;
@@ -319,9 +319,13 @@ impl Value {
         self.parts()
     }
 
-    /// The bits of the longest coefficient; 0 of vectors and distributions.
+    /// The bits of the longest coefficient; 0 of distributions.
     pub(crate) fn bits(&self) -> u64 {
-        self.parts().map_or(0, |(numerator, denominator)| numerator.bits().max(denominator.bits()))
+        match &self.0.content {
+            Content::Vector(parts) => parts.iter().map(Value::bits).max().unwrap_or(0),
+            Content::Real(numerator, denominator) => numerator.bits().max(denominator.bits()),
+            Content::Distribution(..) => 0,
+        }
     }
 
     pub(crate) fn from_polynomials(numerator: Polynomial<Atom>, denominator: Polynomial<Atom>) -> Outcome {

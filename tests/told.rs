@@ -237,3 +237,14 @@ fn what_swings_away_is_not_said_to_close_in() {
     );
     says(&swing("-1/2"), &[&format!("leg 1: phase 1, for ever: it closes in on 2/3 and {reason}")]);
 }
+
+#[test]
+fn where_hardly_any_change_is_needed_a_simple_one_is_named() {
+    let script = "param speed = 2, wait = 1, far = 6\nobserver Rough\nfn s(d) = clamp(d, -speed, speed)\n\
+        proc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,s(g-r)} ; Go_g\n\
+        proc Trip = Go_far ; (Delay_wait # Rough) ; Go_{-far} ; (Delay_wait # Rough) ; Go_0 ; Trip\n\
+        proc Base_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; Base_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+        system Sys = Base_0 | Trip\n\
+        criteria C for Sys { goals At_far, At_{-far}, At_0 battery 11 rate 1, rate 1 while Rough keep 4 leg within 36 }\n";
+    says(script, &["wait = 99/100 in place of 1 gives leg2 = 6", "1 itself is not enough"]);
+}

@@ -1,5 +1,6 @@
 //! Refutation: that a value has a certain sign is assumed, and a contradiction looked for.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
@@ -9,6 +10,7 @@ use super::linear::{Bound, Constraint, contradictory};
 use super::sign::Signs;
 use super::{Assumptions, Relation};
 use crate::polynomial::{Budget, Monomial, Polynomial};
+use crate::value::fixed::coarse_order;
 use crate::value::{Atom, Value};
 
 /// How deep cases are split.
@@ -81,6 +83,9 @@ impl Assumptions {
         let mut signs = self.quick_signs(form);
         if form.as_constant().is_some() || decided(signs) {
             return signs;
+        }
+        if let Some(order) = coarse_order(form) {
+            return if order == Ordering::Greater { Signs::POSITIVE } else { Signs::NEGATIVE };
         }
         let shared = form.monomial_content();
         if depth > 0 && !shared.factors().is_empty() {

@@ -1,18 +1,18 @@
 //! What each kind of criterion measures, and by what margin it is met.
 
+mod nearest;
+
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
-use super::visit::{Distance, Visits, values_of};
+use super::visit::{Visits, values_of};
 use super::{Finding, Judge, Measure, Moment, Standing};
-use crate::invariant::Claim;
 use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood, System};
 use crate::name::Name;
-use crate::period::Test;
 use crate::safety;
-use crate::term::{Node, Term};
+use crate::term::Term;
 use crate::timeline::{Ending, Timeline, end_of};
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Relation, Value};
 
 /// One system with its run, to measure on.
 pub(super) struct Scene<'a> {
@@ -285,18 +285,9 @@ impl Scene<'_> {
         if finding.standing != Standing::Open || !self.judge.invariants {
             return finding;
         }
-        let shown = |name: &Name| {
-            let mut stretches = self.run.stretches.iter();
-            stretches.any(|stretch| values_of(&stretch.shown, name).flatten().any(|value| value.sort() != Sort::Real))
-        };
-        if between.iter().any(|(name, _)| shown(name)) {
-            if let Ending::Unknown(why) = &self.run.ending {
-                finding.notes.push(format!("between vectors it is decided by the run alone, and {why}"));
-            }
-            return finding;
-        }
         // The run goes on; what always holds may be proved of its phases.
-        let claim = claim(between, strict, limit);
+        let claim =
+            nearest::claim(&between.each_ref().map(|(name, arity)| (name, self.sorts(name, *arity))), strict, limit);
         let Ok(claim) = claim else { return finding };
         let outcome = safety::always(
             &self.system.term(&self.environment.definitions),
@@ -317,54 +308,6 @@ impl Scene<'_> {
             finding.notes.extend(outcome.remaining);
         }
         finding
-    }
-
-    /// The least distance of two things in the run.
-    fn least_distance(&self, between: &[(Name, usize); 2], limit: &BigRational, strict: bool, finding: &mut Finding) {
-        let limit = exact(limit);
-        let (mut least, mut unknown): (Option<(Distance, Value, usize)>, bool) = (None, false);
-        for (place, stretch) in self.run.stretches.iter().enumerate() {
-            for one in values_of(&stretch.shown, &between[0].0) {
-                for other in values_of(&stretch.shown, &between[1].0) {
-                    let Some(distance) = Distance::between(one, other) else {
-                        unknown = true;
-                        continue;
-                    };
-                    let nearer = match &least {
-                        None => Some(true),
-                        Some((before, ..)) => self.run.decide(Relation::Lss, distance.squared(), before.squared()),
-                    };
-                    match nearer {
-                        Some(true) => least = Some((distance, stretch.start.clone(), place)),
-                        Some(false) => {}
-                        None => unknown = true,
-                    }
-                }
-            }
-        }
-        if unknown {
-            finding.notes.push("it could not be found out where the two are nearest".to_string());
-        }
-        let closed = self.run.closed() && !unknown;
-        let Some((distance, time, stretch)) = least else {
-            if closed {
-                finding.standing = Standing::Met;
-                finding.notes.push("the two are never shown together".to_string());
-            }
-            return;
-        };
-        let relation = if strict { Relation::Gtr } else { Relation::Gte };
-        let far = distance.compares(self.run, relation, &limit);
-        let Some(distance) = distance.length() else { return };
-        let margin = self.room(&limit, &distance);
-        finding.standing = match (far, closed) {
-            (Some(false), _) => Standing::NotMet,
-            (Some(true), true) => Standing::Met,
-            (Some(true), false) | (None, _) => Standing::Open,
-        };
-        finding.value = Some(if closed { Measure::Exact(distance) } else { Measure::AtMost(distance) });
-        finding.margin = margin.map(|margin| if closed { Measure::Exact(margin) } else { Measure::AtMost(margin) });
-        finding.moment = Some(Moment { stretch, from: time, to: None, leg: None });
     }
 
     fn probability(
@@ -421,30 +364,4 @@ fn drained(charge: &Value, rate: &BigRational, from: &Value, until: &Value) -> O
 fn rate(rates: &[(BigRational, Option<Name>)], shown: &[Term]) -> BigRational {
     let counts = |observer: &Option<Name>| observer.as_ref().is_none_or(|name| values_of(shown, name).next().is_some());
     rates.iter().filter(|(_, observer)| counts(observer)).map(|(rate, _)| rate.clone()).sum()
-}
-
-/// `|p - o| > c` whenever both are shown.
-fn claim(between: &[(Name, usize); 2], strict: bool, limit: &BigRational) -> Result<Claim, crate::value::ValueError> {
-    let mut terms = Vec::new();
-    let mut variables = std::collections::BTreeSet::new();
-    let mut places: Vec<Vec<Value>> = Vec::new();
-    for (side, (observer, arity)) in between.iter().enumerate() {
-        let names: Vec<Name> = (0..*arity).map(|place| Name::new(&format!("{observer}~{side}~{place}"))).collect();
-        let values: Vec<Value> = names.iter().map(Value::variable).collect();
-        variables.extend(names);
-        terms.push(Term::new(Node::Observe(observer.clone(), values.clone())));
-        places.push(values);
-    }
-    let mut parts = Vec::new();
-    if let [one, other] = places.as_slice() {
-        for (one, other) in one.iter().zip(other) {
-            parts.push(one.sub(other)?);
-        }
-    }
-    let left = match parts.as_slice() {
-        [only] => only.abs()?,
-        _ => Value::vector(parts)?.norm()?,
-    };
-    let relation = if strict { Relation::Gtr } else { Relation::Gte };
-    Ok(Claim { shown: terms, variables, tests: vec![Test { relation, left, right: exact(limit) }] })
 }

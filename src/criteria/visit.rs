@@ -1,7 +1,10 @@
 //! Where a run comes by: its goals in order, leg by leg.
 
+use std::cell::OnceCell;
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
+use crate::interval::Interval;
 use crate::lower::Goal;
 use crate::name::Name;
 use crate::term::{Node, Term};
@@ -74,7 +77,9 @@ impl Visits {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distance {
     differences: Vec<Value>,
-    squared: Value,
+    /// About its square, where that is a number.
+    about: Option<Interval>,
+    squared: OnceCell<Option<Value>>,
 }
 
 impl Distance {
@@ -96,16 +101,31 @@ impl Distance {
                 _ => return None,
             }
         }
-        let mut squared = Value::zero();
-        for difference in &differences {
-            squared = squared.add(&difference.mul(difference).ok()?).ok()?;
-        }
-        Some(Distance { differences, squared })
+        let number = |one: &Value| Some(Interval::of(&one.as_rational()?));
+        let numbers: Option<Vec<Interval>> = differences.iter().map(number).collect();
+        let square = |sum: Interval, one: Interval| sum.plus(one.times(one));
+        let about = numbers.map(|all| all.into_iter().fold(Interval::exactly(0.0), square));
+        Some(Distance { differences, about, squared: OnceCell::new() })
     }
 
     /// The square of it.
-    pub fn squared(&self) -> &Value {
-        &self.squared
+    fn squared(&self) -> Option<&Value> {
+        let add = |sum: Value, one: &Value| sum.add(&one.mul(one).ok()?).ok();
+        self.squared.get_or_init(|| self.differences.iter().try_fold(Value::zero(), add)).as_ref()
+    }
+
+    /// About the square of it, where that is a number.
+    pub fn about(&self) -> Option<Interval> {
+        self.about
+    }
+
+    /// Whether it is less than another; none where that is not found out.
+    pub fn is_less(&self, other: &Distance, run: &Timeline) -> Option<bool> {
+        match (self.about, other.about) {
+            (Some(one), Some(other)) if one.high < other.low => Some(true),
+            (Some(one), Some(other)) if one.low > other.high => Some(false),
+            _ => run.decide(Relation::Lss, self.squared()?, other.squared()?),
+        }
     }
 
     /// The distance itself.
@@ -119,7 +139,16 @@ impl Distance {
 
     /// How it compares with a number that is not negative; none where that is not found out.
     pub fn compares(&self, run: &Timeline, relation: Relation, limit: &Value) -> Option<bool> {
-        run.decide(relation, &self.squared, &limit.mul(limit).ok()?)
+        if let (Some(about), Some(limit)) = (self.about, limit.as_rational().as_ref().map(Interval::of)) {
+            let limit = limit.times(limit);
+            if about.high < limit.low {
+                return Some(relation.holds(Ordering::Less));
+            }
+            if about.low > limit.high {
+                return Some(relation.holds(Ordering::Greater));
+            }
+        }
+        run.decide(relation, self.squared()?, &limit.mul(limit).ok()?)
     }
 }
 
@@ -142,7 +171,7 @@ pub fn distance(run: &Timeline, shown: &[Term], goal: &Goal) -> Result<Option<Di
         let near = Distance::between(values, &goal.values).ok_or(Unknown)?;
         let nearer = match &nearest {
             None => true,
-            Some(before) => run.decide(Relation::Lss, near.squared(), before.squared()).ok_or(Unknown)?,
+            Some(before) => near.is_less(before, run).ok_or(Unknown)?,
         };
         if nearer {
             nearest = Some(near);
@@ -281,7 +310,7 @@ impl Walk<'_> {
             let Some(near) = near else { continue };
             let nearer = match &self.found.closest[number] {
                 None => Some(true),
-                Some((before, ..)) => self.run.decide(Relation::Lss, near.squared(), before.squared()),
+                Some((before, ..)) => near.is_less(before, self.run),
             };
             match nearer {
                 Some(true) => self.found.closest[number] = Some((near, start.clone(), place)),

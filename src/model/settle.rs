@@ -1,9 +1,10 @@
 //! Termination: what a term has become once everything that ends at once has ended.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
-use num_traits::{ToPrimitive, Zero};
+use num_traits::{Signed, ToPrimitive, Zero};
 
 use super::draw::{is_drawn, mentions_drawn};
 use super::{Event, Meaningless, Model, Results, State};
@@ -15,6 +16,8 @@ use crate::value::{Relation, Value};
 const DEEPEST: usize = 200;
 /// How many settled parts are remembered.
 const MOST_SETTLED: usize = 10_000;
+/// Letters of a value in a message.
+const LONGEST: usize = 80;
 /// How many copies of a power may end at once in a row.
 const MOST_COPIES: u64 = 10_000;
 
@@ -139,6 +142,21 @@ fn unite(all: &mut Results, more: Results) -> Result<(), Meaningless> {
     Ok(())
 }
 
+/// Whether a number with roots is less or greater than 0, where that is found out.
+fn order(number: &Value) -> Option<Ordering> {
+    let sign = || {
+        let (low, high) = number.enclosure()?;
+        if low.is_positive() { Some(Ordering::Greater) } else { high.is_negative().then_some(Ordering::Less) }
+    };
+    number.coarse_order().or_else(sign)
+}
+
+/// A value as it is read, cut off where it is long.
+fn short(value: &Value) -> String {
+    let text = value.to_string();
+    if text.chars().count() <= LONGEST { text } else { text.chars().take(LONGEST).chain(['…']).collect() }
+}
+
 /// Whether a comparison of two closed values is true.
 fn compare(relation: Relation, left: &Value, right: &Value) -> Result<bool, Meaningless> {
     if let (Some(left), Some(right)) = (left.as_rational(), right.as_rational()) {
@@ -151,13 +169,16 @@ fn compare(relation: Relation, left: &Value, right: &Value) -> Result<bool, Mean
             Relation::Lte => left <= right,
         });
     }
+    if let Some(order) = left.sub(right).ok().and_then(|difference| order(&difference)) {
+        return Ok(relation.holds(order));
+    }
     match relation {
         _ if left != right && (mentions_drawn(left) || mentions_drawn(right)) => {
             Meaningless::because(format!("whether `{left}` and `{right}` are equal depends on a draw"))
         }
         Relation::Eq => Ok(left == right),
         Relation::Neq => Ok(left != right),
-        _ => Meaningless::because(format!("`{left}` and `{right}` cannot be put in order")),
+        _ => Meaningless::because(format!("`{}` and `{}` cannot be put in order", short(left), short(right))),
     }
 }
 

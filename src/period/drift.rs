@@ -107,6 +107,23 @@ pub(super) fn what_would_do(one: &Value, other: &Value) -> String {
     }
 }
 
+/// What would tell which of two durations is longer.
+pub(super) fn what_tells(one: &Value, other: &Value) -> String {
+    let (given, fixed) = match (other.as_variable(), one.as_variable()) {
+        (Some(name), _) if !one.mentions(name) => (name, one),
+        (_, Some(name)) if !other.mentions(name) => (name, other),
+        _ => return format!("; an assumption such as `param {one} < {other}` tells, or a known ratio"),
+    };
+    match Value::fraction(2, 3).and_then(|ratio| fixed.mul(&ratio)) {
+        Ok(third) => {
+            format!(
+                "; an assumption such as `param {one} < {other}` tells, or a ratio such as `param {given} = {third}`"
+            )
+        }
+        Err(_) => String::new(),
+    }
+}
+
 /// That the same control points come again and again with other delays.
 pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure {
     let mut left: Vec<(String, Value)> = Vec::new();

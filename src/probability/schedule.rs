@@ -53,6 +53,9 @@ struct Reader<'a> {
     steps: usize,
 }
 
+/// Why nothing is said here of most systems.
+pub const SEVERAL: &str = "durations that are drawn are added up in one component alone, and there are several";
+
 /// A chance, and whether it may be wider than rounding makes it.
 pub struct Found {
     /// The chance.
@@ -72,7 +75,7 @@ pub fn schedule(
     question: &Question,
 ) -> Result<Found, String> {
     let [component] = components else {
-        return Err("durations that are drawn are added up in one component alone, and there are several".to_string());
+        return Err(SEVERAL.to_string());
     };
     let mut reader = Reader { definitions, draws: Vec::new(), names: BTreeMap::new(), spans: Vec::new(), steps: 0 };
     reader.read(component)?;

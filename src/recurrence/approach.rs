@@ -1,5 +1,6 @@
 //! `x := x + clamp(g - x, -w, w)`: straight to a goal, no faster than w a step. Whatever the numbers are, it arrives
-//! after `ceil(distance / w)` steps.
+//! after `ceil(distance / w)` steps. So do `max(x - w, g)` from above g and `min(x + w, g)` from below; from the other
+//! side these jump there.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +21,9 @@ pub(super) fn approach(
     index: &Name,
     known: &Assumptions,
 ) -> Result<Option<Closed>, NoClosedForm> {
-    let Some((goal, step)) = goal_and_step(map, variable, known)? else { return Ok(None) };
+    let Some((goal, step)) = goal_and_step(map, variable, known)? else {
+        return one_sided(map, variable, start, index, known);
+    };
     let distance = goal.sub(start)?;
     let zero = Value::zero();
     let ahead = if known.decide(Relation::Gtr, &distance, &zero) == Some(true) {
@@ -33,11 +36,62 @@ pub(super) fn approach(
     let (size, signed) = if ahead { (distance, step.clone()) } else { (distance.neg()?, step.neg()?) };
     let steps = known.simplify(&size.div(&step)?.ceiling()?);
     let on_the_way = start.add(&Value::variable(index).mul(&signed)?)?;
+    Ok(Some(arriving(variable, on_the_way, steps, goal)))
+}
+
+/// This until so many steps have been made, and then at the goal.
+fn arriving(variable: &Name, on_the_way: Value, steps: Value, goal: Value) -> Closed {
     let pieces = vec![
-        Piece { from: zero, until: Some(steps.clone()), form: on_the_way },
+        Piece { from: Value::zero(), until: Some(steps.clone()), form: on_the_way },
         Piece { from: steps, until: None, form: goal },
     ];
-    Ok(Some(Closed { variable: variable.clone(), pieces, conditions: Vec::new() }))
+    Closed { variable: variable.clone(), pieces, conditions: Vec::new() }
+}
+
+/// The form of `max(x - w, g)` or `min(x + w, g)`.
+fn one_sided(
+    map: &Value,
+    variable: &Name,
+    start: &Value,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Option<Closed>, NoClosedForm> {
+    let mut breaks = Vec::new();
+    if breaks_of(map, variable, known, &mut breaks).is_err() {
+        return Ok(None);
+    }
+    let (zero, place) = (Value::zero(), Value::variable(variable));
+    for last in &breaks {
+        let goal = known.simplify(&map.with(variable, last)?);
+        let step = known.simplify(&last.sub(&goal)?);
+        let down = known.decide(Relation::Gtr, &step, &zero) == Some(true);
+        if !down && known.decide(Relation::Lss, &step, &zero) != Some(true) {
+            continue;
+        }
+        let (far, near) = if down { (Relation::Gtr, Relation::Lte) } else { (Relation::Lss, Relation::Gte) };
+        let is = |relation: Relation, wanted: &Value| {
+            let mut here = known.without_name(variable);
+            here.assume(relation, &place, last);
+            here.decide(Relation::Eq, &here.simplify(map), wanted) == Some(true)
+        };
+        if !is(far, &place.sub(&step)?) || !is(near, &goal) {
+            continue;
+        }
+        if known.decide(Relation::Eq, start, &goal) == Some(true) {
+            let pieces = vec![Piece { from: zero, until: None, form: goal }];
+            return Ok(Some(Closed { variable: variable.clone(), pieces, conditions: Vec::new() }));
+        }
+        return match known.decide(far, start, &goal) {
+            Some(true) => {
+                let steps = known.simplify(&start.sub(&goal)?.div(&step)?.ceiling()?);
+                let on_the_way = start.sub(&Value::variable(index).mul(&step)?)?;
+                Ok(Some(arriving(variable, on_the_way, steps, goal)))
+            }
+            Some(false) => Ok(Some(arriving(variable, start.clone(), Value::one(), goal))),
+            None => Err(NoClosedForm(format!("it must be known whether {start} < {goal}"))),
+        };
+    }
+    Ok(None)
 }
 
 /// The goal and the longest step, if the map is this one: it is looked at where it must be affine.

@@ -45,6 +45,10 @@ pub(super) struct Numeric {
     state: Vec<Number>,
 }
 
+/// Terms, to be compared with others.
+#[derive(PartialEq, Eq)]
+pub(super) struct Terms(Vec<Number>);
+
 /// A comparison with 0.
 enum Goal {
     Plain(Relation, Expression),
@@ -97,6 +101,11 @@ impl Numeric {
         next.push(self.state.last()?.plus(&Number::integer(1)));
         self.state = next;
         Some(())
+    }
+
+    /// The terms from which the next ones follow.
+    pub(super) fn terms(&self) -> Terms {
+        Terms(self.state[..self.steps.len()].to_vec())
     }
 
     /// The bits of all numbers together, and of the longest one.

@@ -6,9 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use num_traits::ToPrimitive;
+use num_traits::{ToPrimitive, Zero};
 
 use super::classes::Classes;
+use super::comes_round::comes_round;
 use super::descent::descends;
 use super::late::{late, rising};
 use super::modular::modular;
@@ -18,7 +19,7 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
 use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The terms that are compared one by one, at most, and the bits that they may have together.
 const MOST_TERMS: u64 = 20_000;
@@ -75,6 +76,9 @@ pub fn reach(
     let early = tried(recurrence, wanted, &Tail::Unknown(String::new()), known, stop, FEW_TERMS);
     if let Reach::At(..) = early {
         return early;
+    }
+    if let Some(found) = comes_round(recurrence, wanted, stop) {
+        return found;
     }
     let mut tail = match (classes, solved) {
         (Some(classes), _) => classes.tail(),
@@ -139,8 +143,14 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         let goal = Goal::Holds(relation, left.clone(), right.clone());
         return Some(by_shape(&closed, &recurrence.index, &goal, &natural));
     }
-    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
     let variable = Name::new("[difference]");
+    if let Some((one, [left, right])) = through_one((left, right), &used, &variable)
+        && let Some(pieces) = of_difference(solved, &one, &used, &natural)
+    {
+        let closed = Closed { variable, pieces, conditions };
+        return Some(by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural));
+    }
+    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
     let closed = Closed { variable: variable.clone(), pieces, conditions };
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
     match by_shape(&closed, &recurrence.index, &goal, &natural) {
@@ -149,6 +159,28 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         }
         other => Some(other),
     }
+}
+
+/// The one value in which both sides are bent, as functions of that value alone: `x-y` of `abs(x-y) <= e`.
+fn through_one(
+    (left, right): (&Value, &Value),
+    used: &[(Name, usize)],
+    variable: &Name,
+) -> Option<(Value, [Value; 2])> {
+    let difference = left.sub(right).ok()?;
+    let bends = difference.atoms().into_iter().filter_map(|atom| match atom {
+        Atom::Maximum(parts) => Some(parts.to_vec()),
+        _ => None,
+    });
+    bends.flatten().find_map(|inner| {
+        let (name, (factor, rest)) = used.iter().find_map(|(name, _)| Some((name, inner.linear_in(name)?)))?;
+        factor.as_rational().filter(|factor| !factor.is_zero())?;
+        let image = Value::variable(variable).sub(&rest).ok()?.div(&factor).ok()?;
+        let [left, right] = [left, right].map(|side| side.with(name, &image).ok());
+        let sides = [left?, right?];
+        let free = |side: &Value| !used.iter().any(|(other, _)| side.mentions(other));
+        sides.iter().all(free).then_some((inner, sides))
+    })
 }
 
 /// A value in these terms and the index, by pieces between all indices at which one of them has another form.

@@ -162,9 +162,7 @@ fn answer(
 ) -> Result<Answer, Vec<String>> {
     let (chain, question) = match asked(likelihood, environment) {
         Ok(asked) => asked,
-        Err(reasons) => {
-            return without_rounds(likelihood, environment).map_err(|more| [reasons, more].concat());
-        }
+        Err(reasons) => return without_rounds(likelihood, environment, reasons),
     };
     let methods: &[Method] = match &likelihood.method {
         Some(method) => std::slice::from_ref(method),
@@ -188,20 +186,28 @@ fn answer(
     Err(reasons)
 }
 
-/// The answer for a system that is no chain of linear rounds.
-fn without_rounds(likelihood: &Likelihood, environment: &Environment) -> Result<Answer, Vec<String>> {
+/// Why there is no answer, method by method.
+type Reasons = Vec<String>;
+
+/// The answer for a system that is no chain of linear rounds, for these reasons.
+fn without_rounds(likelihood: &Likelihood, environment: &Environment, mut reasons: Reasons) -> Result<Answer, Reasons> {
     if let Some(answer) = followed(likelihood, environment) {
         return Ok(answer);
     }
-    let reason = match scheduled(likelihood, environment) {
+    let note = match scheduled(likelihood, environment) {
         Ok(answer) => return Ok(answer),
-        Err(reason) => format!("not exact: {reason}"),
+        Err(reason) if reason == schedule::SEVERAL && !reasons.is_empty() => {
+            format!("neither exact nor enclosed: {}", reasons.join("; "))
+        }
+        Err(reason) => {
+            reasons.push(format!("not exact: {reason}"));
+            reasons.last().cloned().unwrap_or_default()
+        }
     };
-    let Some(found) = run(likelihood, environment) else { return Err(vec![reason]) };
-    found.map(|mut answer| {
-        answer.lines.push(format!("note: {reason}"));
-        answer
-    })
+    let mut answer =
+        run(likelihood, environment).unwrap_or(Err(Vec::new())).map_err(|more| [reasons, more].concat())?;
+    answer.lines.push(format!("note: {note}"));
+    Ok(answer)
 }
 
 /// The answer for one process that draws how long it lasts.

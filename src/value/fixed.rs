@@ -37,6 +37,12 @@ impl Value {
     }
 }
 
+/// The same of a polynomial.
+pub(crate) fn coarse_order(polynomial: &Real) -> Option<Ordering> {
+    let roots = roots(polynomial.atoms().into_iter(), MOST_NESTED)?;
+    if roots.is_empty() { None } else { sign(&between(polynomial, &roots)?) }
+}
+
 fn sign((low, high): &Range) -> Option<Ordering> {
     if low.is_positive() { Some(Ordering::Greater) } else { high.is_negative().then_some(Ordering::Less) }
 }

@@ -17,11 +17,11 @@ use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
 /// Legs that a run may have before it repeats.
-const MOST_LEGS: usize = 200;
+const MOST_LEGS: usize = 1_000;
 /// Rounds that are followed one by one where there is no closed form.
 const MOST_ROUNDS: usize = 2_000;
-/// Changes of phase before a run must have repeated: runs that only converge stop here.
-const MOST_CHANGES: usize = 60;
+/// Changes of phase before a run must have repeated.
+const MOST_CHANGES: usize = 500;
 
 /// How often a leg goes round.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -227,11 +227,11 @@ impl Walker<'_> {
                 return Err(Unsure(vec![INTERRUPTED.to_string()]));
             }
             changes += usize::from(before != Some(phase));
-            if history.len() > MOST_LEGS || changes > MOST_CHANGES || values.values().any(is_long) {
-                return Err(Unsure(vec![format!(
-                    "after {} legs the run has not repeated exactly: it may only converge",
-                    history.len() - 1
-                )]));
+            let long = values.values().any(is_long);
+            if history.len() > MOST_LEGS || changes > MOST_CHANGES || long {
+                let why = if long { ", and its numbers grow without end: it may only converge" } else { "" };
+                let legs = history.len() - 1;
+                return Err(Unsure(vec![format!("after {legs} legs the run has not repeated exactly{why}")]));
             }
             let (mut leg, onward) = self.leg(phase, &values)?;
             leg.continues = before == Some(phase);
