@@ -70,7 +70,24 @@ impl Measure {
             Measure::Between(low, high) => Some(f64::midpoint(*low, *high)),
         }
     }
+
+    /// To be read: a long number rounded, and said to be.
+    pub fn readable(&self) -> String {
+        let (word, value) = match self {
+            Measure::Exact(value) => ("", value),
+            Measure::AtLeast(value) => ("at least ", value),
+            Measure::AtMost(value) => ("at most ", value),
+            Measure::Between(..) => return self.to_string(),
+        };
+        match near(value) {
+            Some(near) if value.to_string().len() > LONGEST => format!("{word}{near:.6} (rounded)"),
+            _ => self.to_string(),
+        }
+    }
 }
+
+/// The longest exact number that is read as it is, in letters.
+const LONGEST: usize = 60;
 
 /// A value rounded to a number of the machine; none of what is no number, or has roots of roots.
 pub fn near(value: &Value) -> Option<f64> {

@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 
-use crate::criteria::Standing;
 use crate::criteria::repair::is_short;
+use crate::criteria::{Measure, Standing};
 use crate::law::Laws;
 use crate::picture::Picture;
 use crate::report::{Assessment, Output, Report, Verdict};
@@ -59,8 +59,7 @@ fn standing_class(standing: Standing) -> &'static str {
 
 /// A row a criterion: verdict, what was asked, what was measured, the margin.
 fn rows(assessment: &Assessment) -> Vec<[String; 4]> {
-    let text =
-        |measure: &Option<crate::criteria::Measure>| measure.as_ref().map(ToString::to_string).unwrap_or_default();
+    let text = |measure: &Option<Measure>| measure.as_ref().map(Measure::readable).unwrap_or_default();
     let row = |finding: &crate::criteria::Finding| {
         let short = finding.margin.as_ref().is_some_and(is_short);
         let margin = text(&finding.margin);

@@ -248,3 +248,24 @@ fn where_hardly_any_change_is_needed_a_simple_one_is_named() {
         criteria C for Sys { goals At_far, At_{-far}, At_0 battery 11 rate 1, rate 1 while Rough keep 4 leg within 36 }\n";
     says(script, &["try: leg2: wait = 99/100 in place of 1 gives leg2 = 6, margin 30; 1 itself is not enough"]);
 }
+
+#[test]
+fn a_power_that_comes_to_a_symbol_is_told_by_a_logarithm() {
+    let falls = "param D > 0, e > 0\nsolve r(n+1) = r(n)/2, r(0) = D find n with r(n) < e\n";
+    says(
+        falls,
+        &[
+            "not known whether ever r(n) < e: it is met from some n on, the least with D*(1/2)^n < e: that is 0 if D < e, else floor(log(e/(D))/log(1/2))+1, and logarithms are no values here",
+        ],
+    );
+    let grows = "param D > 0\nsolve r(n+1) = 2*r(n), r(0) = 1 find n with r(n) >= D\n";
+    says(
+        grows,
+        &[
+            "not known whether ever r(n) >= D: it is met from some n on, the least with (2)^n >= D: that is 0 if 1 >= D, else ceil(log(D)/log(2)), and logarithms are no values here",
+        ],
+    );
+    // From below it never comes to what is below it.
+    let never = "param D > 0\nsolve r(n+1) = r(n)/2, r(0) = -1 find n with r(n) >= D\n";
+    assert!(told(never).contains("never r(n) >= D"), "{}", told(never));
+}

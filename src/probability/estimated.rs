@@ -21,6 +21,21 @@ pub struct Estimate {
     pub runs: u64,
     /// Whether runs were split, because too few of them came there.
     pub split: bool,
+    /// Whether they were split in vain: what they gave was too uneven to be relied on.
+    pub uneven: bool,
+}
+
+impl Estimate {
+    /// What is said of the runs where it hardly ever happened.
+    pub fn how(&self) -> &'static str {
+        match (self.split, self.uneven) {
+            (true, _) => ", of which those that came nearest were split again and again",
+            (_, true) => {
+                ", hardly any of which came there; splitting those that came nearest gave nothing to be relied on"
+            }
+            _ => "",
+        }
+    }
 }
 
 /// The confidence of the interval: in the long run so large a share of such intervals holds the true value.
@@ -57,12 +72,14 @@ fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String
     };
     let plain = interval(happened, runs);
     // Runs that are too long to be split leave the plain answer, which is right too; so do two that contradict each other.
-    let split = if happened * RARE < runs { split(program, seed).ok().flatten() } else { None };
+    let rare = happened * RARE < runs;
+    let split = if rare { split(program, seed).ok().flatten() } else { None };
     Ok(match split.filter(|found| found.low <= plain.high && plain.low <= found.high) {
         Some(found) => {
-            Estimate { low: found.low, high: found.high, share: found.share, runs: runs + found.runs, split: true }
+            let runs = runs + found.runs;
+            Estimate { low: found.low, high: found.high, share: found.share, runs, split: true, uneven: false }
         }
-        None => plain,
+        None => Estimate { uneven: rare, ..plain },
     })
 }
 
@@ -105,5 +122,5 @@ pub fn interval(happened: u64, runs: u64) -> Estimate {
     let half = QUANTILE * spread / (1.0 + square / count);
     let low = if happened == 0 { 0.0 } else { middle - half };
     let high = if happened == runs { 1.0 } else { middle + half };
-    Estimate { low, high, share, runs, split: false }
+    Estimate { low, high, share, runs, split: false, uneven: false }
 }

@@ -4,6 +4,8 @@
 //! in its even and its odd part), so the first index that satisfies the one bound is the only one that needs to be
 //! looked at: if it misses the other bound, so do all later ones.
 
+mod logarithm;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
@@ -384,26 +386,6 @@ impl Entry<'_> {
         }
         let text = self.logarithm(limit, factor, ratio)?;
         Ok(Reach::Unknown(text.unwrap_or_else(|| self.question(&self.value))))
-    }
-
-    /// When a sequence that closes in on the middle of the interval is inside: a logarithm, which no value here is.
-    fn logarithm(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Option<String>, NoClosedForm> {
-        let (zero, known) = (Value::zero(), self.known);
-        let (Some((low, false)), Some((high, false))) = (&self.interval.low, &self.interval.high) else {
-            return Ok(None);
-        };
-        let far = high.sub(limit)?;
-        let contracts = known.decide(Relation::Gtr, ratio, &zero) == Some(true)
-            && known.decide(Relation::Lss, ratio, &Value::one()) == Some(true);
-        let inside = known.decide(Relation::Gtr, &far, &zero) == Some(true) && limit.sub(low)? == far;
-        if !contracts || !inside || self.until.is_some() || !self.from.is_zero() {
-            return Ok(None);
-        }
-        let (size, index) = (known.simplify(&factor.abs()?), self.index);
-        Ok(Some(format!(
-            "it is met from some {index} on, the least with {size}*({ratio})^{index} <= {far}: that is 0 if {size} <= {far}, \
-             else ceil(log({far}/({size}))/log({ratio})), and logarithms are no values here",
-        )))
     }
 
     /// A sequence that goes from its start to its limit stays between them: if both lie on one side of the interval

@@ -38,12 +38,12 @@ impl Assessment {
         for finding in &self.findings {
             let mut line = format!("{:<8}{}", finding.standing.spelling(), finding.text);
             if let Some(value) = &finding.value {
-                line.push_str(&format!(": {} = {}", finding.name, told(value)));
+                line.push_str(&format!(": {} = {}", finding.name, value.readable()));
             }
             if let Some(margin) = &finding.margin {
                 let word = if is_short(margin) { "short by" } else { "margin" };
                 let shown = if is_short(margin) { opposite(margin) } else { margin.clone() };
-                line.push_str(&format!(", {word} {}", told(&shown)));
+                line.push_str(&format!(", {word} {}", shown.readable()));
             }
             lines.push(line);
             lines.extend(finding.notes.iter().map(|note| format!("        {note}")));
@@ -113,24 +113,6 @@ fn readable(number: &BigRational) -> String {
     }
     let near = num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN);
     format!("{exact} (rounded: {near:.6})")
-}
-
-/// The longest exact number in a line, in letters.
-const LONGEST: usize = 60;
-
-/// What was measured; a long number rounded, and said to be: it is exact in `--json`.
-fn told(measure: &Measure) -> String {
-    let (word, value) = match measure {
-        Measure::Exact(value) => ("", value),
-        Measure::AtLeast(value) => ("at least ", value),
-        Measure::AtMost(value) => ("at most ", value),
-        Measure::Between(..) => return measure.to_string(),
-    };
-    let near = value.as_rational().and_then(|number| num_traits::ToPrimitive::to_f64(&number));
-    match near {
-        Some(near) if value.to_string().len() > LONGEST => format!("{word}{near:.6} (rounded)"),
-        _ => measure.to_string(),
-    }
 }
 
 fn opposite(measure: &Measure) -> Measure {

@@ -382,8 +382,8 @@ fn by_method(
         }
         Method::Estimated => {
             let found = estimated::estimated(chain, question, RUNS, SEED)?;
-            let how = if found.split { ", of which those that came nearest were split again and again" } else { "" };
-            let line = format!("{} runs{how}, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE);
+            let (runs, how) = (found.runs, found.how());
+            let line = format!("{runs} runs{how}, seed {SEED}, confidence {}", estimated::CONFIDENCE);
             (Interval::between(found.low, found.high), None, Some(found.runs), vec![line])
         }
     };
