@@ -269,3 +269,25 @@ fn a_power_that_comes_to_a_symbol_is_told_by_a_logarithm() {
     let never = "param D > 0\nsolve r(n+1) = r(n)/2, r(0) = -1 find n with r(n) >= D\n";
     assert!(told(never).contains("never r(n) >= D"), "{}", told(never));
 }
+
+#[test]
+fn what_is_measured_from_a_number_is_sensed() {
+    let road = "observer Wall(q)\nproc Road_x = (Delay_1 # Ping_{9-x} # At_x # Wall_9) ; In_mot<c> ; Road_{x+c}\n\
+        proc Ping_z = Out_{rng,z} ; Ping_z\n\
+        proc Drive = In_rng<z> ; ((Gtr_{z,3} ; Out_{mot,1}) | (Lte_{z,3} ; Out_{mot,0})) ; Drive\n\
+        system Car = Road_0 | Drive\nprove Car always |p-o| > 2 when At_p, Wall_o\n";
+    says(road, &["connected: Wall (Road) -rng-> Drive -mot-> At (Road)"]);
+}
+
+#[test]
+fn a_tour_of_many_legs_is_followed_to_where_it_repeats() {
+    let legs: Vec<String> = (0..70).map(|leg| format!("Go_{}", 1 + 5 * (leg % 2) + leg % 3)).collect();
+    let script = format!(
+        "proc World_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; World_{{r+u}}\nproc Odo_r = Out_{{p,r}} ; Odo_r\n\
+         proc Go_g = In_p<r> ; Neq_{{r,g}} ; Out_{{v,clamp(g-r,-1,1)}} ; Go_g\nproc Tour = {} ; Go_20 ; Tour\n\
+         system Sys = World_0 | Tour\nproperty Far = Delay_{{?a}} ; (Delay_{{?b}} # At_20) ; Delay_{{?c}} ; Far\n\
+         prove Sys satisfies Far\n",
+        legs.join(" ; ")
+    );
+    assert!(told(&script).contains("proved: Sys satisfies Far"), "{}", told(&script));
+}
