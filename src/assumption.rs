@@ -238,13 +238,8 @@ impl Assumptions {
 
     /// Compares a value with 0.
     fn decide_unless_contradictory(&self, relation: Relation, value: &Value) -> Option<bool> {
-        if let Some(order) = value.coarse_order() {
+        if let Some(order) = value.order_of_roots() {
             return Some(relation.holds(order));
-        }
-        if let Some((low, high)) = value.enclosure()
-            && (low.is_positive() || high.is_negative())
-        {
-            return Some(Signs::of_number(&low).within(Signs::of(relation)));
         }
         let possible = self.possible_signs(value, Signs::of(relation));
         if possible.is_empty() {

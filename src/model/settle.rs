@@ -1,10 +1,9 @@
 //! Termination: what a term has become once everything that ends at once has ended.
 
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
-use num_traits::{Signed, ToPrimitive, Zero};
+use num_traits::{ToPrimitive, Zero};
 
 use super::draw::{is_drawn, mentions_drawn};
 use super::{Event, Meaningless, Model, Results, State};
@@ -142,15 +141,6 @@ fn unite(all: &mut Results, more: Results) -> Result<(), Meaningless> {
     Ok(())
 }
 
-/// Whether a number with roots is less or greater than 0, where that is found out.
-fn order(number: &Value) -> Option<Ordering> {
-    let sign = || {
-        let (low, high) = number.enclosure()?;
-        if low.is_positive() { Some(Ordering::Greater) } else { high.is_negative().then_some(Ordering::Less) }
-    };
-    number.coarse_order().or_else(sign)
-}
-
 /// A value as it is read, cut off where it is long.
 fn short(value: &Value) -> String {
     let text = value.to_string();
@@ -169,7 +159,7 @@ fn compare(relation: Relation, left: &Value, right: &Value) -> Result<bool, Mean
             Relation::Lte => left <= right,
         });
     }
-    if let Some(order) = left.sub(right).ok().and_then(|difference| order(&difference)) {
+    if let Some(order) = left.sub(right).ok().and_then(|difference| difference.order_of_roots()) {
         return Ok(relation.holds(order));
     }
     match relation {

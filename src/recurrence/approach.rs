@@ -21,11 +21,15 @@ pub(super) fn approach(
     index: &Name,
     known: &Assumptions,
 ) -> Result<Option<Closed>, NoClosedForm> {
-    let Some((goal, step)) = goal_and_step(map, variable, known)? else {
-        return one_sided(map, variable, start, index, known);
-    };
-    let distance = goal.sub(start)?;
-    let zero = Value::zero();
+    let either_way = goal_and_step(map, variable, known)?;
+    let one_way = either_way.is_none();
+    let found = if one_way { one_sided(map, variable, known)? } else { either_way };
+    let Some((goal, step)) = found else { return Ok(None) };
+    let (distance, zero) = (goal.sub(start)?, Value::zero());
+    if one_way && known.decide(Relation::Eq, &distance, &zero) == Some(true) {
+        let pieces = vec![Piece { from: zero, until: None, form: goal }];
+        return Ok(Some(Closed { variable: variable.clone(), pieces, conditions: Vec::new() }));
+    }
     let ahead = if known.decide(Relation::Gtr, &distance, &zero) == Some(true) {
         true
     } else if known.decide(Relation::Lss, &distance, &zero) == Some(true) {
@@ -33,29 +37,24 @@ pub(super) fn approach(
     } else {
         return Err(NoClosedForm(format!("it must be known whether {start} < {goal}")));
     };
-    let (size, signed) = if ahead { (distance, step.clone()) } else { (distance.neg()?, step.neg()?) };
-    let steps = known.simplify(&size.div(&step)?.ceiling()?);
-    let on_the_way = start.add(&Value::variable(index).mul(&signed)?)?;
-    Ok(Some(arriving(variable, on_the_way, steps, goal)))
-}
-
-/// This until so many steps have been made, and then at the goal.
-fn arriving(variable: &Name, on_the_way: Value, steps: Value, goal: Value) -> Closed {
+    let up = known.decide(Relation::Gtr, &step, &zero) == Some(true);
+    let (steps, on_the_way) = if one_way && up != ahead {
+        // From the side to which it does not move it jumps there.
+        (Value::one(), start.clone())
+    } else {
+        let step = if up == ahead { step } else { step.neg()? };
+        let steps = known.simplify(&distance.div(&step)?.ceiling()?);
+        (steps, start.add(&Value::variable(index).mul(&step)?)?)
+    };
     let pieces = vec![
-        Piece { from: Value::zero(), until: Some(steps.clone()), form: on_the_way },
+        Piece { from: zero, until: Some(steps.clone()), form: on_the_way },
         Piece { from: steps, until: None, form: goal },
     ];
-    Closed { variable: variable.clone(), pieces, conditions: Vec::new() }
+    Ok(Some(Closed { variable: variable.clone(), pieces, conditions: Vec::new() }))
 }
 
-/// The form of `max(x - w, g)` or `min(x + w, g)`.
-fn one_sided(
-    map: &Value,
-    variable: &Name,
-    start: &Value,
-    index: &Name,
-    known: &Assumptions,
-) -> Result<Option<Closed>, NoClosedForm> {
+/// The goal of `max(x - w, g)` or `min(x + w, g)` with the step towards it, `-w` or `w`.
+fn one_sided(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option<(Value, Value)>, NoClosedForm> {
     let mut breaks = Vec::new();
     if breaks_of(map, variable, known, &mut breaks).is_err() {
         return Ok(None);
@@ -63,33 +62,20 @@ fn one_sided(
     let (zero, place) = (Value::zero(), Value::variable(variable));
     for last in &breaks {
         let goal = known.simplify(&map.with(variable, last)?);
-        let step = known.simplify(&last.sub(&goal)?);
-        let down = known.decide(Relation::Gtr, &step, &zero) == Some(true);
-        if !down && known.decide(Relation::Lss, &step, &zero) != Some(true) {
+        let step = known.simplify(&goal.sub(last)?);
+        let up = known.decide(Relation::Gtr, &step, &zero) == Some(true);
+        if !up && known.decide(Relation::Lss, &step, &zero) != Some(true) {
             continue;
         }
-        let (far, near) = if down { (Relation::Gtr, Relation::Lte) } else { (Relation::Lss, Relation::Gte) };
+        let (far, near) = if up { (Relation::Lss, Relation::Gte) } else { (Relation::Gtr, Relation::Lte) };
         let is = |relation: Relation, wanted: &Value| {
             let mut here = known.without_name(variable);
             here.assume(relation, &place, last);
             here.decide(Relation::Eq, &here.simplify(map), wanted) == Some(true)
         };
-        if !is(far, &place.sub(&step)?) || !is(near, &goal) {
-            continue;
+        if is(far, &place.add(&step)?) && is(near, &goal) {
+            return Ok(Some((goal, step)));
         }
-        if known.decide(Relation::Eq, start, &goal) == Some(true) {
-            let pieces = vec![Piece { from: zero, until: None, form: goal }];
-            return Ok(Some(Closed { variable: variable.clone(), pieces, conditions: Vec::new() }));
-        }
-        return match known.decide(far, start, &goal) {
-            Some(true) => {
-                let steps = known.simplify(&start.sub(&goal)?.div(&step)?.ceiling()?);
-                let on_the_way = start.sub(&Value::variable(index).mul(&step)?)?;
-                Ok(Some(arriving(variable, on_the_way, steps, goal)))
-            }
-            Some(false) => Ok(Some(arriving(variable, start.clone(), Value::one(), goal))),
-            None => Err(NoClosedForm(format!("it must be known whether {start} < {goal}"))),
-        };
     }
     Ok(None)
 }

@@ -147,8 +147,11 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
     if let Some((one, [left, right])) = through_one((left, right), &used, &variable)
         && let Some(pieces) = of_difference(solved, &one, &used, &natural)
     {
-        let closed = Closed { variable, pieces, conditions };
-        return Some(by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural));
+        let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
+        match by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural) {
+            Reach::Unknown(_) => {}
+            found => return Some(found),
+        }
     }
     let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
     let closed = Closed { variable: variable.clone(), pieces, conditions };

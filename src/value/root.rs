@@ -1,5 +1,6 @@
 //! Roots, integer parts, lengths.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use num_bigint::BigInt;
@@ -61,6 +62,15 @@ impl Value {
         let (top, below) = (between(numerator, &roots)?, between(denominator, &roots)?);
         let crosses = !below.0.is_positive() && !below.1.is_negative();
         (!crosses).then(|| product(&top, &(below.1.recip(), below.0.recip())))
+    }
+
+    /// Whether a number with roots is less or greater than 0, where that is found out; none of anything else.
+    pub(crate) fn order_of_roots(&self) -> Option<Ordering> {
+        let sign = || {
+            let (low, high) = self.enclosure()?;
+            if low.is_positive() { Some(Ordering::Greater) } else { high.is_negative().then_some(Ordering::Less) }
+        };
+        self.coarse_order().or_else(sign)
     }
 
     /// The least integer that is not less.
