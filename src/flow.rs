@@ -2,17 +2,19 @@
 
 mod carried;
 mod drawn;
+mod folded;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use carried::Carried;
+pub use folded::{folded, value_folded};
 
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, term};
 use crate::definition::{Definition, Definitions};
 use crate::name::Name;
 use crate::period::graph::ending;
-use crate::period::{Edge, Next, Period, Segment, Test, in_case, stretch};
+use crate::period::{Edge, Next, Period, Segment, Test, in_case, in_case_after, stretch, told_after};
 use crate::recurrence::{Apart, Closed, Comparison, solve_all, solve_apart};
 use crate::scope::calls;
 use crate::term::{Node, Term};
@@ -49,10 +51,10 @@ impl ComponentPeriod {
             1 => format!("_{list}"),
             _ => format!("_{{{list}}}"),
         };
-        let mut lines = vec![format!("{}'{head} = {}", self.name, self.body)];
+        let mut lines = vec![format!("{}'{head} = {}", self.name, folded(&self.body))];
         if let Some(flow) = self.flow().filter(|flow| !flow.is_empty()) {
-            let images: Vec<String> = flow.iter().map(|(_, image)| image.to_string()).collect();
-            let images = if images.len() == 1 { images.concat() } else { format!("({})", images.join(", ")) };
+            let folded: Vec<Value> = flow.iter().map(|(_, image)| value_folded(image)).collect();
+            let images = images(folded.iter());
             lines.push(format!("f_{}({list}) = {images}", self.name));
         }
         lines
@@ -287,8 +289,7 @@ impl PhaseFlow {
         }
         for (tests, map) in &self.maps {
             let list = map.keys().map(Name::as_str).collect::<Vec<_>>().join(",");
-            let images = map.values().map(Value::to_string).collect::<Vec<_>>().join(", ");
-            let images = if map.len() == 1 { images } else { format!("({images})") };
+            let images = images(map.values());
             let when = if self.maps.len() > 1 || self.guard.is_empty() { in_case(tests) } else { String::new() };
             lines.push(format!("  flow      f({list}) = {images}{when}"));
         }
@@ -310,9 +311,13 @@ impl PhaseFlow {
         }
         lines.extend(self.exits.iter().map(|exit| self.exit_line(exit)));
         for (way, tests) in self.communications() {
-            let (all, when) = (&way.communications, in_case(tests));
+            let (all, when) = (&way.communications, self.when(tests));
             let most = all.len().min(MOST_LISTED);
-            lines.extend(all[..most].iter().map(|(port, value)| format!("  port {port}    {value}{when}")));
+            let value = |value: &Value| match told_after(value, self.round(), false) {
+                Some(after) => format!("{after} after the round"),
+                None => value.to_string(),
+            };
+            lines.extend(all[..most].iter().map(|(port, passed)| format!("  port {port}    {}{when}", value(passed))));
             if let more @ 1.. = all.len() - most {
                 lines.push(format!("  … and {more} more communications{when}"));
             }
@@ -333,8 +338,27 @@ impl PhaseFlow {
         } else {
             format!(" with {}", all.join(", "))
         };
-        format!("  then      {to}{after}{with}{}", in_case(&exit.tests))
+        format!("  then      {to}{after}{with}{}", self.when(&exit.tests))
     }
+
+    /// The map of a round.
+    fn round(&self) -> Option<&BTreeMap<Name, Value>> {
+        self.maps.first().map(|(_, map)| map)
+    }
+
+    fn when(&self, tests: &[Test]) -> String {
+        in_case_after(tests, self.round())
+    }
+}
+
+/// The images of a flow function; a condition that all of them ask is written once.
+fn images<'a>(values: impl Iterator<Item = &'a Value> + Clone) -> String {
+    let texts: Vec<String> = values.clone().map(Value::to_string).collect();
+    if let [only] = texts.as_slice() {
+        return only.clone();
+    }
+    let together = Value::vector(values.cloned().collect()).map(|vector| vector.to_string());
+    together.ok().filter(|text| text.starts_with("if ")).unwrap_or_else(|| format!("({})", texts.join(", ")))
 }
 
 /// Each way with its tests; the first without, where all are alike.

@@ -119,6 +119,9 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
                     Err(mut errors) => {
                         // What follows from something that could not be read is not said again.
                         errors.retain(|error| !follows(error, &broken, text));
+                        if !diagnostics.is_empty() {
+                            errors.retain(|error| error.code != REFUSED);
+                        }
                         if errors.is_empty() {
                             broken.extend(declared(item.span.of(text)));
                         }
@@ -173,6 +176,9 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
     }
 }
 
+/// The error of a name whose definition has errors.
+const REFUSED: &str = "P0312";
+
 /// The name that an item declares: what stands behind its keyword.
 fn declared(item: &str) -> Option<&str> {
     let rest = item.split_once(char::is_whitespace)?.1.trim_start();
@@ -182,7 +188,7 @@ fn declared(item: &str) -> Option<&str> {
 
 /// Whether an error says no more than that one of these names is not known, or has errors itself.
 fn follows(error: &Diagnostic, broken: &BTreeSet<&str>, text: &str) -> bool {
-    let unknown = matches!(error.code, "P0304" | "P0307" | "P0312" | "P0314" | "P0318");
+    let unknown = matches!(error.code, "P0304" | "P0307" | REFUSED | "P0314" | "P0318");
     unknown && error.labels.first().is_some_and(|label| broken.contains(label.span.of(text)))
 }
 

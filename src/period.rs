@@ -26,6 +26,7 @@ mod run;
 mod step;
 mod stuck;
 mod suppose;
+mod told;
 mod vector;
 
 use std::collections::BTreeMap;
@@ -40,6 +41,7 @@ use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 pub use blocked::{Before, Blocked};
 use explore::{Graph, explore};
+pub(crate) use told::{in_case, in_case_after, told_after};
 
 /// A comparison of two values.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -74,7 +76,12 @@ impl Test {
 
 impl fmt::Display for Test {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} {}", self.left, self.relation.symbol(), self.right)
+        // A choice would take in what stands behind it.
+        let side = |value: &Value| match value.to_string() {
+            text if text.starts_with("if ") => format!("({text})"),
+            text => text,
+        };
+        write!(f, "{} {} {}", side(&self.left), self.relation.symbol(), side(&self.right))
     }
 }
 
@@ -208,15 +215,6 @@ impl fmt::Display for Failure {
             }
         }
     }
-}
-
-/// ` if a = b and …`, or nothing.
-pub(crate) fn in_case(tests: &[Test]) -> String {
-    if tests.is_empty() {
-        return String::new();
-    }
-    let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
-    format!(" if {}", tests.join(" and "))
 }
 
 /// A stretch of time in which nothing changes.

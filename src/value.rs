@@ -149,6 +149,11 @@ impl Atom {
         }
     }
 
+    /// The name of a variable.
+    fn name(&self) -> Option<&Name> {
+        if let Atom::Variable(name) = self { Some(name) } else { None }
+    }
+
     /// Whether a variable occurs in it.
     pub fn mentions(&self, name: &Name) -> bool {
         match self {

@@ -291,3 +291,49 @@ fn a_tour_of_many_legs_is_followed_to_where_it_repeats() {
     );
     assert!(told(&script).contains("proved: Sys satisfies Far"), "{}", told(&script));
 }
+
+/// A robot that walks to (3,4) in the plane, at a speed of at most v.
+fn walk(end: &str) -> String {
+    "param v > 0\nproc World_r = (Delay_1 # Odo_r # At_r) ; In_c<u> ; World_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+     proc Go_g = In_p<z> ; Neq_{z,g} ; Out_{c,if norm(g-z) > v then v*unit(g-z) else g-z} ; Go_g\n\
+     system Sys = World_{(0,0)} | Go_{(3,4)}\n"
+        .to_string()
+        + end
+}
+
+#[test]
+fn motion_in_the_plane_is_told_in_vectors() {
+    says(
+        &walk("flow Sys\nperiod Sys\n"),
+        &[
+            "World'_r = (Delay_1 # At_r # Odo_r) ; In_c<u>",
+            "f_World(r) = r+u",
+            "Go'_g = In_p<z> ; Neq_{z,g} ; Out_{c,if norm(z-g) > v then (g*v-v*z)/norm(z-g) else g-z}",
+            "flow      f(rx,ry) = if norm((rx-3,ry-4)) > v then (rx+(3*v-rx*v)/norm((rx-3,ry-4)),ry+(4*v-ry*v)/norm((rx-3,ry-4))) else (3,4)",
+            "again     while (rx,ry) != (3,4) after the round",
+            "then      to phase 2 with rx = 3, ry = 4 if (rx,ry) = (3,4) after the round",
+            "port p    (rx,ry) after the round",
+            "-> phase 1, lasting 1 if (rx,ry) != (3,4) after the round",
+        ],
+    );
+    // The components of a vector that differ stay what they are.
+    let turned = "proc W_r = (Delay_1 # At_r) ; In_c<u> ; W_{(part(r,2),part(r,1)+part(u,1))}\n\
+        proc C = Out_{c,(1,0)} ; C\nsystem S = W_{(0,0)} | C\nperiod S\n";
+    says(turned, &["W'_r = (Delay_1 # At_r) ; In_c<u>", "f_W(r) = (part(r,2),part(u,1)+part(r,1))"]);
+}
+
+#[test]
+fn motion_along_a_line_of_the_plane_has_a_closed_form_from_any_start() {
+    let until = "n = ceil(norm((rx0-3,ry0-4))/v)";
+    says(
+        &walk("flow Sys\n"),
+        &[
+            &format!("closed    rx = rx0+(3*n*v-n*rx0*v)/norm((rx0-3,ry0-4)) from n = 0 until {until} if norm((rx0-3,ry0-4)) > 0"),
+            &format!("closed    ry = 4 from {until} if norm((rx0-3,ry0-4)) > 0"),
+        ],
+    );
+    says(
+        &walk("property Goal = Delay_{?a} ; (Delay_1 # At_{(3,4)})\nprove Sys satisfies Goal\n"),
+        &["with ?a = ceil(5/v)", "closed    rx = 3/5*i*v from i = 0 until i = ceil(5/v)"],
+    );
+}

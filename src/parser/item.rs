@@ -28,9 +28,18 @@ impl Parser<'_> {
             _ => return self.no_item(),
         };
         if !self.at(Kind::End) && !self.at_item() {
-            return self.left_over(&kind);
+            let over = self.left_over(&kind);
+            // What is declared is known, whatever stands behind it.
+            return if matches!(kind, ItemKind::Param(_)) { self.kept(start, kind) } else { over };
         }
         Ok(Item { span: self.since(start), kind })
+    }
+
+    /// An item that was complete, without what follows it up to the next.
+    fn kept(&mut self, start: usize, kind: ItemKind) -> Parse<Item> {
+        let span = self.since(start);
+        self.recover(self.position);
+        Ok(Item { span, kind })
     }
 
     fn item_kind(&mut self, keyword: Keyword) -> Parse<ItemKind> {
@@ -158,6 +167,12 @@ impl Parser<'_> {
                 diagnostic.edit("to define a function begin with `fn`", span, "fn ")
             }
             Kind::Word(Keyword::When) => diagnostic.note("`when` belongs behind both sides of a claim"),
+            Kind::Lower if text == "where" => diagnostic.note(
+                "`where` belongs to a property or a law; what is known of parameters is declared before: `param v = 1, t > 0`",
+            ),
+            Kind::Lower if ["assume", "given", "let", "const"].contains(&text) => {
+                diagnostic.edit("what is known of parameters is declared", self.token().span, "param")
+            }
             _ => diagnostic,
         };
         self.fail(diagnostic)

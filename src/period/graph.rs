@@ -1,11 +1,12 @@
 //! The phases of a system as a graph: for people line by line, and as a transition system that can be drawn.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Edge, End, Failure, Next, Period, Phase, Test, stretch};
+use super::{Edge, End, Failure, Next, Period, Phase, Test, in_case_after, stretch};
 use crate::name::Name;
 use crate::term::Term;
 use crate::transition_system::{Builder, Ending, Label, Mark, TransitionSystem};
+use crate::value::Value;
 
 /// The most characters of one piece of text in a picture.
 const WIDE: usize = 32;
@@ -29,7 +30,7 @@ pub fn behaviour(phase: &Phase, names: &[String]) -> String {
 pub fn lines(period: &Period) -> Vec<String> {
     let mut lines = Vec::new();
     for edge in &period.initial {
-        lines.push(format!("start{}", arrow(edge)));
+        lines.push(format!("start{}", arrow(edge, None)));
     }
     for (number, phase) in period.phases.iter().enumerate() {
         lines.push(format!("phase {}: {}", number + 1, behaviour(phase, &period.names)));
@@ -38,7 +39,8 @@ pub fn lines(period: &Period) -> Vec<String> {
         for edge in &phase.edges {
             let stretches = edge.segments.iter().map(|segment| stretch(&segment.duration, &segment.observed));
             let shown = if differ { format!(": {}", Term::seq(stretches)) } else { String::new() };
-            lines.push(format!(" {}{shown}", arrow(edge)));
+            let round = phase.rounds(number).next().map(|round| &round.map);
+            lines.push(format!(" {}{shown}", arrow(edge, round)));
         }
     }
     lines
@@ -60,13 +62,13 @@ pub fn remarks(period: &Period) -> Vec<String> {
     lines
 }
 
-fn arrow(edge: &Edge) -> String {
+fn arrow(edge: &Edge, round: Option<&BTreeMap<Name, Value>>) -> String {
     let lasting = match edge.duration() {
         Ok(time) if time.is_zero() => String::new(),
         Ok(time) => format!(", lasting {time}"),
         Err(_) => String::new(),
     };
-    format!(" -> {}{lasting}{}", place(&edge.next), super::in_case(&edge.tests))
+    format!(" -> {}{lasting}{}", place(&edge.next), in_case_after(&edge.tests, round))
 }
 
 fn place(next: &Next) -> String {

@@ -26,7 +26,9 @@ pub(super) fn along_a_line(
         steps.insert(name, known.simplify(&map.substitute(starts)?.sub(start)?));
     }
     let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
-    let Some(main) = steps.iter().find(|(_, step)| moves(step)).map(|(_, step)| step.clone()) else { return Ok(None) };
+    let Some(main) = steps.iter().find(|(_, step)| moves(step)).map(|(_, step)| step.clone()) else {
+        return towards(maps, starts, index, known);
+    };
     let way = Value::variable(&Name::new("[way]"));
     let mut line = BTreeMap::new();
     for (name, step) in &steps {
@@ -37,18 +39,71 @@ pub(super) fn along_a_line(
     if !moves(&centre) {
         return Ok(None);
     }
+    let goals = line
+        .iter()
+        .map(|(variable, place)| Ok((variable.clone(), known.simplify(&place.with(&Name::new("[way]"), &centre)?))));
+    let goals = goals.collect::<Result<BTreeMap<Name, Value>, NoClosedForm>>()?;
+    straight(maps, starts, &goals, index, known)
+}
+
+/// The same where the first step is not known to lead anywhere: the point is where all components of a distance in the
+/// maps are 0, and the start is supposed to lie elsewhere.
+fn towards(
+    maps: &BTreeMap<Name, Value>,
+    starts: &BTreeMap<Name, Value>,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
+    let mut roots = BTreeSet::new();
+    maps.values().for_each(|map| collect_roots(map, &mut roots));
+    for root in roots {
+        let Some(parts) = root.squares() else { continue };
+        let vanishes = |part: &Value| {
+            let own = part.variables().into_iter().find(|name| maps.contains_key(name))?;
+            let (slope, rest) = part.linear_in(&own)?;
+            let goal = rest.neg().ok()?.div(&slope).ok()?;
+            (!goal.variables().iter().any(|name| maps.contains_key(name))).then_some((own, goal))
+        };
+        let Some(goals) = parts.iter().map(vanishes).collect::<Option<BTreeMap<Name, Value>>>() else { continue };
+        if goals.len() != maps.len() || parts.len() != maps.len() {
+            continue;
+        }
+        let distance = root.substitute(starts)?.sqrt()?;
+        let mut known = known.clone();
+        let apart = known.decide(Relation::Gtr, &distance, &Value::zero());
+        if apart == Some(false) {
+            continue;
+        }
+        known.assume(Relation::Gtr, &distance, &Value::zero());
+        let Some(mut found) = straight(maps, starts, &goals, index, &known)? else { continue };
+        if apart.is_none() {
+            let condition = (Relation::Gtr, distance, Value::zero());
+            found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
+        }
+        return Ok(Some(found));
+    }
+    Ok(None)
+}
+
+/// The forms of variables that go straight from their starts to these goals.
+fn straight(
+    maps: &BTreeMap<Name, Value>,
+    starts: &BTreeMap<Name, Value>,
+    goals: &BTreeMap<Name, Value>,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
     let name = Name::new("left");
     let part = term(&name, index, 0);
-    let (mut goals, mut ways, mut places) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-    for (variable, place) in &line {
-        let goal = known.simplify(&place.with(&Name::new("[way]"), &centre)?);
-        let whole = known.simplify(&goal.sub(&starts[variable])?);
+    let (mut ways, mut places) = (BTreeMap::new(), BTreeMap::new());
+    for (variable, goal) in goals {
+        let Some(start) = starts.get(variable) else { return Ok(None) };
+        let whole = known.simplify(&goal.sub(start)?);
         places.insert(variable.clone(), goal.sub(&Value::variable(&part).mul(&whole)?)?);
-        goals.insert(variable.clone(), goal);
         ways.insert(variable.clone(), whole);
     }
-    let Some(next) = left_next(maps, &places, (&goals, &ways), known)? else { return Ok(None) };
-    let next = by_side(&next, &part, known)?;
+    let Some(next) = left_next(maps, &places, (goals, &ways), known)? else { return Ok(None) };
+    let Some(next) = by_side(&next, &part, known)? else { return Ok(None) };
     let sequences = vec![Sequence { name: name.clone(), start: vec![Value::one()], next }];
     let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known)?;
     let left = closed(&solved, &name)?;
@@ -64,17 +119,21 @@ pub(super) fn along_a_line(
     Ok(Some(found))
 }
 
-/// A value by the sign of a variable: a distance, which a direction is divided by, is simple on either side.
-fn by_side(value: &Value, variable: &Name, known: &Assumptions) -> Result<Value, NoClosedForm> {
+/// A value by the sign of a variable: a distance, which a direction is divided by, is simple on either side. Where the
+/// variable is 0 and the value is not defined, nothing is said: 0 stands there. None where it may divide by 0 elsewhere.
+fn by_side(value: &Value, variable: &Name, known: &Assumptions) -> Result<Option<Value>, NoClosedForm> {
     let (own, zero) = (Value::variable(variable), Value::zero());
     let side = |relation| {
         let mut here = known.clone();
         here.assume(relation, &own, &zero);
-        here.simplify(value)
+        let simple = here.simplify(value);
+        let divisor = simple.denominator().unwrap_or_else(Value::zero);
+        (here.decide(Relation::Neq, &divisor, &zero) == Some(true)).then_some(simple)
     };
-    let (above, below, between) = (side(Relation::Gtr), side(Relation::Lss), value.with(variable, &zero)?);
-    let other = Value::choose(Relation::Lss, &own, &zero, &below, &known.simplify(&between))?;
-    Ok(Value::choose(Relation::Gtr, &own, &zero, &above, &other)?)
+    let (Some(above), Some(below)) = (side(Relation::Gtr), side(Relation::Lss)) else { return Ok(None) };
+    let between = value.with(variable, &zero).map_or(zero.clone(), |between| known.simplify(&between));
+    let other = Value::choose(Relation::Lss, &own, &zero, &below, &between)?;
+    Ok(Some(Value::choose(Relation::Gtr, &own, &zero, &above, &other)?))
 }
 
 /// The part that is left after a step, if all variables agree on it: the map keeps them on the line.
@@ -84,9 +143,8 @@ fn left_next(
     (goals, ways): (&BTreeMap<Name, Value>, &BTreeMap<Name, Value>),
     known: &Assumptions,
 ) -> Result<Option<Value>, NoClosedForm> {
-    let moves = |way: &Value| known.decide(Relation::Neq, way, &Value::zero()) == Some(true);
-    let Some((variable, way)) = ways.iter().find(|(_, way)| moves(way)) else { return Ok(None) };
-    let next = goals[variable].sub(&maps[variable].substitute(places)?)?.div(way)?;
+    let Some((variable, way)) = ways.iter().find(|(_, way)| !way.is_zero()) else { return Ok(None) };
+    let next = known.simplify(&goals[variable].sub(&maps[variable].substitute(places)?)?.div(way)?);
     for (variable, map) in maps {
         let image = map.substitute(places)?;
         let wanted = goals[variable].sub(&next.mul(&ways[variable])?)?;
@@ -101,10 +159,9 @@ fn left_next(
 fn centre(maps: &BTreeMap<Name, Value>, line: &BTreeMap<Name, Value>) -> Result<Option<Value>, NoClosedForm> {
     let way = Name::new("[way]");
     let mut roots = BTreeSet::new();
-    for map in maps.values() {
-        collect_roots(&map.substitute(line)?, &way, &mut roots);
-    }
+    maps.values().for_each(|map| collect_roots(map, &mut roots));
     for root in roots {
+        let root = root.substitute(line)?;
         let at = |number: i64| root.with(&way, &Value::integer(number));
         let (ahead, here, behind) = (at(1)?, at(0)?, at(-1)?);
         let half = Value::fraction(1, 2)?;
@@ -123,17 +180,17 @@ fn centre(maps: &BTreeMap<Name, Value>, line: &BTreeMap<Name, Value>) -> Result<
 }
 
 /// What stands under the roots of a value.
-fn collect_roots(value: &Value, name: &Name, found: &mut BTreeSet<Value>) {
-    for atom in value.atoms().into_iter().filter(|atom| atom.mentions(name)) {
+fn collect_roots(value: &Value, found: &mut BTreeSet<Value>) {
+    for atom in value.atoms() {
         match &atom {
             Atom::Root(inner) => {
                 found.insert(inner.clone());
             }
-            Atom::Positive(inner) | Atom::Floor(inner) => collect_roots(inner, name, found),
+            Atom::Positive(inner) | Atom::Floor(inner) => collect_roots(inner, found),
             Atom::Maximum(parts) | Atom::Apply(_, parts) => {
-                parts.iter().for_each(|part| collect_roots(part, name, found));
+                parts.iter().for_each(|part| collect_roots(part, found));
             }
-            Atom::Power(base, exponent) => [base, exponent].iter().for_each(|part| collect_roots(part, name, found)),
+            Atom::Power(base, exponent) => [base, exponent].iter().for_each(|part| collect_roots(part, found)),
             Atom::Variable(_) => {}
         }
     }

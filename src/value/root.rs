@@ -124,6 +124,14 @@ impl Value {
         sum.sqrt()
     }
 
+    /// The components of a vector whose length is the root of this: `x-3` and `y` of `x^2-6*x+9+y^2`; none where it is
+    /// not written so.
+    pub(crate) fn squares(&self) -> Option<Vec<Value>> {
+        let (sum, denominator) = self.parts()?;
+        let parts = if denominator.is_one() { squares(sum)? } else { return None };
+        parts.into_iter().map(|part| Value::whole(part).ok()).collect()
+    }
+
     /// The vector of length 1 in the same direction; of a number, its sign.
     ///
     /// # Errors
@@ -146,6 +154,9 @@ impl Atom {
 
 /// The bits behind the point of the bounds of a root.
 const PRECISION: u64 = 256;
+
+/// The most terms of a sum in which squares are looked for.
+const MOST_TERMS: usize = 60;
 
 /// A lower and an upper bound.
 type Bounds = (BigRational, BigRational);
@@ -215,15 +226,15 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     let content = polynomial.content();
     let mut outer = root_of_number(&content)?;
     let mut inner = polynomial.scale(&content.recip());
-    let mut squares = Vec::new();
+    let mut even = Vec::new();
     let mut roots = Vec::new();
     for (atom, exponent) in polynomial.monomial_content().factors() {
-        squares.push((atom.clone(), exponent - exponent % 2));
+        even.push((atom.clone(), exponent - exponent % 2));
         roots.push((atom.clone(), exponent / 2));
     }
-    let square = Monomial::of(squares).ok_or_else(ValueError::too_large)?;
+    let square = Monomial::of(even).ok_or_else(ValueError::too_large)?;
     let rest = inner.without(&square);
-    if Value::whole(rest.clone())?.plainly_nonnegative() {
+    if Value::whole(rest.clone())?.plainly_nonnegative() || squares(&rest).is_some() {
         let root = Monomial::of(roots).ok_or_else(ValueError::too_large)?;
         outer = outer.mul(&Value::whole(Polynomial::term(root, BigRational::one()))?.abs()?)?;
         inner = rest;
@@ -234,7 +245,62 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     if let Some((greater, lesser)) = denested(&inner) {
         return outer.mul(&root_of_number(&greater)?.add(&root_of_number(&lesser.0)?.scale(&lesser.1)?)?);
     }
+    if let Some([length]) = squares(&inner).or_else(|| square_with_root(&inner)).as_deref() {
+        return outer.mul(&Value::whole(length.clone())?.abs()?);
+    }
     outer.mul(&Atom::Root(Value::whole(inner)?).value()?)
+}
+
+/// The polynomials the sum of whose squares this is, each of degree 1 in an atom that the later ones do not have; none
+/// where it is not written so.
+fn squares(sum: &Real) -> Option<Vec<Real>> {
+    let mut rest = sum.clone();
+    let mut parts = Vec::new();
+    while !rest.is_zero() {
+        if rest.terms().len() > MOST_TERMS {
+            return None;
+        }
+        let part = match rest.as_constant() {
+            Some(number) => Polynomial::constant(rational_root(&number)?),
+            None => rest.atoms().into_iter().find_map(|atom| completed(&rest, atom))?,
+        };
+        rest = rest.minus(&part.times(&part)?);
+        parts.push(part);
+    }
+    Some(parts)
+}
+
+/// `q*x + b/(2*q)` of `q^2*x^2 + b*x + c`.
+fn completed(sum: &Real, atom: &Atom) -> Option<Real> {
+    let coefficients = sum.coefficients_in(atom);
+    let square = coefficients.get(&2).filter(|_| coefficients.len() <= 3 && sum.degree_in(atom) == 2)?;
+    let root = rational_root(&square.as_constant()?)?;
+    let half = (&root + &root).recip();
+    let linear = coefficients.get(&1).map_or_else(Polynomial::zero, |linear| linear.scale(&half));
+    Some(Polynomial::atom(atom.clone()).scale(&root).plus(&linear))
+}
+
+/// `a + q*sqrt(d)` of `a^2 + q^2*d + 2*a*q*sqrt(d)`, alone.
+fn square_with_root(sum: &Real) -> Option<Vec<Real>> {
+    sum.atoms().into_iter().find_map(|atom| {
+        let Atom::Root(inner) = atom else { return None };
+        let (radicand, _) = inner.parts().filter(|(top, below)| below.is_one() && top.terms().len() <= MOST_TERMS)?;
+        let mut coefficients = sum.coefficients_in(atom);
+        let (rest, mixed) = (coefficients.remove(&0)?, coefficients.remove(&1).filter(|_| coefficients.is_empty())?);
+        let mut factors = radicand.terms().iter().filter_map(|(monomial, number)| {
+            let (_, own) = rest.terms().iter().find(|(other, _)| other == monomial)?;
+            rational_root(&(own / number)).filter(|factor| !factor.is_zero())
+        });
+        factors.find_map(|factor| {
+            let other = mixed.scale(&(&factor + &factor).recip());
+            let whole = other.times(&other)?.plus(&radicand.scale(&(&factor * &factor)));
+            (whole == rest).then(|| vec![Polynomial::atom(atom.clone()).scale(&factor).plus(&other)])
+        })
+    })
+}
+
+fn rational_root(number: &BigRational) -> Option<BigRational> {
+    Some(BigRational::new(number.numer().sqrt_exactly()?, number.denom().sqrt_exactly()?))
 }
 
 /// `sqrt(a + b*sqrt(c)) = sqrt((a+d)/2) + sign(b)*sqrt((a-d)/2)` where a is positive and `d^2 = a^2 - b^2*c` for a number
@@ -251,8 +317,7 @@ fn denested(polynomial: &Real) -> Option<(BigRational, (BigRational, BigRational
         square *= inner.as_rational()?;
     }
     let rest = &number.1 * &number.1 - square;
-    let (top, bottom) = (rest.numer().sqrt_exactly()?, rest.denom().sqrt_exactly()?);
-    let distance = BigRational::new(top, bottom);
+    let distance = rational_root(&rest)?;
     let half = BigRational::new(BigInt::one(), BigInt::from(2));
     let (greater, lesser) = ((&number.1 + &distance) * &half, (&number.1 - &distance) * &half);
     Some((greater, (lesser, rooted.1.signum())))
@@ -298,6 +363,12 @@ mod tests {
         assert_eq!(number(11, 6, 2).sqrt().unwrap(), number(3, 1, 2));
         let sum = Value::integer(7).sqrt().unwrap().add(&Value::integer(3).sqrt().unwrap()).unwrap();
         assert_eq!(number(10, 2, 21).sqrt().unwrap(), sum);
+        let (x, two) = (Value::variable(&Name::new("x")), Value::integer(2));
+        let length = Value::vector(vec![x.clone(), Value::variable(&Name::new("y"))]).unwrap().norm().unwrap();
+        let sum = length.mul(&Value::integer(3)).unwrap().sub(&x.mul(&two).unwrap()).unwrap();
+        assert_eq!(sum.mul(&sum).unwrap().sqrt().unwrap(), sum.abs().unwrap());
+        let sum = x.sub(&two).unwrap();
+        assert_eq!(sum.mul(&sum).unwrap().sqrt().unwrap(), sum.abs().unwrap());
         // 1 + sqrt(2) is no square of a sum of two roots of numbers.
         let nested = number(1, 1, 2).sqrt().unwrap();
         assert_eq!(nested.mul(&nested).unwrap(), number(1, 1, 2));

@@ -15,7 +15,7 @@ impl Value {
     /// # Errors
     /// When the result is not defined (division by 0, wrong sorts) or too large.
     pub fn substitute(&self, images: &BTreeMap<Name, Value>) -> Result<Value, ValueError> {
-        self.replace(&mut |name| images.get(name).cloned())
+        self.replace(&mut |atom| images.get(atom.name()?).cloned())
     }
 
     /// It with a value for one variable.
@@ -26,7 +26,7 @@ impl Value {
         if !self.mentions(name) {
             return Ok(self.clone());
         }
-        self.replace(&mut |other| (other == name).then(|| image.clone()))
+        self.replace(&mut |atom| (atom.name() == Some(name)).then(|| image.clone()))
     }
 
     /// It with a value for one atom, where that atom stands in no other.
@@ -36,7 +36,11 @@ impl Value {
         evaluate(numerator, &images)?.div(&evaluate(denominator, &images)?)
     }
 
-    fn replace(&self, images: &mut dyn FnMut(&Name) -> Option<Value>) -> Outcome {
+    /// It with values for atoms at any depth, an outer one before those in it.
+    ///
+    /// # Errors
+    /// As [`Value::substitute`].
+    pub(crate) fn replace(&self, images: &mut dyn FnMut(&Atom) -> Option<Value>) -> Outcome {
         match &self.0.content {
             Content::Vector(parts) => Value::vector(replace_all(parts, images)?),
             Content::Distribution(kind, parts) => Value::distribution(kind, replace_all(parts, images)?),
@@ -71,7 +75,7 @@ impl Value {
         numerator: &Real,
         denominator: &Real,
         done: &BTreeMap<&Atom, Option<Value>>,
-        images: &mut dyn FnMut(&Name) -> Option<Value>,
+        images: &mut dyn FnMut(&Atom) -> Option<Value>,
     ) -> Outcome {
         let decided: BTreeMap<&Atom, Option<Value>> = done
             .iter()
@@ -142,14 +146,14 @@ impl Value {
     }
 }
 
-fn replace_all(parts: &[Value], images: &mut dyn FnMut(&Name) -> Option<Value>) -> Result<Vec<Value>, ValueError> {
+fn replace_all(parts: &[Value], images: &mut dyn FnMut(&Atom) -> Option<Value>) -> Result<Vec<Value>, ValueError> {
     parts.iter().map(|part| part.replace(images)).collect()
 }
 
 /// The image of an atom; `None` when it stays what it is.
-fn replace_atom(atom: &Atom, images: &mut dyn FnMut(&Name) -> Option<Value>) -> Result<Option<Value>, ValueError> {
-    if let Atom::Variable(name) = atom {
-        return Ok(images(name));
+fn replace_atom(atom: &Atom, images: &mut dyn FnMut(&Atom) -> Option<Value>) -> Result<Option<Value>, ValueError> {
+    if let Some(image) = images(atom) {
+        return Ok(Some(image));
     }
     let old = atom.parts();
     let new = old.iter().map(|part| part.replace(images)).collect::<Result<Vec<_>, _>>()?;

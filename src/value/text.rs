@@ -7,11 +7,12 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::{Atom, Content, Real, Value};
-use crate::polynomial::{Monomial, Polynomial};
+use crate::polynomial::{Budget, Monomial, Polynomial};
 
 /// Atoms with their exponents, negative below the bar.
 type Product = Vec<(Atom, i64)>;
 
+mod length;
 mod order;
 
 impl fmt::Display for Value {
@@ -53,10 +54,14 @@ fn number(value: &BigRational) -> Text {
 impl Printer {
     fn value(&mut self, value: &Value) -> Text {
         match &value.0.content {
-            Content::Vector(parts) => (format!("({})", self.list(parts)), Level::Atom),
+            Content::Vector(parts) => self.vector(parts),
             Content::Distribution(kind, parts) => (self.distribution(kind, parts), Level::Atom),
             Content::Real(numerator, denominator) => self.fraction(numerator, denominator),
         }
+    }
+
+    fn vector(&mut self, parts: &[Value]) -> Text {
+        self.choice_of_vectors(parts).unwrap_or_else(|| (format!("({})", self.list(parts)), Level::Atom))
     }
 
     fn list(&mut self, parts: &[Value]) -> String {
@@ -93,33 +98,48 @@ impl Printer {
         if let Some(text) = self.over_root(&numerator, &denominator) {
             return text;
         }
-        let top = self.sum(&numerator, &Monomial::one());
-        let bottom = self.sum(&denominator, &Monomial::one());
+        let mut top = self.sum(&numerator, &Monomial::one());
+        let mut bottom = self.sum(&denominator, &Monomial::one());
+        if bottom.0.starts_with('-') {
+            top = self.sum(&numerator.negated(), &Monomial::one());
+            bottom = self.sum(&denominator.negated(), &Monomial::one());
+        }
         (format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product)
     }
 
-    /// `x*sqrt(s)/s` as `x/sqrt(s)`.
+    /// `(y*s+x*sqrt(s))/s` as `y+x/sqrt(s)`.
     fn over_root(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
-        let shared = numerator.monomial_content();
-        let (root, _) = shared.factors().iter().find(|(atom, exponent)| {
-            *exponent == 1
-                && matches!(atom, Atom::Root(inner) if inner.parts().is_some_and(|(top, _)| top == denominator))
-        })?;
-        let top = numerator.without(&Monomial::of([(root.clone(), 1)])?);
-        let (top, bottom) = (self.sum(&top, &Monomial::one()), self.atom(root));
-        Some((format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product))
+        let above =
+            |atom: &Atom| matches!(atom, Atom::Root(inner) if inner.parts().is_some_and(|(top, _)| top == denominator));
+        let root = numerator.atoms().into_iter().find(|atom| above(atom))?.clone();
+        let mut parts = numerator.coefficients_in(&root);
+        let (whole, top) = (parts.remove(&0).unwrap_or_else(Polynomial::zero), parts.remove(&1)?);
+        let whole = whole.divide(denominator, &mut Budget::new(2_000)).filter(|_| parts.is_empty())?;
+        let over = |top: Text, bottom: Text| format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power));
+        let bottom = self.atom(&root);
+        let negative = !whole.is_zero() && top.leading().is_negative();
+        let top = if negative { top.negated() } else { top };
+        let text = over(self.sum(&top, &Monomial::one()), bottom);
+        if whole.is_zero() {
+            return Some((text, Level::Product));
+        }
+        let whole = wrap(self.sum(&whole, &Monomial::one()), Level::Sum);
+        Some((format!("{whole}{}{text}", if negative { '-' } else { '+' }), Level::Sum))
     }
 
     /// A sum of terms over one monomial.
     fn sum(&mut self, numerator: &Real, divisor: &Monomial<Atom>) -> Text {
-        let (mut pieces, rest) = if divisor.factors().is_empty() {
-            match self.maxima(numerator) {
-                Ok(text) => return text,
-                Err(found) => found,
-            }
-        } else {
-            (Vec::new(), numerator.clone())
-        };
+        if !divisor.factors().is_empty() {
+            return self.joined(Vec::new(), numerator, divisor);
+        }
+        match self.maxima(numerator) {
+            Ok(text) => text,
+            Err((pieces, rest)) => self.joined(pieces, &rest, divisor),
+        }
+    }
+
+    /// The sum of these pieces and of the terms of a sum over one monomial.
+    fn joined(&mut self, mut pieces: Vec<Piece>, rest: &Real, divisor: &Monomial<Atom>) -> Text {
         let mut groups: BTreeMap<Product, Vec<(BigRational, Product)>> = BTreeMap::new();
         for (monomial, coefficient) in rest.terms() {
             let (powers, others) = signed_factors(monomial, divisor).into_iter().partition(is_shared);
@@ -231,7 +251,10 @@ impl Printer {
                 return (format!("if {condition} then 1 else 0"), Level::Choice);
             }
             Atom::Floor(part) => format!("floor({})", self.value(part).0),
-            Atom::Root(part) => format!("sqrt({})", self.value(part).0),
+            Atom::Root(part) => match self.length(part) {
+                Some(text) => text,
+                None => format!("sqrt({})", self.value(part).0),
+            },
             Atom::Apply(function, parts) => format!("{function}({})", self.list(parts)),
         };
         (text, Level::Atom)
@@ -301,9 +324,14 @@ fn content(terms: &[(BigRational, Vec<(Atom, i64)>)]) -> BigRational {
     Polynomial::of(apart).content()
 }
 
-/// What is put outside the brackets: symbolic powers and divisors.
+/// What is put outside the brackets: symbolic powers, divisors, maxima, and roots of what is no number.
 fn is_shared((atom, exponent): &(Atom, i64)) -> bool {
-    *exponent < 0 || matches!(atom, Atom::Power(..))
+    *exponent < 0
+        || match atom {
+            Atom::Power(..) | Atom::Maximum(_) => true,
+            Atom::Root(inner) => inner.as_rational().is_none(),
+            _ => false,
+        }
 }
 
 /// `b^n` with a rational base, to a small power: the base and the symbolic exponent.

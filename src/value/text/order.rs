@@ -14,9 +14,65 @@ struct Hinge {
     elements: Arc<[Value]>,
 }
 
+/// A fraction where a value is more than 0, less, and equal to it.
+struct Split {
+    condition: Value,
+    cases: [Value; 3],
+}
+
+impl Split {
+    /// The comparison that tells two ways apart, with what holds where it does and where it does not.
+    fn two_ways(&self) -> Option<(&'static str, &Value, &Value)> {
+        let [more, less, equal] = &self.cases;
+        if more == less {
+            Some(("=", equal, more))
+        } else if equal == more {
+            Some(("<", less, more))
+        } else {
+            (equal == less).then_some((">", more, less))
+        }
+    }
+}
+
 impl Printer {
     /// `if p > 0 then … else …` for a fraction with conditions in its numerator.
     pub(super) fn choice(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
+        let split = self.split(numerator, denominator)?;
+        let Some((symbol, then, other)) = split.two_ways() else {
+            let (first, second) = (self.condition(&split.condition, ">"), self.condition(&split.condition, "<"));
+            let texts = split.cases.map(|part| wrap(self.value(&part), Level::Sum));
+            let text = format!("if {first} then {} else if {second} then {} else {}", texts[0], texts[1], texts[2]);
+            return Some((text, Level::Choice));
+        };
+        let condition = self.condition(&split.condition, symbol);
+        let then = wrap(self.value(then), Level::Sum);
+        let other = self.value(other).0;
+        Some((format!("if {condition} then {then} else {other}"), Level::Choice))
+    }
+
+    /// `if c then (a,b) else (d,e)` for a vector in which every component asks the same first.
+    pub(super) fn choice_of_vectors(&mut self, parts: &[Value]) -> Option<Text> {
+        let before = self.expansions;
+        let splits = parts.iter().map(|part| part.parts().and_then(|(top, below)| self.split(top, below)));
+        let splits: Option<Vec<Split>> = splits.collect();
+        let ways: Option<Vec<_>> = splits.iter().flatten().map(Split::two_ways).collect();
+        let (Some(splits), Some(ways)) = (&splits, ways) else {
+            self.expansions = before;
+            return None;
+        };
+        let (condition, symbol) = (&splits.first()?.condition, ways.first()?.0);
+        if splits.iter().any(|split| split.condition != *condition) || ways.iter().any(|way| way.0 != symbol) {
+            self.expansions = before;
+            return None;
+        }
+        let condition = self.condition(condition, symbol);
+        let rows = [ways.iter().map(|way| way.1.clone()).collect(), ways.iter().map(|way| way.2.clone()).collect()];
+        let [then, other] = rows.map(|row: Vec<Value>| self.vector(&row).0);
+        Some((format!("if {condition} then {then} else {other}"), Level::Choice))
+    }
+
+    /// What a fraction is where a condition in its numerator holds, where it does not, and on the line between.
+    fn split(&mut self, numerator: &Real, denominator: &Real) -> Option<Split> {
         let conditions = || {
             numerator.atoms().into_iter().filter_map(|atom| match atom {
                 Atom::Positive(condition) => Some((atom.clone(), condition.clone())),
@@ -32,42 +88,28 @@ impl Printer {
         let opposite = Atom::Positive(condition.neg().ok()?);
         let both = [atom.clone(), opposite.clone()];
         let part = |holds: Option<&Atom>| Value::quotient(fixed(numerator, &both, holds), denominator.clone()).ok();
-        let (more, less, equal) = (part(Some(&atom))?, part(Some(&opposite))?, part(None)?);
-        let (symbol, then, other) = if more == less {
-            ("=", equal, more)
-        } else if equal == more {
-            ("<", less, more)
-        } else if equal == less {
-            (">", more, less)
-        } else {
-            let condition_text = self.condition(&condition, ">");
-            let second = self.condition(&condition, "<");
-            let texts = [more, less, equal].map(|part| wrap(self.value(&part), Level::Sum));
-            let text =
-                format!("if {condition_text} then {} else if {second} then {} else {}", texts[0], texts[1], texts[2]);
-            return Some((text, Level::Choice));
-        };
-        let condition = self.condition(&condition, symbol);
-        let then = wrap(self.value(&then), Level::Sum);
-        let other = self.value(&other).0;
-        Some((format!("if {condition} then {then} else {other}"), Level::Choice))
+        let cases = [part(Some(&atom))?, part(Some(&opposite))?, part(None)?];
+        Some(Split { condition, cases })
     }
 
     /// A comparison of a value with 0, its negative terms on the other side.
     pub(super) fn condition(&mut self, value: &Value, symbol: &str) -> String {
-        let sides = value.parts().filter(|(_, denominator)| denominator.is_one()).map(|(numerator, _)| {
-            let (more, less): (Vec<_>, Vec<_>) =
-                numerator.terms().iter().cloned().partition(|(_, number)| number.is_positive());
-            (Polynomial::of(more), Polynomial::zero().minus(&Polynomial::of(less)))
-        });
-        let (left, right, symbol) = match sides {
-            Some((left, right)) if left.is_zero() => (right, left, mirrored(symbol)),
-            Some((left, right)) => (left, right, symbol),
-            None => return format!("{} {symbol} 0", wrap(self.value(value), Level::Sum)),
+        let Some((numerator, _)) = value.parts().filter(|(_, denominator)| denominator.is_one()) else {
+            return format!("{} {symbol} 0", wrap(self.value(value), Level::Sum));
         };
-        let one = Monomial::one();
-        let (left, right) = (self.sum(&left, &one), self.sum(&right, &one));
-        format!("{} {symbol} {}", wrap(left, Level::Sum), wrap(right, Level::Sum))
+        let (pieces, rest) = match self.maxima(numerator) {
+            Err(found) => found,
+            Ok(_) => (Vec::new(), numerator.clone()),
+        };
+        let (more, less): (Vec<_>, Vec<_>) = rest.terms().iter().cloned().partition(|(_, number)| number.is_positive());
+        let (less_pieces, more_pieces): (Vec<Piece>, Vec<Piece>) = pieces.into_iter().partition(|piece| piece.negative);
+        let left = self.joined(more_pieces, &Polynomial::of(more), &Monomial::one());
+        let less_pieces = less_pieces.into_iter().map(|piece| Piece { negative: false, ..piece }).collect();
+        let right = self.joined(less_pieces, &Polynomial::of(less).negated(), &Monomial::one());
+        match left.0 == "0" {
+            true => format!("{} {} {}", wrap(right, Level::Sum), mirrored(symbol), wrap(left, Level::Sum)),
+            false => format!("{} {symbol} {}", wrap(left, Level::Sum), wrap(right, Level::Sum)),
+        }
     }
 
     /// The maxima among the terms of a sum: the whole as one text, or pieces and what is left of the sum.

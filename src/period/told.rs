@@ -1,0 +1,46 @@
+//! Conditions in words, in the shorter of two forms: over the variables before a round, or over those after it.
+
+use std::collections::BTreeMap;
+
+use super::Test;
+use crate::name::Name;
+use crate::value::{Sort, Value};
+
+/// Longer texts than this are said over the variables after the round, where that can be.
+const LONG: usize = 48;
+
+/// ` if a = b and …`, or nothing.
+pub(crate) fn in_case(tests: &[Test]) -> String {
+    in_case_after(tests, None)
+}
+
+/// The same, where long tests are said over the variables after a round with this flow function.
+pub(crate) fn in_case_after(tests: &[Test], round: Option<&BTreeMap<Name, Value>>) -> String {
+    let text = |test: &Test| {
+        let sides = [&test.left, &test.right].map(|side| told_after(side, round, true));
+        match sides {
+            [Some(left), Some(right)] if test.to_string().len() > LONG => {
+                let after = Test { relation: test.relation, left, right };
+                format!("{after} after the round")
+            }
+            _ => test.to_string(),
+        }
+    };
+    let tests: Vec<String> = tests.iter().map(text).collect();
+    if tests.is_empty() { String::new() } else { format!(" if {}", tests.join(" and ")) }
+}
+
+/// A value as the variables are after a round: of one whose variable's image it is; a number, where asked for, as itself.
+pub(crate) fn told_after(value: &Value, round: Option<&BTreeMap<Name, Value>>, numbers: bool) -> Option<Value> {
+    let round = round?;
+    let one = |value: &Value| {
+        let image = || round.iter().find(|(_, image)| *image == value).map(|(name, _)| Value::variable(name));
+        if value.variables().is_empty() { Some(value.clone()) } else { image() }
+    };
+    let Sort::Vector(count) = value.sort() else {
+        return one(value).filter(|_| numbers || value.to_string().len() > LONG);
+    };
+    let parts = (0..count).map(|place| one(&value.component(place)?)).collect::<Option<Vec<Value>>>()?;
+    let told = Value::vector(parts).ok()?;
+    (numbers || !told.variables().is_empty() && value.to_string().len() > LONG).then_some(told)
+}
