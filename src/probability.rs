@@ -27,6 +27,7 @@ mod pair;
 mod panels;
 pub mod plan;
 pub mod random;
+mod recut;
 pub mod region;
 mod rows;
 pub mod schedule;

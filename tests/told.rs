@@ -328,7 +328,9 @@ fn motion_along_a_line_of_the_plane_has_a_closed_form_from_any_start() {
     says(
         &walk("flow Sys\n"),
         &[
-            &format!("closed    rx = rx0+(3*n*v-n*rx0*v)/norm((rx0-3,ry0-4)) from n = 0 until {until} if norm((rx0-3,ry0-4)) > 0"),
+            &format!(
+                "closed    rx = rx0+(3*n*v-n*rx0*v)/norm((rx0-3,ry0-4)) from n = 0 until {until} if norm((rx0-3,ry0-4)) > 0"
+            ),
             &format!("closed    ry = 4 from {until} if norm((rx0-3,ry0-4)) > 0"),
         ],
     );

@@ -1,17 +1,19 @@
 //! The phases of a system as linear moves: what happens in a round, as a linear function of the state and the draws.
 
+use std::collections::BTreeSet;
+
 use num_rational::BigRational;
 use num_traits::Zero;
 
 use crate::assumption::Assumptions;
 use crate::distribution::Distribution;
 use crate::invariant::Claim;
-use crate::invariant::cases::disjoint;
+use crate::invariant::cases::{Case, disjoint};
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Test};
 use crate::rational;
 use crate::term::Term;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value, ValueError};
 
 /// A linear form over the state and the draws of a move.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
@@ -133,7 +135,7 @@ fn moves_of(
         tests.push(Test { relation: Relation::Eq, left, right: (*image).clone() });
     }
     let mut moves = Vec::new();
-    for case in disjoint(assumptions, &tests).map_err(|error| error.0)? {
+    for case in by_state(assumptions, &tests, &names.draws).map_err(|error| error.0)? {
         let mut image = vec![Linear::default(); images.len()];
         let mut sides = Vec::new();
         for test in &case.tests {
@@ -156,6 +158,47 @@ fn moves_of(
         moves.push(Move { draws: draws.clone(), tests: sides, stretches, image, next });
     }
     Ok(moves)
+}
+
+/// The cases of tests, first by what the state alone decides: what a maximum over draws is compared with is less then.
+fn by_state(assumptions: &Assumptions, tests: &[Test], draws: &[Name]) -> Result<Vec<Case>, ValueError> {
+    let mut decided = BTreeSet::new();
+    let mut open: Vec<Value> = tests.iter().flat_map(|test| [test.left.clone(), test.right.clone()]).collect();
+    while let Some(value) = open.pop() {
+        for atom in value.atoms() {
+            let plain = !draws.iter().any(|draw| atom.mentions(draw));
+            match &atom {
+                Atom::Maximum(_) | Atom::Positive(_) if plain => drop(decided.insert(atom.value()?)),
+                Atom::Maximum(parts) => open.extend(parts.iter().cloned()),
+                Atom::Positive(part) => open.push(part.clone()),
+                _ => {}
+            }
+        }
+    }
+    if decided.is_empty() || draws.is_empty() {
+        return disjoint(assumptions, tests);
+    }
+    let named = decided.into_iter().enumerate();
+    let wanted = named.map(|(place, right)| Test {
+        relation: Relation::Eq,
+        left: Value::variable(&Name::new(&format!("decided~{place}"))),
+        right,
+    });
+    let mut cases = Vec::new();
+    for case in disjoint(assumptions, &wanted.collect::<Vec<Test>>())? {
+        // What decides is said again, as tests of its own.
+        let mut known = assumptions.clone();
+        let own = |test: &&Test| !test.left.as_variable().is_some_and(|name| name.as_str().starts_with("decided~"));
+        let own: Vec<Test> = case.tests.iter().filter(own).cloned().collect();
+        own.iter().for_each(|test| known.assume(test.relation, &test.left, &test.right));
+        let simple = tests.iter().map(|test| {
+            let [left, right] = [&test.left, &test.right].map(|side| known.simplify(side));
+            Test { relation: test.relation, left, right }
+        });
+        let all: Vec<Test> = own.iter().cloned().chain(simple).collect();
+        cases.extend(disjoint(assumptions, &all)?);
+    }
+    Ok(cases)
 }
 
 impl Names<'_> {

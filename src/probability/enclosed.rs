@@ -26,6 +26,7 @@ use super::joint::joint;
 use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
 use super::operator::{Cut, Key, Operator};
 use super::plan::{Entry, MOST_ROUNDS, PLACES, Plan, Way, duration, plan};
+use super::recut::later_rounds;
 use super::region::Patch;
 use super::sharp::blunted;
 use super::unlikely::without;
@@ -71,6 +72,11 @@ pub fn enclosed(whole: &Chain, question: &Question, wanted: f64) -> Result<Enclo
         let both = joint(&chain, question, wanted).or_else(|other| {
             let rest = rounds(&chain, question).and_then(|rounds| foreseen(&chain, rounds)).ok_or(other.clone())?;
             apart(&rest, question, wanted).or_else(|_| joint(&rest, question, wanted)).map_err(|_| other)
+        });
+        let both = both.or_else(|other| {
+            let solve =
+                |(cut, question)| apart(&cut, &question, wanted).or_else(|_| joint(&cut, &question, wanted)).ok();
+            later_rounds(&chain, question).find_map(solve).ok_or(other)
         });
         both.map_err(|other| format!("{reason}; over two dimensions that lean on each other: {other}"))
     })?;
