@@ -83,6 +83,12 @@ impl Induction<'_> {
                 }
             }
             forms if forms.iter().any(|form| matches!(form, Form::Pieces(_))) => self.pieces(),
+            forms
+                if forms.iter().any(|form| matches!(form, Form::Product(..) | Form::Nested(_))) && forms.len() > 1 =>
+            {
+                self.base(0)?;
+                self.layered()
+            }
             [Form::Turns(forms)] if forms.iter().any(|form| matches!(form, Form::Product(..) | Form::Nested(_))) => {
                 self.in_turn(forms)
             }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::check::{Induction, failed};
 use super::defined::Layers;
-use super::{Unchecked, error};
+use super::{Form, Unchecked, error, product};
 use crate::name::Name;
 use crate::value::{Value, ValueError};
 
@@ -115,6 +115,31 @@ impl Nested {
         })
     }
 
+    /// A form as a value over these layers, which its own join; none of one that is no such value from the start on.
+    ///
+    /// # Errors
+    /// When a value becomes too large.
+    pub(crate) fn holding(&mut self, form: &Form, index: &Name) -> Result<Option<Value>, ValueError> {
+        let (layers, value) = match form {
+            Form::Product(ratio, value) => {
+                (vec![Layer::Product(ratio.clone())], value.with(&product(), &Value::variable(&layer(0)))?)
+            }
+            Form::Nested(nested) if nested.early.is_empty() => (nested.layers.clone(), nested.value.clone()),
+            other => return Ok(other.value(index)),
+        };
+        let mut images = BTreeMap::new();
+        for (place, one) in layers.iter().enumerate() {
+            let inner = one.inner().substitute(&images)?;
+            let own = if let Layer::Product(_) = one { Layer::Product(inner) } else { Layer::Sum(inner) };
+            let shared = self.layers.iter().position(|other| *other == own).unwrap_or_else(|| {
+                self.layers.push(own);
+                self.layers.len() - 1
+            });
+            images.insert(layer(place), Value::variable(&layer(shared)));
+        }
+        value.substitute(&images).map(Some)
+    }
+
     /// Every value in it that may depend on the index, with the number of layers that may stand in it.
     pub(super) fn values(&self) -> impl Iterator<Item = (usize, &Value)> {
         let inner = self.layers.iter().map(Layer::inner).enumerate();
@@ -135,6 +160,24 @@ impl Induction<'_> {
             }
         }
         self.defined.in_layers(&nested.value, since, Layers { count, fine: &products })
+    }
+
+    /// The step of several sequences of first order over sums and products that they share.
+    pub(super) fn layered(&self) -> Result<(), Unchecked> {
+        let (index, recurrence) = (&self.recurrence.index, self.recurrence);
+        let mut whole = Nested { early: Vec::new(), layers: Vec::new(), value: Value::zero() };
+        let mut images = BTreeMap::new();
+        for (sequence, form) in recurrence.sequences.iter().zip(self.forms) {
+            let value = whole.holding(form, index)?.filter(|_| sequence.start.len() == 1);
+            images.insert(recurrence.term(&sequence.name, 0), value.ok_or_else(|| self.unlike())?);
+        }
+        for sequence in &recurrence.sequences {
+            let left = whole.next(&images[&recurrence.term(&sequence.name, 0)], index)?;
+            if !self.same(&left, &sequence.next.substitute(&images)?) {
+                return Err(failed("the step of the sums differs"));
+            }
+        }
+        Ok(())
     }
 
     /// From as many terms as the order to the next, for all indices at which the layers are there.

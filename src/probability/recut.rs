@@ -35,6 +35,9 @@ struct Cut {
     numbers: Vec<(usize, usize)>,
 }
 
+/// A move with the number of draws before its last ones, where it has these.
+type Counted = (Move, Option<usize>);
+
 /// Moves that differ in their last draws alone.
 struct Group {
     base: Move,
@@ -102,8 +105,8 @@ struct Cutter {
 }
 
 impl Cutter {
-    /// Moves that end at cuts; each with the number of draws before the last ones, where it has these.
-    fn moves(&mut self, moves: Vec<(Move, Option<usize>)>) -> Option<Vec<Move>> {
+    /// Moves that end at cuts.
+    fn moves(&mut self, moves: Vec<Counted>) -> Option<Vec<Move>> {
         let (mut all, mut groups): (Vec<Move>, Vec<(Group, usize)>) = (Vec::new(), Vec::new());
         for (one, early) in moves {
             let waits = |form: &Linear| early.is_some_and(|early| !form.draws.iter().skip(early).all(Zero::is_zero));
@@ -172,7 +175,7 @@ impl Cutter {
 
     /// What happens from a cut on: the last draws, and a round of the phase to which they lead; first the moves that end
     /// there, then those that go on, as [`Cutter::moves`] takes them.
-    fn onward(&self, place: usize, chain: &Chain) -> Option<(Vec<Move>, Vec<(Move, Option<usize>)>)> {
+    fn onward(&self, place: usize, chain: &Chain) -> Option<(Vec<Move>, Vec<Counted>)> {
         let cut = &self.cuts[place];
         let (mut ended, mut all) = (Vec::new(), Vec::new());
         let length = |ending: &Ending| chain.phases.get(ending.next)?.first()?.stretches.first()?.duration.clone();

@@ -27,6 +27,11 @@ const MOST_EARLY: i64 = 60;
 /// # Errors
 /// When a value becomes too large.
 pub(super) fn nested(recurrence: &Recurrence) -> Result<Option<Form>, NoClosedForm> {
+    over(recurrence, Vec::new())
+}
+
+/// The same of one whose equation speaks of layers that are there already, and begin at 0.
+fn over(recurrence: &Recurrence, layers: Vec<Layer>) -> Result<Option<Form>, NoClosedForm> {
     let [_] = recurrence.sequences.as_slice() else { return Ok(None) };
     let Some((coefficients, input)) = linear(recurrence) else { return Ok(None) };
     let index = &recurrence.index;
@@ -46,8 +51,11 @@ pub(super) fn nested(recurrence: &Recurrence) -> Result<Option<Form>, NoClosedFo
     let input = input.with(index, &back)?;
     let Some(since) = since(&ratios, index).map(|since| since.max(delayed)) else { return Ok(None) };
     let start = usize::try_from(since).unwrap_or(0);
+    if !layers.is_empty() && (start > 0 || coefficients.len() > 1) {
+        return Ok(None);
+    }
     let terms = recurrence.iterate(start + coefficients.len())?.swap_remove(0);
-    let mut work = Work { index, since, layers: Vec::new() };
+    let mut work = Work { index, since, layers };
     let value = work.solve(&ratios, &input, &terms[start..])?;
     let early = terms[..start].to_vec();
     Ok(Some(if work.layers.is_empty() {
@@ -55,6 +63,43 @@ pub(super) fn nested(recurrence: &Recurrence) -> Result<Option<Form>, NoClosedFo
     } else {
         Form::Nested(Nested { early, layers: work.layers, value })
     }))
+}
+
+/// The sums and products of sequences that are solved, for those that read them.
+pub(super) struct Layers(Nested);
+
+impl Layers {
+    /// None yet.
+    pub(super) fn none() -> Layers {
+        Layers(Nested { early: Vec::new(), layers: Vec::new(), value: Value::zero() })
+    }
+
+    /// The form of a sequence whose equation speaks of these; none where it speaks of none of them.
+    ///
+    /// # Errors
+    /// When none is found, or a value becomes too large.
+    pub(super) fn above(&self, single: &Recurrence) -> Result<Option<Form>, NoClosedForm> {
+        let reads = |place: usize| single.sequences.iter().any(|sequence| sequence.next.mentions(&layer(place)));
+        if !(0..self.0.layers.len()).any(reads) {
+            return Ok(None);
+        }
+        let name = single.sequences.first().map(|sequence| sequence.name.to_string()).unwrap_or_default();
+        let none = || NoClosedForm(format!("{name} adds up a sum or product, and no form over that is known"));
+        over(single, self.0.layers.clone())?.map(Some).ok_or_else(none)
+    }
+
+    /// The term of a form so many places on, over these, which its own sums and products join; none of one that is no
+    /// value over such, or begins later.
+    ///
+    /// # Errors
+    /// When a value becomes too large.
+    pub(super) fn value(&mut self, form: &Form, index: &Name, offset: usize) -> Result<Option<Value>, ValueError> {
+        let Some(mut value) = self.0.holding(form, index)? else { return Ok(None) };
+        for _ in 0..offset {
+            value = self.0.next(&value, index)?;
+        }
+        Ok(Some(value))
+    }
 }
 
 /// The coefficients of the terms, from that of the first on, and what is left.

@@ -7,7 +7,7 @@ use super::inhomogeneous::first_order;
 use super::interleaved::interleaved;
 use super::itinerary::itineraries;
 use super::linear::System;
-use super::nested::nested;
+use super::nested::{Layers, nested};
 use super::parts::{each_group, read_off};
 use super::product::with_product;
 use super::ranges::in_ranges;
@@ -239,6 +239,11 @@ pub(super) fn found(
     }
     if let [sequence] = recurrence.sequences.as_slice() {
         return match alone(sequence, recurrence, known, stop) {
+            // A product whose factors meet again is a quotient of polynomials.
+            Ok((form @ Form::Product(..), conditions)) => match nested(recurrence)? {
+                Some(plain @ Form::Value(..)) => Ok((vec![plain], conditions)),
+                _ => Ok((vec![form], conditions)),
+            },
             Ok((form, conditions)) => Ok((vec![form], conditions)),
             Err(reason) => Ok((vec![nested(recurrence)?.ok_or(reason)?], Vec::new())),
         };
@@ -257,6 +262,7 @@ fn one_after_the_other(
     let mut conditions = Vec::new();
     let mut open = recurrence.clone();
     let variables = recurrence.terms();
+    let mut layers = Layers::none();
     while !rest.is_empty() {
         let free = |place: &usize| {
             let next = &open.sequences[*place].next;
@@ -277,18 +283,22 @@ fn one_after_the_other(
         };
         rest.retain(|other| *other != place);
         let single = Recurrence { index: open.index.clone(), from: 0, sequences: vec![open.sequences[place].clone()] };
-        let (mut own, more) = found(&single, known, stop)?;
-        conditions.extend(more);
-        let Some(form) = own.pop() else { continue };
+        let form = match layers.above(&single)? {
+            Some(form) => form,
+            None => {
+                let (mut own, more) = found(&single, known, stop)?;
+                conditions.extend(more);
+                let Some(form) = own.pop() else { continue };
+                form
+            }
+        };
         for (name, _, offset) in variables.iter().filter(|(_, own, _)| *own == place) {
             if !rest.iter().any(|other| open.sequences[*other].next.mentions(name)) {
                 continue;
             }
-            let value = form.value(&open.index).ok_or_else(|| {
+            let value = layers.value(&form, &open.index, *offset)?.ok_or_else(|| {
                 NoClosedForm(format!("the form of {} cannot be put into the others", open.sequences[place].name))
             })?;
-            let offset = Value::integer(i64::try_from(*offset).unwrap_or(i64::MAX));
-            let value = value.with(&open.index, &Value::variable(&open.index).add(&offset)?)?;
             for other in &rest {
                 open.sequences[*other].next = open.sequences[*other].next.with(name, &value)?;
             }
