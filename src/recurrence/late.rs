@@ -31,7 +31,27 @@ pub(super) fn late(solved: &Solved, (relation, left, right): Wanted<'_>) -> Tail
     }
     let from = solved.recurrence().from.unsigned_abs();
     let mut search = Late { solved, from };
-    search.compare(&difference, relation).unwrap_or_else(unbounded)
+    let found = search.compare(&difference, relation).or_else(|| of_quotients(solved, relation, &difference));
+    found.unwrap_or_else(unbounded)
+}
+
+/// The same where forms are quotients: what is divided by is not 0, so that a quotient has the sign of the product of what
+/// stands above and below.
+fn of_quotients(solved: &Solved, relation: Relation, difference: &Value) -> Option<Tail> {
+    let recurrence = solved.recurrence();
+    let (mut images, mut first) = (BTreeMap::new(), 0);
+    for (place, sequence) in recurrence.sequences.iter().enumerate() {
+        let name = recurrence.term(&sequence.name, 0);
+        if difference.mentions(&name) {
+            let Form::Value(early, value) = &solved.forms()[place] else { return None };
+            first = first.max(early.len());
+            images.insert(name, value.clone());
+        }
+    }
+    let whole = difference.substitute(&images).ok()?;
+    let product = whole.numerator()?.mul(&whole.denominator()?).ok()?;
+    let sum = ExponentialPolynomial::of(&product, &recurrence.index)?;
+    Some(tail(&sum, relation, recurrence.from.to_u64()?.saturating_add(first as u64)))
 }
 
 /// The first index at which a comparison holds, of terms whose difference moves one way only from the first index on.
