@@ -5,7 +5,7 @@
 //! what all of it is said by.
 
 use num_rational::BigRational;
-use num_traits::Zero;
+use num_traits::{Signed, Zero};
 
 use super::Question;
 use super::axes::settled;
@@ -13,6 +13,7 @@ use super::chain::{Chain, Linear, Move, Side, Stretch, add_product};
 use super::linear::combination;
 use super::plan::duration;
 use crate::distribution::Distribution;
+use crate::value::Relation;
 
 /// Draws of a round that may belong to the next one.
 const MOST_LATE: usize = 6;
@@ -131,6 +132,14 @@ impl Cutter {
                 None => groups.push((Group { base, endings: vec![ending] }, early)),
             }
         }
+        // The moves of a phase leave no case out and no two hold at once. Where that is told before the last draws, which of
+        // them it is that a group leads to is told by these alone: its endings leave no case out either.
+        for (place, (group, _)) in groups.iter().enumerate() {
+            let mut others = all.iter().chain(groups[..place].iter().map(|(other, _)| &other.base));
+            if !others.all(|other| exclude(&group.base.tests, &other.tests)) {
+                return None;
+            }
+        }
         for (group, early) in groups {
             let (place, image) = self.cut(&group, early)?;
             let mut draws = group.base.draws;
@@ -237,6 +246,44 @@ impl Cut {
             }
         }
         Some(numbers)
+    }
+}
+
+/// Whether no values meet all tests of both: two of them bound one form from opposite sides.
+fn exclude(one: &[Side], other: &[Side]) -> bool {
+    let bounds = |sides: &[Side]| sides.iter().filter_map(Bound::of).collect::<Vec<Bound>>();
+    let others = bounds(other);
+    bounds(one).iter().any(|one| others.iter().any(|other| one.excludes(other) || other.excludes(one)))
+}
+
+/// `form > number`, `form >= number`, or the same with `<`, where the first factor of the form is 1.
+struct Bound {
+    form: Linear,
+    number: BigRational,
+    below: bool,
+    strict: bool,
+}
+
+impl Bound {
+    fn of(side: &Side) -> Option<Bound> {
+        let lead = side.form.state.iter().chain(&side.form.draws).find(|factor| !factor.is_zero())?;
+        let form = side.form.scaled(&lead.recip());
+        let relation = if lead.is_negative() { side.relation.mirrored() } else { side.relation };
+        let (below, strict) = match relation {
+            Relation::Gtr => (true, true),
+            Relation::Gte => (true, false),
+            Relation::Lss => (false, true),
+            Relation::Lte => (false, false),
+            _ => return None,
+        };
+        let number = -form.constant.clone();
+        Some(Bound { form: Linear { constant: BigRational::zero(), ..form }, number, below, strict })
+    }
+
+    /// Whether this one bounds the form from below, and the other from above and no higher.
+    fn excludes(&self, other: &Bound) -> bool {
+        let apart = self.number > other.number || self.number == other.number && (self.strict || other.strict);
+        self.below && !other.below && apart && equal(&self.form, &other.form)
     }
 }
 
