@@ -338,4 +338,9 @@ fn motion_along_a_line_of_the_plane_has_a_closed_form_from_any_start() {
         &walk("property Goal = Delay_{?a} ; (Delay_1 # At_{(3,4)})\nprove Sys satisfies Goal\n"),
         &["with ?a = ceil(5/v)", "closed    rx = 3/5*i*v from i = 0 until i = ceil(5/v)"],
     );
+    // A distance that is no rational number.
+    let other = walk(
+        "system Other = World_{(3,-8)} | Go_{(1,0)}\nproperty Goal = Delay_{?a} ; (Delay_1 # At_{(1,0)})\nprove Other satisfies Goal\n",
+    );
+    says(&other, &["with ?a = ceil(2*sqrt(17)/v)", "closed    ry = 0 from i = ceil(2*sqrt(17)/v)"]);
 }

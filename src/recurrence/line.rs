@@ -95,16 +95,25 @@ fn straight(
 ) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
     let name = Name::new("left");
     let part = term(&name, index, 0);
-    let (mut ways, mut places) = (BTreeMap::new(), BTreeMap::new());
+    let (mut ways, mut square) = (BTreeMap::new(), Value::zero());
     for (variable, goal) in goals {
         let Some(start) = starts.get(variable) else { return Ok(None) };
-        let whole = known.simplify(&goal.sub(start)?);
-        places.insert(variable.clone(), goal.sub(&Value::variable(&part).mul(&whole)?)?);
-        ways.insert(variable.clone(), whole);
+        let way = known.simplify(&goal.sub(start)?);
+        square = square.add(&way.mul(&way)?)?;
+        ways.insert(variable.clone(), way);
+    }
+    // Distances are simpler than parts of the way, which have roots in them.
+    let distance = known.simplify(&square.sqrt()?);
+    let apart = known.decide(Relation::Gtr, &distance, &Value::zero()) == Some(true);
+    let whole = if apart { distance } else { Value::one() };
+    let mut places = BTreeMap::new();
+    for (variable, way) in &mut ways {
+        *way = known.simplify(&way.div(&whole)?);
+        places.insert(variable.clone(), goals[variable].sub(&Value::variable(&part).mul(way)?)?);
     }
     let Some(next) = left_next(maps, &places, (goals, &ways), known)? else { return Ok(None) };
     let Some(next) = by_side(&next, &part, known)? else { return Ok(None) };
-    let sequences = vec![Sequence { name: name.clone(), start: vec![Value::one()], next }];
+    let sequences = vec![Sequence { name: name.clone(), start: vec![whole], next }];
     let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known)?;
     let left = closed(&solved, &name)?;
     let mut found = Vec::new();

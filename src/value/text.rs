@@ -168,10 +168,10 @@ impl Printer {
                 all.iter().map(|(_, exponent)| exponent.unsigned_abs()).sum()
             };
             let size = coefficient.abs() / &content;
-            let ceiling = if coefficient.is_negative() { self.ceiling(&all) } else { None };
+            let ceiling = if coefficient.is_negative() { self.ceiling(&size, &all) } else { None };
             let negative = coefficient.is_negative() && ceiling.is_none();
             let text = match ceiling {
-                Some(ceiling) => quotient(size, vec![ceiling], Vec::new()),
+                Some(text) => text,
                 None => self.term(&size, &all),
             };
             inner.push(Piece { negative, text, degree });
@@ -187,12 +187,16 @@ impl Printer {
         pieces.push(Piece { negative: false, text, degree: 1000 });
     }
 
-    /// `-floor(x)` as `ceil(-x)`, where that is no longer.
-    fn ceiling(&mut self, factors: &[(Atom, i64)]) -> Option<String> {
-        let [(Atom::Floor(part), 1)] = factors else { return None };
+    /// `-t*floor(x)` as `t*ceil(-x)`, where that is no longer.
+    fn ceiling(&mut self, size: &BigRational, factors: &[(Atom, i64)]) -> Option<Text> {
+        let place = factors.iter().position(|factor| matches!(factor, (Atom::Floor(_), 1)))?;
+        let (Atom::Floor(part), _) = &factors[place] else { return None };
         self.expansions = self.expansions.checked_sub(1)?;
         let (floor, ceiling) = (self.value(part).0, self.value(&part.neg().ok()?).0);
-        (ceiling.len() <= floor.len()).then(|| format!("ceil({ceiling})"))
+        let others = [&factors[..place], &factors[place + 1..]].concat();
+        let (mut tops, bottoms) = self.factors(&others);
+        tops.push(format!("ceil({ceiling})"));
+        (ceiling.len() <= floor.len()).then(|| quotient(size.clone(), tops, bottoms))
     }
 
     fn term(&mut self, coefficient: &BigRational, factors: &[(Atom, i64)]) -> Text {
