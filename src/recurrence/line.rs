@@ -85,7 +85,8 @@ fn towards(
     Ok(None)
 }
 
-/// The forms of variables that go straight from their starts to these goals.
+/// The forms of variables that go straight from their starts to these goals: by the part of the way that is left, or by
+/// the distance, where that has roots which the part would have in its equation.
 fn straight(
     maps: &BTreeMap<Name, Value>,
     starts: &BTreeMap<Name, Value>,
@@ -93,8 +94,6 @@ fn straight(
     index: &Name,
     known: &Assumptions,
 ) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
-    let name = Name::new("left");
-    let part = term(&name, index, 0);
     let (mut ways, mut square) = (BTreeMap::new(), Value::zero());
     for (variable, goal) in goals {
         let Some(start) = starts.get(variable) else { return Ok(None) };
@@ -102,11 +101,32 @@ fn straight(
         square = square.add(&way.mul(&way)?)?;
         ways.insert(variable.clone(), way);
     }
-    // Distances are simpler than parts of the way, which have roots in them.
+    let by_parts = measured(maps, goals, &ways, Value::one(), index, known);
+    if let Ok(Some(_)) = by_parts {
+        return by_parts;
+    }
     let distance = known.simplify(&square.sqrt()?);
-    let apart = known.decide(Relation::Gtr, &distance, &Value::zero()) == Some(true);
-    let whole = if apart { distance } else { Value::one() };
-    let mut places = BTreeMap::new();
+    if known.decide(Relation::Gtr, &distance, &Value::zero()) != Some(true) {
+        return by_parts;
+    }
+    match measured(maps, goals, &ways, distance, index, known) {
+        found @ Ok(Some(_)) => found,
+        _ => by_parts,
+    }
+}
+
+/// The same, where what is left is measured with this for the whole way.
+fn measured(
+    maps: &BTreeMap<Name, Value>,
+    goals: &BTreeMap<Name, Value>,
+    ways: &BTreeMap<Name, Value>,
+    whole: Value,
+    index: &Name,
+    known: &Assumptions,
+) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
+    let name = Name::new("left");
+    let part = term(&name, index, 0);
+    let (mut ways, mut places) = (ways.clone(), BTreeMap::new());
     for (variable, way) in &mut ways {
         *way = known.simplify(&way.div(&whole)?);
         places.insert(variable.clone(), goals[variable].sub(&Value::variable(&part).mul(way)?)?);
