@@ -55,6 +55,22 @@ impl Layer {
         }
     }
 
+    /// The same over another factor or summand.
+    fn over(&self, inner: Value) -> Layer {
+        match self {
+            Layer::Product(_) => Layer::Product(inner),
+            Layer::Sum(_) => Layer::Sum(inner),
+        }
+    }
+
+    /// Its place among others, which it joins where it is new.
+    pub(crate) fn among(self, layers: &mut Vec<Layer>) -> usize {
+        layers.iter().position(|one| *one == self).unwrap_or_else(|| {
+            layers.push(self);
+            layers.len() - 1
+        })
+    }
+
     /// What follows a value of it, from a factor or summand.
     fn following(&self, now: &Value, inner: &Value) -> Result<Value, ValueError> {
         match self {
@@ -102,12 +118,7 @@ impl Nested {
     /// # Errors
     /// When the result is too large.
     pub fn with_index(&self, index: &Name, image: &Value) -> Result<Nested, ValueError> {
-        let moved = |one: &Layer| {
-            Ok::<_, ValueError>(match one {
-                Layer::Product(inner) => Layer::Product(inner.with(index, image)?),
-                Layer::Sum(inner) => Layer::Sum(inner.with(index, image)?),
-            })
-        };
+        let moved = |one: &Layer| Ok::<_, ValueError>(one.over(one.inner().with(index, image)?));
         Ok(Nested {
             early: self.early.clone(),
             layers: self.layers.iter().map(moved).collect::<Result<_, _>>()?,
@@ -129,12 +140,7 @@ impl Nested {
         };
         let mut images = BTreeMap::new();
         for (place, one) in layers.iter().enumerate() {
-            let inner = one.inner().substitute(&images)?;
-            let own = if let Layer::Product(_) = one { Layer::Product(inner) } else { Layer::Sum(inner) };
-            let shared = self.layers.iter().position(|other| *other == own).unwrap_or_else(|| {
-                self.layers.push(own);
-                self.layers.len() - 1
-            });
+            let shared = one.over(one.inner().substitute(&images)?).among(&mut self.layers);
             images.insert(layer(place), Value::variable(&layer(shared)));
         }
         value.substitute(&images).map(Some)

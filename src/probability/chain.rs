@@ -162,20 +162,25 @@ fn moves_of(
 
 /// The cases of tests, first by what the state alone decides: what a maximum over draws is compared with is less then.
 fn by_state(assumptions: &Assumptions, tests: &[Test], draws: &[Name]) -> Result<Vec<Case>, ValueError> {
+    if draws.is_empty() {
+        return disjoint(assumptions, tests);
+    }
     let mut decided = BTreeSet::new();
     let mut open: Vec<Value> = tests.iter().flat_map(|test| [test.left.clone(), test.right.clone()]).collect();
     while let Some(value) = open.pop() {
         for atom in value.atoms() {
             let plain = !draws.iter().any(|draw| atom.mentions(draw));
             match &atom {
-                Atom::Maximum(_) | Atom::Positive(_) if plain => drop(decided.insert(atom.value()?)),
+                Atom::Maximum(_) | Atom::Positive(_) if plain => {
+                    decided.insert(atom.value()?);
+                }
                 Atom::Maximum(parts) => open.extend(parts.iter().cloned()),
                 Atom::Positive(part) => open.push(part.clone()),
                 _ => {}
             }
         }
     }
-    if decided.is_empty() || draws.is_empty() {
+    if decided.is_empty() {
         return disjoint(assumptions, tests);
     }
     let named = decided.into_iter().enumerate();

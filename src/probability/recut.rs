@@ -359,3 +359,102 @@ fn reached(initial: Vec<Move>, phases: Vec<Vec<Move>>) -> Chain {
     }
     Chain { initial, phases: found }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interval::Interval;
+    use crate::probability::enclosed::enclosed;
+
+    fn ratio(top: i64, bottom: i64) -> BigRational {
+        BigRational::new(top.into(), bottom.into())
+    }
+
+    fn linear(state: &[BigRational], draws: &[BigRational], constant: BigRational) -> Linear {
+        Linear { state: state.to_vec(), draws: draws.to_vec(), constant }
+    }
+
+    fn normal(spread: BigRational) -> Distribution {
+        Distribution::Normal { mean: BigRational::zero(), variance: &spread * &spread }
+    }
+
+    /// A round ends with a look z at the position r: more than 1/10 from 10 on either side, or done.
+    fn looks(draws: Vec<Distribution>, stretches: Vec<Stretch>, place: Linear) -> Vec<Move> {
+        let mut look = place.clone();
+        look.draws.resize(draws.len(), BigRational::zero());
+        look.draws[draws.len() - 1] = ratio(1, 1);
+        let side = |bound: BigRational, relation| {
+            let form = Linear { constant: &look.constant - bound, ..look.clone() };
+            Side { form, relation }
+        };
+        let (low, high) = (ratio(99, 10), ratio(101, 10));
+        let ways = [
+            (vec![side(high.clone(), Relation::Gtr)], 0),
+            (vec![side(low.clone(), Relation::Lss)], 0),
+            (vec![side(low, Relation::Gte), side(high, Relation::Lte)], 1),
+        ];
+        let one = |(tests, next): (Vec<Side>, usize)| {
+            let image = if next == 0 { vec![place.clone(), look.clone()] } else { Vec::new() };
+            Move { draws: draws.clone(), tests, stretches: stretches.clone(), image, next: Some(next) }
+        };
+        ways.into_iter().map(one).collect()
+    }
+
+    /// r' = r + (10-z)/10 + e/5, looked at with noise, which is a state of one dimension, r - z/10, as it stands: cut
+    /// before the look, it is r, and the chance is the same.
+    #[test]
+    fn a_chain_cut_elsewhere_has_the_same_chance() {
+        let (zero, stretch) = (BigRational::zero, |duration, shown| Stretch { duration, shown, values: Vec::new() });
+        let moved = linear(&[ratio(1, 1), ratio(-1, 10)], &[ratio(1, 5)], ratio(1, 1));
+        let round = vec![stretch(Some(ratio(1, 5)), Vec::new())];
+        let rounds = looks(vec![normal(ratio(1, 2)), normal(ratio(1, 10))], round, moved);
+        let (draws, tests, image) = (Vec::new(), Vec::new(), Vec::new());
+        let done = Move { draws, tests, stretches: vec![stretch(None, vec![Vec::new()])], image, next: None };
+        let initial = looks(vec![normal(ratio(1, 10))], Vec::new(), linear(&[], &[], zero()));
+        let chain = Chain { initial, phases: vec![rounds, vec![done]] };
+        let question = Question { first: true, time: ratio(49, 5), names: Vec::new() };
+        let plain = enclosed(&chain, &question, 1e-8).map(|found| found.interval());
+        let mut cuts = later_rounds(&chain, &question).map(|(cut, asked)| {
+            assert_ne!(cut.phases.len(), 0);
+            assert_eq!(asked.time, ratio(10, 1));
+            enclosed(&cut, &asked, 1e-8).map(|found| found.interval())
+        });
+        // 0.9155277 by a dense quadrature.
+        let near = |found: &Result<Interval, String>| {
+            found.as_ref().is_ok_and(|found| found.width() < 1e-7 && (found.low - 0.915_527_73).abs() < 1e-7)
+        };
+        let cut = cuts.next().expect("a cut");
+        assert!(near(&plain) && near(&cut), "{plain:?} {cut:?}");
+    }
+
+    /// Rounds that draw once more where the first look is near share no cut: they are told apart by a late draw.
+    #[test]
+    fn moves_that_a_late_draw_tells_apart_are_not_cut() {
+        let stretches = || vec![Stretch { duration: Some(ratio(1, 1)), shown: Vec::new(), values: Vec::new() }];
+        let side = |draws: &[BigRational], relation| Side { form: linear(&[], draws, ratio(-1, 2)), relation };
+        let (no, one) = (BigRational::zero(), ratio(1, 1));
+        let image = |draws: &[BigRational]| {
+            [&[], draws].map(|draws| linear(std::slice::from_ref(&one), draws, no.clone())).to_vec()
+        };
+        let far = Move {
+            draws: vec![normal(one.clone())],
+            tests: vec![side(std::slice::from_ref(&one), Relation::Gtr)],
+            stretches: stretches(),
+            image: image(std::slice::from_ref(&one)),
+            next: Some(0),
+        };
+        let near = Move {
+            draws: vec![normal(one.clone()), normal(one.clone())],
+            tests: vec![side(std::slice::from_ref(&one), Relation::Lte)],
+            stretches: stretches(),
+            image: image(&[no.clone(), one.clone()]),
+            next: Some(0),
+        };
+        let (draws, tests) = (Vec::new(), Vec::new());
+        let start =
+            Move { draws, tests, stretches: Vec::new(), image: vec![linear(&[], &[], no.clone()); 2], next: Some(0) };
+        let chain = Chain { initial: vec![start], phases: vec![vec![far, near]] };
+        let question = Question { first: false, time: ratio(2, 1), names: Vec::new() };
+        assert!(recut(&chain, &question, 1).is_none());
+    }
+}

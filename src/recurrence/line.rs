@@ -10,6 +10,9 @@ use crate::closed_form::{Recurrence, Sequence, term};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
+/// Forms of variables, where they are found.
+type Forms = Result<Option<Vec<(Name, Closed)>>, NoClosedForm>;
+
 /// The forms of variables that move straight towards a point; `None` if they do not.
 ///
 /// # Errors
@@ -19,133 +22,130 @@ pub(super) fn along_a_line(
     starts: &BTreeMap<Name, Value>,
     index: &Name,
     known: &Assumptions,
-) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
-    let mut steps = BTreeMap::new();
-    for (name, map) in maps {
-        let Some(start) = starts.get(name) else { return Ok(None) };
-        steps.insert(name, known.simplify(&map.substitute(starts)?.sub(start)?));
-    }
-    let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
-    let Some(main) = steps.iter().find(|(_, step)| moves(step)).map(|(_, step)| step.clone()) else {
-        return towards(maps, starts, index, known);
-    };
-    let way = Value::variable(&Name::new("[way]"));
-    let mut line = BTreeMap::new();
-    for (name, step) in &steps {
-        let slope = known.simplify(&step.div(&main)?);
-        line.insert((*name).clone(), starts[*name].add(&way.mul(&slope)?)?);
-    }
-    let Some(centre) = centre(maps, &line)? else { return Ok(None) };
-    if !moves(&centre) {
-        return Ok(None);
-    }
-    let goals = line
-        .iter()
-        .map(|(variable, place)| Ok((variable.clone(), known.simplify(&place.with(&Name::new("[way]"), &centre)?))));
-    let goals = goals.collect::<Result<BTreeMap<Name, Value>, NoClosedForm>>()?;
-    straight(maps, starts, &goals, index, known)
+) -> Forms {
+    Motion { maps, starts, index, known }.along_a_line()
 }
 
-/// The same where the first step is not known to lead anywhere: the point is where all components of a distance in the
-/// maps are 0, and the start is supposed to lie elsewhere.
-fn towards(
-    maps: &BTreeMap<Name, Value>,
-    starts: &BTreeMap<Name, Value>,
-    index: &Name,
-    known: &Assumptions,
-) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
-    let mut roots = BTreeSet::new();
-    maps.values().for_each(|map| collect_roots(map, &mut roots));
-    for root in roots {
-        let Some(parts) = root.squares() else { continue };
-        let vanishes = |part: &Value| {
-            let own = part.variables().into_iter().find(|name| maps.contains_key(name))?;
-            let (slope, rest) = part.linear_in(&own)?;
-            let goal = rest.neg().ok()?.div(&slope).ok()?;
-            (!goal.variables().iter().any(|name| maps.contains_key(name))).then_some((own, goal))
-        };
-        let Some(goals) = parts.iter().map(vanishes).collect::<Option<BTreeMap<Name, Value>>>() else { continue };
-        if goals.len() != maps.len() || parts.len() != maps.len() {
-            continue;
-        }
-        let distance = root.substitute(starts)?.sqrt()?;
-        let mut known = known.clone();
-        let apart = known.decide(Relation::Gtr, &distance, &Value::zero());
-        if apart == Some(false) {
-            continue;
-        }
-        known.assume(Relation::Gtr, &distance, &Value::zero());
-        let Some(mut found) = straight(maps, starts, &goals, index, &known)? else { continue };
-        if apart.is_none() {
-            let condition = (Relation::Gtr, distance, Value::zero());
-            found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
-        }
-        return Ok(Some(found));
-    }
-    Ok(None)
+/// Variables that change together.
+struct Motion<'a> {
+    maps: &'a BTreeMap<Name, Value>,
+    starts: &'a BTreeMap<Name, Value>,
+    index: &'a Name,
+    known: &'a Assumptions,
 }
 
-/// The forms of variables that go straight from their starts to these goals: by the part of the way that is left, or by
-/// the distance, where that has roots which the part would have in its equation.
-fn straight(
-    maps: &BTreeMap<Name, Value>,
-    starts: &BTreeMap<Name, Value>,
-    goals: &BTreeMap<Name, Value>,
-    index: &Name,
-    known: &Assumptions,
-) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
-    let (mut ways, mut square) = (BTreeMap::new(), Value::zero());
-    for (variable, goal) in goals {
-        let Some(start) = starts.get(variable) else { return Ok(None) };
-        let way = known.simplify(&goal.sub(start)?);
-        square = square.add(&way.mul(&way)?)?;
-        ways.insert(variable.clone(), way);
+impl Motion<'_> {
+    fn along_a_line(&self) -> Forms {
+        let Motion { maps, starts, known, .. } = self;
+        let mut steps = BTreeMap::new();
+        for (name, map) in *maps {
+            let Some(start) = starts.get(name) else { return Ok(None) };
+            steps.insert(name, known.simplify(&map.substitute(starts)?.sub(start)?));
+        }
+        let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
+        let Some(main) = steps.values().find(|step| moves(step)).cloned() else { return self.towards() };
+        let name = Name::new("[way]");
+        let way = Value::variable(&name);
+        let mut line = BTreeMap::new();
+        for (variable, step) in &steps {
+            let slope = known.simplify(&step.div(&main)?);
+            line.insert((*variable).clone(), starts[*variable].add(&way.mul(&slope)?)?);
+        }
+        let Some(centre) = centre(maps, &line)? else { return Ok(None) };
+        if !moves(&centre) {
+            return Ok(None);
+        }
+        let mut goals = BTreeMap::new();
+        for (variable, place) in &line {
+            goals.insert(variable.clone(), known.simplify(&place.with(&name, &centre)?));
+        }
+        self.straight(&goals)
     }
-    let by_parts = measured(maps, goals, &ways, Value::one(), index, known);
-    if let Ok(Some(_)) = by_parts {
-        return by_parts;
-    }
-    let distance = known.simplify(&square.sqrt()?);
-    if known.decide(Relation::Gtr, &distance, &Value::zero()) != Some(true) {
-        return by_parts;
-    }
-    match measured(maps, goals, &ways, distance, index, known) {
-        found @ Ok(Some(_)) => found,
-        _ => by_parts,
-    }
-}
 
-/// The same, where what is left is measured with this for the whole way.
-fn measured(
-    maps: &BTreeMap<Name, Value>,
-    goals: &BTreeMap<Name, Value>,
-    ways: &BTreeMap<Name, Value>,
-    whole: Value,
-    index: &Name,
-    known: &Assumptions,
-) -> Result<Option<Vec<(Name, Closed)>>, NoClosedForm> {
-    let name = Name::new("left");
-    let part = term(&name, index, 0);
-    let (mut ways, mut places) = (ways.clone(), BTreeMap::new());
-    for (variable, way) in &mut ways {
-        *way = known.simplify(&way.div(&whole)?);
-        places.insert(variable.clone(), goals[variable].sub(&Value::variable(&part).mul(way)?)?);
+    /// Where the first step is not known to lead anywhere: the point is where all components of a distance in the maps are
+    /// 0, and the start is supposed to lie elsewhere.
+    fn towards(&self) -> Forms {
+        let own = |value: &Value| value.variables().into_iter().find(|name| self.maps.contains_key(name));
+        let mut roots = BTreeSet::new();
+        self.maps.values().for_each(|map| collect_roots(map, &mut roots));
+        for root in roots {
+            let Some(parts) = root.squares() else { continue };
+            let vanishes = |part: &Value| {
+                let variable = own(part)?;
+                let (slope, rest) = part.linear_in(&variable)?;
+                let goal = rest.neg().ok()?.div(&slope).ok()?;
+                own(&goal).is_none().then_some((variable, goal))
+            };
+            let Some(goals) = parts.iter().map(vanishes).collect::<Option<BTreeMap<Name, Value>>>() else { continue };
+            if goals.len() != self.maps.len() || parts.len() != self.maps.len() {
+                continue;
+            }
+            let distance = root.substitute(self.starts)?.sqrt()?;
+            let apart = self.known.decide(Relation::Gtr, &distance, &Value::zero());
+            if apart == Some(false) {
+                continue;
+            }
+            let mut known = self.known.clone();
+            known.assume(Relation::Gtr, &distance, &Value::zero());
+            let Some(mut found) = (Motion { known: &known, ..*self }).straight(&goals)? else { continue };
+            if apart.is_none() {
+                let condition = (Relation::Gtr, distance, Value::zero());
+                found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
+            }
+            return Ok(Some(found));
+        }
+        Ok(None)
     }
-    let Some(next) = left_next(maps, &places, (goals, &ways), known)? else { return Ok(None) };
-    let Some(next) = by_side(&next, &part, known)? else { return Ok(None) };
-    let sequences = vec![Sequence { name: name.clone(), start: vec![whole], next }];
-    let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, known)?;
-    let left = closed(&solved, &name)?;
-    let mut found = Vec::new();
-    for variable in maps.keys() {
-        let image = |piece: &Piece| {
-            let form = goals[variable].sub(&piece.form.mul(&ways[variable])?)?;
-            Ok::<_, NoClosedForm>(Piece { form, ..piece.clone() })
-        };
-        let pieces = left.pieces.iter().map(image).collect::<Result<_, _>>()?;
-        found.push((variable.clone(), Closed { variable: variable.clone(), pieces, ..left.clone() }));
+
+    /// The forms of variables that go straight from their starts to these goals: by the part of the way that is left, or
+    /// by the distance, where that has roots which the part would have in its equation.
+    fn straight(&self, goals: &BTreeMap<Name, Value>) -> Forms {
+        let (mut ways, mut square) = (BTreeMap::new(), Value::zero());
+        for (variable, goal) in goals {
+            let Some(start) = self.starts.get(variable) else { return Ok(None) };
+            let way = self.known.simplify(&goal.sub(start)?);
+            square = square.add(&way.mul(&way)?)?;
+            ways.insert(variable.clone(), way);
+        }
+        let by_parts = self.measured(goals, &ways, Value::one());
+        if let Ok(Some(_)) = by_parts {
+            return by_parts;
+        }
+        let distance = self.known.simplify(&square.sqrt()?);
+        if self.known.decide(Relation::Gtr, &distance, &Value::zero()) != Some(true) {
+            return by_parts;
+        }
+        match self.measured(goals, &ways, distance) {
+            found @ Ok(Some(_)) => found,
+            _ => by_parts,
+        }
     }
-    Ok(Some(found))
+
+    /// The same, where what is left is measured with this for the whole way.
+    fn measured(&self, goals: &BTreeMap<Name, Value>, ways: &BTreeMap<Name, Value>, whole: Value) -> Forms {
+        let (name, known) = (Name::new("left"), self.known);
+        let part = term(&name, self.index, 0);
+        let (mut ways, mut places) = (ways.clone(), BTreeMap::new());
+        for (variable, way) in &mut ways {
+            *way = known.simplify(&way.div(&whole)?);
+            places.insert(variable.clone(), goals[variable].sub(&Value::variable(&part).mul(way)?)?);
+        }
+        let Some(next) = left_next(self.maps, &places, (goals, &ways), known)? else { return Ok(None) };
+        let Some(next) = by_side(&next, &part, known)? else { return Ok(None) };
+        let sequences = vec![Sequence { name: name.clone(), start: vec![whole], next }];
+        let solved = solve_all(Recurrence { index: self.index.clone(), from: 0, sequences }, known)?;
+        let left = closed(&solved, &name)?;
+        let mut found = Vec::new();
+        for variable in self.maps.keys() {
+            let image = |piece: &Piece| {
+                let form = goals[variable].sub(&piece.form.mul(&ways[variable])?)?;
+                Ok::<_, NoClosedForm>(Piece { form, ..piece.clone() })
+            };
+            let pieces = left.pieces.iter().map(image).collect::<Result<_, _>>()?;
+            found.push((variable.clone(), Closed { variable: variable.clone(), pieces, ..left.clone() }));
+        }
+        Ok(Some(found))
+    }
 }
 
 /// A value by the sign of a variable: a distance, which a direction is divided by, is simple on either side. Where the

@@ -51,7 +51,8 @@ fn over(recurrence: &Recurrence, layers: Vec<Layer>) -> Result<Option<Form>, NoC
     let input = input.with(index, &back)?;
     let Some(since) = since(&ratios, index).map(|since| since.max(delayed)) else { return Ok(None) };
     let start = usize::try_from(since).unwrap_or(0);
-    if !layers.is_empty() && (start > 0 || coefficients.len() > 1) {
+    let varies = |one: &Value| (0..layers.len()).any(|place| one.mentions(&layer(place)));
+    if !layers.is_empty() && (start > 0 || coefficients.len() > 1 || coefficients.iter().any(varies)) {
         return Ok(None);
     }
     let terms = recurrence.iterate(start + coefficients.len())?.swap_remove(0);
@@ -79,13 +80,23 @@ impl Layers {
     /// # Errors
     /// When none is found, or a value becomes too large.
     pub(super) fn above(&self, single: &Recurrence) -> Result<Option<Form>, NoClosedForm> {
-        let reads = |place: usize| single.sequences.iter().any(|sequence| sequence.next.mentions(&layer(place)));
-        if !(0..self.0.layers.len()).any(reads) {
+        if !self.are_read(single) {
             return Ok(None);
         }
-        let name = single.sequences.first().map(|sequence| sequence.name.to_string()).unwrap_or_default();
-        let none = || NoClosedForm(format!("{name} adds up a sum or product, and no form over that is known"));
-        over(single, self.0.layers.clone())?.map(Some).ok_or_else(none)
+        over(single, self.0.layers.clone())?.map(Some).ok_or_else(|| Layers::no_form(single))
+    }
+
+    /// Whether an equation speaks of these.
+    pub(super) fn are_read(&self, recurrence: &Recurrence) -> bool {
+        let reads = |place: usize| recurrence.sequences.iter().any(|sequence| sequence.next.mentions(&layer(place)));
+        (0..self.0.layers.len()).any(reads)
+    }
+
+    /// Why sequences that read these have no form.
+    pub(super) fn no_form(recurrence: &Recurrence) -> NoClosedForm {
+        let names: Vec<&str> = recurrence.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
+        let reads = if names.len() == 1 { "reads" } else { "read" };
+        NoClosedForm(format!("{} {reads} a sum or product, and no form over that is known", names.join(", ")))
     }
 
     /// The term of a form so many places on, over these, which its own sums and products join; none of one that is no
@@ -318,12 +329,7 @@ impl Work<'_> {
 
     /// The product of a ratio as a layer; the same one for the same ratio.
     fn layered(&mut self, ratio: Value) -> Value {
-        let wanted = Layer::Product(ratio);
-        let place = self.layers.iter().position(|one| *one == wanted).unwrap_or_else(|| {
-            self.layers.push(wanted);
-            self.layers.len() - 1
-        });
-        Value::variable(&layer(place))
+        Value::variable(&layer(Layer::Product(ratio).among(&mut self.layers)))
     }
 
     /// A value in the index and layers, part by part; a part that is not hypergeometric is left as a value.

@@ -274,6 +274,9 @@ fn one_after_the_other(
                 from: 0,
                 sequences: rest.iter().map(|place| open.sequences[*place].clone()).collect(),
             };
+            if layers.are_read(&group) {
+                return Err(Layers::no_form(&group));
+            }
             let (own, more) = together(&group, known)?;
             conditions.extend(more);
             for (place, form) in rest.iter().zip(own) {
