@@ -7,6 +7,7 @@ mod apart;
 mod cells;
 mod check;
 mod defined;
+mod names;
 mod nested;
 mod pieces;
 mod readable;

@@ -244,17 +244,18 @@ impl Judge<'_> {
         let Some(system) = environment.system(&criteria.system) else {
             return Judged { findings: Vec::new(), run: nothing, visits: Visits::default() };
         };
-        let (run, visits) = if chosen.iter().all(|one| matches!(one.kind, Ask::Probability { .. })) {
-            (nothing, Visits::default())
+        let (run, visits, proved) = if chosen.iter().all(|one| matches!(one.kind, Ask::Probability { .. })) {
+            (nothing, Visits::default(), Vec::new())
         } else {
             self.followed(criteria, system, environment, &chosen, only.is_some())
         };
         let scene = measure::Scene { judge: self, criteria, environment, system, run: &run, visits: &visits };
-        let findings = chosen.iter().map(|criterion| scene.finding(criterion)).collect();
-        Judged { findings, run, visits }
+        let before = |criterion: &Criterion| proved.iter().find(|one| one.name == criterion.name).cloned();
+        let findings = chosen.iter().map(|criterion| before(criterion).unwrap_or_else(|| scene.finding(criterion)));
+        Judged { findings: findings.collect(), run, visits }
     }
 
-    /// The run as far as the criteria need it.
+    /// The run as far as the criteria need it, with what was proved of all that is to come.
     fn followed(
         &self,
         criteria: &Criteria,
@@ -262,7 +263,7 @@ impl Judge<'_> {
         environment: &Environment,
         chosen: &[&Criterion],
         quick: bool,
-    ) -> (Timeline, Visits) {
+    ) -> (Timeline, Visits, Vec<Finding>) {
         let term = system.term(&environment.definitions);
         let mut follower = Follower::new(&term, &environment.definitions);
         let all = chosen.iter().any(|criterion| {
@@ -276,7 +277,7 @@ impl Judge<'_> {
             _ => None,
         });
         let horizon = horizon.max().unwrap_or_else(BigRational::zero);
-        let mut most = 64;
+        let (mut most, mut asked) = (64, false);
         loop {
             follower.follow(most.min(self.stretches), self.interrupted);
             let found = visits(follower.run(), &criteria.goals, &Value::rational(criteria.radius.clone()));
@@ -287,7 +288,16 @@ impl Judge<'_> {
             let decided = |one: &&Criterion| scene.on_the_run(one).is_some_and(|one| one.standing != Standing::Open);
             let enough = enough || ((quick || most >= FEW_STRETCHES) && chosen.iter().all(decided));
             if follower.over() || enough || most >= self.stretches {
-                return (follower.run().clone(), found);
+                return (follower.run().clone(), found, Vec::new());
+            }
+            // Where nothing else is open a proof is sooner found than more of a run that only goes on.
+            if self.invariants && most >= FEW_STRETCHES && !asked {
+                asked = true;
+                let open = chosen.iter().filter(|one| !decided(one));
+                let proved: Option<Vec<Finding>> = open.map(|one| scene.by_invariant(one)).collect();
+                if let Some(proved) = proved {
+                    return (follower.run().clone(), found, proved);
+                }
             }
             most *= 2;
         }

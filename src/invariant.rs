@@ -5,6 +5,7 @@
 
 pub mod cases;
 pub mod circle;
+mod visited;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -21,6 +22,7 @@ use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value, ValueError, View};
 use cases::impossible;
 use circle::{Planes, planes};
+pub use visited::check_visited;
 
 /// Whenever all of these are shown for some time, the tests hold of the values shown.
 #[derive(Clone, Debug)]
@@ -245,6 +247,9 @@ pub fn support(name: &Name, distribution: &Value) -> Vec<Test> {
         ("Exp" | "Poisson", [_]) => vec![test(Relation::Gte, &Value::zero())],
         ("Mix", _) => {
             let (low, high) = bounds(distribution);
+            if let (Some(only), true) = (&low, low == high) {
+                return vec![test(Relation::Eq, &Value::rational(only.clone()))];
+            }
             let low = low.map(|low| test(Relation::Gte, &Value::rational(low)));
             low.into_iter().chain(high.map(|high| test(Relation::Lte, &Value::rational(high)))).collect()
         }

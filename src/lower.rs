@@ -21,6 +21,7 @@ mod property;
 mod scope;
 mod shape;
 mod solve;
+mod terms;
 mod sweep;
 mod value;
 mod vary;

@@ -22,6 +22,14 @@ impl Name {
     pub fn is_meta(&self) -> bool {
         self.0.starts_with('?')
     }
+
+    /// The name of a component of a vector, at this place from 0: `rx`, `ry`, `rz`, and of longer vectors `r1`, `r2`, ….
+    pub fn component(&self, place: usize, length: usize) -> Name {
+        match ["x", "y", "z"].get(place).filter(|_| length <= 3) {
+            Some(letter) => Name::new(&format!("{self}{letter}")),
+            None => Name::new(&format!("{self}{}", place + 1)),
+        }
+    }
 }
 
 impl fmt::Display for Name {

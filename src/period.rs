@@ -21,13 +21,13 @@ mod instant;
 mod lonely;
 mod merge;
 mod order;
+mod rates;
 mod rest;
 mod run;
 mod step;
 mod stuck;
 mod suppose;
 mod told;
-mod vector;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -472,6 +472,8 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
             once.push(warning);
         }
     }
+    let repetitions =
+        repetitions.and_then(|all| rates::in_one_period(all, &closed, (&initial, &phases), &components, run));
     let period = Period { components, names: closed.names, initial, phases, repetitions, warnings: once };
     // Parts without communication may each have a period; where every run ends, there is none.
     if strict && groups.len() > 1 && !period.repeats() {

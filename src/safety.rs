@@ -14,11 +14,12 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::invariant::cases::cases;
 use crate::invariant::circle::{Planes, planes};
-use crate::invariant::{Claim, Rejected, Safe, check, check_states, follows, goals, premises};
+use crate::invariant::{Claim, Rejected, Safe, check, check_states, check_visited, follows, goals, premises};
 use crate::name::Name;
 use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
 use crate::value::{Relation, ValueError, View};
+use crate::verify::influence::reduced;
 use carried::carried;
 use condition::{Clause, exclusion, sufficient, weakest};
 use equality::equalities;
@@ -86,22 +87,9 @@ pub fn always(
     assumptions: &Assumptions,
     interrupted: &dyn Fn() -> bool,
 ) -> Outcome {
-    let mut outcome = Outcome::open();
-    match analyse(components, definitions, assumptions) {
-        Ok(period) => {
-            outcome.diagnostics.extend(period.warnings.iter().cloned());
-            outcome.speaks = (!may_speak(&period, claim)).then_some(false);
-            by_invariant(&period, claim, assumptions, &mut outcome);
-            let conditions = std::mem::take(&mut outcome.conditions);
-            let known = (assumptions, interrupted);
-            outcome.conditions = fewer(components, claim, definitions, known, conditions);
-            outcome.period = Some(period);
-        }
-        Err(failures) => {
-            outcome.remaining.extend(failures.iter().map(Failure::to_string));
-            outcome.diagnostics = failures;
-        }
-    }
+    let mut outcome = always_of_phases(components, claim, definitions, assumptions, interrupted);
+    let conditions = std::mem::take(&mut outcome.conditions);
+    outcome.conditions = fewer(components, claim, definitions, (assumptions, interrupted), conditions);
     // Where it is proved, the run is followed for what it shows alone, and not as far.
     let states = if matches!(outcome.verdict, Verdict::Open) { MOST_STATES } else { FEW_STATES };
     match follow(system, definitions, assumptions, claim, &Limits { states, interrupted }) {
@@ -129,6 +117,51 @@ pub fn always(
         Orbit::Unknown(..) => {}
     }
     outcome
+}
+
+/// The same by the phases of the system alone, for a run that was followed already: proved or open.
+pub fn always_of_phases(
+    components: &[Term],
+    claim: &Claim,
+    definitions: &Definitions,
+    assumptions: &Assumptions,
+    interrupted: &dyn Fn() -> bool,
+) -> Outcome {
+    let mut outcome = Outcome::open();
+    match analyse(components, definitions, assumptions) {
+        Ok(period) => {
+            outcome.diagnostics.extend(period.warnings.iter().cloned());
+            outcome.speaks = (!may_speak(&period, claim)).then_some(false);
+            by_invariant(&period, claim, assumptions, &mut outcome);
+            by_what_matters(&period, claim, (assumptions, interrupted), &mut outcome);
+            outcome.period = Some(period);
+        }
+        Err(failures) => {
+            outcome.remaining.extend(failures.iter().map(Failure::to_string));
+            outcome.diagnostics = failures;
+        }
+    }
+    outcome
+}
+
+/// Follows the phases in what the claim depends on alone, where something else never comes round.
+fn by_what_matters(
+    period: &Period,
+    claim: &Claim,
+    (assumptions, interrupted): (&Assumptions, &dyn Fn() -> bool),
+    outcome: &mut Outcome,
+) {
+    if !matches!(outcome.verdict, Verdict::Open) {
+        return;
+    }
+    let Some(reduced) = reduced(period, &Term::par(claim.shown.iter().cloned())) else { return };
+    let followed: Vec<BTreeSet<Name>> =
+        reduced.phases.iter().map(|phase| phase.variables.iter().cloned().collect()).collect();
+    if let Ok(safe) = check_visited(period, assumptions, claim, &followed, interrupted) {
+        outcome.verdict = Verdict::Proved(safe);
+        outcome.conditions.clear();
+        outcome.remaining.clear();
+    }
 }
 
 /// Why a run was not followed to its end.

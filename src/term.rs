@@ -81,6 +81,11 @@ impl Term {
             Node::Seq(parts) => Term::seq(parts),
             Node::Par(parts) => Term::par(parts),
             Node::Disable(parts) => Term::disable(parts),
+            // What is certain is not drawn.
+            Node::Ran(from, name) => match from.certain() {
+                Some(value) => Term::raw(Node::Set(value, name)),
+                None => Term::raw(Node::Ran(from, name)),
+            },
             node => Term::raw(node),
         }
     }
@@ -245,7 +250,7 @@ impl Term {
     /// The first error that `image` gives.
     pub fn map_values<E>(&self, image: &mut impl FnMut(&Value) -> Result<Value, E>) -> Result<Term, E> {
         let mut each = |values: &[Value]| values.iter().map(&mut *image).collect::<Result<Vec<_>, E>>();
-        Ok(Term::raw(match self.node() {
+        Ok(Term::new(match self.node() {
             Node::Observe(name, values) => Node::Observe(name.clone(), each(values)?),
             Node::Call(name, values) => Node::Call(name.clone(), each(values)?),
             Node::Meta(name, values) => Node::Meta(name.clone(), each(values)?),

@@ -299,6 +299,14 @@ impl Value {
         }
     }
 
+    /// All components; none where it is no vector.
+    pub fn components(&self) -> Option<Vec<Value>> {
+        match &self.0.content {
+            Content::Vector(parts) => Some(parts.clone()),
+            _ => None,
+        }
+    }
+
     fn parts(&self) -> Option<(&Real, &Real)> {
         match &self.0.content {
             Content::Real(numerator, denominator) => Some((numerator, denominator)),

@@ -1,8 +1,9 @@
 //! From a period to a verdict: the run of the system leg by leg, and the property matched with it.
 
+mod again;
 mod cases;
 mod count;
-mod influence;
+pub(crate) mod influence;
 mod lay;
 mod orbit;
 pub mod property;

@@ -247,7 +247,7 @@ const MISSIONS: &str = "observer At(r), See(x)\nparam a, b, s > 0\nproc Tick = O
     proc Fork_r = (Delay_1 # At_r) ; (Ran_{Uniform(0,1)}<e> | In_c<u>) ; (Gtr_{e,1/2} ; Ran_{Uniform(0,1)}<f> | Lte_{e,1/2} ; Ran_{Exp(rate: 1)}<f>) ; Fork_{r+f}\n\
     proc Wait_r = ((Ran_{Uniform(1,2)}<e> ; Delay_e ; Set_e<z>) # At_r) ; In_c<y> ; Wait_{r+z}\n\
     proc Stay = Ran_{Mix(1/2: Point(1), 1/2: Uniform(1,2))}<e> ; Delay_e ; Gtr_{e,1} ; Stay\nproc Again_r = Stay ; (Delay_1 # At_r) ; In_c<y> ; Again_{r+1}\n\
-    proc Sure_r = (Delay_1 # At_r) ; (Ran_{Point(2)}<e> | In_c<u>) ; (Eq_{e,2} ; Set_1<z> | Neq_{e,2} ; Set_{-1}<z>) ; Sure_{r+z}\n\
+    proc Sure_r = (Delay_1 # At_r) ; (Ran_{Mix(1/2: Point(2), 1/2: Point(2))}<e> | In_c<u>) ; (Eq_{e,2} ; Set_1<z> | Neq_{e,2} ; Set_{-1}<z>) ; Sure_{r+z}\n\
     proc Then_r = (Delay_1 # At_r) ; In_c<u> ; Ran_{Normal(0, sd: 1)}<e> ; Ran_{Normal(e, sd: 1)}<f> ; Then_{r+f}\n\
     proc Also_r = (Delay_1 # See_r) ; In_d<u> ; Ran_{Normal(0, sd: 1)}<g> ; Also_{r+g}\n\
     proc Twice_r = (Delay_1 # At_r) ; In_c<u> ; Ran_{Normal(0, sd: 1)}<e> ; In_c<u> ; Ran_{Normal(e, sd: 1)}<f> ; Twice_{r+f}\n\

@@ -343,4 +343,46 @@ fn motion_along_a_line_of_the_plane_has_a_closed_form_from_any_start() {
         "system Other = World_{(3,-8)} | Go_{(1,0)}\nproperty Goal = Delay_{?a} ; (Delay_1 # At_{(1,0)})\nprove Other satisfies Goal\n",
     );
     says(&other, &["with ?a = ceil(2*sqrt(17)/v)", "closed    ry = 0 from i = ceil(2*sqrt(17)/v)"]);
+    // Along an axis, where one component stays what it is.
+    let down = walk(
+        "system Down = World_{(0,0)} | Go_{(0,-4)}\nproperty Goal = Delay_{?a} ; (Delay_1 # At_{(0,-4)})\nprove Down satisfies Goal\n",
+    );
+    says(&down, &["with ?a = ceil(4/v)", "closed    ry = -4 from i = ceil(4/v)"]);
+}
+
+#[test]
+fn every_component_is_counted_in_one_period() {
+    let parts = "proc A = Delay_1 ; Out_{c,0} ; A\nproc B = In_c<x> ; In_c<y> ; B\nproc D = Delay_3 ; D\n";
+    says(&format!("{parts}system S = A | B | D\nperiod S\n"), &["rounds: A 6, B 3, D 2", "lasting: 6"]);
+    says(&format!("{parts}system T = A | B\nperiod T\n"), &["rounds: A 2, B 1", "lasting: 2"]);
+}
+
+#[test]
+fn a_port_may_carry_numbers_in_one_system_and_vectors_in_another() {
+    let text = "proc K_r = Out_{p,(r,r)} ; Delay_1 ; K_{r+1}\nproc L = In_p<x> ; L\nsystem C = K_0 | L\n\
+        proc X_r = (Delay_1 # Y_r # At_r) ; In_w<u> ; X_{r+u}\nproc Y_r = Out_{p,r} ; Y_r\n\
+        proc Z = In_p<r> ; Out_{w,1-r/2} ; Z\nsystem A = X_0 | Z\nperiod A\nperiod C\n";
+    says(text, &["phase 1: Delay_1 # At_r", "phase 1: Delay_1"]);
+}
+
+#[test]
+fn what_would_have_to_be_known_is_said_of_what_is_open() {
+    let gain = "param k > 0, k < 2\nsolve r(n+1) = r(n)+k*(5-r(n)), r(0) = 0 find n with r(n) = 5\n";
+    says(gain, &["r(n) = 5-5*(1-k)^n", "not known whether ever r(n) = 5: it must be known whether 1-k = 0"]);
+    let shorter = "proc H_x = Delay_x ; H_{x/2}\nproc L = Delay_1 ; L\nsystem S = H_1 | L\nperiod S\n";
+    never_says(shorter, "000000000");
+    let quotient = "solve x(n+1) = (2*x(n)+1)/(x(n)+1), x(0) = 1\n";
+    says(
+        quotient,
+        &[
+            "no closed form is known: no form of x(n) without roots was found; it is u(n)/v(n), where u(n+1) = 2*u(n)+v(n), u(0) = 1, v(n+1) = u(n)+v(n), v(0) = 1",
+        ],
+    );
+    let asked = "observer Done\nproc M = Ran_{Exp(rate: 1)}<y> ; Delay_y ; Done\nsystem T = M\n\
+        property P = Delay_{?t} ; Done\nprove T satisfies P with probability >= 9/10\n";
+    never_says(asked, "not exact: the time");
+    // What was shown once is not said never to have been shown.
+    let once = "proc P_n = (Delay_1 # At_n) ; Lss_{n,3} ; P_{n+1}\nsystem S = P_0\n\
+        property G = Delay_{?a} ; (Delay_{?b} # At_2) ; (Delay_{?c} # At_5)\nprove S satisfies G\n";
+    never_says(once, "At_2 is not shown");
 }

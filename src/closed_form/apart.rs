@@ -48,7 +48,7 @@ pub(super) fn apart(
 }
 
 /// Makes sure that an equation means something with these values at every index, before anything in it cancels.
-fn has_meaning(
+pub(super) fn has_meaning(
     next: &Value,
     images: &BTreeMap<Name, Value>,
     from: i64,

@@ -1,15 +1,17 @@
 //! The induction: the forms give the starting values, and from every index on to the next what the recurrence says.
 
 use std::cell::OnceCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
-use super::apart::apart;
+use super::apart::{apart, has_meaning};
 use super::defined::Defined;
+use super::names::names;
+use super::pieces::divides_by;
 use super::signs::Signs;
 use super::turned::{only_numbers, turned};
-use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, layer, product};
+use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
@@ -107,14 +109,17 @@ impl Induction<'_> {
         let terms = self.recurrence.terms();
         // Where all terms are numbers, each step is made with them, and one that divides by 0 is no step.
         let plain = only_numbers(self.recurrence, self.forms);
+        let by_pieces = self.forms.iter().any(|form| matches!(form, Form::Pieces(_)));
         for sequence in self.recurrence.sequences.iter().filter(|_| !plain) {
-            let below = sequence.next.denominator();
-            if let Some((name, ..)) =
-                terms.iter().find(|(name, ..)| below.as_ref().is_some_and(|below| below.mentions(name)))
-            {
-                return Err(Unchecked(format!("it divides by {name}, which may be 0")));
+            match terms.iter().find(|(name, ..)| divides_by(&sequence.next, name)) {
+                None => self.defined.value(&sequence.next, from)?,
+                // Asked in each piece, where it is known what the terms are.
+                Some(_) if by_pieces => {}
+                Some((name, ..)) => match self.images()? {
+                    Some(images) => has_meaning(&sequence.next, &images, from, &mut self.defined)?,
+                    None => return Err(Unchecked(format!("it divides by {name}, which may be 0"))),
+                },
             }
-            self.defined.value(&sequence.next, from)?;
             for value in &sequence.start {
                 self.defined.value(value, from)?;
             }
@@ -126,6 +131,17 @@ impl Induction<'_> {
             self.form_divisors(form, from)?;
         }
         Ok(())
+    }
+
+    /// The terms as values in the index; none where one of the forms is no value at every index.
+    fn images(&self) -> Result<Option<BTreeMap<Name, Value>>, Unchecked> {
+        let (index, mut images) = (&self.recurrence.index, BTreeMap::new());
+        for (name, place, offset) in self.recurrence.terms() {
+            let Some(value) = self.forms[place].value(index) else { return Ok(None) };
+            let later = Value::variable(index).add(&Value::integer(whole(offset)?))?;
+            images.insert(name, value.with(index, &later)?);
+        }
+        Ok(Some(images))
     }
 
     fn form_divisors(&mut self, form: &Form, from: i64) -> Result<(), Unchecked> {
@@ -408,63 +424,6 @@ impl Moved<'_> {
         };
         let value = value.ok_or_else(|| failed("it is a sum over roots, and the equation is not linear"))?;
         Ok(value.with(index, &Value::variable(index).add(&Value::integer(whole(self.by)?))?)?)
-    }
-}
-
-/// First values, conditions and the ends of pieces are free of the index, and nothing but an equation has terms in it.
-fn names(recurrence: &Recurrence, forms: &[Form], conditions: &[Comparison]) -> Result<(), Unchecked> {
-    let terms: BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
-    let bound = forms.iter().map(most_layers).max().unwrap_or(0);
-    let bound: BTreeSet<Name> = (0..bound).map(layer).chain([product(), recurrence.index.clone()]).collect();
-    let fixed = |value: &Value| {
-        let variables = value.variables();
-        variables.is_disjoint(&bound) && variables.is_disjoint(&terms)
-    };
-    let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
-    let sides = conditions.iter().flat_map(|(_, left, right)| [left, right]);
-    if !starts.chain(sides).all(fixed) {
-        return Err(failed("a first value or condition depends on the index"));
-    }
-    let mut rest: Vec<&Form> = forms.iter().collect();
-    while let Some(form) = rest.pop() {
-        let free = |value: &Value| value.variables().is_disjoint(&terms);
-        let fine = match form {
-            Form::Value(early, value) => early.iter().all(fixed) && free(value) && !value.mentions(&product()),
-            Form::Sum(early, sum) => {
-                early.iter().all(fixed) && sum.parts().all(|(_, rows)| rows.iter().flatten().all(fixed))
-            }
-            Form::Product(ratio, value) => free(ratio) && free(value),
-            Form::Nested(nested) => {
-                // A layer reads those before it alone.
-                let later =
-                    |count: usize, value: &Value| (count..nested.layers.len()).any(|at| value.mentions(&layer(at)));
-                nested.early.iter().all(fixed)
-                    && nested
-                        .values()
-                        .all(|(count, value)| free(value) && !value.mentions(&product()) && !later(count, value))
-            }
-            Form::Turns(forms) => {
-                rest.extend(forms);
-                true
-            }
-            Form::Pieces(pieces) => {
-                let ends = pieces.iter().flat_map(|piece| [Some(&piece.from), piece.until.as_ref()]).flatten();
-                ends.into_iter().all(fixed) && pieces.iter().all(|piece| free(&piece.form))
-            }
-        };
-        if !fine {
-            return Err(failed("the form depends on what it may not depend on"));
-        }
-    }
-    Ok(())
-}
-
-/// The most layers of a form, or of one of its turns.
-fn most_layers(form: &Form) -> usize {
-    match form {
-        Form::Nested(nested) => nested.layers.len(),
-        Form::Turns(forms) => forms.iter().map(most_layers).max().unwrap_or(0),
-        _ => 0,
     }
 }
 

@@ -8,6 +8,7 @@ use num_traits::{One, Signed, Zero};
 
 use super::{Comparison, Recurrence, Unchecked, layer};
 use crate::assumption::Assumptions;
+use crate::exponential_polynomial::tail::throughout;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
 use crate::polynomial::Polynomial;
@@ -190,6 +191,11 @@ impl<'a> Defined<'a> {
         if !value.mentions(self.index) {
             self.conditions.push((Relation::Neq, value.clone(), zero));
             self.general = OnceCell::new();
+            return Ok(());
+        }
+        if let (Some(sum), Ok(from)) = (ExponentialPolynomial::of(value, self.index), u64::try_from(from))
+            && [Relation::Gtr, Relation::Lss].into_iter().any(|side| throughout(&sum, side, from, None))
+        {
             return Ok(());
         }
         match first_zero(value, self.index, from) {

@@ -12,7 +12,7 @@ use super::{Form, Piece, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Atom, Need, Relation, Value};
 
 impl Induction<'_> {
     pub(super) fn pieces(&mut self) -> Result<(), Unchecked> {
@@ -123,6 +123,7 @@ impl Induction<'_> {
         }
         for (place, sequence) in recurrence.sequences.iter().enumerate() {
             let next = self.by_signs(&sequence.next, &images, cell, last)?;
+            let next = self.divided(next, &images, &known)?;
             let (image, wanted) = (next.substitute(&images)?, later(place, sequence.start.len())?);
             let piece = Piece { from: cell.from.clone(), until: cell.until.clone(), form: cell.forms[place].clone() };
             if !same_throughout(&image, &wanted, &piece, index, &known)? {
@@ -149,6 +150,27 @@ impl Induction<'_> {
         Ok(Signs { sum: &sum, from, until }.settled(next)?)
     }
 
+    /// An equation that divides by a term, with what its conditions are where the terms are these; what it divides by is
+    /// then known not to be 0.
+    fn divided(&self, next: Value, images: &BTreeMap<Name, Value>, known: &Assumptions) -> Result<Value, Unchecked> {
+        let terms = self.recurrence.terms();
+        if !terms.iter().any(|(name, ..)| divides_by(&next, name)) {
+            return Ok(next);
+        }
+        let zero = Value::zero();
+        let holds =
+            |relation, value: &Value| known.decide(relation, &known.simplify(&value.substitute(images).ok()?), &zero);
+        // Maxima stay: what they leave out must have a value, too.
+        let next = settled_by(&next, &|_, _| false, &|inner| holds(Relation::Gtr, inner))?;
+        for need in next.needs() {
+            let Need::Nonzero(divisor) = &need else { continue };
+            if holds(Relation::Neq, divisor) != Some(true) {
+                return Err(Unchecked(format!("it divides by {divisor}, which may be 0")));
+            }
+        }
+        Ok(next)
+    }
+
     /// The step from one index, between whose terms a piece ends.
     fn last_step(&self, at: &Value, cells: &[Cell<'_>]) -> Result<(), Unchecked> {
         let recurrence = self.recurrence;
@@ -160,7 +182,8 @@ impl Induction<'_> {
             images.insert(name, later(place, offset)?);
         }
         for (place, sequence) in recurrence.sequences.iter().enumerate() {
-            let (image, first) = (sequence.next.substitute(&images)?, later(place, sequence.start.len())?);
+            let next = self.divided(sequence.next.clone(), &images, self.defined.known())?;
+            let (image, first) = (next.substitute(&images)?, later(place, sequence.start.len())?);
             if !self.same(&image, &first) {
                 let next = at.add(&Value::integer(whole(sequence.start.len())?))?;
                 return Err(Unchecked(format!("{image} at {next} is not known to be {first}")));
@@ -176,6 +199,11 @@ impl Induction<'_> {
         known.assume(Relation::Gte, &Value::variable(index), &from);
         same_throughout(left, right, &Piece { from, until: None, form: left.clone() }, index, &known)
     }
+}
+
+/// Whether a value divides by something in which a variable stands.
+pub(super) fn divides_by(value: &Value, name: &Name) -> bool {
+    value.needs().iter().any(|need| matches!(need, Need::Nonzero(divisor) if divisor.mentions(name)))
 }
 
 /// Whether an index is known to lie before another one: `floor(v) + k` is above 0 where v is at least `1 - k`.

@@ -33,12 +33,12 @@ pub(super) fn turned<'a>(forms: &'a [Form], recurrence: &Recurrence) -> Result<C
 /// Whether the forms name each term as a number, and the recurrence reads nothing but terms.
 pub(super) fn only_numbers(recurrence: &Recurrence, forms: &[Form]) -> bool {
     let number = |form: &Form| match form {
-        Form::Value(early, last) => early.iter().chain([last]).all(|value| value.as_rational().is_some()),
+        Form::Value(early, last) => early.iter().chain([last]).all(|value| value.variables().is_empty()),
         _ => false,
     };
     let named = |form: &Form| if let Form::Turns(forms) = form { forms.iter().all(number) } else { number(form) };
     let terms: BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
-    let started = |start: &[Value]| start.iter().all(|value| value.as_rational().is_some());
+    let started = |start: &[Value]| start.iter().all(|value| value.variables().is_empty());
     let reads_terms = recurrence
         .sequences
         .iter()

@@ -273,6 +273,12 @@ impl Scene<'_> {
         num_traits::ToPrimitive::to_usize(&turns.to_integer()).unwrap_or(0)
     }
 
+    /// A clearance that is proved of the phases; none for what is asked otherwise, or where no proof is found.
+    pub(super) fn by_invariant(&self, criterion: &Criterion) -> Option<Finding> {
+        let Ask::Clearance { strict, limit, between } = &criterion.kind else { return None };
+        Some(self.clearance(criterion, *strict, limit, between)).filter(|finding| finding.standing == Standing::Met)
+    }
+
     fn clearance(
         &self,
         criterion: &Criterion,
@@ -289,8 +295,7 @@ impl Scene<'_> {
         let claim =
             nearest::claim(&between.each_ref().map(|(name, arity)| (name, self.sorts(name, *arity))), strict, limit);
         let Ok(claim) = claim else { return finding };
-        let outcome = safety::always(
-            &self.system.term(&self.environment.definitions),
+        let outcome = safety::always_of_phases(
             &self.system.components,
             &claim,
             &self.environment.definitions,

@@ -25,6 +25,8 @@ const MOST_DENOMINATOR: i64 = 10_000;
 const HALVINGS: usize = 20;
 /// Parameters that are tried, at most.
 pub const MOST_PARAMETERS: usize = 10;
+/// Stretches of a run that are followed while a change is looked for that is proved in the end.
+const MOST_SEARCHED: usize = 200;
 /// Pairs of parameters that are tried, at most.
 const MOST_PAIRS: usize = 15;
 
@@ -116,7 +118,10 @@ impl<'a> Workshop<'a> {
     ) -> Workshop<'a> {
         let mut workshop =
             Workshop { judge, roughly, criteria, environment, judged, parameters, formulas: BTreeMap::new() };
-        if !judged.run.stretches.is_empty() {
+        // Only a margin that is known exactly may be a formula of a parameter.
+        let exact = judged.findings.iter().any(|finding| finding.exact_margin().is_some())
+            || judged.visits.closest.iter().any(Option::is_some);
+        if exact && !judged.run.stretches.is_empty() {
             for (name, value) in parameters.iter().take_while(|_| !(judge.interrupted)()) {
                 let sides = [true, false].map(|up| nearby(value, up, &|there| workshop.margins(name, there)));
                 workshop.formulas.insert(name.clone(), sides);
@@ -148,13 +153,29 @@ impl<'a> Workshop<'a> {
         Some((criteria, environment))
     }
 
+    /// Whether the goal is met, or may be: a clearance that a run keeps which only goes on is proved once, at the end.
     fn met(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> bool {
-        self.standing(goal, point) == Some(Standing::Met)
+        match self.standing(goal, point) {
+            Some(Standing::Met) => true,
+            Some(Standing::Open) => self.goes_on(goal),
+            _ => false,
+        }
+    }
+
+    fn goes_on(&self, goal: Goal<'_>) -> bool {
+        let clearance = |name: &Name| {
+            let kind = self.criteria.all.iter().find(|one| one.name == *name).map(|one| &one.kind);
+            matches!(kind, Some(Ask::Clearance { .. }))
+        };
+        goal.is_some_and(clearance)
     }
 
     fn standing(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> Option<Standing> {
         let (criteria, environment) = self.elsewhere(point)?;
-        let judge = Judge { chances: self.roughly, ..self.judge };
+        let mut judge = Judge { chances: self.roughly, ..self.judge };
+        if self.goes_on(goal) {
+            judge.stretches = judge.stretches.min(MOST_SEARCHED);
+        }
         match goal {
             Some(name) => judge.one(&criteria, &environment, name).map(|finding| finding.standing),
             None => judge.judge(&criteria, &environment).findings.iter().map(|finding| finding.standing).min(),
@@ -164,7 +185,7 @@ impl<'a> Workshop<'a> {
     /// Judges everything with a change: a repair if the goal is met then.
     fn repair(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> Option<Repair> {
         let (criteria, environment) = self.elsewhere(point)?;
-        let judged = self.judge.judge(&criteria, &environment);
+        let judged = Judge { invariants: true, ..self.judge }.judge(&criteria, &environment);
         let after = match goal {
             Some(name) => judged.findings.iter().find(|finding| finding.name == *name)?,
             None => judged.findings.iter().min_by_key(|finding| finding.standing)?,

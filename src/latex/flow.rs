@@ -33,7 +33,8 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     if !flow.guard.is_empty() {
         let ways = flow.guard.iter().enumerate();
         let ways = ways.map(|(place, tests)| conditions(tests, if place == 0 { "while" } else { "or" }));
-        rows.push(("\\text{again}".to_string(), ways.collect::<String>().trim_start().to_string()));
+        let ways = ways.collect::<String>();
+        rows.push(("\\text{again}".to_string(), format!("{}\\ \\text{{after the round}}", ways.trim_start())));
     }
     rows.extend(flow.draws.iter().map(|(name, distribution)| (escaped_name(name), value(distribution))));
     let index = flow.index();

@@ -232,7 +232,12 @@ impl Lowerer<'_> {
             return self.fail(
                 Diagnostic::error("P0411", "this is about goals, and none is given")
                     .label(clause.span, "which goals?")
-                    .help("say where the robot must come by, in order: `goals At_10, At_0`"),
+                    .help(match &clause.kind {
+                        ClauseKind::Battery { .. } => {
+                            "say how long it must last, `for 30`, or where the robot must come by: `goals At_10, At_0`"
+                        }
+                        _ => "say where the robot must come by, in order: `goals At_10, At_0`",
+                    }),
             );
         }
         match &clause.kind {

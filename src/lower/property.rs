@@ -33,6 +33,9 @@ impl Environment {
         };
         let lowered = lowerer.whole(&[body]).and_then(|mut terms| terms.pop());
         lowerer.check_tails(body, &|called| *called == name.name);
+        if let Some(within) = within {
+            lowerer.drawn(&within.name, body);
+        }
         let latest = within.map(|within| lowerer.within(within));
         let lowered = if latest == Some(None) { None } else { lowered };
         let body = lowerer.finish(lowered)?;
@@ -41,6 +44,23 @@ impl Environment {
 }
 
 impl Lowerer<'_> {
+    /// `P(x <= d)` speaks of a time that the property draws.
+    fn drawn(&mut self, name: &Ident, body: &Written) {
+        let draws = body.all().into_iter().filter_map(|term| match &term.kind {
+            TermKind::Apply { name, results, .. } if name.name.as_str() == "Ran" => results.first(),
+            _ => None,
+        });
+        let names: Vec<String> = draws.map(|result| format!("`{}`", result.name)).collect();
+        if names.is_empty() || names.contains(&format!("`{}`", name.name)) {
+            return;
+        }
+        self.report(
+            Diagnostic::error("P0304", format!("nothing in the property draws `{}`", name.name))
+                .label(name.span, "not drawn")
+                .help(format!("the time that is drawn is called {}", names.join(" or "))),
+        );
+    }
+
     /// `(A_p | B_{p+q}) ; G where q > 1`: whenever A and B are both shown, q > 1 of what they show.
     fn always_shown(&mut self, own: &Ident, body: &Written, conditions: &[Comparison]) -> Option<Property> {
         let shown = match &body.kind {

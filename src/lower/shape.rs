@@ -21,7 +21,8 @@ const MOST_LOOKS: usize = 4_000_000;
 #[derive(Default)]
 pub(super) struct Shapes {
     locals: BTreeMap<(Option<Name>, Name), usize>,
-    ports: BTreeMap<Name, usize>,
+    /// By the systems that use the port: two systems may use one name for different things.
+    ports: BTreeMap<(usize, Name), usize>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -49,6 +50,7 @@ impl Shapes {
                 _ => {}
             }
         }
+        let groups = groups(&processes);
         let mut search = Search { environment, headers: BTreeMap::new(), found: Shapes::default(), looks: 0 };
         search.headers = processes
             .iter()
@@ -56,8 +58,8 @@ impl Shapes {
             .collect();
         for _ in 0..MOST_ROUNDS {
             let before = (search.found.locals.len(), search.found.ports.len());
-            for (header, body) in &processes {
-                search.process(header.map(|header| header.name.name.clone()), body);
+            for ((header, body), group) in processes.iter().zip(&groups) {
+                search.process(header.map(|header| header.name.name.clone()), *group, body);
             }
             if before == (search.found.locals.len(), search.found.ports.len()) {
                 break;
@@ -65,6 +67,30 @@ impl Shapes {
         }
         search.found
     }
+}
+
+/// For each process and system a number that it shares with those that it calls, or is called by; 0 for processes that no
+/// system uses.
+fn groups(processes: &[(Option<&Header>, &Term)]) -> Vec<usize> {
+    let mut groups: Vec<usize> = (1..=processes.len()).collect();
+    let own: BTreeMap<&Name, usize> = processes
+        .iter()
+        .enumerate()
+        .filter_map(|(place, (header, _))| header.map(|header| (&header.name.name, place)))
+        .collect();
+    for (place, (_, body)) in processes.iter().enumerate() {
+        let called = body.all().into_iter().filter_map(|term| match &term.kind {
+            TermKind::Apply { name, .. } => own.get(&name.name).copied(),
+            _ => None,
+        });
+        for other in called {
+            let (one, two) = (groups[place], groups[other]);
+            groups.iter_mut().filter(|group| **group == two).for_each(|group| *group = one);
+        }
+    }
+    let systems = processes.iter().zip(&groups).filter(|((header, _), _)| header.is_none());
+    let used: Vec<usize> = systems.map(|(_, group)| *group).collect();
+    groups.into_iter().map(|group| if used.contains(&group) { group } else { 0 }).collect()
 }
 
 struct Search<'a> {
@@ -78,13 +104,15 @@ struct Search<'a> {
 /// The process whose names these are, or a function's parameters with what they are.
 struct Place {
     process: Option<Name>,
+    /// The systems it is used in.
+    group: usize,
     parameters: Option<BTreeMap<Name, Shape>>,
     depth: usize,
 }
 
 impl Search<'_> {
-    fn process(&mut self, process: Option<Name>, body: &Term) {
-        let place = Place { process, parameters: None, depth: 0 };
+    fn process(&mut self, process: Option<Name>, group: usize, body: &Term) {
+        let place = Place { process, group, parameters: None, depth: 0 };
         for term in body.all() {
             if let TermKind::Apply { name, arguments, results } = &term.kind {
                 let result = results.first().map(|result| &result.name);
@@ -102,17 +130,17 @@ impl Search<'_> {
         match (name, arguments, port) {
             ("In", [_], Some(port)) => {
                 let Some(result) = result else { return };
-                if let Some(length) = self.found.ports.get(&port).copied() {
+                if let Some(length) = self.found.ports.get(&(place.group, port.clone())).copied() {
                     self.set(place, result, length);
                 }
                 if let Some(length) = self.local(place, result) {
-                    self.found.ports.entry(port).or_insert(length);
+                    self.found.ports.entry((place.group, port)).or_insert(length);
                 }
             }
             ("Out", [_, value], Some(port)) => {
                 if let Shape::Vector(length) = self.shape(place, value) {
-                    self.found.ports.entry(port).or_insert(length);
-                } else if let Some(length) = self.found.ports.get(&port).copied() {
+                    self.found.ports.entry((place.group, port)).or_insert(length);
+                } else if let Some(length) = self.found.ports.get(&(place.group, port.clone())).copied() {
                     self.expect(place, value, length);
                 }
             }
@@ -230,7 +258,7 @@ impl Search<'_> {
         };
         let shapes = arguments.iter().map(|argument| self.shape(place, argument)).collect::<Vec<_>>();
         let parameters = Some(template.parameters.iter().cloned().zip(shapes).collect());
-        let inside = Place { process: None, parameters, depth: place.depth + 1 };
+        let inside = Place { process: None, group: place.group, parameters, depth: place.depth + 1 };
         self.shape(&inside, &template.body)
     }
 

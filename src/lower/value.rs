@@ -166,11 +166,11 @@ impl Lowerer<'_> {
                 )
             }
             None if self.free => Some(Value::variable(name)),
-            None => self.unknown_value(ident),
+            None => self.unknown_value(ident, class),
         }
     }
 
-    fn unknown_value(&mut self, ident: &Ident) -> Option<Value> {
+    fn unknown_value(&mut self, ident: &Ident, class: Class) -> Option<Value> {
         if let Some(place) = self.ports.get(&ident.name).copied() {
             return self.port_as_value(ident, place);
         }
@@ -185,7 +185,10 @@ impl Lowerer<'_> {
         let names: Vec<Name> = self.locals.keys().chain(self.results.keys()).cloned().collect();
         let environment = self.environment;
         let known = names.iter().chain(environment.quantities.keys()).map(Name::as_str);
-        let advice = if self.metas == Metas::Law {
+        let advice = if class == Class::Distribution {
+            let name = &ident.name;
+            format!("declare it with `param {name} : distribution`, or write one, such as `Normal(8, sd: 3/5)`")
+        } else if self.metas == Metas::Law {
             format!("declare it with `param {0}`, or write `?{0}` for any value", ident.name)
         } else if self.metas == Metas::Values {
             format!("declare it with `param {0}`, or write `?{0}` for a value to be found", ident.name)

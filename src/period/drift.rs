@@ -1,5 +1,7 @@
 //! Parts that never come back together: rounds whose durations have no rational ratio.
 
+use num_bigint::BigInt;
+
 use super::run::Run;
 use super::step::inspect;
 use super::{Edge, Failure, Next, Phase};
@@ -15,6 +17,8 @@ pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
     ratio.variables().is_empty().then_some(false)
 }
 
+/// Longer numbers are told by their size.
+const MOST_DIGITS: usize = 40;
 /// Pairs that are looked at before two durations are said to have no known ratio.
 const MOST_PAIRS: usize = 100;
 
@@ -124,6 +128,19 @@ pub(super) fn what_tells(one: &Value, other: &Value) -> String {
     }
 }
 
+/// A number of many digits by its size.
+fn in_short(delay: &Value) -> String {
+    let text = delay.to_string();
+    match delay.as_rational() {
+        Some(number) if text.len() > MOST_DIGITS => {
+            let digits = |number: &BigInt| number.to_string().len() as i64;
+            let size = digits(number.numer()) - digits(number.denom());
+            format!("of about 10^{}", if size < 0 { format!("({size})") } else { size.to_string() })
+        }
+        _ => text,
+    }
+}
+
 /// That the same control points come again and again with other delays.
 pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure {
     let mut left: Vec<(String, Value)> = Vec::new();
@@ -137,7 +154,7 @@ pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure 
         let other = left.get(place + 1..)?.iter().find(|other| rational_ratio(&one.1, &other.1) != Some(true))?;
         Some(what_would_do(&one.1, &other.1))
     });
-    let left: Vec<String> = left.iter().map(|(name, delay)| format!("{name} {delay}")).collect();
+    let left: Vec<String> = left.iter().map(|(name, delay)| format!("{name} {}", in_short(delay))).collect();
     Failure::NoPeriod {
         reason: format!(
             "after {phases} phases the delays that remain ({}) have not repeated{}",

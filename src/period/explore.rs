@@ -14,7 +14,6 @@ use super::rest::Tails;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
 use super::step::{Place, Slot, inspect, loops, map_parts, map_values, offers, pass, readable, standing};
 use super::suppose::suppose;
-use super::vector::{component_name, components};
 use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -255,12 +254,12 @@ impl<'a> Explorer<'a> {
                 delays.push(None);
             }
             let hint = if let Slot::Name(name) = slot { name.clone() } else { Name::new("rest") };
-            let Some(parts) = components(value) else {
+            let Some(parts) = value.components() else {
                 entries.push(value.clone());
                 hints.push(hint);
                 return Ok(Value::zero());
             };
-            hints.extend((0..parts.len()).map(|place| component_name(&hint, place, parts.len())));
+            hints.extend((0..parts.len()).map(|place| hint.component(place, parts.len())));
             let nothing = Value::vector(vec![Value::zero(); parts.len()]);
             entries.extend(parts);
             Ok(nothing.unwrap_or_else(|_| Value::zero()))
@@ -338,7 +337,7 @@ impl<'a> Explorer<'a> {
                 Some(Held::Class(class)) => Value::variable(&variables[*class]),
                 None => value,
             };
-            match components(value) {
+            match value.components() {
                 None => Ok(next(value.clone())),
                 Some(parts) => {
                     Value::vector(parts.into_iter().map(next).collect()).or_else(|error| Halt::because(error.0))
@@ -476,7 +475,7 @@ impl<'a> Explorer<'a> {
                 let known = map.iter().find(|(_, image)| *image == value).map(|(name, _)| Value::variable(name));
                 known.or_else(|| (!self.clock.settler.varies(value)).then(|| value.clone()))
             };
-            let value = match components(value) {
+            let value = match value.components() {
                 None => image(value)?,
                 Some(parts) => Value::vector(parts.iter().map(image).collect::<Option<_>>()?).ok()?,
             };

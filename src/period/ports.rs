@@ -209,7 +209,7 @@ impl System {
     }
 
     /// The equations of one-to-one ports between straight-line components, in the order of the writers.
-    fn equations(&self) -> Option<Vec<Equation>> {
+    pub(super) fn equations(&self) -> Option<Vec<Equation>> {
         let counts = self.counts.as_ref()?;
         let mut equations = Vec::with_capacity(self.users.len());
         for port in self.writes.iter().flatten() {
@@ -245,10 +245,11 @@ fn unmatched(component: &str, port: &Name, reads: bool) -> Failure {
 /// How often each port is read, and written, in one round of those that use it.
 type Counts = Quick<Name, (usize, usize)>;
 
-struct Equation {
-    port: Name,
-    writer: (usize, usize),
-    reader: (usize, usize),
+/// A port between two components, each with how often it uses the port in one round.
+pub(super) struct Equation {
+    pub(super) port: Name,
+    pub(super) writer: (usize, usize),
+    pub(super) reader: (usize, usize),
 }
 
 /// The reads and writes of a component, as often as they are written, with those of all processes that it calls.

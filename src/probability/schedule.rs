@@ -162,13 +162,9 @@ impl Reader<'_> {
                     work.push(Work::Closed(self.names.clone()));
                     work.push(Work::Part(body));
                 }
-                Node::Ran(distribution, name) => self.drawn(distribution, name)?,
-                Node::Par(parts) if parts.iter().all(|part| matches!(part.node(), Node::Ran(..))) => {
-                    for part in parts {
-                        if let Node::Ran(distribution, name) = part.node() {
-                            self.drawn(distribution, name)?;
-                        }
-                    }
+                Node::Ran(..) | Node::Set(..) => self.bound(&term)?,
+                Node::Par(parts) if parts.iter().all(|part| matches!(part.node(), Node::Ran(..) | Node::Set(..))) => {
+                    parts.iter().try_for_each(|part| self.bound(part))?;
                 }
                 _ => {
                     let span = self.span(&term)?;
@@ -194,6 +190,19 @@ impl Reader<'_> {
             if self.names.get(&name) != Some(&place) {
                 self.names.insert(name, None);
             }
+        }
+    }
+
+    /// A draw, or a value that is set: drawn from a point.
+    fn bound(&mut self, term: &Term) -> Result<(), String> {
+        match term.node() {
+            Node::Ran(distribution, name) => self.drawn(distribution, name),
+            Node::Set(value, name) => {
+                let value = self.resolved(value)?;
+                let point = Value::distribution("Point", vec![value]).map_err(|error| error.0)?;
+                self.drawn(&point, name)
+            }
+            _ => Ok(()),
         }
     }
 

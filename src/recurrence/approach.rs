@@ -21,10 +21,13 @@ pub(super) fn approach(
     index: &Name,
     known: &Assumptions,
 ) -> Result<Option<Closed>, NoClosedForm> {
-    let either_way = goal_and_step(map, variable, known)?;
+    let either_way = goal_and_steps(map, variable, known)?;
     let one_way = either_way.is_none();
-    let found = if one_way { one_sided(map, variable, known)? } else { either_way };
-    let Some((goal, step)) = found else { return Ok(None) };
+    let found = match either_way {
+        None => one_sided(map, variable, known)?.map(|(goal, step)| (goal, [step.clone(), step])),
+        found => found,
+    };
+    let Some((goal, [upward, downward])) = found else { return Ok(None) };
     let (distance, zero) = (goal.sub(start)?, Value::zero());
     if one_way && known.decide(Relation::Eq, &distance, &zero) == Some(true) {
         let pieces = vec![Piece { from: zero, until: None, form: goal }];
@@ -37,6 +40,7 @@ pub(super) fn approach(
     } else {
         return Err(NoClosedForm(format!("it must be known whether {start} < {goal}")));
     };
+    let step = if ahead { upward } else { downward };
     let up = known.decide(Relation::Gtr, &step, &zero) == Some(true);
     let (steps, on_the_way) = if one_way && up != ahead {
         // From the side to which it does not move it jumps there.
@@ -80,37 +84,44 @@ fn one_sided(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option
     Ok(None)
 }
 
-/// The goal and the longest step, if the map is this one: it is looked at where it must be affine.
-fn goal_and_step(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option<(Value, Value)>, NoClosedForm> {
+/// The goal and the longest steps up and down, if the map is this one: it is looked at where it must be affine.
+fn goal_and_steps(
+    map: &Value,
+    variable: &Name,
+    known: &Assumptions,
+) -> Result<Option<(Value, [Value; 2])>, NoClosedForm> {
     let mut breaks = Vec::new();
     if breaks_of(map, variable, known, &mut breaks).is_err() {
         return Ok(None);
     }
-    let half = Value::fraction(1, 2)?;
     let distance = Name::new("[distance]");
     let away = Value::variable(&distance);
     let all: BTreeSet<&Value> = breaks.iter().collect();
+    let positive = |value: &Value| known.decide(Relation::Gtr, value, &Value::zero()) == Some(true);
     for low in &all {
+        let goal = known.simplify(&map.with(variable, low)?);
+        let upward = known.simplify(&goal.sub(low)?);
+        if !positive(&upward) {
+            continue;
+        }
+        let place = goal.sub(&away)?;
+        let image = map.with(variable, &place)?;
         for high in &all {
-            let step = known.simplify(&high.sub(low)?.mul(&half)?);
-            if known.decide(Relation::Gtr, &step, &Value::zero()) != Some(true) {
+            let downward = known.simplify(&high.sub(&goal)?);
+            if !positive(&downward) {
                 continue;
             }
-            let goal = known.simplify(&low.add(high)?.mul(&half)?);
-            let place = goal.sub(&away)?;
-            let image = map.with(variable, &place)?;
-            let is = |bounds: &[(Relation, Value)], wanted: Value| {
+            let is = |bounds: &[(Relation, &Value)], wanted: &Value| {
                 let mut here = known.clone();
                 bounds.iter().for_each(|(relation, bound)| here.assume(*relation, &away, bound));
-                here.decide(Relation::Eq, &here.simplify(&image), &wanted) == Some(true)
+                here.decide(Relation::Eq, &here.simplify(&image), wanted) == Some(true)
             };
-            let back = step.neg()?;
-            let near = [(Relation::Lte, step.clone()), (Relation::Gte, back.clone())];
-            if is(&[(Relation::Gtr, step.clone())], place.add(&step)?)
-                && is(&near, goal.clone())
-                && is(&[(Relation::Lss, back)], place.sub(&step)?)
+            let back = downward.neg()?;
+            if is(&[(Relation::Gtr, &upward)], &place.add(&upward)?)
+                && is(&[(Relation::Lte, &upward), (Relation::Gte, &back)], &goal)
+                && is(&[(Relation::Lss, &back)], &place.sub(&downward)?)
             {
-                return Ok(Some((goal, step)));
+                return Ok(Some((goal, [upward, downward])));
             }
         }
     }

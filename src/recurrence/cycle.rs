@@ -10,8 +10,9 @@ const MOST_STEPS: usize = 300;
 /// The most bits of a number in a state.
 const MOST_BITS: u64 = 2_000;
 
-/// The forms of a recurrence that begins at 0, if a state comes again soon.
-pub(super) fn repeating(recurrence: &Recurrence) -> Option<Vec<Form>> {
+/// The forms of a recurrence that begins at 0, if a state comes again soon: of two values in turn one form with `(-1)^n`
+/// comes first, which not every map can be checked with.
+pub(super) fn repeating(recurrence: &Recurrence) -> Option<Vec<Vec<Form>>> {
     if recurrence.sequences.iter().any(|sequence| sequence.next.mentions(&recurrence.index)) {
         return None;
     }
@@ -19,9 +20,8 @@ pub(super) fn repeating(recurrence: &Recurrence) -> Option<Vec<Form>> {
     let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
     let mut seen: BTreeMap<Vec<Value>, usize> = BTreeMap::new();
     for step in 0..MOST_STEPS {
-        let short = |value: &Value| {
-            value.as_rational().is_some_and(|number| number.numer().bits() + number.denom().bits() < MOST_BITS)
-        };
+        let root = |atom: &Atom| matches!(atom, Atom::Root(inner) if inner.as_rational().is_some());
+        let short = |value: &Value| value.bits() < MOST_BITS / 2 && value.atoms().iter().all(root);
         if !state.iter().all(short) {
             return None;
         }
@@ -44,27 +44,28 @@ pub(super) fn repeating(recurrence: &Recurrence) -> Option<Vec<Form>> {
 }
 
 /// The forms of sequences that repeat from an index on, with this period.
-fn forms(recurrence: &Recurrence, since: usize, period: usize) -> Option<Vec<Form>> {
+fn forms(recurrence: &Recurrence, since: usize, period: usize) -> Option<Vec<Vec<Form>>> {
     let rounds = since.div_ceil(period);
     let terms = recurrence.iterate((rounds + 1) * period).ok()?;
     let variables = recurrence.terms();
     let by_a_term = |below: &Value| variables.iter().any(|(name, ..)| below.mentions(name));
     let divides = recurrence.sequences.iter().any(|one| one.next.denominator().as_ref().is_some_and(by_a_term));
-    let form = |terms: &Vec<Value>| {
+    let form = |terms: &Vec<Value>, alternates: bool| {
         let turn = |turn: usize| {
             let early = (0..rounds).map(|round| terms[round * period + turn].clone()).collect();
             Form::Value(early, terms[rounds * period + turn].clone())
         };
+        let turns = || Form::Turns((0..period).map(turn).collect());
         match period {
             1 => turn(0),
-            // Two values in turn have one form; where the map divides by them, they must be named.
-            2 if rounds == 0 && !divides => alternating(&terms[0], &terms[1], recurrence)
-                .unwrap_or_else(|| Form::Turns((0..period).map(turn).collect())),
-            _ => Form::Turns((0..period).map(turn).collect()),
+            2 if alternates => alternating(&terms[0], &terms[1], recurrence).unwrap_or_else(turns),
+            _ => turns(),
         }
     };
-    let forms: Vec<Form> = terms.iter().map(form).collect();
-    Some(forms)
+    // Where the map divides by the two values, they must be named.
+    let alternates = period == 2 && rounds == 0 && !divides;
+    let all = |alternates: bool| terms.iter().map(|terms| form(terms, alternates)).collect();
+    Some(if alternates { vec![all(true), all(false)] } else { vec![all(false)] })
 }
 
 /// `(a + b)/2 + (a - b)/2*(-1)^n`

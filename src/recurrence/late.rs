@@ -198,13 +198,15 @@ fn distance(difference: &Value, relation: Relation) -> Option<(Value, BigRationa
     (near && !bound.is_negative()).then(|| (inner.clone(), bound))
 }
 
-/// A distance from a product that is never small enough, since it stays on one side.
+/// A distance from a product or a quotient that is never small enough, since it stays on one side.
 fn on_a_side(solved: &Solved, relation: Relation, difference: &Value) -> Option<Tail> {
     let (inner, bound) = distance(difference, relation)?;
     let bound = Value::rational(bound);
-    let above = of_product(solved, Relation::Lte, &inner.sub(&bound).ok()?);
-    let below = of_product(solved, Relation::Gte, &inner.add(&bound).ok()?);
-    above.or(below)
+    let never = |relation: Relation, value: Value| {
+        let found = of_product(solved, relation, &value).or_else(|| of_quotients(solved, relation, &value));
+        found.filter(|found| matches!(found, Tail::Never(..)))
+    };
+    never(Relation::Lte, inner.sub(&bound).ok()?).or_else(|| never(Relation::Gte, inner.add(&bound).ok()?))
 }
 
 /// A value in the terms of offset 0 and the index as an exponential polynomial, and after how many terms it is that.
@@ -279,14 +281,12 @@ fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option
         let ratio = if swells { "at least" } else { "at most" };
         format!("from there on {what}: its factors stay positive and {ratio} 1")
     };
-    let here = turn(value(from)?);
     match relation {
-        Relation::Lss | Relation::Lte if here.is_positive() => Some(Tail::Never(from, reason("it moves away"))),
         // The part that is a product keeps its sign, so that the whole stays beyond the constant.
         Relation::Eq | Relation::Gtr | Relation::Gte if part.is_negative() && !constant.is_positive() => {
             Some(Tail::Never(from, reason("it does not come there")))
         }
-        Relation::Eq => {
+        Relation::Eq | Relation::Lss | Relation::Lte => {
             let mut at = from;
             while at < MOST {
                 if turn(value(at)?).is_positive() {

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::together::closed;
 use super::{Closed, NoClosedForm, Piece, solve_all};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Recurrence, Sequence, term};
+use crate::closed_form::{Comparison, Form, Recurrence, Sequence, term};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -24,6 +24,27 @@ pub(super) fn along_a_line(
     known: &Assumptions,
 ) -> Forms {
     Motion { maps, starts, index, known }.along_a_line()
+}
+
+/// The forms of sequences that move straight towards a point, to be checked; none if they do not.
+pub(super) fn straight(recurrence: &Recurrence, known: &Assumptions) -> Option<(Vec<Form>, Vec<Comparison>)> {
+    let (mut maps, mut starts) = (BTreeMap::new(), BTreeMap::new());
+    let mut names = Vec::new();
+    for sequence in &recurrence.sequences {
+        let [start] = sequence.start.as_slice() else { return None };
+        let name = recurrence.term(&sequence.name, 0);
+        maps.insert(name.clone(), sequence.next.clone());
+        starts.insert(name.clone(), start.clone());
+        names.push(name);
+    }
+    if names.len() < 2 || maps.values().any(|map| map.mentions(&recurrence.index)) {
+        return None;
+    }
+    let found = along_a_line(&maps, &starts, &recurrence.index, known).ok()??;
+    let conditions = found.first()?.1.conditions.clone();
+    let own = |name: &Name| found.iter().find(|(other, _)| other == name).map(|(_, form)| form.pieces.clone());
+    let forms = names.iter().map(|name| Some(Form::Pieces(own(name)?))).collect::<Option<_>>()?;
+    Some((forms, conditions))
 }
 
 /// Variables that change together.
@@ -51,7 +72,7 @@ impl Motion<'_> {
             let slope = known.simplify(&step.div(&main)?);
             line.insert((*variable).clone(), starts[*variable].add(&way.mul(&slope)?)?);
         }
-        let Some(centre) = centre(maps, &line)? else { return Ok(None) };
+        let Some(centre) = centre(maps, &line)? else { return self.towards() };
         if !moves(&centre) {
             return Ok(None);
         }
@@ -217,6 +238,12 @@ fn collect_roots(value: &Value, found: &mut BTreeSet<Value>) {
             }
             Atom::Positive(inner) | Atom::Floor(inner) => collect_roots(inner, found),
             Atom::Maximum(parts) | Atom::Apply(_, parts) => {
+                // `abs(x) = 2*max(0,x)-x` is the root of `x^2`.
+                if let ([inner], Atom::Maximum(_)) = (&**parts, &atom)
+                    && let Ok(square) = inner.mul(inner)
+                {
+                    found.insert(square);
+                }
                 parts.iter().for_each(|part| collect_roots(part, found));
             }
             Atom::Power(base, exponent) => [base, exponent].iter().for_each(|part| collect_roots(part, found)),

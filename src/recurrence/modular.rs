@@ -23,7 +23,7 @@ pub(super) fn modular(recurrence: &Recurrence, (relation, left, right): Wanted<'
     if relation != Relation::Eq {
         return None;
     }
-    let difference = left.sub(right).ok()?;
+    let difference = whole(&left.sub(right).ok()?)?;
     let (next, slots) = read(recurrence, &difference)?;
     MODULI.into_iter().find_map(|modulus| {
         let (until, length) = Round::of(recurrence, &next, &slots, modulus)?.never()?;
@@ -36,10 +36,21 @@ pub(super) fn modular(recurrence: &Recurrence, (relation, left, right): Wanted<'
     })
 }
 
+/// A multiple of a value with whole coefficients: it is 0 where the value is.
+fn whole(value: &Value) -> Option<Value> {
+    let (above, below) = value.polynomials()?;
+    let scale = below.as_constant()?.recip();
+    let denominators = above.terms().iter().map(|(_, number)| (number * &scale).denom().clone());
+    let multiple = denominators.fold(BigInt::from(1), |all, one| all.lcm(&one));
+    value.scale(&BigRational::from_integer(multiple)).ok()
+}
+
 /// What a step reads: terms and the index, and powers of numbers with the index as exponent.
 enum Slot {
     Variable(Name),
     Power(BigRational),
+    /// An integer part, of which nothing is known but that it is whole: multiples of the modulus are left out.
+    Whole(Value),
 }
 
 /// A sum of multiples of products of powers of slots.
@@ -76,6 +87,13 @@ fn slot(atom: &Atom, recurrence: &Recurrence, slots: &mut Vec<Slot>) -> Option<u
                 slots.len() - 1
             }))
         }
+        Atom::Floor(inner) => {
+            let found = slots.iter().position(|slot| matches!(slot, Slot::Whole(other) if other == inner));
+            Some(found.unwrap_or_else(|| {
+                slots.push(Slot::Whole(inner.clone()));
+                slots.len() - 1
+            }))
+        }
         _ => None,
     }
 }
@@ -96,7 +114,20 @@ impl Round {
     /// None where a denominator has a factor in common with the modulus.
     fn of(recurrence: &Recurrence, sums: &[Sum], slots: &[Slot], modulus: u64) -> Option<Round> {
         let number = |number: &BigRational| residue(number, modulus);
-        let reduced = |sum: &Sum| sum.iter().map(|(scale, factors)| Some((number(scale)?, factors.clone()))).collect();
+        let unknown = |slot: usize| matches!(slots.get(slot), Some(Slot::Whole(_)));
+        // Factors are whole modulo this number, so that a multiple of it stays one.
+        let reduced = |sum: &Sum| -> Option<Terms<u64>> {
+            let mut reduced = Vec::new();
+            for (scale, factors) in sum {
+                let scale = number(scale)?;
+                match (scale, factors.iter().any(|(slot, _)| unknown(*slot))) {
+                    (0, true) => {}
+                    (_, true) => return None,
+                    (scale, false) => reduced.push((scale, factors.clone())),
+                }
+            }
+            Some(reduced)
+        };
         let mut state = Vec::new();
         for value in recurrence.sequences.iter().flat_map(|sequence| &sequence.start) {
             state.push(number(&value.as_rational()?)?);
@@ -104,6 +135,11 @@ impl Round {
         state.push(number(&BigRational::from_integer(recurrence.from.into()))?);
         let mut ratios = Vec::new();
         for slot in &slots[state.len()..] {
+            if let Slot::Whole(_) = slot {
+                ratios.push(0);
+                state.push(0);
+                continue;
+            }
             let Slot::Power(base) = slot else { return None };
             ratios.push(number(base)?);
             let first = base.pow(i32::try_from(recurrence.from).ok().filter(|from| *from >= 0)?);

@@ -14,12 +14,13 @@ use super::descent::descends;
 use super::late::{late, rising};
 use super::modular::modular;
 use super::numeric::Numeric;
+use super::ratio::in_ratio;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
 use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Atom, Relation, Value, ValueError};
 
 /// The terms that are compared one by one, at most, and the bits that they may have together.
 const MOST_TERMS: u64 = 20_000;
@@ -41,8 +42,33 @@ const SHORTEST: u64 = 1 << 12;
 /// A comparison of expressions in the terms of offset 0.
 pub(super) type Wanted<'a> = (Relation, &'a Value, &'a Value);
 
-/// The least index at which a comparison of terms holds. The search ends when `stop` says so.
+/// The least index at which a comparison of terms holds; of vectors, `=` or `!=`. The search ends when `stop` says so.
 pub fn reach(
+    recurrence: &Recurrence,
+    solved: Option<&Solved>,
+    (relation, left, right): Wanted<'_>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Reach {
+    let zero = Value::zero();
+    match furthest(left, right) {
+        Ok(Some(distance)) => of_numbers(recurrence, solved, (relation, &distance, &zero), known, stop),
+        Ok(None) => of_numbers(recurrence, solved, (relation, left, right), known, stop),
+        Err(error) => Reach::Unknown(error.to_string()),
+    }
+}
+
+/// The largest difference of two components of vectors: they are equal where it is 0.
+fn furthest(left: &Value, right: &Value) -> Result<Option<Value>, ValueError> {
+    let (Some(left), Some(right)) = (left.components(), right.components()) else { return Ok(None) };
+    let mut distance = Value::zero();
+    for (one, other) in left.iter().zip(&right) {
+        distance = Value::maximum(&[distance, one.sub(other)?.abs()?])?;
+    }
+    Ok(Some(distance))
+}
+
+fn of_numbers(
     recurrence: &Recurrence,
     solved: Option<&Solved>,
     wanted: Wanted<'_>,
@@ -78,6 +104,9 @@ pub fn reach(
         return early;
     }
     if let Some(found) = comes_round(recurrence, wanted, stop) {
+        return found;
+    }
+    if let Some(found) = in_ratio(recurrence, wanted, known, stop) {
         return found;
     }
     let mut tail = match (classes, solved) {

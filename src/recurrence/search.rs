@@ -424,7 +424,12 @@ impl Entry<'_> {
         if at_limit && never_zero(factor) && never_zero(ratio) {
             return Ok(Reach::Never(format!("it is never equal: {} is not 0 for any n", self.value)));
         }
-        Ok(Reach::Unknown(self.question(&start)))
+        let open = match [factor, ratio].into_iter().find(|value| !never_zero(value)) {
+            Some(value) if at_limit => format!("it must be known whether {value} = 0"),
+            _ if self.interval.holds(&start, known).is_some() => self.question(&self.value),
+            _ => self.question(&start),
+        };
+        Ok(Reach::Unknown(open))
     }
 
     /// Why no power lies between the numbers.

@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycle::repeating;
+use super::fractional::fractional;
 use super::inhomogeneous::first_order;
 use super::interleaved::interleaved;
 use super::itinerary::itineraries;
+use super::line::straight;
 use super::linear::System;
 use super::nested::{Layers, nested};
 use super::parts::{each_group, read_off};
@@ -112,7 +114,11 @@ fn by_methods(
         Err(more) if general => more,
         Err(_) => reason,
     };
-    if let Some(solved) = repeating(moved).and_then(|forms| checked((forms, Vec::new())).ok()) {
+    if let Some(solved) = straight(moved, known).and_then(|found| checked(found).ok()) {
+        return Ok(solved);
+    }
+    let repeating = repeating(moved).unwrap_or_default();
+    if let Some(solved) = repeating.into_iter().find_map(|forms| checked((forms, Vec::new())).ok()) {
         return Ok(solved);
     }
     let all = itineraries(moved, known, stop);
@@ -365,7 +371,11 @@ fn alone(
     if next.mentions(index) {
         return Err(NoClosedForm(format!("it is not linear in {name} and depends on {index}")));
     }
-    by_pieces(&next, &name, start, index, known)
+    let quotient = fractional(&next, &name, start, index, known);
+    if let Ok(Some(found)) = quotient {
+        return Ok(found);
+    }
+    by_pieces(&next, &name, start, index, known).map_err(|reason| quotient.err().unwrap_or(reason))
 }
 
 /// One sequence whose next term depends on more than one before it.

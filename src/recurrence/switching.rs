@@ -17,6 +17,8 @@ use crate::value::{Atom, Relation, Value};
 
 /// The most pieces.
 const MOST_PIECES: usize = 24;
+/// The longest value at which a piece may begin.
+const MOST_SIZE: usize = 400;
 /// The most first terms that are listed before forms that are no values.
 const MOST_LISTED: i64 = 100;
 
@@ -53,6 +55,11 @@ pub(super) fn switching(
             return switching.found(&solved, &place);
         };
         place = switching.go_on(&solved, &place, &length, &failed)?;
+        if place.starts.iter().flatten().chain([&place.from]).any(|value| value.size() > MOST_SIZE) {
+            return Err(NoClosedForm(
+                "where its maxima and conditions change becomes too long an expression".to_string(),
+            ));
+        }
     }
     Err(NoClosedForm(format!("its maxima and conditions change more than {MOST_PIECES} times")))
 }

@@ -10,6 +10,8 @@ use crate::name::Name;
 use crate::period::Test;
 use crate::value::{Relation, Value, ValueError};
 
+/// Coefficients of unknown sign that are looked at by cases, one inside the other.
+const MOST_SPLITS: usize = 3;
 /// Constraints that an elimination may make.
 const MOST_CONSTRAINTS: usize = 400;
 
@@ -39,15 +41,64 @@ pub fn exclusion(
 ) -> Result<Vec<Clause>, ValueError> {
     let mut clauses = Vec::new();
     for case in cases(assumptions, tests)? {
-        if let Some(clause) = exclude(assumptions, &case, variables)? {
+        clauses.extend(by_signs(assumptions, &case, variables, MOST_SPLITS)?);
+    }
+    Ok(clauses)
+}
+
+/// The clauses that exclude a case, where need be for each sign of a coefficient that is free of the variables.
+fn by_signs(
+    assumptions: &Assumptions,
+    case: &Case,
+    variables: &BTreeSet<Name>,
+    splits: usize,
+) -> Result<Vec<Clause>, ValueError> {
+    let factor = match exclude(assumptions, case, variables) {
+        Ok(clause) => return Ok(clause.into_iter().collect()),
+        Err(Stuck::Sign(factor)) if splits > 0 && !variables.iter().any(|name| factor.mentions(name)) => factor,
+        Err(stuck) => return Err(stuck.into()),
+    };
+    let mut clauses = Vec::new();
+    for relation in [Relation::Gtr, Relation::Eq, Relation::Lss] {
+        let side = Test { relation, left: factor.clone(), right: Value::zero() };
+        if side.decide(assumptions) == Some(false) {
+            continue;
+        }
+        let mut here = assumptions.clone();
+        here.assume(relation, &side.left, &side.right);
+        for mut clause in by_signs(&here, case, variables, splits - 1)? {
+            clause.push(side.negated());
             clauses.push(clause);
         }
     }
     Ok(clauses)
 }
 
+/// Why an elimination does not go on.
+enum Stuck {
+    /// The sign of a coefficient is not known.
+    Sign(Value),
+    /// For another reason.
+    Other(ValueError),
+}
+
+impl From<ValueError> for Stuck {
+    fn from(error: ValueError) -> Stuck {
+        Stuck::Other(error)
+    }
+}
+
+impl From<Stuck> for ValueError {
+    fn from(stuck: Stuck) -> ValueError {
+        match stuck {
+            Stuck::Sign(factor) => ValueError(format!("the sign of {factor} must be known")),
+            Stuck::Other(error) => error,
+        }
+    }
+}
+
 /// The clause that excludes one case; none if it is impossible as it is.
-fn exclude(assumptions: &Assumptions, case: &Case, variables: &BTreeSet<Name>) -> Result<Option<Clause>, ValueError> {
+fn exclude(assumptions: &Assumptions, case: &Case, variables: &BTreeSet<Name>) -> Result<Option<Clause>, Stuck> {
     let mut constraints = BTreeSet::new();
     for test in &case.tests {
         // `!=` is left out: the case is then wider than it is, and what excludes it still does.
@@ -89,7 +140,7 @@ fn eliminate(
     assumptions: &Assumptions,
     constraints: BTreeSet<Constraint>,
     name: &Name,
-) -> Result<BTreeSet<Constraint>, ValueError> {
+) -> Result<BTreeSet<Constraint>, Stuck> {
     let (mut below, mut above, mut free) = (Vec::new(), Vec::new(), BTreeSet::new());
     let mut equal: Option<Value> = None;
     for one in &constraints {
@@ -98,12 +149,16 @@ fn eliminate(
             continue;
         }
         let Some((factor, rest)) = one.form.linear_in(name) else {
-            return Err(ValueError(format!("{} is not linear in {name}", one.form)));
+            return Err(ValueError(format!("{} is not linear in {name}", one.form)).into());
         };
+        if assumptions.decide(Relation::Eq, &factor, &Value::zero()) == Some(true) {
+            free.insert(Constraint { form: rest, relation: one.relation });
+            continue;
+        }
         let bound = rest.neg()?.div(&factor)?;
         if one.relation == Relation::Eq {
             if assumptions.decide(Relation::Neq, &factor, &Value::zero()) != Some(true) {
-                return Err(ValueError(format!("it must be known whether {factor} = 0")));
+                return Err(Stuck::Sign(factor));
             }
             equal = Some(bound);
             break;
@@ -113,17 +168,17 @@ fn eliminate(
             Some(false) if assumptions.decide(Relation::Lss, &factor, &Value::zero()) == Some(true) => {
                 above.push((bound, one.relation));
             }
-            _ => return Err(ValueError(format!("the sign of {factor} must be known"))),
+            _ => return Err(Stuck::Sign(factor)),
         }
     }
     if let Some(image) = equal {
         let put = |one: &Constraint| -> Result<Constraint, ValueError> {
             Ok(Constraint { form: one.form.with(name, &image)?, relation: one.relation })
         };
-        return constraints.iter().map(put).collect();
+        return Ok(constraints.iter().map(put).collect::<Result<_, ValueError>>()?);
     }
     if below.len() * above.len() + free.len() > MOST_CONSTRAINTS {
-        return Err(ValueError("there are too many constraints".to_string()));
+        return Err(ValueError("there are too many constraints".to_string()).into());
     }
     for (low, first) in &below {
         for (high, second) in &above {

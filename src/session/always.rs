@@ -80,7 +80,7 @@ impl Run<'_, '_> {
             }
             safety::Verdict::Open => {
                 found.remains = outcome.remaining.iter().map(|line| said(line)).collect();
-                by_instance(&term, &claim, environment, &interrupted, &mut found);
+                by_instance((&term, &outcome.conditions), &claim, environment, &interrupted, &mut found);
             }
         }
         found.feedback.extend(conditions(&outcome.conditions));
@@ -184,13 +184,13 @@ fn numbered(phases: &[usize]) -> String {
 
 /// What is open for all values of the parameters may be refuted by some.
 fn by_instance(
-    system: &Term,
+    (system, conditions): (&Term, &[Vec<Test>]),
     claim: &Claim,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
     found: &mut Found,
 ) {
-    match broken_instance(system, claim, environment, interrupted) {
+    match broken_instance(system, claim, environment, conditions, interrupted) {
         Ok(instance) => {
             let open = std::mem::take(&mut found.remains);
             let values = instance.closed.values.iter().map(|(name, value, _)| format!("{name} = {value}"));

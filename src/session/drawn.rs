@@ -245,3 +245,10 @@ pub(super) fn durations_are_drawn(system: &Term, environment: &Environment) -> b
     }
     draws && varies
 }
+
+/// Reasons with more of them, each said once.
+pub(super) fn once(mut reasons: Vec<String>, mut more: Vec<String>) -> Vec<String> {
+    more.retain(|one| !reasons.contains(one));
+    reasons.append(&mut more);
+    reasons
+}

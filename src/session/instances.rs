@@ -15,8 +15,11 @@ use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::Value;
 
-/// Instances that are followed.
+/// Instances in which one parameter is changed.
 const MOST_INSTANCES: usize = 12;
+/// Instances with other values for all of them, and these values.
+const MOST_MIXED: u64 = 30;
+const MIXED: [(i64, i64); 10] = [(1, 3), (1, 2), (2, 3), (1, 1), (3, 2), (2, 1), (5, 2), (3, 1), (5, 1), (10, 1)];
 /// States of one instance.
 const MOST_STATES: usize = 600;
 
@@ -30,8 +33,31 @@ pub(super) struct Instance {
     pub(super) run: orbit::Run,
 }
 
-/// The first instance with a run that breaks the claim; else how many were followed.
+/// The first instance with a run that breaks the claim; else how many were followed. Those come first that do not meet
+/// any of the conditions under which it is proved.
 pub(super) fn broken_instance(
+    system: &Term,
+    claim: &Claim,
+    environment: &Environment,
+    conditions: &[Vec<Test>],
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Box<Instance>, usize> {
+    let mut beyond = environment.clone();
+    for test in conditions.iter().filter_map(|tests| tests.first()).map(Test::negated) {
+        beyond.assumptions.assume(test.relation, &test.left, &test.right);
+    }
+    let mut tried = 0;
+    let telling = !conditions.is_empty() && !beyond.assumptions.contradictory();
+    for environment in telling.then_some(&beyond).into_iter().chain([environment]) {
+        match broken_among(system, claim, environment, interrupted) {
+            Err(more) => tried += more,
+            found => return found,
+        }
+    }
+    Err(tried)
+}
+
+fn broken_among(
     system: &Term,
     claim: &Claim,
     environment: &Environment,
@@ -49,8 +75,9 @@ pub(super) fn broken_instance(
     let others = || [Value::integer(2), half.clone(), Value::integer(3), Value::integer(10), Value::zero()].into_iter();
     let changed = others().flat_map(|value| chosen.iter().map(move |(name, _)| vec![(name.clone(), value.clone())]));
     let mut tried: BTreeSet<Vec<(Name, Value)>> = BTreeSet::new();
-    for given in std::iter::once(Vec::new()).chain(changed) {
-        if tried.len() == MOST_INSTANCES || interrupted() {
+    let mixed = (1..=MOST_MIXED).map(|turn| mixed(&chosen, turn));
+    for given in std::iter::once(Vec::new()).chain(changed.take(MOST_INSTANCES)).chain(mixed) {
+        if interrupted() {
             break;
         }
         // One value may ask for others than those found at first.
@@ -68,6 +95,17 @@ pub(super) fn broken_instance(
         }
     }
     Err(tried.len())
+}
+
+/// Other values for all parameters at once, different ones in each turn.
+fn mixed(chosen: &[(Name, Value)], turn: u64) -> Vec<(Name, Value)> {
+    let mut dice = turn;
+    let mut value = || {
+        dice = dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let (numerator, denominator) = MIXED[usize::try_from(dice >> 33).unwrap_or(0) % MIXED.len()];
+        Value::fraction(numerator, denominator).unwrap_or_else(|_| Value::one())
+    };
+    chosen.iter().map(|(name, _)| (name.clone(), value())).collect()
 }
 
 /// The parameters that a claim reads.

@@ -4,7 +4,7 @@ use num_rational::BigRational;
 
 use super::always::claim_of;
 use super::claim::Found;
-use super::drawn::{durations_are_drawn, no_two_taken};
+use super::drawn::{durations_are_drawn, no_two_taken, once};
 use super::reading::{Run, Waiting};
 use super::rounds::{Grounds, how_far};
 use crate::criteria::Likely;
@@ -200,12 +200,11 @@ fn without_rounds(likelihood: &Likelihood, environment: &Environment, mut reason
             format!("neither exact nor enclosed: {}", reasons.join("; "))
         }
         Err(reason) => {
-            reasons.push(format!("not exact: {reason}"));
+            reasons.extend((reasons.join("; ") != reason).then(|| format!("not exact: {reason}")));
             reasons.last().cloned().unwrap_or_default()
         }
     };
-    let mut answer =
-        run(likelihood, environment).unwrap_or(Err(Vec::new())).map_err(|more| [reasons, more].concat())?;
+    let mut answer = run(likelihood, environment).unwrap_or(Err(Vec::new())).map_err(|more| once(reasons, more))?;
     answer.lines.push(format!("note: {note}"));
     Ok(answer)
 }

@@ -90,7 +90,9 @@ pub(super) fn forms_in_orders(
 /// go to.
 fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptions) -> Vec<(Value, Value)> {
     let terms: Vec<_> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
-    let values = recurrence.sequences.iter().map(|sequence| &sequence.next).chain([left, right]);
+    let sides: Vec<Value> =
+        [left, right].into_iter().flat_map(|side| side.components().unwrap_or_else(|| vec![side.clone()])).collect();
+    let values = recurrence.sequences.iter().map(|sequence| &sequence.next).chain(&sides);
     let mut others: Vec<Value> = Vec::new();
     for name in values.flat_map(Value::variables) {
         let value = Value::variable(&name);
@@ -101,7 +103,7 @@ fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptio
     let starts: Vec<&Value> = recurrence.sequences.iter().flat_map(|sequence| &sequence.start).collect();
     let mut found = Vec::new();
     // A comparison with one value asks for the order of the start and that value first.
-    let first = [left, right].into_iter().filter(|side| terms.iter().all(|name| !side.mentions(name)));
+    let first = sides.iter().filter(|side| terms.iter().all(|name| !side.mentions(name)));
     for other in first.cloned().chain(resting(recurrence, known)).chain(others) {
         for start in &starts {
             let symbolic = !start.variables().is_empty() || !other.variables().is_empty();

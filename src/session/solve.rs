@@ -180,6 +180,15 @@ fn is_met(
     found: Option<&Reach>,
     known: &Assumptions,
 ) -> bool {
+    let met = |name: &Name, value: &Value| is_met(name, value, recurrence, solved, found, known);
+    if let Some(parts) = value.components() {
+        let (base, at) = name.as_str().split_once('(').map_or((name.as_str(), None), |(base, at)| (base, Some(at)));
+        let part = |place: usize| {
+            let own = Name::new(base).component(place, parts.len());
+            at.map_or(own.clone(), |at| Name::new(&format!("{own}({at}")))
+        };
+        return parts.iter().enumerate().all(|(place, value)| met(&part(place), value));
+    }
     if *name == recurrence.index {
         return match found {
             Some(Reach::At(at, conditions)) => {

@@ -245,8 +245,12 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     if let Some((greater, lesser)) = denested(&inner) {
         return outer.mul(&root_of_number(&greater)?.add(&root_of_number(&lesser.0)?.scale(&lesser.1)?)?);
     }
-    if let Some([length]) = squares(&inner).or_else(|| square_with_root(&inner)).as_deref() {
-        return outer.mul(&Value::whole(length.clone())?.abs()?);
+    let length = match squares(&inner).or_else(|| square_with_root(&inner)).as_deref() {
+        Some([length]) => Some(length.clone()),
+        _ => square_root(&inner),
+    };
+    if let Some(length) = length {
+        return outer.mul(&Value::whole(length)?.abs()?);
     }
     outer.mul(&Atom::Root(Value::whole(inner)?).value()?)
 }
@@ -268,6 +272,22 @@ fn squares(sum: &Real) -> Option<Vec<Real>> {
         parts.push(part);
     }
     Some(parts)
+}
+
+/// The polynomial of which this is the square, found term by term from the first.
+fn square_root(sum: &Real) -> Option<Real> {
+    let (first, number) = sum.terms().first()?;
+    let half = first.factors().iter().map(|(atom, exponent)| (exponent % 2 == 0).then(|| (atom.clone(), exponent / 2)));
+    let lead = Monomial::of(half.collect::<Option<Vec<_>>>()?)?;
+    let twice = rational_root(number)?;
+    let mut root = Polynomial::term(lead.clone(), twice.clone());
+    let twice = (&twice + &twice).recip();
+    for _ in 0..MOST_TERMS {
+        let rest = sum.minus(&root.times(&root)?);
+        let Some((next, number)) = rest.terms().first() else { return Some(root) };
+        root = root.plus(&Polynomial::term(next.over(&lead)?, number * &twice));
+    }
+    None
 }
 
 /// `q*x + b/(2*q)` of `q^2*x^2 + b*x + c`.
@@ -367,6 +387,8 @@ mod tests {
         let length = Value::vector(vec![x.clone(), Value::variable(&Name::new("y"))]).unwrap().norm().unwrap();
         let sum = length.mul(&Value::integer(3)).unwrap().sub(&x.mul(&two).unwrap()).unwrap();
         assert_eq!(sum.mul(&sum).unwrap().sqrt().unwrap(), sum.abs().unwrap());
+        let product = x.mul(&Value::variable(&Name::new("y"))).unwrap().sub(&x).unwrap().add(&two).unwrap();
+        assert_eq!(product.mul(&product).unwrap().sqrt().unwrap(), product.abs().unwrap());
         let sum = x.sub(&two).unwrap();
         assert_eq!(sum.mul(&sum).unwrap().sqrt().unwrap(), sum.abs().unwrap());
         // 1 + sqrt(2) is no square of a sum of two roots of numbers.

@@ -122,7 +122,26 @@ impl Value {
         if arguments.iter().any(|argument| argument.sort() == Sort::Distribution) {
             return wrong("takes numbers, not distributions");
         }
-        Value::new(Content::Distribution(kind.to_string(), arguments))
+        // Without any spread it is a point.
+        match (kind, number(0), number(1)) {
+            ("Normal", _, Some(variance)) if variance.is_zero() => Value::point(arguments),
+            ("Uniform", Some(low), Some(high)) if low == high => Value::point(arguments),
+            _ => Value::new(Content::Distribution(kind.to_string(), arguments)),
+        }
+    }
+
+    fn point(arguments: Vec<Value>) -> Outcome {
+        Value::new(Content::Distribution("Point".to_string(), arguments.into_iter().take(1).collect()))
+    }
+
+    /// The number that is drawn from a distribution that has one value only.
+    pub(crate) fn certain(&self) -> Option<Value> {
+        match &self.0.content {
+            Content::Distribution(kind, parts) if kind == "Point" => {
+                parts.first().filter(|value| value.sort() == Sort::Real).cloned()
+            }
+            _ => None,
+        }
     }
 
     fn mixture(arguments: Vec<Value>) -> Outcome {

@@ -209,7 +209,8 @@ impl Printer {
         let (mut tops, mut bottoms) = (Vec::new(), Vec::new());
         let mut bases: BTreeMap<&Value, BigRational> = BTreeMap::new();
         let mut root = BigRational::one();
-        for (atom, exponent) in factors {
+        let turned = turned(factors);
+        for (atom, exponent) in turned.as_deref().unwrap_or(factors) {
             if let Some((power, exponent)) = rational_power(atom, *exponent) {
                 *bases.entry(exponent).or_insert_with(BigRational::one) *= power;
                 continue;
@@ -336,6 +337,23 @@ fn is_shared((atom, exponent): &(Atom, i64)) -> bool {
             Atom::Root(inner) => inner.as_rational().is_none(),
             _ => false,
         }
+}
+
+/// `(-1)^n*(k-1)^n` as `(1-k)^n`.
+fn turned(factors: &[(Atom, i64)]) -> Option<Vec<(Atom, i64)>> {
+    let minus = Value::integer(-1);
+    let sign = factors
+        .iter()
+        .position(|(atom, exponent)| *exponent == 1 && matches!(atom, Atom::Power(base, _) if *base == minus))?;
+    let Atom::Power(_, count) = &factors[sign].0 else { return None };
+    let (place, base) = factors.iter().enumerate().find_map(|(place, (atom, exponent))| match atom {
+        Atom::Power(base, own) if *exponent == 1 && own == count && base.as_rational().is_none() => Some((place, base)),
+        _ => None,
+    })?;
+    let mut turned = factors.to_vec();
+    turned[place].0 = Atom::Power(base.neg().ok()?, count.clone());
+    turned.remove(sign);
+    Some(turned)
 }
 
 /// `b^n` with a rational base, to a small power: the base and the symbolic exponent.

@@ -77,11 +77,11 @@ impl Walker<'_> {
     fn limit(&self, count: &mut Count, test: &Test, after: Option<&Test>, forms: &Forms) -> Result<(), Unsure> {
         // A test of the values after a round is a test of the sequence one later.
         let (said, later) = after.map_or((test, false), |after| (after, true));
-        let said = said.substitute(&forms.constant)?;
+        let said = self.of_one_component(said.substitute(&forms.constant)?)?;
         let reads = |name: &&Name| said.left.mentions(name) || said.right.mentions(name);
         let reach = match forms.maps.keys().filter(reads).collect::<Vec<_>>().as_slice() {
             [] => return self.settled(count, &said),
-            [name] => self.first_of_one(&said, name, later, forms)?,
+            [name] if said.left.sort() == Sort::Real => self.first_of_one(&said, name, later, forms)?,
             many => self.first_of_many(&said, many, later, forms)?,
         };
         match reach {
@@ -109,6 +109,17 @@ impl Walker<'_> {
                 }
             }
         }
+    }
+
+    /// A test of vectors that differ in one component at most, by that component.
+    fn of_one_component(&self, said: Test) -> Result<Test, Unsure> {
+        let Some(parts) = said.left.sub(&said.right)?.components() else { return Ok(said) };
+        let equal = |part: &&Value| self.assumptions.decide(Relation::Eq, part, &Value::zero()) == Some(true);
+        let mut rest: Vec<&Value> = parts.iter().filter(|part| !equal(part)).collect();
+        Ok(match (rest.pop(), rest.as_slice()) {
+            (Some(only), []) => Test { relation: said.relation, left: only.clone(), right: Value::zero() },
+            _ => said,
+        })
     }
 
     /// When a test of one variable fails first.

@@ -20,7 +20,7 @@ type Matters = BTreeSet<(usize, Name)>;
 
 /// The phases without the variables that a property does not depend on, and without what shows them; nothing where it
 /// depends on all, or rounds draw at random.
-pub(super) fn reduced(period: &Period, property: &Term) -> Option<Period> {
+pub(crate) fn reduced(period: &Period, property: &Term) -> Option<Period> {
     let asked = observers(property);
     let mut matters = Matters::new();
     let mut open = Vec::new();

@@ -248,9 +248,12 @@ impl Matcher<'_> {
         {
             return self.take(laid, Some(free), passed, &[]);
         }
+        let found = |unit: &Unit| matches!(unit.find(shown, self.assumptions), Hit::Found(..));
+        let earlier = trajectory.opening.iter().chain(trajectory.legs.iter().flat_map(|leg| &leg.units)).any(found);
+        let again = if earlier { " again" } else { "" };
         let shown: Vec<String> = shown.iter().map(Term::to_string).collect();
         let why = why.map(|why| format!(": {why}")).unwrap_or_default();
-        Err(Missed::Never(format!("{} is not shown{why}", shown.join(" with "))))
+        Err(Missed::Never(format!("{} is not shown{again}{why}", shown.join(" with "))))
     }
 
     /// The longest stretch from here that shows this.

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use super::lay::{Laid, Matcher, Missed};
 use super::orbit::{Orbit, only, standing};
-use super::round::{endless, in_step, stuck};
-use super::trajectory::{Leg, Rounds, Trajectory};
+use super::round::endless;
+use super::trajectory::{Leg, Trajectory};
 use super::unit::{Unit, shows, without_end};
 use super::{Outcome, Verdict};
 use crate::name::Name;
@@ -301,134 +301,6 @@ impl Matcher<'_> {
             laid => laid,
         }
     }
-
-    /// A property that starts again and again.
-    fn again(&self, trajectory: &Trajectory) -> Result<Outcome, Missed> {
-        let Some(cycle) = trajectory.cycle else {
-            // A run that comes to rest goes round in what it shows then.
-            let resting = trajectory.resting();
-            let found = resting.and_then(|(resting, cycle)| self.round_by_round(&resting, cycle).ok());
-            return found.ok_or_else(|| self.no_cycle(trajectory));
-        };
-        let free = self
-            .wanted
-            .wants
-            .last()
-            .is_some_and(|want| matches!(want.length, Length::Unknown(_)) && want.shown.is_empty());
-        let mut first = None;
-        if free && let Some((opening, later)) = in_step(trajectory, cycle) {
-            let rounds: Result<Vec<Laid>, Missed> =
-                opening.into_iter().map(|units| self.lay(units, true, (&[], trajectory))).collect();
-            let steady: Result<Vec<Laid>, Missed> =
-                later.into_iter().map(|units| self.lay(units, true, (&[], trajectory))).collect();
-            match (rounds, steady) {
-                (Ok(rounds), Ok(steady)) => return Ok(outcome_of(rounds, steady, trajectory.orbit.as_ref())),
-                (Err(missed), _) | (_, Err(missed)) => first = Some(missed),
-            }
-        }
-        match first {
-            Some(Missed::Unsure(reason)) => return Err(Missed::Unsure(reason)),
-            _ if let Some(found) = self.turn_by_turn(trajectory, cycle) => return Ok(found),
-            // What no turn shows, is not shown wherever the rounds of the property begin.
-            _ if trajectory.orbit.is_some() => {
-                let mut units = trajectory.opening.clone();
-                units.extend(units_of(&trajectory.legs));
-                units.extend(units_of(&trajectory.legs[cycle..]));
-                return Err(match self.lay(units, false, (&[], trajectory)) {
-                    Err(missed) => missed,
-                    Ok(_) => {
-                        Missed::Unsure("the rounds of the property and of the run do not come into step".to_string())
-                    }
-                });
-            }
-            _ => {}
-        }
-        match (self.round_by_round(trajectory, cycle), stuck(trajectory)) {
-            (Err(Missed::Never(reason)), Some(leg)) => {
-                let text = format!("{reason}: phase {} never ends, its values repeat for ever", leg.phase + 1);
-                Err(Missed::Never(text))
-            }
-            (answer, _) => answer,
-        }
-    }
-
-    /// Why a run that does not repeat cannot show a property that starts again for ever.
-    fn no_cycle(&self, trajectory: &Trajectory) -> Missed {
-        let mut units = trajectory.opening.clone();
-        units.extend(units_of(&trajectory.legs));
-        let reason = match &trajectory.end {
-            Some(End::Livelock { cycle }) => {
-                let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
-                format!("the program goes round in no time ({}): time stops", cycle.join(", "))
-            }
-            Some(End::Silent { blocked, .. }) if !blocked.is_empty() => {
-                let blocked: Vec<String> = blocked.iter().map(|one| one.to_string()).collect();
-                format!("the run comes to a halt: {}", blocked.join("; "))
-            }
-            Some(End::Silent { observed, .. }) => {
-                let shown: Vec<String> = observed.iter().map(Term::to_string).collect();
-                let shown = if shown.is_empty() { "nothing".to_string() } else { shown.join(" with ") };
-                format!("the run comes to rest: {shown} is shown for ever")
-            }
-            Some(_) => "the run ends".to_string(),
-            None => match trajectory.legs.last().map(|leg| (&leg.rounds, leg)) {
-                Some((Rounds::Forever(reason), leg)) => {
-                    let forms: Vec<String> = leg.closed.iter().map(|(name, closed)| form_text(name, closed)).collect();
-                    // What the endless leg shows may still be what is asked, again and again.
-                    let shows_once = self.lay(units, false, (&[], trajectory)).is_ok();
-                    let forms =
-                        if forms.is_empty() { reason.clone() } else { format!("{}; {reason}", forms.join(", ")) };
-                    let text = format!("phase {} never ends: {forms}", leg.phase + 1);
-                    if shows_once && leg.units.iter().any(|unit| self.constant(unit)) {
-                        return Missed::Unsure(text);
-                    }
-                    text
-                }
-                _ => {
-                    let so_far = match self.lay(units, false, (&[], trajectory)) {
-                        Err(Missed::Never(reason)) => format!("; so far {reason}"),
-                        _ => String::new(),
-                    };
-                    let open = trajectory.open.first().cloned().unwrap_or_default();
-                    return Missed::Unsure(format!("{open}{so_far}"));
-                }
-            },
-        };
-        Missed::Never(reason)
-    }
-
-    fn constant(&self, unit: &Unit) -> bool {
-        let Unit::Repeat { index, segments, .. } = unit else { return false };
-        segments
-            .iter()
-            .any(|segment| !segment.observed.iter().any(|term| term.values().any(|value| value.mentions(index))))
-    }
-
-    /// Rounds one after the other, wherever they start, until one starts where an earlier one did.
-    fn round_by_round(&self, trajectory: &Trajectory, cycle: usize) -> Result<Outcome, Missed> {
-        let round = units_of(&trajectory.legs[cycle..]);
-        let mut partial = trajectory.opening.clone();
-        partial.extend(units_of(&trajectory.legs[..cycle]));
-        let mut seen: Vec<Vec<Unit>> = Vec::new();
-        let mut laid: Vec<Laid> = Vec::new();
-        for _ in 0..64 {
-            if let Some(start) = seen.iter().position(|earlier| *earlier == partial) {
-                let steady = laid.split_off(start);
-                return Ok(outcome_of(laid, steady, None));
-            }
-            seen.push(partial.clone());
-            let mut units = partial.clone();
-            units.extend(round.iter().cloned());
-            units.extend(round.iter().cloned());
-            let one = self.lay(units, false, (&[], trajectory))?;
-            partial = one.rest.clone();
-            while partial.ends_with(&round) {
-                partial.truncate(partial.len() - round.len());
-            }
-            laid.push(one);
-        }
-        Err(Missed::Unsure("the rounds of the property and of the run do not come into step".to_string()))
-    }
 }
 
 /// A property that is met by what is known of a run that goes on for ever: nothing is said of the rest of it.
@@ -442,11 +314,6 @@ fn going_on(laid: Laid) -> Outcome {
     }
     outcome.values = laid.values;
     outcome
-}
-
-fn form_text(name: &Name, closed: &crate::recurrence::Closed) -> String {
-    let forms: Vec<String> = closed.pieces.iter().map(|piece| piece.form.to_string()).collect();
-    format!("{name} = {}", forms.join(", then "))
 }
 
 pub(super) fn outcome_of(rounds: Vec<Laid>, steady: Vec<Laid>, orbit: Option<&Orbit>) -> Outcome {

@@ -1,0 +1,244 @@
+//! Terms of sequences in values: `r(n+1)` becomes a variable, and of a sequence of vectors one for each component.
+
+use std::collections::BTreeMap;
+
+use super::scope::Lowerer;
+use super::solve::{Lengths, subscripted};
+use super::value::{DISTRIBUTIONS, FUNCTIONS};
+use crate::ast::{Argument, Comparison, Ident, Value as Written, ValueKind};
+use crate::closed_form::term;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::name::Name;
+use crate::value::{Need, Sort, Value};
+
+impl Lowerer<'_> {
+    /// The right side of an equation, so many steps later; its terms as variables.
+    pub(super) fn right_side(&mut self, right: &Written, names: &Lengths, index: &Name, shift: i64) -> Option<Value> {
+        let mut terms = BTreeMap::new();
+        let renamed = self.with_terms(right, names, index, &mut terms)?;
+        for (name, offset) in terms.keys() {
+            let own: Vec<Name> = components(name, names).iter().map(|part| raw(part, *offset)).collect();
+            self.locals.extend(own.iter().map(|part| (part.clone(), right.span)));
+            if own.len() > 1 {
+                let vector = Value::vector(own.iter().map(Value::variable).collect());
+                let vector = self.checked(vector, right.span)?;
+                self.images.insert(raw(name, *offset), vector);
+            }
+        }
+        let value = self.number(&renamed)?;
+        let mut own: Vec<Name> = Vec::new();
+        for (name, offset) in terms.keys() {
+            own.extend(components(name, names).iter().map(|part| raw(part, *offset)));
+        }
+        self.kept(&renamed, &value, &own)?;
+        let mut images: BTreeMap<Name, Value> = BTreeMap::new();
+        for (name, offset) in terms.keys() {
+            let Some(place) = offset.checked_add(shift).and_then(|place| usize::try_from(place).ok()) else {
+                let text = format!(
+                    "`{}` needs a term before the first: give more first values",
+                    term_text(name, index, *offset)
+                );
+                return self.wrong(terms[&(name.clone(), *offset)], text);
+            };
+            for part in components(name, names) {
+                images.insert(raw(&part, *offset), Value::variable(&term(&part, index, place)));
+            }
+        }
+        let later = Value::variable(index).add(&Value::integer(shift));
+        let later = self.checked(later, right.span)?;
+        images.insert(index.clone(), later);
+        let value = value.substitute(&images);
+        self.checked(value, right.span)
+    }
+
+    /// What an equation divides by must not cancel where it may be 0 for a term: the equation would have a value there that
+    /// it does not have as it is written.
+    fn kept(&mut self, written: &Written, value: &Value, terms: &[Name]) -> Option<()> {
+        let needs = value.needs();
+        for divisor in divisors(written) {
+            let span = divisor.span;
+            let divisor = self.number(divisor)?;
+            let stays = || divisor.numerator().is_some_and(|one| Need::Nonzero(one).follows_from(&needs));
+            if divisor.sort() == Sort::Real && terms.iter().any(|name| divisor.mentions(name)) && !stays() {
+                return self.fail(
+                    Diagnostic::error("P0402", "what this divides by cancels, and may be 0")
+                        .label(span, "where this is 0 the equation has no value")
+                        .help("write the quotient in its lowest terms, if that is what is meant"),
+                );
+            }
+        }
+        Some(())
+    }
+
+    /// The value with the terms of sequences replaced by names that cannot be written.
+    fn with_terms(
+        &mut self,
+        written: &Written,
+        names: &Lengths,
+        index: &Name,
+        found: &mut BTreeMap<(Name, i64), Span>,
+    ) -> Option<Written> {
+        let mut each = |parts: &[(bool, Written)]| -> Option<Vec<(bool, Written)>> {
+            parts.iter().map(|(sign, part)| Some((*sign, self.with_terms(part, names, index, found)?))).collect()
+        };
+        let kind = match &written.kind {
+            ValueKind::Sum(parts) => ValueKind::Sum(each(parts)?),
+            ValueKind::Product(parts) => ValueKind::Product(each(parts)?),
+            ValueKind::Power(base, exponent) => {
+                let base = self.with_terms(base, names, index, found)?;
+                ValueKind::Power(Box::new(base), Box::new(self.with_terms(exponent, names, index, found)?))
+            }
+            ValueKind::Negative(inner) => ValueKind::Negative(Box::new(self.with_terms(inner, names, index, found)?)),
+            ValueKind::Absolute(inner) => ValueKind::Absolute(Box::new(self.with_terms(inner, names, index, found)?)),
+            ValueKind::If(relation, parts) => {
+                let parts: Option<Vec<_>> =
+                    parts.iter().map(|part| self.with_terms(part, names, index, found)).collect();
+                ValueKind::If(*relation, Box::new(<[Written; 4]>::try_from(parts?).ok()?))
+            }
+            ValueKind::Vector(parts) => {
+                let parts: Option<Vec<_>> =
+                    parts.iter().map(|part| self.with_terms(part, names, index, found)).collect();
+                ValueKind::Vector(parts?)
+            }
+            ValueKind::Call(name, arguments) if names.contains_key(&name.name) => {
+                return self.one_term(written, name, arguments, index, found);
+            }
+            ValueKind::Call(name, arguments) => {
+                if self.reads_like_a_term(&name.name, arguments, index) {
+                    return self.without_equation(name, index);
+                }
+                let mut images = Vec::new();
+                for argument in arguments {
+                    let value = self.with_terms(&argument.value, names, index, found)?;
+                    images.push(Argument { label: argument.label.clone(), value });
+                }
+                ValueKind::Call(name.clone(), images)
+            }
+            ValueKind::Iterate(chain, arguments) => {
+                let mut images = Vec::new();
+                for argument in arguments {
+                    let value = self.with_terms(&argument.value, names, index, found)?;
+                    images.push(Argument { label: argument.label.clone(), value });
+                }
+                ValueKind::Iterate(chain.clone(), images)
+            }
+            ValueKind::Cases(cases) => {
+                let mut images = Vec::new();
+                for (value, condition) in cases {
+                    let value = self.with_terms(value, names, index, found)?;
+                    let condition = match condition {
+                        Some(one) => Some(Comparison {
+                            left: self.with_terms(&one.left, names, index, found)?,
+                            right: self.with_terms(&one.right, names, index, found)?,
+                            ..*one
+                        }),
+                        None => None,
+                    };
+                    images.push((value, condition));
+                }
+                ValueKind::Cases(images)
+            }
+            ValueKind::Name(name) => match subscripted(name).filter(|(_, suffix)| *suffix == index.as_str()) {
+                Some((call, _)) => return self.with_terms(&call, names, index, found),
+                None => written.kind.clone(),
+            },
+            ValueKind::Number(_) => written.kind.clone(),
+        };
+        Some(Written { span: written.span, kind })
+    }
+
+    /// Whether `y(n)` or `y(n+1)` stands where y is neither a sequence nor a function.
+    fn reads_like_a_term(&self, name: &Name, arguments: &[Argument], index: &Name) -> bool {
+        let [Argument { label: None, value }] = arguments else { return false };
+        let is_index = |one: &Written| matches!(&one.kind, ValueKind::Name(own) if own.name == *index);
+        let is_number = |one: &Written| matches!(one.kind, ValueKind::Number(_));
+        let place = match &value.kind {
+            ValueKind::Sum(parts) => {
+                parts.iter().any(|(minus, part)| !minus && is_index(part))
+                    && parts.iter().all(|(_, part)| is_index(part) || is_number(part))
+            }
+            _ => is_index(value),
+        };
+        let known =
+            FUNCTIONS.iter().any(|(known, _)| *known == name.as_str()) || DISTRIBUTIONS.contains(&name.as_str());
+        place && !known && self.environment.quantity(name).is_none() && !self.locals.contains_key(name)
+    }
+
+    fn without_equation<T>(&mut self, name: &Ident, index: &Name) -> Option<T> {
+        let advice = format!(
+            "a sequence needs its next term and its first value, `{0}({index}+1) = …, {0}(0) = …`; a function is declared with `fn {0}(x) = …`",
+            name.name
+        );
+        self.unknown("P0307", "sequence or function", name, FUNCTIONS.iter().map(|(known, _)| *known), &advice);
+        None
+    }
+
+    fn one_term(
+        &mut self,
+        written: &Written,
+        name: &Ident,
+        arguments: &[Argument],
+        index: &Name,
+        found: &mut BTreeMap<(Name, i64), Span>,
+    ) -> Option<Written> {
+        let [Argument { label: None, value: place }] = arguments else {
+            return self.wrong(written.span, "a term of a sequence has one index");
+        };
+        let (variable, offset) = self.place(place)?;
+        match variable {
+            Some(variable) if variable.name == *index => {}
+            _ => {
+                return self
+                    .wrong(place.span, format!("the index of a term here is `{index}`, with a number or without"));
+            }
+        }
+        found.insert((name.name.clone(), offset), written.span);
+        let ident = Ident { name: raw(&name.name, offset), span: written.span };
+        Some(Written { span: written.span, kind: ValueKind::Name(ident) })
+    }
+}
+
+/// All that a value divides by, as it is written.
+fn divisors(written: &Written) -> Vec<&Written> {
+    let (mut found, mut open) = (Vec::new(), vec![written]);
+    while let Some(one) = open.pop() {
+        match &one.kind {
+            ValueKind::Product(parts) => {
+                found.extend(parts.iter().filter(|(divides, _)| *divides).map(|(_, part)| part));
+                open.extend(parts.iter().map(|(_, part)| part));
+            }
+            ValueKind::Sum(parts) => open.extend(parts.iter().map(|(_, part)| part)),
+            ValueKind::Power(base, exponent) => open.extend([&**base, &**exponent]),
+            ValueKind::Negative(inner) | ValueKind::Absolute(inner) => open.push(inner),
+            ValueKind::Vector(parts) => open.extend(parts),
+            ValueKind::If(_, parts) => open.extend(parts.iter()),
+            ValueKind::Call(_, arguments) | ValueKind::Iterate(_, arguments) => {
+                open.extend(arguments.iter().map(|argument| &argument.value));
+            }
+            ValueKind::Cases(cases) => open.extend(cases.iter().map(|(value, _)| value)),
+            ValueKind::Name(_) | ValueKind::Number(_) => {}
+        }
+    }
+    found
+}
+
+/// The sequences of numbers that a sequence consists of.
+pub(super) fn components(name: &Name, lengths: &Lengths) -> Vec<Name> {
+    match lengths.get(name) {
+        Some(length) if *length > 1 => (0..*length).map(|place| name.component(place, *length)).collect(),
+        _ => vec![name.clone()],
+    }
+}
+
+/// A name for a term that cannot be written.
+fn raw(name: &Name, offset: i64) -> Name {
+    Name::new(&format!("({name} at {offset})"))
+}
+
+fn term_text(name: &Name, index: &Name, offset: i64) -> String {
+    match offset {
+        0 => format!("{name}({index})"),
+        _ if offset > 0 => format!("{name}({index}+{offset})"),
+        _ => format!("{name}({index}{offset})"),
+    }
+}
