@@ -197,7 +197,18 @@ pub struct Likelihood {
     /// What is asked of it.
     pub event: Event,
     /// The method, where one is named.
-    pub method: Option<Ident>,
+    pub method: Option<How>,
+}
+
+/// `estimated with 1000000 runs seed 7`
+#[derive(Clone, Debug)]
+pub struct How {
+    /// The name of the method.
+    pub name: Ident,
+    /// How many runs, where that is said.
+    pub runs: Option<Value>,
+    /// The seed of their draws, where that is said.
+    pub seed: Option<Value>,
 }
 
 /// What may happen.

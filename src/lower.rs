@@ -303,6 +303,10 @@ pub struct Likelihood {
     pub event: Event,
     /// How to find the probability, where that is said.
     pub method: Option<Method>,
+    /// How many runs a simulation has, where that is said, and the seed of its draws.
+    pub runs: Option<u64>,
+    /// The seed.
+    pub seed: Option<u64>,
 }
 
 /// What a system may do.

@@ -340,8 +340,6 @@ pub struct Period {
     pub initial: Vec<Edge>,
     /// The phases.
     pub phases: Vec<Phase>,
-    /// How often each component goes round in one period, where the balance equations say so.
-    pub repetitions: Option<Vec<(String, u64)>>,
     /// Communications that wait for ever in some run.
     pub warnings: Vec<Failure>,
 }
@@ -350,6 +348,17 @@ impl Period {
     /// How long one round takes, where the phases are gone through in one way only and take the same time for ever.
     pub fn lasting(&self) -> Option<Value> {
         drift::round(&self.initial, &self.phases)
+    }
+
+    /// How often each component goes round in one period, where the balance equations say so; what a component without
+    /// ports does is looked at for this.
+    pub fn repetitions(
+        &self,
+        definitions: &Definitions,
+        assumptions: &Assumptions,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Option<Vec<(String, u64)>> {
+        rates::in_one_period(self, &Surroundings { definitions, assumptions, interrupted })
     }
 
     /// Whether some way through the phases comes back to one of them.
@@ -446,14 +455,10 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         return Err(failures);
     }
     warnings.append(&mut failures);
-    let repetitions = match closed.balance() {
-        Ok(repetitions) => repetitions,
+    match closed.balance() {
         Err(failure) if strict => return Err(vec![failure]),
-        Err(failure) => {
-            warnings.push(failure);
-            None
-        }
-    };
+        balance => warnings.extend(balance.err()),
+    }
     if strict
         && groups.len() > 1
         && let Some(drift) = apart(&groups, &components, run)?
@@ -472,9 +477,7 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
             once.push(warning);
         }
     }
-    let repetitions =
-        repetitions.and_then(|all| rates::in_one_period(all, &closed, (&initial, &phases), &components, run));
-    let period = Period { components, names: closed.names, initial, phases, repetitions, warnings: once };
+    let period = Period { components, names: closed.names, initial, phases, warnings: once };
     // Parts without communication may each have a period; where every run ends, there is none.
     if strict && groups.len() > 1 && !period.repeats() {
         return Err(period.warnings);

@@ -6,7 +6,10 @@ pub mod branches;
 pub mod chain;
 pub mod direct;
 mod deviate;
+pub mod disc;
 mod draft;
+mod durations;
+mod ellipse;
 pub mod enclosed;
 pub mod estimated;
 pub mod exact;
@@ -29,16 +32,22 @@ pub mod plan;
 pub mod random;
 mod recut;
 pub mod region;
+mod rounded;
 mod rows;
 pub mod schedule;
 mod sharp;
 mod simulation;
+mod slicer;
+mod slices;
 mod splitting;
+mod spots;
 mod spread;
 mod step;
+mod stretches;
 mod sums;
 mod unlikely;
 mod unrolled;
+mod ways;
 mod wide;
 mod window;
 
@@ -96,6 +105,14 @@ impl Enclosed {
         match (&self.ends, &other.ends) {
             (Some((low, high)), Some((least, most))) => Enclosed::from(low - most, high - least),
             _ => Enclosed::within(self.interval.minus(other.interval).probability()),
+        }
+    }
+
+    /// The sum of two that exclude each other.
+    fn or(&self, other: &Enclosed) -> Enclosed {
+        match (&self.ends, &other.ends) {
+            (Some((low, high)), Some((least, most))) => Enclosed::from(low + least, high + most),
+            _ => Enclosed::within(self.interval.plus(other.interval).probability()),
         }
     }
 

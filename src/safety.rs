@@ -78,18 +78,26 @@ impl Outcome {
     }
 }
 
-/// Whether the claim holds of the system at all times.
-pub fn always(
-    system: &Term,
-    components: &[Term],
-    claim: &Claim,
-    definitions: &Definitions,
-    assumptions: &Assumptions,
-    interrupted: &dyn Fn() -> bool,
-) -> Outcome {
-    let mut outcome = always_of_phases(components, claim, definitions, assumptions, interrupted);
-    let conditions = std::mem::take(&mut outcome.conditions);
-    outcome.conditions = fewer(components, claim, definitions, (assumptions, interrupted), conditions);
+/// A claim of some components side by side, under what is declared and assumed.
+#[derive(Clone, Copy)]
+pub struct Asked<'a> {
+    /// The components.
+    pub components: &'a [Term],
+    /// What is claimed.
+    pub claim: &'a Claim,
+    /// The processes.
+    pub definitions: &'a Definitions,
+    /// What is assumed.
+    pub assumptions: &'a Assumptions,
+    /// Whether the user wants it to stop.
+    pub interrupted: &'a dyn Fn() -> bool,
+}
+
+/// Whether the claim holds of the system, whose components these are, at all times.
+pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
+    let Asked { claim, definitions, assumptions, interrupted, .. } = asked;
+    let mut outcome = always_of_phases(asked);
+    outcome.conditions = fewer(asked, std::mem::take(&mut outcome.conditions));
     // Where it is proved, the run is followed for what it shows alone, and not as far.
     let states = if matches!(outcome.verdict, Verdict::Open) { MOST_STATES } else { FEW_STATES };
     match follow(system, definitions, assumptions, claim, &Limits { states, interrupted }) {
@@ -120,20 +128,15 @@ pub fn always(
 }
 
 /// The same by the phases of the system alone, for a run that was followed already: proved or open.
-pub fn always_of_phases(
-    components: &[Term],
-    claim: &Claim,
-    definitions: &Definitions,
-    assumptions: &Assumptions,
-    interrupted: &dyn Fn() -> bool,
-) -> Outcome {
+pub fn always_of_phases(asked: Asked<'_>) -> Outcome {
+    let Asked { components, claim, definitions, assumptions, .. } = asked;
     let mut outcome = Outcome::open();
     match analyse(components, definitions, assumptions) {
         Ok(period) => {
             outcome.diagnostics.extend(period.warnings.iter().cloned());
             outcome.speaks = (!may_speak(&period, claim)).then_some(false);
             by_invariant(&period, claim, assumptions, &mut outcome);
-            by_what_matters(&period, claim, (assumptions, interrupted), &mut outcome);
+            by_what_matters(&period, asked, &mut outcome);
             outcome.period = Some(period);
         }
         Err(failures) => {
@@ -145,12 +148,8 @@ pub fn always_of_phases(
 }
 
 /// Follows the phases in what the claim depends on alone, where something else never comes round.
-fn by_what_matters(
-    period: &Period,
-    claim: &Claim,
-    (assumptions, interrupted): (&Assumptions, &dyn Fn() -> bool),
-    outcome: &mut Outcome,
-) {
+fn by_what_matters(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
+    let Asked { claim, assumptions, interrupted, .. } = asked;
     if !matches!(outcome.verdict, Verdict::Open) {
         return;
     }
@@ -182,13 +181,8 @@ fn may_speak(period: &Period, claim: &Claim) -> bool {
 
 /// Leaves out of several conditions that are asked for together those without which the claim is proved, too: the system is
 /// looked at as if the others were assumed.
-fn fewer(
-    components: &[Term],
-    claim: &Claim,
-    definitions: &Definitions,
-    (assumptions, interrupted): (&Assumptions, &dyn Fn() -> bool),
-    mut conditions: Vec<Vec<Test>>,
-) -> Vec<Vec<Test>> {
+fn fewer(asked: Asked<'_>, mut conditions: Vec<Vec<Test>>) -> Vec<Vec<Test>> {
+    let Asked { components, claim, definitions, assumptions, interrupted } = asked;
     let enough = |tests: &[Test]| {
         let mut with = assumptions.clone();
         tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));

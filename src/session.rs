@@ -4,10 +4,12 @@
 
 mod alike;
 mod always;
+mod beside;
 mod claim;
 mod compare;
 mod contradiction;
 mod criteria;
+mod digits;
 mod drawn;
 mod illustrate;
 mod instances;

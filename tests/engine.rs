@@ -201,10 +201,10 @@ fn the_three_failures() {
 
 #[test]
 fn balanced_rates() {
-    let period =
-        period_of("proc A = Delay_1 ; Out_{x,1} ; A\nproc B = In_x<u> ; In_x<w> ; Delay_1 ; B\nsystem Sys = A | B")
-            .unwrap();
-    assert_eq!(period.repetitions, Some(vec![("A".to_string(), 2), ("B".to_string(), 1)]));
+    let text = "proc A = Delay_1 ; Out_{x,1} ; A\nproc B = In_x<u> ; In_x<w> ; Delay_1 ; B\nsystem Sys = A | B";
+    let (environment, period) = (load(text), period_of(text).unwrap());
+    let rounds = period.repetitions(&environment.definitions, &environment.assumptions, &|| false);
+    assert_eq!(rounds, Some(vec![("A".to_string(), 2), ("B".to_string(), 1)]));
 }
 
 #[test]

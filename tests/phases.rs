@@ -84,9 +84,12 @@ fn the_flow_for_print_has_indices_and_ways_on() {
          proc Back_g = In_p<r> ; Gtr_{r,g} ; Out_{v,-1} ; Back_g\nsystem Sys = World_0 | Trip\n",
     );
     let text = latex::phases(&flows(&period, &environment.definitions), &environment.assumptions);
-    for part in
-        ["r_{n+1} &= r_{n}+1", "r_{n} &= n+r_{0}", "\\text{then} &= \\text{phase 2} \\quad \\text{if } r+1 \\ge 9"]
-    {
+    for part in [
+        "\\text{again} &= \\quad \\text{while } r < 9\\ \\text{after the round}",
+        "r_{n+1} &= r_{n}+1",
+        "r_{n} &= n+r_{0}",
+        "\\text{then} &= \\text{phase 2} \\quad \\text{if } r+1 \\ge 9",
+    ] {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
 }

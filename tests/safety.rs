@@ -7,7 +7,7 @@ use pars::name::Name;
 use pars::parser::{parse, parse_value};
 use pars::period::Test;
 use pars::replay::{Drawn, replays};
-use pars::safety::{Outcome, Verdict, always, orbit};
+use pars::safety::{Asked, Outcome, Verdict, always, orbit};
 use pars::value::{Relation, Value};
 
 const ROBOT: &str = "
@@ -44,7 +44,9 @@ fn judged(text: &str) -> Outcome {
     let (environment, name, claim) = load(text);
     let system = environment.system(&name).expect("a system");
     let term = system.term(&environment.definitions);
-    always(&term, &system.components, &claim, &environment.definitions, &environment.assumptions, &|| false)
+    let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+    let components = &system.components;
+    always(&term, Asked { components, claim: &claim, definitions, assumptions, interrupted: &|| false })
 }
 
 /// The paper's set-up with numbers: from 0 towards 10 by half steps, an obstacle at 5.

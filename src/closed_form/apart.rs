@@ -33,18 +33,25 @@ pub(super) fn apart(
         }
         let own_forms = group.iter().map(|place| forms[*place].clone()).collect();
         let solved = Solved::check(own, own_forms, conditions.to_vec(), known)?;
-        for (name, place, offset) in solved.recurrence.terms() {
-            if let Some(value) = solved.forms[place].value(&recurrence.index) {
-                let later = Value::variable(&recurrence.index).add(&Value::integer(whole(offset)?))?;
-                images.insert(name, value.with(&recurrence.index, &later)?);
-            }
-        }
+        images.extend(images_of(&solved.recurrence, &solved.forms)?);
         all.extend(solved.conditions);
     }
     all.extend(defined.conditions);
     let mut once = BTreeSet::new();
     all.retain(|condition| once.insert(condition.clone()));
     Ok(all)
+}
+
+/// The terms that are values at every index, by their forms.
+pub(super) fn images_of(recurrence: &Recurrence, forms: &[Form]) -> Result<BTreeMap<Name, Value>, Unchecked> {
+    let (index, mut images) = (&recurrence.index, BTreeMap::new());
+    for (name, place, offset) in recurrence.terms() {
+        if let Some(value) = forms[place].value(index) {
+            let later = Value::variable(index).add(&Value::integer(whole(offset)?))?;
+            images.insert(name, value.with(index, &later)?);
+        }
+    }
+    Ok(images)
 }
 
 /// Makes sure that an equation means something with these values at every index, before anything in it cancels.

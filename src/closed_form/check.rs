@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
-use super::apart::{apart, has_meaning};
+use super::apart::{apart, has_meaning, images_of};
 use super::defined::Defined;
 use super::names::names;
 use super::pieces::divides_by;
@@ -115,10 +115,13 @@ impl Induction<'_> {
                 None => self.defined.value(&sequence.next, from)?,
                 // Asked in each piece, where it is known what the terms are.
                 Some(_) if by_pieces => {}
-                Some((name, ..)) => match self.images()? {
-                    Some(images) => has_meaning(&sequence.next, &images, from, &mut self.defined)?,
-                    None => return Err(Unchecked(format!("it divides by {name}, which may be 0"))),
-                },
+                Some((name, ..)) => {
+                    let images = images_of(self.recurrence, self.forms)?;
+                    if images.len() < terms.len() {
+                        return Err(Unchecked(format!("it divides by {name}, which may be 0")));
+                    }
+                    has_meaning(&sequence.next, &images, from, &mut self.defined)?;
+                }
             }
             for value in &sequence.start {
                 self.defined.value(value, from)?;
@@ -131,17 +134,6 @@ impl Induction<'_> {
             self.form_divisors(form, from)?;
         }
         Ok(())
-    }
-
-    /// The terms as values in the index; none where one of the forms is no value at every index.
-    fn images(&self) -> Result<Option<BTreeMap<Name, Value>>, Unchecked> {
-        let (index, mut images) = (&self.recurrence.index, BTreeMap::new());
-        for (name, place, offset) in self.recurrence.terms() {
-            let Some(value) = self.forms[place].value(index) else { return Ok(None) };
-            let later = Value::variable(index).add(&Value::integer(whole(offset)?))?;
-            images.insert(name, value.with(index, &later)?);
-        }
-        Ok(Some(images))
     }
 
     fn form_divisors(&mut self, form: &Form, from: i64) -> Result<(), Unchecked> {

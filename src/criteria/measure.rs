@@ -295,13 +295,13 @@ impl Scene<'_> {
         let claim =
             nearest::claim(&between.each_ref().map(|(name, arity)| (name, self.sorts(name, *arity))), strict, limit);
         let Ok(claim) = claim else { return finding };
-        let outcome = safety::always_of_phases(
-            &self.system.components,
-            &claim,
-            &self.environment.definitions,
-            &self.environment.assumptions,
-            self.judge.interrupted,
-        );
+        let outcome = safety::always_of_phases(safety::Asked {
+            components: &self.system.components,
+            claim: &claim,
+            definitions: &self.environment.definitions,
+            assumptions: &self.environment.assumptions,
+            interrupted: self.judge.interrupted,
+        });
         if let safety::Verdict::Proved(safe) = &outcome.verdict {
             finding.standing = Standing::Met;
             finding.notes = vec!["by an invariant of the phases".to_string()];

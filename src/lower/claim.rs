@@ -38,7 +38,8 @@ impl Lowerer<'_> {
                     (None, None) => ClaimKind::Satisfies { system, property },
                     (None, Some(pattern)) => ClaimKind::Always { system, pattern, property: Some(property) },
                     (Some((_, relation, threshold)), _) => {
-                        let likelihood = Likelihood { system, event: Event::Satisfies(property), method: None };
+                        let event = Event::Satisfies(property);
+                        let likelihood = Likelihood { system, event, method: None, runs: None, seed: None };
                         ClaimKind::Likely { likelihood, relation, threshold }
                     }
                 }

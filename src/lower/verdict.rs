@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use num_traits::ToPrimitive;
+
 use super::scope::Lowerer;
 use super::value::count_of;
 use super::{ClaimKind, Entity, Event, Likelihood, Method, Pattern};
@@ -10,6 +12,10 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
+
+/// Runs of a simulation, at least and at most.
+const LEAST_RUNS: u64 = 100;
+const MOST_RUNS: u64 = 1_000_000_000;
 
 impl Lowerer<'_> {
     pub(super) fn always(
@@ -141,12 +147,19 @@ impl Lowerer<'_> {
                 Event::Shown { first: *first, pattern, time: deadline }
             }
         };
-        let method = likelihood.method.as_ref().map(|method| match method.name.as_str() {
+        let how = likelihood.method.as_ref();
+        let method = how.map(|how| match how.name.name.as_str() {
             "exact" => Method::Exact,
             "enclosed" => Method::Enclosed,
             _ => Method::Estimated,
         });
-        Some(Likelihood { system: system?, event, method })
+        let mut natural = |value: Option<&ast::Value>, least: u64, most: u64| match value {
+            Some(value) => self.natural(value, least, most).map(Some),
+            None => Some(None),
+        };
+        let runs = natural(how.and_then(|how| how.runs.as_ref()), LEAST_RUNS, MOST_RUNS);
+        let seed = natural(how.and_then(|how| how.seed.as_ref()), 0, u64::MAX);
+        Some(Likelihood { system: system?, event, method, runs: runs?, seed: seed? })
     }
 
     /// `where P(x <= d) >= q`: the latest time, and how likely it must be.
@@ -158,6 +171,21 @@ impl Lowerer<'_> {
             return self.past(&time, within.time.span);
         }
         Some((time, within.threshold.0, threshold?))
+    }
+
+    /// A natural number in these bounds.
+    fn natural(&mut self, written: &ast::Value, least: u64, most: u64) -> Option<u64> {
+        let number = self.number(written)?;
+        let natural = number.as_rational().filter(num_rational::BigRational::is_integer);
+        let natural = natural.and_then(|number| number.to_integer().to_u64());
+        if let Some(natural) = natural.filter(|natural| (least..=most).contains(natural)) {
+            return Some(natural);
+        }
+        self.fail(
+            Diagnostic::error("P0416", format!("{number} is no number of runs, and no seed"))
+                .label(written.span, "this number")
+                .help(format!("runs are {LEAST_RUNS} to {MOST_RUNS}; a seed is a natural number of up to 64 bits")),
+        )
     }
 
     fn past<T>(&mut self, time: &Value, span: Span) -> Option<T> {

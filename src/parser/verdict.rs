@@ -1,7 +1,7 @@
 //! What is asked of a system beside its property: what always holds, and how likely something is.
 
 use super::{Parse, Parser, Role};
-use crate::ast::{ClaimKind, Comparison, Event, Ident, Likelihood, Restriction, Term, Within};
+use crate::ast::{ClaimKind, Comparison, Event, How, Ident, Likelihood, Restriction, Term, Within};
 use crate::lexer::{Keyword, Kind, Token};
 use crate::value::Relation;
 
@@ -116,15 +116,26 @@ impl Parser<'_> {
         Ok(Likelihood { span: self.since(start), system, event, method })
     }
 
-    /// `by exact`, `by enclosed`, `by estimated`
-    fn method(&mut self) -> Parse<Option<Ident>> {
+    /// `by exact`, `by enclosed`, `by estimated`, `by estimated with 1000000 runs seed 7`
+    fn method(&mut self) -> Parse<Option<How>> {
         if !self.accept(Kind::Word(Keyword::By)) {
             return Ok(None);
         }
         if !matches!(self.spelling(), "exact" | "enclosed" | "estimated") {
             return self.unexpected("a method: `exact`, `enclosed` or `estimated`");
         }
-        Ok(Some(self.ident()))
+        let simulated = self.spelling() == "estimated";
+        let mut how = How { name: self.ident(), runs: None, seed: None };
+        if simulated && self.spelling() == "with" {
+            self.advance();
+            how.runs = Some(self.value()?);
+            self.word("runs")?;
+        }
+        if simulated && self.spelling() == "seed" {
+            self.advance();
+            how.seed = Some(self.value()?);
+        }
+        Ok(Some(how))
     }
 
     /// A word that has a meaning here alone.

@@ -1,13 +1,14 @@
 //! What happens in one instant: everything that ends at once, and every communication, until time has to pass.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
 use std::hash::{Hash, Hasher};
 
 use super::board::{Board, same};
 use super::order::Order;
 use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
-use super::step::{Offer, Place, finish, inspect, offers, written};
+use super::step::{Offer, Place, Slot, finish, inspect, map_values, offers, written};
 use super::{Before, Blocked, End, Failure, Test, in_case};
 use crate::digest::{Digest, Quick};
 use crate::name::Name;
@@ -102,14 +103,29 @@ impl Moment {
         }
     }
 
-    /// The same with other values, and all of it to be settled anew.
-    pub(super) fn changed(self, state: Vec<Run>, path: Path) -> Moment {
-        let dirty = (0..state.len()).collect();
-        let mut earlier = self.earlier;
-        if let Some(earlier) = &mut earlier {
-            self.state.into_iter().enumerate().for_each(|(component, run)| earlier.keep(component, &run));
+    /// Puts other values in the place of all those that come up again, also of what was just communicated.
+    pub(super) fn replace(&mut self, image: &dyn Fn(&Value) -> Value) {
+        if let Some(earlier) = &mut self.earlier {
+            self.state.iter().enumerate().for_each(|(component, run)| earlier.keep(component, run));
         }
-        Moment { state, path, dirty, earlier, ..self }
+        let replaced = |run: &Run| -> Run {
+            let Ok(run) = map_values(run, &mut |_: Slot<'_>, value: &Value| Ok::<_, Infallible>(image(value)));
+            run
+        };
+        self.state = self.state.iter().map(replaced).collect();
+        let Some(besides) = &mut self.besides else { return };
+        let pairs = besides.pairs.iter_mut().flat_map(|(writer, reader)| [writer, reader]);
+        let beside = besides.cuts.iter_mut().flat_map(|cut| &mut cut.beside);
+        for offer in [&mut besides.writer].into_iter().chain(pairs).chain(beside) {
+            offer.value = offer.value.as_ref().map(image);
+        }
+        besides.cuts.iter_mut().for_each(|cut| cut.run = replaced(&cut.run));
+    }
+
+    /// The same on another path, and all of it to be settled anew.
+    pub(super) fn settled_anew(self, path: Path) -> Moment {
+        let dirty = (0..self.state.len()).collect();
+        Moment { path, dirty, ..self }
     }
 
     /// Puts a settled component in its place.

@@ -3,9 +3,8 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use num_bigint::BigInt;
-use num_integer::Integer;
 use num_rational::BigRational;
-use num_traits::{One, ToPrimitive};
+use num_traits::One;
 
 use super::{Before, Blocked, Failure};
 use crate::definition::Definitions;
@@ -137,17 +136,16 @@ impl System {
         groups
     }
 
-    /// Solves `q_i · k_ic = q_j · k_jc` for straight-line components over one-to-one ports; nothing where they are not.
+    /// Whether `q_i · k_ic = q_j · k_jc` has a solution for straight-line components over one-to-one ports; nothing is asked
+    /// where they are not.
     ///
     /// # Errors
     /// [`Failure::RateMismatch`] when there is no solution.
-    pub fn balance(&self) -> Result<Option<Vec<(String, u64)>>, Failure> {
-        let Some(equations) = self.equations().filter(|equations| !equations.is_empty()) else {
-            return Ok(None);
-        };
+    pub fn balance(&self) -> Result<(), Failure> {
+        let equations = self.equations().unwrap_or_default();
         // Where every port is read as often as it is written, all go round together.
         if equations.iter().all(|equation| equation.writer.1 == equation.reader.1) {
-            return Ok(Some(self.names.iter().map(|name| (name.clone(), 1)).collect()));
+            return Ok(());
         }
         let mut rates: Vec<Option<BigRational>> = vec![None; self.names.len()];
         let mut touching: Vec<Vec<&Equation>> = vec![Vec::new(); self.names.len()];
@@ -161,12 +159,7 @@ impl System {
                 self.spread(start, &touching, &mut rates)?;
             }
         }
-        let rates: Vec<BigRational> = rates.into_iter().flatten().collect();
-        let multiple = rates.iter().fold(BigInt::one(), |sum, rate| sum.lcm(rate.denom()));
-        let whole: Vec<BigInt> = rates.iter().map(|rate| (rate * &multiple).to_integer()).collect();
-        let divisor = whole.iter().fold(BigInt::from(0), |sum, rate| sum.gcd(rate));
-        let small: Option<Vec<u64>> = whole.iter().map(|rate| (rate / &divisor).to_u64()).collect();
-        Ok(small.map(|rates| self.names.iter().cloned().zip(rates).collect()))
+        Ok(())
     }
 
     /// Carries the rate of a component along the equations as far as they lead.

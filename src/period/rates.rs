@@ -1,4 +1,4 @@
-//! How often each component goes round in one period: in the ratios of the balance equations, as often as its ports are used.
+//! How often each component goes round in one period: as often as its ports are used, in the ratios of the balance equations.
 
 use std::collections::HashMap;
 
@@ -7,43 +7,39 @@ use num_traits::ToPrimitive;
 use super::drift;
 use super::explore::explore;
 use super::ports::System;
-use super::{Edge, Next, Phase, Surroundings};
+use super::{Edge, Next, Period, Phase, Surroundings};
 use crate::name::Name;
-use crate::term::Term;
 use crate::value::Value;
 
-/// The rounds of the components in one period, from those that the balance equations say of each group of components.
-/// A component without ports goes round as often as its own round fits into the period. Of what is not known, or never
-/// goes round, nothing is said; nothing at all where the phases are not gone through in one way only.
-pub(super) fn in_one_period(
-    balance: Vec<(String, u64)>,
-    closed: &System,
-    (initial, phases): (&[Edge], &[Phase]),
-    components: &[Term],
-    run: &Surroundings<'_>,
-) -> Option<Vec<(String, u64)>> {
-    let cycle = cycle(initial, phases)?;
+/// The rounds of the components in one period. A component without ports goes round as often as its own round fits into
+/// the period. Of what is not known, or never goes round, nothing is said; nothing at all where components are no straight
+/// lines over one-to-one ports, or the phases are not gone through in one way only.
+pub(super) fn in_one_period(period: &Period, run: &Surroundings<'_>) -> Option<Vec<(String, u64)>> {
+    let closed = System::of(&period.components, run.definitions);
+    let equations = closed.equations().filter(|equations| !equations.is_empty())?;
+    closed.balance().ok()?;
+    let cycle = cycle(&period.initial, &period.phases)?;
     let mut used: HashMap<&Name, u64> = HashMap::new();
     for (port, _) in cycle.iter().flat_map(|edge| &edge.communications) {
         *used.entry(port).or_default() += 1;
     }
     let lasting = || cycle.iter().try_fold(Value::zero(), |sum, edge| sum.add(&edge.duration().ok()?).ok());
-    let mut by_ports: Vec<Option<u64>> = vec![None; balance.len()];
-    for equation in closed.equations()? {
+    let mut by_ports: Vec<Option<u64>> = vec![None; closed.names.len()];
+    for equation in &equations {
         let times = used.get(&equation.port).copied().unwrap_or(0);
         for (component, each) in [equation.writer, equation.reader] {
             by_ports[component] = times.checked_div(each as u64);
         }
     }
     let silent = |component: usize| {
-        let own = [components.get(component)?.clone()];
+        let own = [period.components.get(component)?.clone()];
         let graph = explore(&own, &System::of(&own, run.definitions), run).ok()?;
         let round = drift::round(&graph.initial, &graph.phases)?;
         lasting()?.div(&round).ok()?.as_rational()?.to_integer().to_u64()
     };
-    let all = balance.into_iter().zip(by_ports).enumerate().filter_map(|(component, ((name, _), by_ports))| {
+    let all = closed.names.iter().zip(by_ports).enumerate().filter_map(|(component, (name, by_ports))| {
         let rounds = by_ports.or_else(|| silent(component));
-        rounds.filter(|rounds| *rounds > 0).map(|rounds| (name, rounds))
+        rounds.filter(|rounds| *rounds > 0).map(|rounds| (name.clone(), rounds))
     });
     Some(all.collect())
 }

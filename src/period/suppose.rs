@@ -8,7 +8,6 @@ use num_traits::Zero;
 use super::Test;
 use super::instant::Moment;
 use super::run::{RawTest, Settler};
-use super::step::{Slot, map_values};
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
@@ -22,7 +21,7 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
     if assumptions.contradictory() {
         return None;
     }
-    let mut state = moment.state.clone();
+    let mut changed = moment.clone();
     if test.relation == Relation::Eq {
         let (from, to) = match (settler.varies(&test.left), settler.varies(&test.right)) {
             (true, false) => (Some(&test.left), &test.right),
@@ -30,19 +29,15 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
             _ => (None, &test.left),
         };
         let solved = if from.is_none() { solved(settler, &test) } else { None };
-        let mut replace = |_: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
-            Ok(match (&solved, from) {
-                (Some((name, known)), _) => value.with(name, known).unwrap_or_else(|_| value.clone()),
-                (None, Some(from)) if value == from => to.clone(),
-                _ => value.clone(),
-            })
-        };
-        let Ok(replaced) = state.iter().map(|run| map_values(run, &mut replace)).collect();
-        state = replaced;
+        changed.replace(&|value: &Value| match (&solved, from) {
+            (Some((name, known)), _) => value.with(name, known).unwrap_or_else(|_| value.clone()),
+            (None, Some(from)) if value == from => to.clone(),
+            _ => value.clone(),
+        });
     }
     let raw = turn(&question.raw);
     path.tests.push(RawTest { test, raw, env: question.env.clone() });
-    Some(moment.clone().changed(state, path))
+    Some(changed.settled_anew(path))
 }
 
 /// The variable of which an equation leaves one value that does not vary, with that value: `g = -2*g` only where g = 0.

@@ -54,11 +54,13 @@ pub fn axes(chain: &Chain, question: &Question) -> Result<Axes, String> {
     let mut found: Vec<Vec<Direction>> = vec![Vec::new(); chain.phases.len()];
     let mut work: Vec<(usize, Direction)> = Vec::new();
     for (phase, moves) in chain.phases.iter().enumerate().filter(|(phase, _)| live(*phase)) {
-        work.extend(moves.iter().flat_map(|one| &one.tests).map(|side| (phase, side.form.state.clone())));
+        let forms = moves.iter().flat_map(|one| &one.tests).flat_map(Side::forms);
+        work.extend(forms.map(|form| (phase, form.state.clone())));
         // What is shown in a phase is looked at on the way into it.
         let shown = shown(chain, phase)?;
         for (from, one) in moves_into(chain, phase).filter(|(from, _)| live(*from)) {
-            work.extend(shown.iter().flatten().map(|side| (from, before(&side.form.state, one).state)));
+            let forms = shown.iter().flatten().flat_map(Side::forms);
+            work.extend(forms.map(|form| (from, before(&form.state, one).state)));
         }
     }
     let mut links: Vec<((usize, usize), (usize, usize))> = Vec::new();
@@ -174,9 +176,8 @@ pub fn shown(chain: &Chain, phase: usize) -> Result<Region, String> {
 /// A region over the state alone, however much is drawn on the way; none where it depends on what is drawn.
 pub(super) fn of_state(region: &Region) -> Option<Region> {
     let alone = |side: &Side| {
-        let Side { form: Linear { state, draws, constant }, relation } = side;
-        let form = Linear { state: state.clone(), draws: Vec::new(), constant: constant.clone() };
-        draws.iter().all(Zero::is_zero).then_some(Side { form, relation: *relation })
+        let plain = side.forms().all(|form| form.draws.iter().all(Zero::is_zero));
+        plain.then(|| side.with(|form| Linear { draws: Vec::new(), ..form.clone() }))
     };
     region.iter().map(|sides| sides.iter().map(alone).collect()).collect()
 }

@@ -8,7 +8,7 @@
 //! [`Fast::rounding`] allows for more.
 
 use super::grid::Grid;
-use super::kernel::{AxisRanges, Fast, Guard, Ranges, contains, everything};
+use super::kernel::{AxisRanges, Fast, Guard, Ranges, at, contains, everything};
 use super::normal::{density, distribution, exponential};
 
 /// Products in a row.
@@ -49,7 +49,7 @@ impl Bell {
             let value = |(node, weight): (&f64, &f64)| weight * factor * density((node - mean) / motion.sd);
             self.values.extend(nodes.iter().zip(weights).map(value));
         }
-        guarded(motion, &ranges[1], state, nodes, &mut self.values);
+        guarded(motion, ranges, state, nodes, &mut self.values);
         (first, &self.values)
     }
 
@@ -86,9 +86,10 @@ fn side<'a>(top: f64, power: f64, values: impl Iterator<Item = (&'a mut f64, &'a
 }
 
 /// Multiplies with the chance that what decides lies in these, once the next state is known.
-fn guarded(motion: &Fast, ranges: &Ranges, state: f64, nodes: &[f64], values: &mut [f64]) {
+fn guarded(motion: &Fast, all: &AxisRanges, state: f64, nodes: &[f64], values: &mut [f64]) {
+    let ranges: &Ranges = &all[1];
     match &motion.guard {
-        _ if everything(ranges) => {}
+        _ if everything(ranges) && all.points.is_empty() => {}
         Guard::Nothing => {}
         Guard::Next => {
             let outside = nodes.iter().zip(values).filter(|(node, _)| !contains(ranges, **node));
@@ -98,6 +99,9 @@ fn guarded(motion: &Fast, ranges: &Ranges, state: f64, nodes: &[f64], values: &m
             let Some((low, high)) = nodes.first().zip(nodes.last()) else { return };
             let (alone, from) = (factor * state + offset, motion.mean(state));
             let mean = |node: f64| alone + follows * (node - from);
+            if let Some(points) = all.at(1) {
+                return nodes.iter().zip(values).for_each(|(node, value)| *value *= at(points, mean(*node), *rest));
+            }
             // It is monotone in the next state: where both ends say the same, so does everything between.
             let settled = |end: f64| {
                 let places = [*low, *high].map(|node| (end - mean(node)) / rest);
@@ -136,7 +140,8 @@ mod tests {
 
     #[test]
     fn rows_over_equal_steps_are_the_densities_themselves() {
-        let everywhere: AxisRanges = std::array::from_fn(|_| vec![(f64::NEG_INFINITY, f64::INFINITY)]);
+        let sets = std::array::from_fn(|_| vec![(f64::NEG_INFINITY, f64::INFINITY)]);
+        let everywhere = AxisRanges { sets, points: Vec::new() };
         let mut met = 0;
         for (number, sd) in [0.013, 0.1, 0.37, 2.9].into_iter().enumerate() {
             let motion = Fast { slope: 0.9, shift: 0.7, sd, guard: Guard::Nothing, gates: Vec::new() };

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use num_rational::BigRational;
 use num_traits::Zero;
 
+use super::disc::{Disc, round};
 use crate::assumption::Assumptions;
 use crate::distribution::Distribution;
 use crate::invariant::Claim;
@@ -26,13 +27,48 @@ pub struct Linear {
     pub constant: BigRational,
 }
 
-/// `form REL 0`
+/// `form REL 0`, or with a disc `disc + form REL 0`; only a [`curved`] chain has discs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Side {
-    /// The form.
+    /// The form; a number where there is a disc.
     pub form: Linear,
     /// How it compares with 0.
     pub relation: Relation,
+    /// A sum of squares.
+    pub disc: Option<Box<Disc>>,
+}
+
+impl Chain {
+    /// Whether distances are compared.
+    pub fn is_curved(&self) -> bool {
+        let moves = || self.initial.iter().chain(self.phases.iter().flatten());
+        let shown = moves().flat_map(|one| one.stretches.iter().flat_map(|stretch| stretch.shown.iter().flatten()));
+        moves().flat_map(|one| &one.tests).chain(shown).any(|side| side.disc.is_some())
+    }
+}
+
+impl Side {
+    /// Without a disc.
+    pub fn flat(form: Linear, relation: Relation) -> Side {
+        Side { form, relation, disc: None }
+    }
+
+    /// The linear forms that are compared.
+    pub fn forms(&self) -> impl Iterator<Item = &Linear> {
+        let squares = self.disc.iter().flat_map(|disc| disc.squares.iter().map(|(_, form)| form));
+        squares.chain(self.disc.is_none().then_some(&self.form))
+    }
+
+    /// The same over another state, of which this state is the image.
+    pub fn after(&self, image: &[Linear]) -> Side {
+        self.with(|form| form.after(image))
+    }
+
+    /// The same with other forms.
+    pub(super) fn with(&self, change: impl Fn(&Linear) -> Linear) -> Side {
+        let disc = self.disc.as_ref().map(|disc| Box::new(disc.with(&change)));
+        Side { form: change(&self.form), relation: self.relation, disc }
+    }
 }
 
 /// Alternatives, of which each is a conjunction and no two hold at once.
@@ -78,11 +114,23 @@ pub struct Chain {
 /// # Errors
 /// What is not linear, or not a number.
 pub fn chain(period: &Period, event: &Claim, assumptions: &Assumptions) -> Result<Chain, String> {
+    made(period, event, assumptions, false)
+}
+
+/// The same where distances in the plane may be compared, too: its tests may have discs.
+///
+/// # Errors
+/// What is not linear, no distance, or not a number.
+pub fn curved(period: &Period, event: &Claim, assumptions: &Assumptions) -> Result<Chain, String> {
+    made(period, event, assumptions, true)
+}
+
+fn made(period: &Period, event: &Claim, assumptions: &Assumptions, curved: bool) -> Result<Chain, String> {
     let sizes: Vec<&[Name]> = period.phases.iter().map(|phase| phase.variables.as_slice()).collect();
     let all = |edges: &[Edge], variables: &[Name]| -> Result<Vec<Move>, String> {
         let mut moves = Vec::new();
         for edge in edges {
-            moves.extend(moves_of(edge, variables, &sizes, event, assumptions)?);
+            moves.extend(moves_of(edge, (variables, curved), &sizes, event, assumptions)?);
         }
         Ok(moves)
     };
@@ -102,19 +150,21 @@ fn lasting(duration: &Value) -> String {
 }
 
 /// The names over which a move is linear.
-struct Names<'a> {
-    state: &'a [Name],
-    draws: Vec<Name>,
+pub(super) struct Names<'a> {
+    pub state: &'a [Name],
+    pub draws: Vec<Name>,
+    /// Whether distances may be compared.
+    curved: bool,
 }
 
 fn moves_of(
     edge: &Edge,
-    variables: &[Name],
+    (variables, curved): (&[Name], bool),
     sizes: &[&[Name]],
     event: &Claim,
     assumptions: &Assumptions,
 ) -> Result<Vec<Move>, String> {
-    let names = Names { state: variables, draws: edge.draws.iter().map(|(name, _)| name.clone()).collect() };
+    let names = Names { state: variables, draws: edge.draws.iter().map(|(name, _)| name.clone()).collect(), curved };
     let mut draws = Vec::new();
     for (_, distribution) in &edge.draws {
         draws.push(Distribution::of(distribution)?);
@@ -226,7 +276,11 @@ impl Names<'_> {
 
     fn side(&self, test: &Test) -> Result<Side, String> {
         let difference = test.left.sub(&test.right).map_err(|error| error.0)?;
-        Ok(Side { form: self.linear(&difference)?, relation: test.relation })
+        let flat = self.linear(&difference).map(|form| Side::flat(form, test.relation));
+        flat.or_else(|reason| {
+            let disc = if self.curved { round(self, &difference, test.relation) } else { None };
+            disc.ok_or(reason)
+        })
     }
 
     /// What the names of an event stand for, in their order.

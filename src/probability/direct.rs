@@ -7,6 +7,7 @@ use num_traits::{ToPrimitive, Zero};
 use super::Question;
 use super::estimated::{Estimate, counted, interval};
 use super::random::{Sampler, Source};
+use super::rounded::rounded;
 use crate::assumption::Assumptions;
 use crate::definition::{Definition, Definitions};
 use crate::distribution::Distribution;
@@ -23,7 +24,7 @@ const STEPS: u64 = 400_000;
 /// Steps of one run.
 const MOST_STEPS: u64 = 100_000;
 
-/// The share of runs in which it happens. Durations that are drawn below 0 count as 0.
+/// The share of so many runs in which it happens; of as many as take not too long, where that is not said. Durations that are drawn below 0 count as 0.
 ///
 /// # Errors
 /// Where a run has no meaning, never ends, or depends on which of several communications comes first.
@@ -32,12 +33,12 @@ pub fn direct(
     definitions: &Definitions,
     event: &Claim,
     question: &Question,
-    seed: u64,
+    (runs, seed): (Option<u64>, u64),
 ) -> Result<Estimate, String> {
     let (system, lasted) = counted_from_nothing(system, definitions)?;
     let subject = Subject { system: &system, event, question };
     let (_, steps) = subject.run(&Model::new(&lasted), &Source::new(seed, 0))?;
-    let runs = (STEPS / steps.max(1)).clamp(RUNS.1, RUNS.0);
+    let runs = runs.unwrap_or((STEPS / steps.max(1)).clamp(RUNS.1, RUNS.0));
     let model = || Model::new(&lasted);
     let happened = counted(runs, model, &|run, model| Ok(subject.run(model, &Source::new(seed, run))?.0.into()))?;
     Ok(interval(happened, runs))
@@ -157,7 +158,8 @@ fn drawn(one: &Move, all: &[Move], source: &Source, step: u64) -> Result<Term, S
         let sampler = Sampler::of(&Distribution::of(distribution)?)?;
         let exact = sampler.exactly(source, step, 0);
         let number = exact.or_else(|| BigRational::from_float(sampler.draw(source, step, 0)));
-        return Ok(one.with(&Value::rational(number.ok_or("a number is drawn that is too large")?)));
+        let number = number.ok_or("a number is drawn that is too large")?;
+        return Ok(rounded(&one.with(&Value::rational(number))));
     }
     let (mut left, _) = source.uniform(step, 0);
     let mut chosen = one;

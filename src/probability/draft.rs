@@ -5,8 +5,9 @@ use num_traits::{One, Signed, Zero};
 
 use super::axes::{AXES, ratio, shown, stateless};
 use super::chain::{Linear, Move, Region, Side, add_product};
+use super::ellipse::{Compared, Ellipse};
 use super::form::{Drawn, Form, Said, inner};
-use super::plan::{DECIDERS, Decider, Gate, Motion, PLACES, Reducer, Way};
+use super::plan::{DECIDERS, Decider, Gate, Motion, PLACES, Reducer, WIDTH, Way};
 use super::region::{Patch, Range, Set, common, half, meet, merged, outside, whole};
 use crate::rational::{difference, product, quotient, sum};
 use crate::value::Relation;
@@ -26,6 +27,7 @@ struct Parts {
     target: Option<usize>,
     next: [Option<Form>; AXES],
     bases: [Vec<Form>; AXES],
+    discs: Vec<Ellipse>,
     taken: Patch,
     asked: Vec<Patch>,
 }
@@ -36,9 +38,10 @@ type Shared = (bool, Option<Vec<BigRational>>);
 const SHARED: &str = "the guards of a round share noise in different ways";
 
 /// Which axis a draw belongs to, and the random numbers that decide on each axis.
-struct Owners {
-    draws: Vec<Option<usize>>,
-    bases: [Vec<Form>; AXES],
+pub(super) struct Owners {
+    pub draws: Vec<Option<usize>>,
+    pub bases: [Vec<Form>; AXES],
+    pub discs: Vec<Ellipse>,
 }
 
 /// The axis of a form, if it is known, and the draws on which it depends.
@@ -65,7 +68,7 @@ impl Owners {
 impl Draft<'_> {
     /// None where it is never taken.
     pub(super) fn way(&self, weight: BigRational) -> Result<Option<Way>, String> {
-        let Some(Parts { target, next, bases, taken, asked }) = self.parts()? else { return Ok(None) };
+        let Some(Parts { target, next, bases, mut discs, taken, asked }) = self.parts()? else { return Ok(None) };
         let rest = asked.iter().fold(vec![taken.clone()], outside);
         let (success, last, onward) = match (target, self.reducer.question.first) {
             (None, _) => (asked.clone(), asked, Vec::new()),
@@ -98,6 +101,7 @@ impl Draft<'_> {
                     }
                 }
             }
+            discs.iter_mut().try_for_each(|disc| disc.settle(axis, &order))?;
             motions.push(motion);
         }
         for patches in &mut patches {
@@ -105,7 +109,8 @@ impl Draft<'_> {
         }
         let [success, last, onward] = patches.map(merged);
         let motions: [Motion; AXES] = motions.try_into().map_err(|_| "an axis is missing".to_string())?;
-        Ok(Some(Way { weight, motions, success, last, onward, next: target.unwrap_or_default() }))
+        let rounds = discs.into_iter().map(Ellipse::round).collect();
+        Ok(Some(Way { weight, motions, rounds, success, last, onward, next: target.unwrap_or_default() }))
     }
 
     /// Where the move leads, what decides it, where it is taken, and where that is what is asked for.
@@ -122,7 +127,7 @@ impl Draft<'_> {
                     next[axis] = Some(self.form(&linear.after(&self.one.image))?);
                 }
                 region = shown(self.reducer.chain, phase)?;
-                region.iter_mut().flatten().for_each(|side| side.form = side.form.after(&self.one.image));
+                region.iter_mut().flatten().for_each(|side| *side = side.after(&self.one.image));
             }
             Some(Ok(true)) => region = vec![Vec::new()],
             Some(Ok(false)) => {}
@@ -140,7 +145,7 @@ impl Draft<'_> {
             asked.extend(asked.iter().fold(patch.into_iter().collect(), outside));
         }
         let target = if let Some(Err(phase)) = target { Some(phase) } else { None };
-        Ok(Some(Parts { target, next, bases: owners.bases, taken, asked }))
+        Ok(Some(Parts { target, next, bases: owners.bases, discs: owners.discs, taken, asked }))
     }
 
     /// What decides on an axis, and how it moves; for each place of a patch, which base it is and how its values are
@@ -234,7 +239,7 @@ impl Draft<'_> {
         Ok(draws)
     }
 
-    fn form(&self, linear: &Linear) -> Result<Form, String> {
+    pub(super) fn form(&self, linear: &Linear) -> Result<Form, String> {
         let mut form = Form::of(linear, self.drawn);
         if stateless(linear) {
             return Ok(form);
@@ -262,10 +267,11 @@ impl Draft<'_> {
 
     /// Which axis each draw belongs to; the axes must be independent.
     fn owners(&self, next: &[Option<Form>; AXES], region: &Region) -> Result<Owners, String> {
-        let mut owners = Owners { draws: vec![None; self.drawn.len()], bases: [Vec::new(), Vec::new()] };
+        let mut owners =
+            Owners { draws: vec![None; self.drawn.len()], bases: [Vec::new(), Vec::new()], discs: Vec::new() };
         let mut forms: Vec<Reach> = Vec::new();
-        for side in self.one.tests.iter().chain(region.iter().flatten()) {
-            let form = self.form(&side.form)?;
+        for form in self.one.tests.iter().chain(region.iter().flatten()).flat_map(Side::forms) {
+            let form = self.form(form)?;
             forms.push((form.factors.iter().position(|factor| !factor.is_zero()), self.drawn(&form)));
         }
         let guarded = |axis: usize| usize::from(forms.iter().any(|(own, _)| *own == Some(axis)));
@@ -286,8 +292,19 @@ impl Draft<'_> {
 
     /// Where the states and the random numbers must lie for all of these to hold; none if one of them never does.
     fn patch(&self, sides: &[Side], owners: &mut Owners) -> Result<Option<Patch>, String> {
-        let mut patch: Patch = vec![whole(); PLACES * AXES];
+        let mut patch: Patch = vec![whole(); WIDTH];
         for side in sides {
+            if let Some(disc) = &side.disc {
+                match self.disc(disc, &-side.form.constant.clone(), side.relation, owners)? {
+                    Compared::Always => continue,
+                    Compared::Never => return Ok(None),
+                    Compared::Within(place, set) => patch[place] = meet(&patch[place], &set),
+                }
+                if patch.contains(&Set::new()) {
+                    return Ok(None);
+                }
+                continue;
+            }
             let form = self.form(&side.form)?;
             let along = form.factors.iter().position(|factor| !factor.is_zero());
             let drawn = self.drawn(&form);

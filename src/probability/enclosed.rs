@@ -14,8 +14,7 @@
 //!   the others hold ([`super::unlikely`]); their chances widen the answer;
 //! * all of them add up from round to round, as the kernel's total mass is at most 1.
 
-use num_rational::BigRational;
-use num_traits::{One, ToPrimitive, Zero};
+use num_traits::ToPrimitive;
 
 use super::axes::{AXES, settled};
 use super::chain::Chain;
@@ -23,50 +22,42 @@ use super::field::{Field, Outcome, Room};
 use super::foreseen::foreseen;
 use super::grid::{Grid, Smooth};
 use super::joint::joint;
-use super::kernel::{AxisRanges, Fast, Guard, Ranges, UNIT, contains, scale};
+use super::kernel::{BAND, Fast, Guard, Ranges, UNIT, contains};
 use super::operator::{Cut, Key, Operator};
-use super::plan::{Entry, MOST_ROUNDS, PLACES, Plan, Way, duration, plan};
+use super::plan::{Entry, MOST_ROUNDS, Plan, Way, duration, plan};
 use super::recut::later_rounds;
-use super::region::Patch;
 use super::sharp::blunted;
+use super::spots::Spots;
+use super::stretches::one_each;
 use super::unlikely::without;
+use super::ways::{FastEntry, FastPatch, FastWay, UNLIKELY, units};
 use super::window::windows;
 use super::{Enclosed, Question};
 use crate::interval::Interval;
 
+/// What slices should err by, in relation to what one sum should.
+const SLICED: f64 = 0.05;
+/// Chances that are not worth taking out, in the same relation.
+const VAIN: f64 = 1e-7;
 /// Chances that are left out and counted, in relation to what one sum should err by: of a way that a state takes, and at the
 /// ends of an axis.
 const NEGLIGIBLE: f64 = 1e-3;
 const TRIMMED: f64 = 0.05;
 /// Values that are held, and multiplications.
-const MOST_VALUES: usize = 8_000_000;
+const MOST_VALUES: usize = 25_000_000;
 const MOST_WORK: f64 = 3e11;
-
-/// A patch in machine numbers.
-pub(super) type FastPatch = [AxisRanges; AXES];
-
-/// A way in machine numbers.
-pub(super) struct FastWay {
-    pub weight: f64,
-    pub motions: [Fast; AXES],
-    pub success: Vec<FastPatch>,
-    pub last: Vec<FastPatch>,
-    pub onward: Vec<FastPatch>,
-    pub next: usize,
-}
-
-/// An entry in machine numbers.
-pub(super) struct FastEntry {
-    pub time: u64,
-    pub way: FastWay,
-    chance: Interval,
-}
 
 /// A chance, surely between these, as narrow as is wanted if machine numbers allow it.
 ///
 /// # Errors
 /// Where the states or the kernel grow too large, or a way has no noise.
 pub fn enclosed(whole: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
+    if let Some(cut) = one_each(whole) {
+        return enclosed(&cut, question, wanted);
+    }
+    if whole.is_curved() {
+        return apart(whole, question, wanted);
+    }
     let (chain, lost) = without(whole);
     let found = apart(&chain, question, wanted).or_else(|reason| {
         let both = joint(&chain, question, wanted).or_else(|other| {
@@ -152,15 +143,23 @@ struct Machine {
     step: f64,
     /// The number of phases that are not entered apart.
     own: usize,
+    /// Which axes the state of a phase has.
+    states: Vec<[bool; AXES]>,
+    /// The number of phases that are no slices of others.
+    whole: usize,
+    /// What the slices of the plane err by.
+    spotted: f64,
 }
 
 impl Machine {
     fn new(plan: &Plan, own: usize, wanted: f64) -> Result<Machine, String> {
         let units = units(plan)?;
-        let fast = |way: &Way| FastWay::of(way, &units);
-        let phases: Vec<Vec<FastWay>> = plan.phases.iter().map(|ways| ways.iter().map(fast).collect()).collect();
-        let entry = |one: &Entry| FastEntry { time: one.time, way: fast(&one.way).near(), chance: one.chance };
-        let entries: Vec<FastEntry> = plan.entries.iter().map(entry).collect();
+        let share = wanted / (plan.rounds as f64 + 2.0) / (plan.phases.len() * AXES) as f64;
+        let fast = |way: &Way| FastWay::of(way, &units, SLICED * share);
+        let phases = plan.phases.iter().map(|ways| ways.iter().map(fast).collect::<Result<Vec<FastWay>, _>>());
+        let phases = phases.collect::<Result<Vec<_>, _>>()?;
+        let entry = |one: &Entry| Ok(FastEntry { time: one.time, way: fast(&one.way)?.near(), chance: one.chance });
+        let entries = plan.entries.iter().map(entry).collect::<Result<Vec<FastEntry>, String>>()?;
         let all = || phases.iter().flatten().chain(entries.iter().map(|entry| &entry.way));
         if !all().flat_map(|way| &way.motions).all(Fast::is_sound) {
             return Err("a decider of a round is certain once the next state is known, or too large".to_string());
@@ -171,7 +170,6 @@ impl Machine {
                 return Err("a round adds no noise".to_string());
             }
         }
-        let share = wanted / (plan.rounds as f64 + 2.0) / (phases.len() * AXES) as f64;
         let wide = (2.0 * (8.0 / share).ln()).sqrt().min(9.0);
         let windows = windows(&phases, &entries, plan.rounds, wide);
         let mut machine = Machine {
@@ -185,6 +183,9 @@ impl Machine {
             band: wide,
             step: 0.0,
             own,
+            states: plan.states.clone(),
+            whole: plan.phases.len(),
+            spotted: 0.0,
         };
         for (phase, windows) in windows.iter().enumerate() {
             let mut grids = [Grid::single(), Grid::single()];
@@ -192,7 +193,7 @@ impl Machine {
                 let hull =
                     windows.iter().flatten().map(|window| window[axis]).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
                 if let Some(hull) = hull {
-                    *grid = Grid::new(hull, &machine.smooth(plan, phase, axis), machine.share)?;
+                    *grid = Grid::new(hull, &machine.smooth(phase, axis), machine.share)?;
                 }
             }
             let place = |axis: usize, (low, high): (f64, f64)| {
@@ -206,36 +207,64 @@ impl Machine {
             machine.active.push(active.collect());
             machine.grids.push(grids);
         }
+        machine.cut_spots(plan.rounds)?;
         machine.connect(plan)?;
         machine.step = machine.bound();
         Ok(machine)
     }
 
+    /// Makes phases of the slices of the plane into which ways lead.
+    fn cut_spots(&mut self, rounds: u64) -> Result<(), String> {
+        let smooth = |phase: usize| [self.smooth(phase, 0), self.smooth(phase, 1)];
+        let spots = Spots::of(&self.phases, &self.entries, smooth, SLICED * self.share)?;
+        spots.place(&mut self.phases, &mut self.entries);
+        self.spotted = spots.error;
+        for slice in spots.slices {
+            let points = slice.grids.each_ref().map(|grid| (0, grid.nodes.len()));
+            self.active.push(vec![Some(points); rounds as usize + 1]);
+            self.grids.push(slice.grids);
+            self.states.push([true; AXES]);
+        }
+        Ok(())
+    }
+
     /// What is known of the integrals over the states of a phase.
-    fn smooth(&self, plan: &Plan, phase: usize, axis: usize) -> Smooth {
+    fn smooth(&self, phase: usize, axis: usize) -> Smooth {
         let all = self.phases.iter().flatten().chain(self.entries.iter().map(|entry| &entry.way));
         let into: Vec<&FastWay> = all.filter(|way| !way.onward.is_empty() && way.next == phase).collect();
-        let lands = |way: &FastWay| !way.onward.is_empty() && plan.states[way.next][axis];
+        let lands = |way: &FastWay| !way.onward.is_empty() && self.states[way.next][axis];
         let out = &self.phases[phase];
         let kernel = into.iter().map(|way| way.motions[axis].growth()).fold(0.0, f64::max);
         let value = out.iter().map(|way| way.motions[axis].growth_before(lands(way))).fold(0.0, f64::max);
-        let weight = |ways: &mut dyn Iterator<Item = &FastWay>| ways.map(|way| way.weight).sum::<f64>() + 1.0;
+        // What is taken out of another part counts as well: so much at most ([`super::slicer`]).
+        let once = |way: &FastWay| if way.is_sliced() { 5.0 * way.weight } else { way.weight };
+        let weight = |ways: &mut dyn Iterator<Item = &FastWay>| ways.map(once).sum::<f64>() + 1.0;
         let sd = into.iter().map(|way| way.motions[axis].sd);
         let mut cuts = Vec::new();
         let finite = |ranges: &Ranges| {
             ranges.iter().flat_map(|(low, high)| [*low, *high]).filter(|end| end.is_finite()).collect::<Vec<f64>>()
         };
         for way in into.iter().filter(|way| way.motions[axis].guard == Guard::Next) {
-            way.onward.iter().for_each(|patch| cuts.extend(finite(&patch[axis][1])));
+            way.onward.iter().for_each(|patch| cuts.extend(finite(&patch.axes[axis][1])));
         }
         for way in out {
-            way.patches().for_each(|patch| cuts.extend(finite(&patch[axis][0])));
+            way.patches().for_each(|patch| cuts.extend(finite(&patch.axes[axis][0])));
         }
         Smooth {
             growth: kernel + value,
             size: weight(&mut into.iter().copied()) * weight(&mut out.iter()),
             sd: (sd.clone().fold(f64::INFINITY, f64::min), sd.fold(0.0, f64::max)),
             cuts,
+        }
+    }
+
+    fn key(&self, way: &FastWay, patch: &FastPatch, axis: usize, from: usize) -> Key {
+        Key {
+            motion: way.motions[axis].clone(),
+            ranges: patch.axes[axis].clone(),
+            lands: self.states[way.next][axis],
+            from,
+            to: way.next * AXES + axis,
         }
     }
 
@@ -247,10 +276,21 @@ impl Machine {
             for way in 0..self.phases[phase].len() {
                 let count = self.phases[phase][way].onward.len();
                 let mut patches = Vec::new();
+                let mut kept = Vec::new();
                 for patch in 0..count {
                     let here = (phase, way, patch);
-                    patches.push([self.operator(plan, here, 0), self.operator(plan, here, 1)]);
+                    let both = [self.operator(here, 0), self.operator(here, 1)];
+                    let one = &self.phases[phase][way];
+                    let most = both.map(|place| self.operators[place].most);
+                    let most = one.weight.abs() * one.onward[patch].weight * most[0] * most[1];
+                    // Next to nothing is taken out of another part by it.
+                    let vain = most < 0.0 && -most < VAIN * self.share;
+                    self.spotted -= if vain { most } else { 0.0 };
+                    patches.extend((!vain).then_some(both));
+                    kept.push(!vain);
                 }
+                let mut kept = kept.into_iter();
+                self.phases[phase][way].onward.retain(|_| kept.next().unwrap_or(true));
                 ways.push(patches);
             }
             onward.push(ways);
@@ -265,24 +305,28 @@ impl Machine {
         if work > MOST_WORK { Err("there is too much to compute".to_string()) } else { Ok(()) }
     }
 
-    /// What of an operator is left out, and counted.
-    fn cut(&self) -> Cut {
-        Cut { band: self.band, least: NEGLIGIBLE * self.share }
+    /// What of an operator into a phase is left out, and counted; of a slice it would not be missed.
+    fn cut(&self, next: usize) -> Cut {
+        match next < self.whole {
+            true => Cut { band: self.band, least: NEGLIGIBLE * self.share },
+            false => Cut { band: BAND, least: 0.0 },
+        }
     }
 
-    fn operator(&mut self, plan: &Plan, (phase, way, patch): (usize, usize, usize), axis: usize) -> usize {
+    fn operator(&mut self, (phase, way, patch): (usize, usize, usize), axis: usize) -> usize {
         let one = &self.phases[phase][way];
-        let key = key(plan, one, &one.onward[patch], axis, phase * AXES + axis);
+        let key = self.key(one, &one.onward[patch], axis, phase * AXES + axis);
         let grid = |number: usize| &self.grids[number / AXES][number % AXES];
         let same = |other: &Operator| {
             let other = &other.key;
             let points = grid(other.from) == grid(key.from) && grid(other.to) == grid(key.to);
             points && Key { from: key.from, to: key.to, ..other.clone() } == key
         };
-        if let Some(found) = self.operators.iter().position(same) {
+        let slice = [phase, one.next].iter().any(|phase| *phase >= self.whole);
+        if let Some(found) = (!slice).then(|| self.operators.iter().position(same)).flatten() {
             return found;
         }
-        let operator = Operator::new(key.clone(), &grid(key.from).nodes, grid(key.to), self.cut());
+        let operator = Operator::new(key.clone(), &grid(key.from).nodes, grid(key.to), self.cut(one.next));
         self.operators.push(operator);
         self.operators.len() - 1
     }
@@ -293,15 +337,16 @@ impl Machine {
         let reach =
             self.grids.iter().flatten().flat_map(|grid| &grid.nodes).fold(0.0f64, |most, node| most.max(node.abs()));
         let error = |way: &FastWay, patch: &FastPatch| {
-            let axes = way.motions.iter().zip(patch);
-            way.weight * axes.map(|(motion, ranges)| motion.chance_error(ranges, reach)).sum::<f64>()
+            let both = [0, 1].map(|axis: usize| (&way.motions[axis], &patch.axes[axis]));
+            let [one, other] = both.map(|(motion, ranges)| (motion.chance_error(ranges, reach), motion.most(ranges)));
+            way.weight * patch.weight.abs() * (one.0 * other.1 + other.0 * one.1)
         };
         let each = |ways: &mut dyn Iterator<Item = &FastWay>| {
             let (mut relative, mut absolute, mut patches) = (0.0f64, 0.0, 0.0);
             for way in ways {
                 let sum = |patches: &[FastPatch]| patches.iter().map(|patch| error(way, patch)).sum::<f64>();
                 // Either all of a round counts, or what counts at the last moment alone.
-                absolute += (sum(&way.success) + sum(&way.onward)).max(sum(&way.last));
+                absolute += (sum(&way.success) + sum(&way.onward)).max(sum(&way.last)) + way.weight * way.error;
                 relative = relative.max(way.motions.iter().map(|motion| motion.rounding(reach)).sum());
                 patches += way.patches().count() as f64;
             }
@@ -322,14 +367,17 @@ impl Machine {
         let into = (0..self.phases.len()).map(into).max().unwrap_or(0);
         // Sums along both axes, and of all that leads into a phase; masses and chances are summed by the eight.
         let terms = (2 * longest + into) as f64 + most(0) / 8.0 + most(1) + 8.0 * patches + 80.0;
-        2.1 * quadrature + 2.0 * relative + 2.0 * absolute + 2.0 * terms * UNIT
+        let sliced = self.spotted > 0.0 || self.phases.iter().flatten().any(FastWay::is_sliced);
+        let taken = if sliced { 5.0 } else { 1.0 };
+        2.1 * (quadrature + self.spotted) + 2.0 * taken * relative + 2.0 * absolute + 2.0 * taken * terms * UNIT
     }
 
     fn run(&self, plan: &Plan) -> Result<Interval, String> {
         let fields = || vec![Field::default(); self.phases.len()];
         let (mut now, mut next, mut room) = (fields(), fields(), Room::default());
         let outcomes = self.outcomes();
-        let (mut value, mut lost, mut wide) = (0.0, 0.0, 0.0);
+        // What is taken out of a round and not found there may not have been there.
+        let (mut value, mut lost, mut over, mut wide) = (0.0, 0.0, 0.0, 0.0);
         let mut entries = self.entries.iter().peekable();
         self.clear(&mut next, 0);
         // What goes on into a round; what of it is not found there is lost.
@@ -338,12 +386,15 @@ impl Machine {
             std::mem::swap(&mut now, &mut next);
             while let Some(entry) = entries.next_if(|entry| entry.time == time) {
                 let chance = f64::midpoint(entry.chance.low, entry.chance.high);
-                let entered = self.enter(plan, &entry.way, chance, &mut now, &mut room);
+                let (entered, kept) = self.enter(&entry.way, chance, &mut now, &mut room);
                 wide += entry.chance.width() + self.error(entry, entered, plan.rounds - time);
-                onward += entered;
+                if entry.way.next < self.whole {
+                    over += kept;
+                    onward += entered;
+                }
             }
-            now.iter_mut().for_each(|field| field.trim(TRIMMED * self.share));
-            lost += onward - now.iter().map(Field::mass).sum::<f64>();
+            now[..self.whole].iter_mut().for_each(|field| field.trim(TRIMMED * self.share));
+            lost += onward - now[..self.whole].iter().map(Field::mass).sum::<f64>();
             onward = 0.0;
             let last = time + 1 == plan.rounds;
             for (field, outcomes) in now.iter().zip(&outcomes).filter(|(field, _)| !field.is_empty()) {
@@ -356,17 +407,24 @@ impl Machine {
             self.clear(&mut next, time + 1);
             for (phase, field) in now.iter().enumerate().filter(|(_, field)| !field.is_empty()) {
                 for (way, patches) in self.phases[phase].iter().zip(&self.onward[phase]) {
-                    for operators in patches {
+                    for (patch, operators) in way.onward.iter().zip(patches) {
                         let [one, other] = operators.map(|place| &self.operators[place]);
-                        onward += way.weight * field.weighted(&one.chances, &other.chances);
-                        if way.weight * one.most * other.most > NEGLIGIBLE * self.share {
-                            field.go(way.weight, one, other, &mut next[way.next], &mut room);
+                        let weight = way.weight * patch.weight;
+                        let (counts, next) = (way.next < self.whole, &mut next[way.next]);
+                        let going = if counts { weight * field.weighted(&one.chances, &other.chances) } else { 0.0 };
+                        onward += going;
+                        if weight < 0.0 {
+                            let taken = field.take(-weight, one, other, next, &mut room);
+                            over -= if counts { going + taken } else { 0.0 };
+                        } else if !counts || weight * one.most * other.most > NEGLIGIBLE * self.share {
+                            field.go(weight, one, other, next, &mut room);
                         }
                     }
                 }
             }
         }
-        let found = Interval::between((value - wide).max(0.0), value + lost.max(0.0) + wide);
+        let (wide, over) = (wide + over.max(0.0), over.max(0.0));
+        let found = Interval::between((value - wide).max(0.0), value + (lost + over).max(0.0) + wide);
         if !found.high.is_finite() {
             return Err("the bounds are too wide".to_string());
         }
@@ -393,12 +451,12 @@ impl Machine {
     fn outcomes(&self) -> Vec<[Vec<Outcome>; 2]> {
         let outcome = |phase: usize, way: &FastWay, patch: &FastPatch| {
             let along = |axis: usize| {
-                let (motion, ranges) = (&way.motions[axis], &patch[axis]);
+                let (motion, ranges) = (&way.motions[axis], &patch.axes[axis]);
                 let chance =
                     |state: &f64| if contains(&ranges[0], *state) { motion.chance(ranges, *state) } else { 0.0 };
                 self.grids[phase][axis].nodes.iter().map(chance).collect::<Vec<f64>>()
             };
-            Outcome { weight: way.weight, chances: [along(0), along(1)] }
+            Outcome { weight: way.weight * patch.weight, chances: [along(0), along(1)] }
         };
         let mut all = Vec::new();
         for (phase, ways) in self.phases.iter().enumerate() {
@@ -409,86 +467,25 @@ impl Machine {
         all
     }
 
-    /// From where there is no state into a phase; gives the chance of coming there.
-    fn enter(&self, plan: &Plan, way: &FastWay, chance: f64, fields: &mut [Field], room: &mut Room) -> f64 {
+    /// From where there is no state into a phase; gives the chance of coming there, and what should have been taken out of
+    /// it and was not.
+    fn enter(&self, way: &FastWay, chance: f64, fields: &mut [Field], room: &mut Room) -> (f64, f64) {
         let mut start = Field::default();
         start.put(chance);
-        let mut sum = 0.0;
+        let (mut sum, mut over) = (0.0, 0.0);
         for patch in &way.onward {
             let make = |axis: usize| {
-                Operator::new(key(plan, way, patch, axis, 0), &[0.0], &self.grids[way.next][axis], self.cut())
+                Operator::new(self.key(way, patch, axis, 0), &[0.0], &self.grids[way.next][axis], self.cut(way.next))
             };
-            let [one, other] = [make(0), make(1)];
-            sum += way.weight * start.weighted(&one.chances, &other.chances);
-            start.go(way.weight, &one, &other, &mut fields[way.next], room);
-        }
-        sum
-    }
-}
-
-fn key(plan: &Plan, way: &FastWay, patch: &FastPatch, axis: usize, from: usize) -> Key {
-    Key {
-        motion: way.motions[axis].clone(),
-        ranges: patch[axis].clone(),
-        lands: plan.states[way.next][axis],
-        from,
-        to: way.next * AXES + axis,
-    }
-}
-
-/// A power of 2 for each axis that brings the least noise near 1.
-fn units(plan: &Plan) -> Result<[BigRational; AXES], String> {
-    let ways = || plan.phases.iter().flatten().chain(plan.entries.iter().map(|entry| &entry.way));
-    let unit = |axis: usize| {
-        let variances = ways().map(|way| &way.motions[axis].variance).filter(|variance| !variance.is_zero());
-        variances.min().map_or_else(BigRational::one, |least| scale(least).1)
-    };
-    let (one, other) = (unit(0), unit(1));
-    if [&one, &other].iter().any(|unit| unit.numer().bits().max(unit.denom().bits()) > 1_000) {
-        return Err("the noise is too small or too large for machine numbers".to_string());
-    }
-    Ok([one, other])
-}
-
-/// More than the chance that a normal number is 12 standard deviations off, a million times.
-const UNLIKELY: f64 = 1e-26;
-
-impl FastWay {
-    /// From where there is no state, without the ends of ranges that the next state does not come near to.
-    fn near(mut self) -> FastWay {
-        for (axis, motion) in self.motions.iter().enumerate().filter(|(_, motion)| motion.guard == Guard::Next) {
-            let (low, high) = (motion.shift - 12.1 * motion.sd, motion.shift + 12.1 * motion.sd);
-            let few = |patch: &&mut FastPatch| patch[axis][1].len() < 100;
-            for patch in self.onward.iter_mut().filter(few) {
-                let ranges = &mut patch[axis][1];
-                ranges.retain(|(first, last)| *first < high && *last > low);
-                for (first, last) in ranges {
-                    *first = if *first < low { f64::NEG_INFINITY } else { *first };
-                    *last = if *last > high { f64::INFINITY } else { *last };
-                }
+            let ([one, other], weight) = ([make(0), make(1)], way.weight * patch.weight);
+            let going = weight * start.weighted(&one.chances, &other.chances);
+            sum += going;
+            if weight < 0.0 {
+                over -= going + start.take(-weight, &one, &other, &mut fields[way.next], room);
+            } else {
+                start.go(weight, &one, &other, &mut fields[way.next], room);
             }
         }
-        self
-    }
-
-    fn of(way: &Way, units: &[BigRational; AXES]) -> FastWay {
-        let ranges = |patch: &Patch, axis: usize| {
-            Fast::ranges(&way.motions[axis], &units[axis], &patch[axis * PLACES..(axis + 1) * PLACES])
-        };
-        let fast = |patches: &Vec<Patch>| {
-            patches.iter().map(|patch| [ranges(patch, 0), ranges(patch, 1)]).collect::<Vec<FastPatch>>()
-        };
-        FastWay {
-            weight: super::kernel::near(&way.weight),
-            motions: [0, 1].map(|axis: usize| Fast::of(&way.motions[axis], &units[axis])),
-            success: fast(&way.success),
-            last: fast(&way.last),
-            onward: fast(&way.onward),
-            next: way.next,
-        }
-    }
-
-    fn patches(&self) -> impl Iterator<Item = &FastPatch> {
-        self.success.iter().chain(&self.last).chain(&self.onward)
+        (sum, over)
     }
 }

@@ -41,7 +41,7 @@ impl Estimate {
 /// The confidence of the interval: in the long run so large a share of such intervals holds the true value.
 pub const CONFIDENCE: f64 = 0.99;
 /// The standard normal number that is exceeded, on both sides together, with the chance that is left.
-const QUANTILE: f64 = 2.575_829_303_548_901;
+pub const QUANTILE: f64 = 2.575_829_303_548_901;
 /// Where it happened in a smaller share of the runs, they are split.
 const RARE: u64 = 2_000;
 

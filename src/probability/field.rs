@@ -136,6 +136,15 @@ impl Field {
         }
     }
 
+    /// The same, taken out of the next round; gives what is found to be taken out.
+    pub(super) fn take(&self, weight: f64, one: &Operator, other: &Operator, next: &mut Field, room: &mut Room) -> f64 {
+        let mut taken = Field::default();
+        taken.clear(next.active);
+        self.go(weight, one, other, &mut taken, room);
+        next.masses.iter_mut().zip(&taken.masses).for_each(|(mass, part)| *mass -= part);
+        taken.mass()
+    }
+
     /// The same along one axis, where the other has one point.
     fn along(&self, axis: usize, weight: f64, operator: &Operator, next: &mut Field) {
         if weight == 0.0 {

@@ -123,7 +123,7 @@ fn sides(tests: &[Side], known: &Known) -> Option<Vec<Side>> {
         match number.then(|| test.relation.holds(form.constant.cmp(&BigRational::zero()))) {
             Some(true) => {}
             Some(false) => return None,
-            None => left.push(Side { form, relation: test.relation }),
+            None => left.push(Side::flat(form, test.relation)),
         }
     }
     Some(left)

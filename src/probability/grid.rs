@@ -83,7 +83,10 @@ fn equal((low, high): (f64, f64), smooth: &Smooth, wanted: f64) -> Result<Grid, 
 }
 
 /// Panels of Gauss points between the cuts.
-fn panels((low, high): (f64, f64), smooth: &Smooth) -> Result<Grid, String> {
+///
+/// # Errors
+/// Where there are too many.
+pub(super) fn panels((low, high): (f64, f64), smooth: &Smooth) -> Result<Grid, String> {
     let width = (4.5 * smooth.sd.0).min(6.4 / smooth.growth.sqrt());
     let mut cuts = vec![low, high];
     cuts.extend(smooth.cuts.iter().filter(|cut| **cut > low && **cut < high));

@@ -1,11 +1,13 @@
 //! What a way does on one axis, in machine numbers: densities, the chances of its guards, and bounds on what these err
 //! by and on how they grow away from the reals.
 
+use std::ops::Deref;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
-use super::normal::{DENSITY_ERROR, DISTRIBUTION_ERROR, distribution};
+use super::normal::{DENSITY_ERROR, DISTRIBUTION_ERROR, density, distribution};
 use super::plan::{Decider, Gate, Motion, PLACES};
 use super::region::Set;
 use crate::rational::{difference, product, quotient};
@@ -19,7 +21,28 @@ pub const BAND: f64 = 9.0;
 pub type Ranges = Vec<(f64, f64)>;
 
 /// The sets of a patch on one axis: the state, the decider, the gates.
-pub type AxisRanges = [Ranges; PLACES];
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisRanges {
+    /// The sets.
+    pub sets: [Ranges; PLACES],
+    /// Numbers of which the density counts: the place, and where it is taken; the sum of these.
+    pub points: Vec<(usize, Vec<f64>)>,
+}
+
+impl Deref for AxisRanges {
+    type Target = [Ranges; PLACES];
+
+    fn deref(&self) -> &[Ranges; PLACES] {
+        &self.sets
+    }
+}
+
+impl AxisRanges {
+    /// Where the density of the number at a place counts.
+    pub fn at(&self, place: usize) -> Option<&[f64]> {
+        self.points.iter().find(|(own, _)| *own == place).map(|(_, points)| points.as_slice())
+    }
+}
 
 /// A motion in machine numbers, over a state that is scaled.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +150,20 @@ impl Fast {
                 |end: &Option<BigRational>, other: f64| end.as_ref().map_or(other, |end| near(&product(end, &scale)));
             set.iter().map(|(low, high)| (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY))).collect()
         };
-        std::array::from_fn(|place| sets.get(place).map(|set| ranges(place, set)).unwrap_or_default())
+        let sets = std::array::from_fn(|place| sets.get(place).map(|set| ranges(place, set)).unwrap_or_default());
+        AxisRanges { sets, points: Vec::new() }
+    }
+
+    /// How the number at a place of a patch is scaled, and its standard deviation then, once the next state is known; none
+    /// for a number without noise of its own.
+    pub fn scaled(&self, motion: &Motion, place: usize, unit: &BigRational) -> Option<(BigRational, f64)> {
+        match (&motion.decider, &self.guard, place) {
+            (Decider::Noisy { variance, .. }, Guard::Noisy { rest, .. }, 1) => Some((scale(variance).1, *rest)),
+            (Decider::Next, _, 1) => Some((unit.clone(), self.sd)),
+            (_, _, 0) => Some((unit.clone(), 1.0)),
+            (_, _, 1) => None,
+            _ => Some((scale(&motion.gates.get(place - 2)?.variance).1, self.gates.get(place - 2)?.2)),
+        }
     }
 
     /// Whether all numbers are such that bounds can be computed with them.
@@ -151,21 +187,25 @@ impl Fast {
 
     /// The chance that the decider and the gates lie in these.
     pub fn chance(&self, ranges: &AxisRanges, from: f64) -> f64 {
-        let own = match &self.guard {
+        let own = match (&self.guard, ranges.at(1)) {
+            (Guard::Noisy { factor, offset, sd, .. }, Some(points)) => at(points, factor * from + offset, *sd),
+            (Guard::Next, Some(points)) => at(points, self.mean(from), self.sd),
             _ if everything(&ranges[1]) => 1.0,
-            Guard::Nothing => 1.0,
-            Guard::Next => between(&ranges[1], self.mean(from), self.sd),
-            Guard::Noisy { factor, offset, sd, .. } => between(&ranges[1], factor * from + offset, *sd),
+            (Guard::Nothing, _) => 1.0,
+            (Guard::Next, _) => between(&ranges[1], self.mean(from), self.sd),
+            (Guard::Noisy { factor, offset, sd, .. }, None) => between(&ranges[1], factor * from + offset, *sd),
         };
         own * self.passes(ranges, from)
     }
 
     /// The chance that the gates lie in these.
     pub fn passes(&self, ranges: &AxisRanges, from: f64) -> f64 {
-        let pass = |((factor, offset, sd), ranges): (&(f64, f64, f64), &Ranges)| {
-            if everything(ranges) { 1.0 } else { between(ranges, factor * from + offset, *sd) }
+        let pass = |(place, (factor, offset, sd)): (usize, &(f64, f64, f64))| match ranges.at(place) {
+            Some(points) => at(points, factor * from + offset, *sd),
+            None if everything(&ranges[place]) => 1.0,
+            None => between(&ranges[place], factor * from + offset, *sd),
         };
-        self.gates.iter().zip(&ranges[2..]).map(pass).product()
+        (2..).zip(&self.gates).map(pass).product()
     }
 
     /// Everything that decides: factor of the state, what is added, standard deviation, place of the set.
@@ -242,7 +282,40 @@ impl Fast {
         let gate = |((factor, offset, sd), ranges): (&(f64, f64, f64), &Ranges)| {
             ends(ranges, &|end| part(3.0, factor.abs() * reach + offset.abs() + end, *sd))
         };
-        own + self.gates.iter().zip(&ranges[2..]).map(gate).sum::<f64>()
+        let alone = own + self.gates.iter().zip(&ranges[2..]).map(gate).sum::<f64>();
+        alone * self.most(ranges) + self.density_error(ranges, reach)
+    }
+
+    /// The same of densities that count: the slope of one is at most 0.25 over the variance.
+    fn density_error(&self, ranges: &AxisRanges, reach: f64) -> f64 {
+        let moved = self.slope.abs() * reach + self.shift.abs();
+        let error = |(place, points): &(usize, Vec<f64>)| {
+            let argument = match (&self.guard, place) {
+                (Guard::Noisy { factor, offset, follows, .. }, 1) => {
+                    factor.abs() * reach + offset.abs() + follows.abs() * (reach + moved)
+                }
+                (_, 0 | 1) => moved,
+                _ => self.gates.get(place - 2).map_or(0.0, |gate| gate.0.abs() * reach + gate.1.abs()),
+            };
+            let sd = self.least(*place);
+            let part = |point: &f64| (1.5 * UNIT * (argument + point.abs()) / sd + DENSITY_ERROR) / sd;
+            2.0 * points.iter().map(part).sum::<f64>() * sd / (0.4 * points.len() as f64)
+        };
+        ranges.points.iter().map(error).sum::<f64>() * self.most(ranges)
+    }
+
+    /// A bound on [`Fast::chance`], once the next state is known too: densities may be more than 1.
+    pub fn most(&self, ranges: &AxisRanges) -> f64 {
+        ranges.points.iter().map(|(place, points)| 0.4 * points.len() as f64 / self.least(*place)).product()
+    }
+
+    /// The least standard deviation of the number at a place.
+    fn least(&self, place: usize) -> f64 {
+        match (&self.guard, place) {
+            (Guard::Noisy { rest, .. }, 1) => *rest,
+            (_, 0 | 1) => self.sd,
+            _ => self.gates.get(place - 2).map_or(self.sd, |gate| gate.2),
+        }
     }
 }
 
@@ -258,6 +331,11 @@ pub fn everything(ranges: &Ranges) -> bool {
 /// Whether a number lies in one of these.
 pub fn contains(ranges: &Ranges, place: f64) -> bool {
     ranges.iter().any(|(low, high)| *low <= place && place <= *high)
+}
+
+/// The density at these places.
+pub fn at(points: &[f64], mean: f64, sd: f64) -> f64 {
+    points.iter().map(|point| density((point - mean) / sd)).sum::<f64>() / sd
 }
 
 fn between(ranges: &Ranges, mean: f64, sd: f64) -> f64 {

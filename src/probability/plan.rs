@@ -67,13 +67,27 @@ pub const DECIDERS: usize = 16;
 /// Coordinates of a patch for each axis: the state, the decider, the gates.
 pub const PLACES: usize = 2 + DECIDERS;
 
-/// One way through a round. A patch has [`PLACES`] sets for each axis in turn.
+/// Distances that may decide a way.
+pub const DISCS: usize = 4;
+/// Coordinates of a patch: those of each axis in turn, and the distances.
+pub const WIDTH: usize = AXES * PLACES + DISCS;
+
+/// What decides a way by a distance: `a*(x-c)² + b*(y-d)²` of a number on each axis, each with noise of its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// By axis: the place of the number in a patch, the factor, and the middle.
+    pub sides: [(usize, BigRational, BigRational); AXES],
+}
+
+/// One way through a round. A patch has [`PLACES`] sets for each axis in turn, and one for each distance.
 #[derive(Clone, Debug)]
 pub struct Way {
     /// The chance of this part of the draws.
     pub weight: BigRational,
     /// By axis.
     pub motions: [Motion; AXES],
+    /// Distances that decide.
+    pub rounds: Vec<Round>,
     /// Where it leads to what is asked for.
     pub success: Vec<Patch>,
     /// Where it leads to what is asked for at the last moment only.
@@ -169,6 +183,7 @@ fn together(ways: Vec<Way>) -> Vec<Way> {
             other.next == way.next
                 && other.weight == way.weight
                 && other.motions == way.motions
+                && other.rounds == way.rounds
                 && apart(&other.success, &way.success)
                 && apart(&other.last, &way.last)
                 && apart(&other.onward, &way.onward)
@@ -290,7 +305,7 @@ impl Reducer<'_> {
                     for way in together(self.ways(one, phase, Some(&state))?) {
                         let patches = if time == rounds { &way.last } else { &way.success };
                         for patch in patches {
-                            decided = plus(decided, times(chance, way.chance(patch)));
+                            decided = plus(decided, times(chance, way.chance(patch)?));
                         }
                         if way.onward.is_empty() || time == rounds {
                             continue;
@@ -301,7 +316,7 @@ impl Reducer<'_> {
                             let state = way.motions.iter().map(|motion| motion.shift.clone()).collect();
                             let entry = later.entry((Some(way.next), state)).or_insert(Interval::exactly(0.0));
                             for patch in &way.onward {
-                                *entry = plus(*entry, times(chance, way.chance(patch)));
+                                *entry = plus(*entry, times(chance, way.chance(patch)?));
                             }
                         } else if still.iter().any(|still| *still) {
                             return Err("one axis is certain and the other is not".to_string());
@@ -339,8 +354,11 @@ fn times(one: Interval, other: Interval) -> Interval {
 
 impl Way {
     /// The chance of a patch, from where there is no state.
-    fn chance(&self, patch: &Patch) -> Interval {
+    fn chance(&self, patch: &Patch) -> Result<Interval, String> {
         let mut chance = Interval::of(&self.weight);
+        for (round, set) in self.rounds.iter().zip(&patch[AXES * PLACES..]).filter(|(_, set)| **set != whole()) {
+            chance = times(chance, round.chance(&self.motions, set)?);
+        }
         for (axis, motion) in self.motions.iter().enumerate() {
             let sets = &patch[axis * PLACES..(axis + 1) * PLACES];
             let own = match &motion.decider {
@@ -360,6 +378,6 @@ impl Way {
                 }
             }
         }
-        chance
+        Ok(chance)
     }
 }

@@ -170,7 +170,7 @@ impl Cutter {
             }
         }
         let ending = |ending: &Ending| {
-            let side = |side: &Side| Some(Side { form: said(&side.form, &forms, early)?, relation: side.relation });
+            let side = |side: &Side| Some(Side::flat(said(&side.form, &forms, early)?, side.relation));
             Some(Ending {
                 tests: ending.tests.iter().map(side).collect::<Option<_>>()?,
                 next: ending.next,
@@ -199,7 +199,7 @@ impl Cutter {
             }
             for one in chain.phases.get(ending.next)? {
                 let form = |form: &Linear| behind(form, &ending.image, cut);
-                let side = |side: &Side| Side { form: form(&side.form), relation: side.relation };
+                let side = |side: &Side| Side::flat(form(&side.form), side.relation);
                 let stretch = |stretch: &Stretch| Stretch {
                     duration: stretch.duration.clone(),
                     shown: stretch.shown.iter().map(|all| all.iter().map(side).collect()).collect(),
@@ -385,7 +385,7 @@ mod tests {
         look.draws[draws.len() - 1] = ratio(1, 1);
         let side = |bound: BigRational, relation| {
             let form = Linear { constant: &look.constant - bound, ..look.clone() };
-            Side { form, relation }
+            Side::flat(form, relation)
         };
         let (low, high) = (ratio(99, 10), ratio(101, 10));
         let ways = [
@@ -431,7 +431,7 @@ mod tests {
     #[test]
     fn moves_that_a_late_draw_tells_apart_are_not_cut() {
         let stretches = || vec![Stretch { duration: Some(ratio(1, 1)), shown: Vec::new(), values: Vec::new() }];
-        let side = |draws: &[BigRational], relation| Side { form: linear(&[], draws, ratio(-1, 2)), relation };
+        let side = |draws: &[BigRational], relation| Side::flat(linear(&[], draws, ratio(-1, 2)), relation);
         let (no, one) = (BigRational::zero(), ratio(1, 1));
         let image = |draws: &[BigRational]| {
             [&[], draws].map(|draws| linear(std::slice::from_ref(&one), draws, no.clone())).to_vec()

@@ -6,13 +6,14 @@
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
+use super::durations::{common_rate, erlang, later, never_negative, start};
 use super::sums::Sum;
 use super::{Enclosed, Question};
 use crate::definition::Definitions;
-use crate::distribution::{Distribution, standard};
-use crate::interval::{Interval, normal_between};
+use crate::distribution::Distribution;
+use crate::interval::Interval;
 use crate::invariant::Claim;
 use crate::name::Name;
 use crate::substitution::substitute_values;
@@ -51,7 +52,12 @@ struct Reader<'a> {
     names: BTreeMap<Name, Option<usize>>,
     spans: Vec<Span>,
     steps: usize,
+    /// How many rounds of loops are still to be opened, and whether there were more.
+    rounds: usize,
+    cut: bool,
 }
+
+const SEVERAL_TIMES: &str = "what is asked for is shown several times, and may last no time";
 
 /// Why nothing is said here of most systems.
 pub const SEVERAL: &str = "durations that are drawn are added up in one component alone, and there are several";
@@ -77,43 +83,28 @@ pub fn schedule(
     let [component] = components else {
         return Err(SEVERAL.to_string());
     };
-    let mut reader = Reader { definitions, draws: Vec::new(), names: BTreeMap::new(), spans: Vec::new(), steps: 0 };
-    reader.read(component)?;
-    let mut shown = Vec::new();
-    for (place, span) in reader.spans.iter().enumerate() {
-        if shows(event, &span.shown)? {
-            shown.push(place);
+    for (number, rounds) in (1..).zip(ROUNDS) {
+        let mut reader = Reader::new(definitions, rounds);
+        reader.read(component)?;
+        let later = match reader.cut {
+            true => reader.ended(&reader.lengths(), &question.time)?.chance.high,
+            false => 0.0,
+        };
+        if later <= LATER || question.first && !reader.shown(event)?.is_empty() {
+            return reader.found(event, question, later);
+        }
+        // Sums of many draws are only known where all are exponential, with one rate.
+        if number >= FEW && !reader.lengths().iter().all(|length| reader.rate(length).is_some()) {
+            break;
         }
     }
-    let never = || Enclosed::known(BigRational::zero());
-    let place = match shown.as_slice() {
-        [] => return Ok(Found { chance: never(), wide: false }),
-        [place] => *place,
-        _ => return Err("what is asked for is shown several times".to_string()),
-    };
-    let lengths: Vec<&Length> = reader.spans.iter().map(|span| &span.length).collect();
-    let begun = reader.ended(&lengths[..place], &question.time)?;
-    let (chance, wide) = match (lengths[place], question.first) {
-        (Length::ForEver, _) => (begun.chance, begun.wide),
-        // It lasts some time, whatever came before it.
-        (Length::Sum(_, time), true) if time.is_positive() => (begun.chance, begun.wide),
-        (Length::Sum(drawn, _), true) if drawn.is_empty() => (never(), false),
-        (length @ Length::Sum(drawn, _), true) => {
-            let none = reader.ended(&[length], &BigRational::zero())?;
-            let certain = none.chance.number().is_some_and(Zero::is_zero);
-            if !certain && reader.spans[..place].iter().any(|span| drawn.iter().any(|(at, _)| span.length.has(*at))) {
-                return Err("what is shown lasts as long as something before it".to_string());
-            }
-            let some = Enclosed::known(BigRational::one()).less(&none.chance);
-            (begun.chance.and(&some), begun.wide)
-        }
-        (_, false) => {
-            let ended = reader.ended(&lengths[..=place], &question.time)?;
-            (begun.chance.less(&ended.chance), begun.wide || ended.wide)
-        }
-    };
-    Ok(Found { chance, wide })
+    Err("it goes round, and draws how long it lasts, more often than is followed".to_string())
 }
+
+/// The rounds of a loop that are opened, until hardly any run comes behind them in time.
+const ROUNDS: [usize; 5] = [3, 8, 30, 100, 300];
+const FEW: usize = 2;
+const LATER: f64 = 1e-9;
 
 impl Length {
     /// Whether it depends on a draw.
@@ -137,7 +128,90 @@ fn shows(event: &Claim, shown: &[Term]) -> Result<bool, String> {
     Ok(!duties.is_empty())
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    fn new(definitions: &'a Definitions, rounds: usize) -> Reader<'a> {
+        Reader {
+            definitions,
+            draws: Vec::new(),
+            names: BTreeMap::new(),
+            spans: Vec::new(),
+            steps: 0,
+            rounds,
+            cut: false,
+        }
+    }
+
+    fn lengths(&self) -> Vec<&Length> {
+        self.spans.iter().map(|span| &span.length).collect()
+    }
+
+    /// The places of what is asked for, each with the one behind the last that shows it without a break.
+    fn shown(&self, event: &Claim) -> Result<Vec<(usize, usize)>, String> {
+        let mut runs: Vec<(usize, usize)> = Vec::new();
+        for (place, span) in self.spans.iter().enumerate() {
+            if shows(event, &span.shown)? {
+                match runs.last_mut().filter(|(_, end)| *end == place) {
+                    Some((_, end)) => *end += 1,
+                    None => runs.push((place, place + 1)),
+                }
+            }
+        }
+        Ok(runs)
+    }
+
+    /// The chance of what is asked for, where with this one a run comes behind what was read in time.
+    fn found(&self, event: &Claim, question: &Question, later: f64) -> Result<Found, String> {
+        let (lengths, mut sum, mut wide) = (self.lengths(), Enclosed::known(BigRational::zero()), later > 0.0);
+        let shown = self.shown(event)?;
+        if question.first {
+            let Some((place, _)) = shown.first() else {
+                let chance = if later > 0.0 { Enclosed::within(Interval::between(0.0, later)) } else { sum };
+                return Ok(Found { chance, wide });
+            };
+            let begun = self.ended(&lengths[..*place], &question.time)?;
+            let some = self.some(*place, &shown)?;
+            return Ok(Found { chance: begun.chance.and(&some), wide: begun.wide });
+        }
+        for (place, end) in shown {
+            let begun = self.ended(&lengths[..place], &question.time)?;
+            let ended = self.ended(&lengths[..end], &question.time)?;
+            // A run behind all that was read may show anything.
+            let ended =
+                if self.cut && end == lengths.len() { Enclosed::known(BigRational::zero()) } else { ended.chance };
+            sum = sum.or(&begun.chance.less(&ended));
+            wide |= begun.wide;
+        }
+        if later > 0.0 {
+            sum = Enclosed::within(sum.interval().plus(Interval::between(-later, later)).probability());
+        }
+        Ok(Found { chance: sum, wide })
+    }
+
+    /// The chance that the first place at which it is shown lasts some time; where it might not, there must be no other.
+    fn some(&self, place: usize, shown: &[(usize, usize)]) -> Result<Enclosed, String> {
+        let one = || Enclosed::known(BigRational::one());
+        match &self.spans[place].length {
+            Length::ForEver => Ok(one()),
+            Length::Sum(_, time) if time.is_positive() => Ok(one()),
+            Length::Sum(drawn, _) if drawn.is_empty() && self.cut => Err(SEVERAL_TIMES.to_string()),
+            Length::Sum(drawn, _) if drawn.is_empty() && shown == [(place, place + 1)] => {
+                Ok(Enclosed::known(BigRational::zero()))
+            }
+            length @ Length::Sum(drawn, _) => {
+                let none = self.ended(&[length], &BigRational::zero())?;
+                let certain = none.chance.number().is_some_and(Zero::is_zero);
+                let before = &self.spans[..place];
+                if !certain && before.iter().any(|span| drawn.iter().any(|(at, _)| span.length.has(*at))) {
+                    return Err("what is shown lasts as long as something before it".to_string());
+                }
+                if !certain && (self.cut || shown != [(place, place + 1)]) {
+                    return Err(SEVERAL_TIMES.to_string());
+                }
+                Ok(one().less(&none.chance))
+            }
+        }
+    }
+
     fn read(&mut self, term: &Term) -> Result<(), String> {
         let mut work = vec![Work::Part(term.clone())];
         while let Some(next) = work.pop() {
@@ -145,7 +219,7 @@ impl Reader<'_> {
             if self.steps > MOST_PARTS {
                 return Err("the process goes on for too long".to_string());
             }
-            if matches!(self.spans.last(), Some(Span { length: Length::ForEver, .. })) {
+            if self.cut || matches!(self.spans.last(), Some(Span { length: Length::ForEver, .. })) {
                 return Ok(());
             }
             let term = match next {
@@ -157,6 +231,12 @@ impl Reader<'_> {
             };
             match term.node() {
                 Node::Seq(parts) => work.extend(parts.iter().rev().cloned().map(Work::Part)),
+                Node::Power(body, count, index) => work.extend(copies(body, count, index.as_ref())?),
+                Node::Loop(body) => {
+                    self.round();
+                    work.push(Work::Part(term.clone()));
+                    work.push(Work::Part(body.clone()));
+                }
                 Node::Call(name, arguments) => {
                     let body = self.open(name, arguments)?;
                     work.push(Work::Closed(self.names.clone()));
@@ -175,10 +255,18 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The body of a definition that does not go round.
-    fn open(&self, name: &Name, arguments: &[Value]) -> Result<Term, String> {
-        let definition = self.definitions.get(name).filter(|definition| !definition.recursive);
-        let definition = definition.ok_or_else(|| format!("{name} goes round and draws how long it lasts"))?;
+    /// One more round of a loop, which nothing ends: whatever might is not read here.
+    fn round(&mut self) {
+        self.cut |= self.rounds == 0;
+        self.rounds = self.rounds.saturating_sub(1);
+    }
+
+    /// The body of a definition.
+    fn open(&mut self, name: &Name, arguments: &[Value]) -> Result<Term, String> {
+        let definition = self.definitions.get(name).ok_or_else(|| format!("{name} is not defined"))?;
+        if definition.recursive {
+            self.round();
+        }
         let known = arguments.iter().map(|argument| self.resolved(argument)).collect::<Result<Vec<_>, _>>()?;
         let map = definition.parameters.iter().cloned().zip(known).collect();
         substitute_values(&definition.body, &map).map_err(|_| format!("{name} cannot be opened"))
@@ -267,6 +355,19 @@ impl Reader<'_> {
         Ok(Length::Sum(drawn, number))
     }
 
+    /// The rate of a duration that is one exponential draw, or none at all.
+    fn rate(&self, length: &Length) -> Option<Option<BigRational>> {
+        match length {
+            Length::Sum(drawn, _) if drawn.is_empty() => Some(None),
+            Length::Sum(drawn, _) => {
+                let [(place, factor)] = drawn.as_slice() else { return None };
+                let one = self.draws[*place].affine(factor, &BigRational::zero())?;
+                common_rate(&[one]).map(Some)
+            }
+            Length::ForEver => Some(None),
+        }
+    }
+
     /// The chance that all these have ended by a time.
     fn ended(&self, lengths: &[&Length], time: &BigRational) -> Result<Found, String> {
         let (mut left, mut factors) = (time.clone(), BTreeMap::<usize, BigRational>::new());
@@ -290,6 +391,12 @@ impl Reader<'_> {
             drawn.push(scaled.ok_or("a multiple of what is drawn is not known here")?);
         }
         let chance = match drawn.as_slice() {
+            // Sums of few are known closer.
+            all if all.len() > 8 && common_rate(all).is_some() => {
+                let rate = common_rate(all).unwrap_or_else(BigRational::one);
+                let starts = all.iter().filter_map(start).sum::<BigRational>();
+                erlang(all.len(), &(rate * (&left - starts)))
+            }
             [one @ (Distribution::Normal { .. } | Distribution::Poisson { .. })] => {
                 Enclosed::within(one.at_most(&left))
             }
@@ -310,33 +417,22 @@ impl Reader<'_> {
     }
 }
 
+/// The rounds of a power, from the last to the first.
+fn copies(body: &Term, count: &Value, index: Option<&Name>) -> Result<Vec<Work>, String> {
+    let number =
+        count.as_rational().filter(|number| number.is_integer()).and_then(|number| number.to_integer().to_usize());
+    let number = number.filter(|number| *number <= MOST_PARTS).ok_or("how many rounds there are is no number")?;
+    let copy = |place: usize| match index {
+        Some(name) => {
+            let map = BTreeMap::from([(name.clone(), Value::integer(place as i64))]);
+            substitute_values(body, &map).map(Work::Part).map_err(|_| "a round cannot be opened".to_string())
+        }
+        None => Ok(Work::Part(body.clone())),
+    };
+    (0..number).rev().map(copy).collect()
+}
+
 /// The name of what is drawn at a place; no source text can spell it.
 fn draw_name(place: usize) -> Name {
     Name::new(&format!("(draw {place})"))
-}
-
-/// Whether a number of this distribution is never below 0.
-fn never_negative(distribution: &Distribution) -> bool {
-    match distribution {
-        Distribution::Point(at) => !at.is_negative(),
-        Distribution::Normal { mean, variance } => variance.is_zero() && !mean.is_negative(),
-        Distribution::Uniform { low, .. } => !low.is_negative(),
-        Distribution::Exponential { start, rising, .. } => *rising && !start.is_negative(),
-        Distribution::Poisson { .. } => true,
-        Distribution::Mixture(parts) => parts.iter().all(|(_, part)| never_negative(part)),
-    }
-}
-
-/// The chance that an exponential number and a normal one, which counts as 0 below that, add up to more than a number t
-/// from 0 on: `P(N <= 0) e^(-lt) + ∫ from 0 to t of the density of N at y times e^(-l(t-y)) dy + P(N > t)`. The integral is
-/// that of a normal density with the mean moved by `l var`, times `e^(l mean + l² var/2 - lt)`.
-fn later(rate: &BigRational, mean: &BigRational, variance: &BigRational, time: &BigRational) -> Interval {
-    let zero = BigRational::zero();
-    let two = BigRational::from_integer(2.into());
-    let moved = mean + rate * variance;
-    let power = rate * mean + rate * rate * variance / two - rate * time;
-    let inside = normal_between(standard(&zero, &moved, variance), standard(time, &moved, variance));
-    let none = standard(&zero, mean, variance).normal().times(Interval::of(&(-rate * time)).exponential());
-    let middle = inside.times(Interval::of(&power).exponential());
-    none.plus(middle).plus(standard(time, mean, variance).opposite().normal())
 }

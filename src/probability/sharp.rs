@@ -7,7 +7,7 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::axes::AXES;
-use super::plan::{Decider, Entry, Motion, PLACES, Plan, Way};
+use super::plan::{Decider, Entry, Motion, PLACES, Plan, WIDTH, Way};
 use super::region::{Patch, whole};
 
 /// Rounds that are put together.
@@ -34,7 +34,7 @@ pub fn blunted(mut plan: Plan) -> Plan {
 /// An entry by the ways of the next round; none where it is not sharp, or something is decided before.
 fn through(entry: &Entry, plan: &Plan) -> Option<Vec<Entry>> {
     let way = &entry.way;
-    let nothing = vec![whole(); AXES * PLACES];
+    let nothing = vec![whole(); WIDTH];
     let free = way.success.is_empty() && way.onward == [nothing] && way.motions.iter().all(|one| one.gates.is_empty());
     let ways = plan.phases.get(way.next)?;
     if !free || entry.time + 1 >= plan.rounds || ways.is_empty() {

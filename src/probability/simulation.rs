@@ -5,6 +5,8 @@
 pub(super) mod lanes;
 mod trim;
 
+use std::cmp::Ordering;
+
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
@@ -33,7 +35,13 @@ struct Form {
 struct Test {
     relation: Relation,
     form: Form,
+    /// Whether it may be just where a bound is: with a number that is drawn now from a density it never is.
+    may_tie: bool,
 }
+
+/// What a sum is next to nothing beside, in relation to its parts: numbers that are equal are so close after many
+/// roundings, and others hardly ever.
+const TIE: f64 = 1e-12;
 
 struct Stretch {
     /// Ticks; none: for ever.
@@ -141,8 +149,10 @@ impl Program {
                 let shown: Vec<&Vec<Side>> = one.stretches.iter().flat_map(|stretch| &stretch.shown).collect();
                 let nearer = one.next.is_some_and(|next| program.distances[next] < program.distances[phase]);
                 let sides = if nearer { vec![&one.tests] } else { shown };
-                let test =
-                    |side: &Side| Test { relation: side.relation, form: form(&side.form, widths[phase], &[], &[]) };
+                let test = |side: &Side| {
+                    let form = form(&side.form, widths[phase], &[], &[]);
+                    Test { relation: side.relation, form, may_tie: false }
+                };
                 step.gaps = sides.into_iter().map(|sides| sides.iter().map(test).collect()).collect();
             }
         }
@@ -272,6 +282,16 @@ fn whole(chain: &Chain) -> bool {
     chain.initial.iter().chain(chain.phases.iter().flatten()).all(fits)
 }
 
+/// Whether one number is drawn with a chance.
+fn has_atoms(draw: &Distribution) -> bool {
+    draw.parts().iter().any(|(_, part)| match part {
+        Distribution::Normal { variance, .. } => variance.is_zero(),
+        Distribution::Uniform { low, high } => low == high,
+        Distribution::Exponential { .. } => false,
+        _ => true,
+    })
+}
+
 impl Step {
     fn new(one: &Move, known: &[bool], unit: &BigInt, fast: bool) -> Result<Step, String> {
         let samplers: Vec<Sampler> = one.draws.iter().map(Sampler::of).collect::<Result<_, _>>()?;
@@ -281,7 +301,11 @@ impl Step {
             let form = form(linear, width, known, &discrete);
             Form { exact: form.exact.filter(|_| !fast), ..form }
         };
-        let test = |side: &Side| Test { relation: side.relation, form: compile(&side.form) };
+        let test = |side: &Side| {
+            let drawn = side.form.draws.iter().zip(&one.draws).filter(|(factor, _)| !factor.is_zero());
+            let may_tie = drawn.map(|(_, draw)| draw).all(has_atoms);
+            Test { relation: side.relation, form: compile(&side.form), may_tie }
+        };
         let mut stretches = Vec::new();
         for stretch in &one.stretches {
             let duration = match &stretch.duration {
@@ -345,9 +369,15 @@ impl Test {
     fn holds(&self, space: &Scratch, run: &Runner) -> bool {
         let order = match &self.form.exact {
             Some(_) => self.form.exactly(&run.exact, &space.drawn).cmp(&BigRational::zero()),
-            None => self.form.at(&space.numbers).total_cmp(&0.0),
+            None => self.order(self.form.at(&space.numbers), || self.form.size(&space.numbers)),
         };
         self.relation.holds(order)
+    }
+
+    /// How a value compares with 0, of which the parts have this size.
+    fn order(&self, value: f64, size: impl FnOnce() -> f64) -> Ordering {
+        let tie = self.may_tie && value.abs() <= TIE * size();
+        if tie { Ordering::Equal } else { value.total_cmp(&0.0) }
     }
 
     /// How far it is from holding.
@@ -366,6 +396,11 @@ impl Test {
 impl Form {
     fn at(&self, numbers: &[f64]) -> f64 {
         self.terms.iter().fold(self.constant, |sum, (place, factor)| sum + factor * numbers[*place])
+    }
+
+    /// The sizes of its parts, added up.
+    fn size(&self, numbers: &[f64]) -> f64 {
+        self.terms.iter().fold(self.constant.abs(), |sum, (place, factor)| sum + (factor * numbers[*place]).abs())
     }
 
     /// The exact value; 0 where that is not known.

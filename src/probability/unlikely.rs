@@ -221,7 +221,7 @@ mod tests {
     fn side(draw: usize, bound: i64, relation: Relation) -> Side {
         let number = |number: i64| BigRational::from_integer(number.into());
         let draws = (0..2).map(|place| number(i64::from(place == draw))).collect();
-        Side { form: Linear { state: vec![number(1)], draws, constant: number(-bound) }, relation }
+        Side::flat(Linear { state: vec![number(1)], draws, constant: number(-bound) }, relation)
     }
 
     fn one(tests: Vec<Side>) -> Move {

@@ -1,8 +1,8 @@
 //! Where the states are, round by round, but for a small chance. Nothing rests on it: what leaves the window is counted.
 
 use super::axes::AXES;
-use super::enclosed::{FastEntry, FastWay};
 use super::kernel::{Fast, Guard, Ranges};
+use super::ways::{FastEntry, FastWay};
 
 /// Where the means may lie, and the variance of a normal number round them.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +37,9 @@ pub(super) fn windows(phases: &[Vec<FastWay>], entries: &[FastEntry], rounds: u6
         for (phase, clouds) in now.iter().enumerate() {
             let Some(clouds) = clouds else { continue };
             for way in &phases[phase] {
-                for patch in &way.onward {
-                    let cloud = |axis: usize| moved(&clouds[axis], &way.motions[axis], &patch[axis], wide);
+                // What is taken out of another part comes from where that does.
+                for patch in way.onward.iter().filter(|patch| patch.weight > 0.0) {
+                    let cloud = |axis: usize| moved(&clouds[axis], &way.motions[axis], &patch.axes[axis].sets, wide);
                     if let (Some(one), Some(other)) = (cloud(0), cloud(1)) {
                         add(&mut next[way.next], [one, other]);
                     }

@@ -1,5 +1,6 @@
 //! `Sys always C`.
 
+use super::beside::{BESIDE, relevant};
 use super::claim::Found;
 use super::instances::broken_instance;
 use super::reading::{Run, Waiting};
@@ -44,14 +45,26 @@ impl Run<'_, '_> {
         }
         let term = system.term(&environment.definitions);
         let interrupted = || self.surroundings.interrupted();
-        let outcome = safety::always(
-            &term,
-            &system.components,
-            &claim,
-            &environment.definitions,
-            &environment.assumptions,
-            &interrupted,
-        );
+        let asked = safety::Asked {
+            components: &system.components,
+            claim: &claim,
+            definitions: &environment.definitions,
+            assumptions: &environment.assumptions,
+            interrupted: &interrupted,
+        };
+        let mut outcome = safety::always(&term, asked);
+        let open = matches!(outcome.verdict, safety::Verdict::Open);
+        let part = if open { relevant(system, &claim.shown, environment) } else { None };
+        if let Some(part) = &part {
+            let asked = safety::Asked { components: &part.components, ..asked };
+            let alone = safety::always(&part.term(&environment.definitions), asked);
+            if matches!(alone.verdict, safety::Verdict::Proved(_)) {
+                outcome = alone;
+                found.trusted.push(BESIDE.to_string());
+            }
+        }
+        // Of a part, no more is said than is proved.
+        let system = part.as_ref().filter(|_| !found.trusted.is_empty()).unwrap_or(system);
         let refuted = matches!(outcome.verdict, safety::Verdict::Refuted(_));
         if let Some(period) = outcome.period.as_ref().filter(|_| !refuted) {
             found.trace.extend(phase_lines(period, &system.name, environment));

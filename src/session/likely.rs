@@ -1,9 +1,13 @@
 //! `probability of …`, `… with probability >= q`.
 
+use std::borrow::Cow;
+
 use num_rational::BigRational;
 
 use super::always::claim_of;
+use super::beside::{BESIDE, relevant};
 use super::claim::Found;
+use super::digits::{LIKELY, between, decimal, rational, told};
 use super::drawn::{durations_are_drawn, no_two_taken, once};
 use super::reading::{Run, Waiting};
 use super::rounds::{Grounds, how_far};
@@ -13,7 +17,7 @@ use crate::interval::Interval;
 use crate::invariant::Claim;
 use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
-use crate::probability::chain::{Chain, chain};
+use crate::probability::chain::{Chain, chain, curved};
 use crate::probability::{Enclosed, Question, branches, direct, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
@@ -92,7 +96,7 @@ fn checked(
     let (Some(place), Ok((system, ..))) = (phases, event(likelihood, environment)) else { return false };
     let found = period::analyse(&system.components, &environment.definitions, &environment.assumptions);
     let known = found.is_ok_and(|period| {
-        no_two_taken(&period) && how_far(&period, system, environment, interrupted) == Grounds::All
+        no_two_taken(&period) && how_far(&period, &system, environment, interrupted) == Grounds::All
     });
     if known {
         trusted.remove(place);
@@ -120,6 +124,14 @@ fn work(answer: &Answer, threshold: &Value) -> String {
     match answer.chance.runs {
         Some(runs) => {
             let target = threshold.as_rational().map_or(0.5, |number| Interval::of(&number).low);
+            // Where all runs end alike, an interval for as many runs of that kind ends at the threshold.
+            let alike = [(interval.low <= 0.0, target), (interval.high >= 1.0, 1.0 - target)];
+            if let Some((_, far)) = alike.into_iter().find(|(alike, far)| *alike && *far > 0.0) {
+                let needed = estimated::QUANTILE.powi(2) * (1.0 / far - 1.0);
+                return format!(
+                    "{here}: it would take some {needed:.0} runs to tell them apart, if all end as these did"
+                );
+            }
             let middle = f64::midpoint(interval.low, interval.high);
             let apart = (middle - target).abs().max(1e-9);
             let needed = runs as f64 * (interval.width() / 2.0 / apart).powi(2);
@@ -154,15 +166,41 @@ pub(super) fn distributions(
     exact.map(|exact| exact.shown).unwrap_or_default()
 }
 
-/// Finds a chance: by the method that is named, or by the first that applies.
+/// Finds a chance, in the part of the system that it is about.
 fn answer(
     likelihood: &Likelihood,
     threshold: Option<(Relation, &Value)>,
     environment: &Environment,
 ) -> Result<Answer, Vec<String>> {
+    let mut found = sought(likelihood, threshold, environment)?;
+    if let Ok((Cow::Owned(_), ..)) = event(likelihood, environment) {
+        found.trusted.push(BESIDE.to_string());
+    }
+    Ok(found)
+}
+
+/// Finds a chance: by the method that is named, or by the first that applies.
+fn sought(
+    likelihood: &Likelihood,
+    threshold: Option<(Relation, &Value)>,
+    environment: &Environment,
+) -> Result<Answer, Vec<String>> {
+    // Rounds of drawn length are no chain, and may be many.
+    if let Ok((system, ..)) = event(likelihood, environment)
+        && durations_are_drawn(&system.term(&environment.definitions), environment)
+    {
+        let found = followed(likelihood, environment).or_else(|| scheduled(likelihood, environment).ok());
+        if let Some(answer) = found {
+            return Ok(answer);
+        }
+    }
     let (chain, question) = match asked(likelihood, environment) {
         Ok(asked) => asked,
-        Err(reasons) => return without_rounds(likelihood, environment, reasons),
+        Err(reasons) => match around(likelihood, threshold, environment) {
+            Some(Ok(answer)) => return Ok(answer),
+            Some(Err(reason)) => return without_rounds(likelihood, environment, vec![reason]),
+            None => return without_rounds(likelihood, environment, reasons),
+        },
     };
     let methods: &[Method] = match &likelihood.method {
         Some(method) => std::slice::from_ref(method),
@@ -170,7 +208,8 @@ fn answer(
     };
     let mut reasons = Vec::new();
     for method in methods {
-        let found = by_method(*method, &chain, &question, threshold);
+        let simulated = (likelihood.runs.unwrap_or(RUNS), likelihood.seed.unwrap_or(SEED));
+        let found = by_method(*method, &chain, &question, threshold, simulated);
         let exactly = |reason| match method {
             Method::Exact => followed(likelihood, environment).ok_or(reason),
             _ => Err(reason),
@@ -184,6 +223,21 @@ fn answer(
         }
     }
     Err(reasons)
+}
+
+/// The answer for a system that compares distances in the plane; none where it does not.
+fn around(
+    likelihood: &Likelihood,
+    threshold: Option<(Relation, &Value)>,
+    environment: &Environment,
+) -> Option<Result<Answer, String>> {
+    if !matches!(likelihood.method, None | Some(Method::Enclosed)) {
+        return None;
+    }
+    let (system, event, question) = event(likelihood, environment).ok()?;
+    let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
+    let chain = curved(&period, &event, &environment.assumptions).ok()?;
+    Some(by_method(Method::Enclosed, &chain, &question, threshold, (RUNS, SEED)))
 }
 
 /// Why there is no answer, method by method.
@@ -256,21 +310,6 @@ fn trust(first: &str, found: Option<&Enclosed>) -> Vec<String> {
     [first].into_iter().chain(rounded.then_some(MACHINE)).map(str::to_string).collect()
 }
 
-/// A chance that is known exactly, as far as it can be printed.
-fn told(found: &Enclosed) -> String {
-    found.number().map_or_else(|| between(&found.interval(), SURE), rational)
-}
-
-/// The longest rational that is printed, in bytes.
-const LONG: usize = 40;
-
-/// A rational exactly, where that is short, and as a decimal.
-fn rational(number: &BigRational) -> String {
-    let near = decimal(num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN));
-    let exact = Value::rational(number.clone()).to_string();
-    if exact == near || exact.len() > LONG { near } else { format!("{exact} = {near}") }
-}
-
 /// The answer by runs of the executable meaning; none where another method is asked for.
 fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answer, Vec<String>>> {
     if !matches!(likelihood.method, None | Some(Method::Estimated)) {
@@ -279,12 +318,13 @@ fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answ
     let answer = || -> Result<Answer, Vec<String>> {
         let (system, event, question) = event(likelihood, environment)?;
         let term = system.term(&environment.definitions);
-        let found = direct::direct(&term, &environment.definitions, &event, &question, SEED)
+        let (runs, seed) = (likelihood.runs, likelihood.seed.unwrap_or(SEED));
+        let found = direct::direct(&term, &environment.definitions, &event, &question, (runs, seed))
             .map_err(|reason| vec![format!("not estimated: {reason}")])?;
         let interval = Interval::between(found.low, found.high);
         let mut lines = vec![
             format!("probability {} (estimated)", between(&interval, LIKELY)),
-            format!("{} runs of the executable meaning, seed {SEED}, confidence {}", found.runs, estimated::CONFIDENCE),
+            format!("{} runs of the executable meaning, seed {seed}, confidence {}", found.runs, estimated::CONFIDENCE),
         ];
         lines.extend(below(&term, environment));
         let Interval { low, high } = interval;
@@ -308,7 +348,7 @@ pub(super) fn asked(likelihood: &Likelihood, environment: &Environment) -> Resul
 fn event<'e>(
     likelihood: &Likelihood,
     environment: &'e Environment,
-) -> Result<(&'e System, Claim, Question), Vec<String>> {
+) -> Result<(Cow<'e, System>, Claim, Question), Vec<String>> {
     let Some(system) = environment.system(&likelihood.system) else {
         return Err(vec![format!("there is no system {}", likelihood.system)]);
     };
@@ -317,15 +357,17 @@ fn event<'e>(
         Event::Satisfies(property) => read(environment.property(property)).ok_or_else(|| {
             vec![
                 format!("the probability of {property} is understood for `Delay_d ; At_a`,"),
-                "and for `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with a distribution D that is a parameter"
+                "and for `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with a distribution D that is a parameter;"
                     .to_string(),
+                "both may end with comparisons of what is shown, as `At_{?a} ; Lte_{|?a-b|,e}`".to_string(),
                 "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
             ]
         })?,
     };
     let time = time.as_rational().ok_or_else(|| vec![format!("the time {time} must be a number")])?;
     let question = Question { first, time, names: pattern.variables.iter().cloned().collect() };
-    Ok((system, claim_of(&pattern), question))
+    let relevant = relevant(system, &pattern.terms, environment);
+    Ok((relevant.map_or(Cow::Borrowed(system), Cow::Owned), claim_of(&pattern), question))
 }
 
 fn name(method: Method) -> &'static str {
@@ -356,6 +398,7 @@ fn by_method(
     chain: &Chain,
     question: &Question,
     threshold: Option<(Relation, &Value)>,
+    (runs, seed): (u64, u64),
 ) -> Result<Answer, String> {
     let (interval, enclosed, runs, mut lines) = match method {
         Method::Exact => {
@@ -380,9 +423,9 @@ fn by_method(
             (found.interval(), Some(found), None, Vec::new())
         }
         Method::Estimated => {
-            let found = estimated::estimated(chain, question, RUNS, SEED)?;
+            let found = estimated::estimated(chain, question, runs, seed)?;
             let (runs, how) = (found.runs, found.how());
-            let line = format!("{runs} runs{how}, seed {SEED}, confidence {}", estimated::CONFIDENCE);
+            let line = format!("{runs} runs{how}, seed {seed}, confidence {}", estimated::CONFIDENCE);
             (Interval::between(found.low, found.high), None, Some(found.runs), vec![line])
         }
     };
@@ -400,47 +443,6 @@ fn by_method(
     Ok(Answer { chance, interval, enclosed, lines, trusted })
 }
 
-/// How wide an interval is at most, in units of the last digit that is printed.
-const SURE: f64 = 0.5;
-const LIKELY: f64 = 5.0;
-
-/// The middle, to as many digits as are worth it, and the ends. What is printed lies in the interval.
-fn between(interval: &Interval, units: f64) -> String {
-    if interval.low == interval.high {
-        return decimal(interval.low);
-    }
-    let middle = f64::midpoint(interval.low, interval.high);
-    // The place of the first digit; of what may be 0, no digit is known.
-    let first = if interval.low > 0.0 { middle.log10().floor() as i32 } else { 0 };
-    let mut places = 12 - first;
-    while places > 1 && interval.width() > units * 10f64.powi(-places) {
-        places -= 1;
-    }
-    let ends = format!("between {} and {}", decimal(interval.low), decimal(interval.high));
-    if interval.low <= 0.0 && interval.high < SMALL {
-        return format!("at most {}, {ends}", decimal(interval.high));
-    }
-    let written = |places: i32| match middle < SMALL {
-        true => format!("{middle:.digits$e}", digits = usize::try_from(places + first).unwrap_or_default()),
-        false => format!("{middle:.places$}", places = usize::try_from(places).unwrap_or_default()),
-    };
-    let outside =
-        |places: i32| written(places).parse().is_ok_and(|number: f64| number < interval.low || number > interval.high);
-    let inside = (places..places + MOST_DIGITS).find(|places| !outside(*places)).unwrap_or(places);
-    format!("{}, {ends}", written(inside))
-}
-
-/// Digits that a number of the machine has.
-const MOST_DIGITS: i32 = 17;
-
-/// Below this a number is written with a power of ten.
-const SMALL: f64 = 1e-4;
-
-/// The shortest text that is read as this number.
-fn decimal(number: f64) -> String {
-    if number != 0.0 && number.abs() < SMALL { format!("{number:e}") } else { number.to_string() }
-}
-
 /// Mean and variance, exactly where that is short, and as decimals.
 fn described(name: &str, parts: &Distribution) -> Vec<String> {
     let kind = match parts {
@@ -455,18 +457,27 @@ fn described(name: &str, parts: &Distribution) -> Vec<String> {
 }
 
 /// What a property asks for, whether any time up to the given one counts, and that time: `Delay_d ; At_a` asks what is
-/// shown at d; `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with an unknown D says that there is a distribution of
+/// shown at d, and `Delay_d ; At_{?a} ; Lte_{|?a-b|,e}` with which values; `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with an unknown D says that there is a distribution of
 /// the time of arrival of which this holds, so it asks for the first passage.
 fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
     let Property { body, within, .. } = property?;
     let Node::Seq(parts) = body.as_ref()?.node() else { return None };
-    let (drawn, delay, shown) = match parts.as_slice() {
-        [delay, shown] => (None, delay, shown),
-        [drawn, delay, shown] => (Some(drawn), delay, shown),
+    let place = parts.iter().position(|part| matches!(part.node(), Node::Observe(..)))?;
+    let (before, rest) = parts.split_at_checked(place)?;
+    let (shown, guards) = rest.split_first()?;
+    let (drawn, delay) = match before {
+        [delay] => (None, delay),
+        [drawn, delay] => (Some(drawn), delay),
         _ => return None,
     };
-    let (Node::Delay(time), Node::Observe(..)) = (delay.node(), shown.node()) else { return None };
-    let pattern = Pattern { terms: vec![shown.clone()], variables: Default::default(), conditions: Vec::new() };
+    let Node::Delay(time) = delay.node() else { return None };
+    let condition = |guard: &Term| match guard.node() {
+        Node::Guard(relation, left, right) => Some((*relation, left.clone(), right.clone())),
+        _ => None,
+    };
+    let conditions = guards.iter().map(condition).collect::<Option<Vec<_>>>()?;
+    let names = shown.values().flat_map(Value::variables).filter(|name| name.as_str().starts_with('?'));
+    let pattern = Pattern { terms: vec![shown.clone()], variables: names.collect(), conditions };
     match (drawn.map(Term::node), within) {
         (None, None) => Some((pattern, false, time.clone())),
         (Some(Node::Ran(distribution, name)), Some((latest, ..))) => {
@@ -474,26 +485,5 @@ fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
             arrival.then(|| (pattern, true, latest.clone()))
         }
         _ => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_printed_lies_in_the_interval() {
-        for exponent in -20..0 {
-            for (low, width) in [(1.34, 0.07), (1.3418, 0.0737), (9.96, 0.02), (5.5, 1e-9), (1.0, 8.0), (4.4999, 1e-4)]
-            {
-                for units in [SURE, LIKELY] {
-                    let scale = 10f64.powi(exponent);
-                    let interval = Interval::between(low * scale, (low + width) * scale);
-                    let text = between(&interval, units);
-                    let first: f64 = text.split(',').next().and_then(|number| number.parse().ok()).unwrap();
-                    assert!(interval.low <= first && first <= interval.high, "{text}");
-                }
-            }
-        }
     }
 }

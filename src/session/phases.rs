@@ -24,7 +24,8 @@ impl Run<'_, '_> {
         let lines = match &period {
             Ok(period) => {
                 let mut lines = components(found, environment);
-                lines.extend(told(period, &environment.definitions));
+                let rounds = period.repetitions(definitions, assumptions, &interrupted);
+                lines.extend(told(period, rounds, definitions));
                 lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
                 lines
             }
@@ -38,7 +39,7 @@ impl Run<'_, '_> {
     }
 }
 
-fn told(period: &Period, definitions: &Definitions) -> Vec<String> {
+fn told(period: &Period, rounds: Option<Vec<(String, u64)>>, definitions: &Definitions) -> Vec<String> {
     let mut lines = Vec::new();
     for flow in flows(period, definitions) {
         let periods = flow.periods().into_iter();
@@ -46,8 +47,8 @@ fn told(period: &Period, definitions: &Definitions) -> Vec<String> {
             periods.map(|(way, tests)| format!("phase {}: {}{}", flow.phase + 1, way.period_term(), in_case(tests))),
         );
     }
-    if let Some(rates) = &period.repetitions {
-        let rates: Vec<String> = rates.iter().map(|(name, count)| format!("{name} {count}")).collect();
+    if let Some(rounds) = rounds {
+        let rates: Vec<String> = rounds.iter().map(|(name, count)| format!("{name} {count}")).collect();
         lines.push(format!("rounds: {}", rates.join(", ")));
     }
     if let Some(time) = period.lasting() {

@@ -129,8 +129,9 @@ impl Group {
             let mut all = vec![true; self.runs.len()];
             for test in *tests {
                 let values = test.form.all(self);
-                let both = all.iter_mut().zip(&values);
-                both.for_each(|(all, value)| *all &= test.relation.holds(value.total_cmp(&0.0)));
+                let sizes = if test.may_tie { test.form.sizes(self) } else { vec![0.0; values.len()] };
+                let both = all.iter_mut().zip(values.iter().zip(&sizes));
+                both.for_each(|(all, (value, size))| *all &= test.relation.holds(test.order(*value, || *size)));
             }
             any.iter_mut().zip(&all).for_each(|(any, all)| *any |= *all);
         }
@@ -183,6 +184,15 @@ impl Form {
         }
         sums
     }
+
+    /// The sizes of its parts, added up, for all runs of a group.
+    fn sizes(&self, group: &Group) -> Vec<f64> {
+        let mut sums = vec![self.constant.abs(); group.runs.len()];
+        for (place, factor) in &self.terms {
+            sums.iter_mut().zip(&group.columns[*place]).for_each(|(sum, number)| *sum += (factor * number).abs());
+        }
+        sums
+    }
 }
 
 #[cfg(test)]
@@ -207,7 +217,7 @@ mod tests {
     }
 
     fn side(form: Linear, relation: Relation) -> Side {
-        Side { form, relation }
+        Side::flat(form, relation)
     }
 
     /// Two phases of unequal length, numbers of all kinds, a guard between them, and a number that does not matter.
