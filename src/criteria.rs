@@ -5,7 +5,6 @@ pub mod blame;
 mod measure;
 mod nearby;
 pub mod repair;
-pub mod simplest;
 mod visit;
 
 use std::collections::BTreeMap;

@@ -5,6 +5,7 @@
 
 pub mod cases;
 pub mod circle;
+mod curved;
 mod visited;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -21,7 +22,7 @@ use crate::period::{Edge, End, Next, Period, Test};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value, ValueError, View};
 use cases::impossible;
-use circle::{Planes, planes};
+use circle::{Planes, Round};
 pub use visited::check_visited;
 
 /// Whenever all of these are shown for some time, the tests hold of the values shown.
@@ -150,19 +151,9 @@ pub fn check(
     invariant: &[Vec<Test>],
 ) -> Result<Safe, Rejected> {
     let mut checker = Checker { period, assumptions, claim, invariant, derived: 0 };
-    if assumptions.contradictory() {
-        return Err(Rejected("the assumptions contradict each other".to_string()));
-    }
-    if invariant.len() != period.phases.len() {
-        return Err(Rejected("an invariant says something of each phase".to_string()));
-    }
+    checker.rounds()?;
     for edge in &period.initial {
         checker.edge(edge, &[])?;
-    }
-    for (phase, known) in period.phases.iter().zip(invariant) {
-        for edge in &phase.edges {
-            checker.edge(edge, known)?;
-        }
     }
     Ok(Safe { inequalities: checker.derived, states: 0, trusted: vec![PERIOD.to_string()] })
 }
@@ -176,6 +167,22 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
+    /// What holds in a phase leads to the claim, and to what holds in the next, whatever way is taken.
+    fn rounds(&mut self) -> Result<(), Rejected> {
+        if self.assumptions.contradictory() {
+            return Err(Rejected("the assumptions contradict each other".to_string()));
+        }
+        if self.invariant.len() != self.period.phases.len() {
+            return Err(Rejected("an invariant says something of each phase".to_string()));
+        }
+        for (phase, known) in self.period.phases.iter().zip(self.invariant) {
+            for edge in &phase.edges {
+                self.edge(edge, known)?;
+            }
+        }
+        Ok(())
+    }
+
     fn edge(&mut self, edge: &Edge, known: &[Test]) -> Result<(), Rejected> {
         for goal in goals(self.period, self.claim, self.invariant, edge)? {
             let mut premises = premises(edge, known);
@@ -195,14 +202,27 @@ impl Checker<'_> {
 
 /// Whether a test follows from others under the assumptions; false also where that is not found out.
 pub fn follows(assumptions: &Assumptions, premises: &[Test], test: &Test) -> bool {
-    let plainly =
-        |test: &Test| premises.contains(test) || impossible(assumptions, &[premises, &[test.negated()]].concat());
-    let round = |test: &Test| match planes(test) {
-        Some(Planes::Any(tests)) => tests.iter().any(plainly),
-        Some(Planes::All(tests)) => tests.iter().all(plainly),
+    let from = |known: &[Test], test: &Test| {
+        premises.contains(test) || impossible(assumptions, &[premises, known, &[test.negated()]].concat())
+    };
+    if from(&[], test) {
+        return true;
+    }
+    let curved: Vec<Round> = premises.iter().filter_map(Round::of).collect();
+    let within = |test: &Test| {
+        let strips = curved::strips(&curved, test);
+        from(&strips, test)
+    };
+    let Some(claim) = Round::of(test) else { return !curved.is_empty() && within(test) };
+    let planes = claim.planes();
+    let inside = || match &planes {
+        Some(Planes::Any(tests)) => tests.iter().any(within),
+        Some(Planes::All(tests)) => tests.iter().all(within),
         None => false,
     };
-    plainly(test) || round(test)
+    let tried = planes.as_ref().map_or(&[][..], Planes::tests);
+    let beyond = || curved::aside(&claim, premises).iter().any(|test| !tried.contains(test) && within(test));
+    curved.iter().any(|known| curved::implied(known, &claim)) || inside() || beyond()
 }
 
 /// What holds on the way along an edge.

@@ -34,6 +34,7 @@ pub mod mark;
 pub mod library;
 pub mod proof_file;
 // ── engine: every answer comes with its proof ──
+pub mod simplest;
 pub mod interval;
 pub mod distribution;
 pub mod model;

@@ -4,8 +4,10 @@
 
 mod carried;
 mod condition;
-mod drawn;
+mod curves;
+pub mod drawn;
 mod equality;
+mod later;
 pub mod orbit;
 
 use std::collections::BTreeSet;
@@ -13,22 +15,27 @@ use std::collections::BTreeSet;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::invariant::cases::cases;
-use crate::invariant::circle::{Planes, planes};
 use crate::invariant::{Claim, Rejected, Safe, check, check_states, check_visited, follows, goals, premises};
 use crate::name::Name;
 use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
-use crate::value::{Relation, ValueError, View};
+use crate::value::{Relation, Value, ValueError, View};
 use crate::verify::influence::reduced;
 use carried::carried;
 use condition::{Clause, exclusion, sufficient, weakest};
+use curves::{Kind, curves};
 use equality::equalities;
+use later::{later, reached};
 use orbit::{Limits, Orbit, Run, extreme, follow};
 
 /// States of a run that is followed to decide a claim.
 const MOST_STATES: usize = 20_000;
 /// States of a run that is followed only to say more of it.
 const FEW_STATES: usize = 1_000;
+/// Tests of an invariant of which each is tried to be left out.
+const MOST_TESTS: usize = 60;
+/// Rounds that are followed before an invariant is looked for again.
+const ROUNDS: [usize; 3] = [4, 16, 64];
 
 /// What was found out.
 #[derive(Debug)]
@@ -96,11 +103,15 @@ pub struct Asked<'a> {
 /// Whether the claim holds of the system, whose components these are, at all times.
 pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
     let Asked { claim, definitions, assumptions, interrupted, .. } = asked;
-    let mut outcome = always_of_phases(asked);
+    // A short run often decides it; then half planes and curves need not be looked for.
+    let limits = |states: usize| Limits { states, interrupted };
+    let short = follow(system, definitions, assumptions, claim, &limits(FEW_STATES));
+    let search = if matches!(short, Orbit::Unknown(..)) { Search::Wide } else { Search::Narrow };
+    let mut outcome = of_phases(asked, search);
     outcome.conditions = fewer(asked, std::mem::take(&mut outcome.conditions));
     // Where it is proved, the run is followed for what it shows alone, and not as far.
-    let states = if matches!(outcome.verdict, Verdict::Open) { MOST_STATES } else { FEW_STATES };
-    match follow(system, definitions, assumptions, claim, &Limits { states, interrupted }) {
+    let longer = search == Search::Wide && matches!(outcome.verdict, Verdict::Open);
+    match if longer { follow(system, definitions, assumptions, claim, &limits(MOST_STATES)) } else { short } {
         Orbit::Closed(states) => {
             outcome.extreme = extreme(&states, claim);
             outcome.speaks = Some(orbit::speaks(&states, claim));
@@ -129,14 +140,39 @@ pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
 
 /// The same by the phases of the system alone, for a run that was followed already: proved or open.
 pub fn always_of_phases(asked: Asked<'_>) -> Outcome {
+    of_phases(asked, Search::Wide)
+}
+
+/// How much is looked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Search {
+    /// What is claimed, and what is asked on the way.
+    Narrow,
+    /// Half planes, curves, and what holds after some rounds as well.
+    Wide,
+}
+
+impl Search {
+    fn kinds(self) -> &'static [Kind] {
+        match self {
+            Search::Narrow => &[],
+            Search::Wide => &Kind::EACH,
+        }
+    }
+}
+
+fn of_phases(asked: Asked<'_>, search: Search) -> Outcome {
     let Asked { components, claim, definitions, assumptions, .. } = asked;
     let mut outcome = Outcome::open();
     match analyse(components, definitions, assumptions) {
         Ok(period) => {
             outcome.diagnostics.extend(period.warnings.iter().cloned());
             outcome.speaks = (!may_speak(&period, claim)).then_some(false);
-            by_invariant(&period, claim, assumptions, &mut outcome);
+            by_invariant(&period, claim, assumptions, search.kinds(), &mut outcome);
             by_what_matters(&period, asked, &mut outcome);
+            if search == Search::Wide {
+                from_later_on(&period, asked, &mut outcome);
+            }
             outcome.period = Some(period);
         }
         Err(failures) => {
@@ -156,10 +192,42 @@ fn by_what_matters(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
     let Some(reduced) = reduced(period, &Term::par(claim.shown.iter().cloned())) else { return };
     let followed: Vec<BTreeSet<Name>> =
         reduced.phases.iter().map(|phase| phase.variables.iter().cloned().collect()).collect();
-    if let Ok(safe) = check_visited(period, assumptions, claim, &followed, interrupted) {
+    if let Ok(safe) = check_visited(period, assumptions, claim, &followed, None, interrupted) {
         outcome.verdict = Verdict::Proved(safe);
         outcome.conditions.clear();
         outcome.remaining.clear();
+    }
+}
+
+/// Looks for an invariant that holds from some round on, where the rounds before are followed one by one.
+fn from_later_on(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
+    let Asked { claim, assumptions, interrupted, .. } = asked;
+    let followed: Vec<BTreeSet<Name>> =
+        period.phases.iter().map(|phase| phase.variables.iter().cloned().collect()).collect();
+    // The numbers of later rounds are long: what takes little work is tried for all of them first.
+    let ways = [&Kind::EACH[..1], &Kind::EACH[1..]].into_iter().flat_map(|kinds| ROUNDS.map(|rounds| (kinds, rounds)));
+    for (kinds, rounds) in ways {
+        if !matches!(outcome.verdict, Verdict::Open) || interrupted() {
+            return;
+        }
+        let Some(later) = later(period, assumptions, rounds) else { return };
+        let mut found = Outcome::open();
+        by_invariant(&later, claim, assumptions, kinds, &mut found);
+        if !matches!(found.verdict, Verdict::Proved(_)) {
+            continue;
+        }
+        // Where it never comes again, nothing holds.
+        let reached = reached(&later);
+        let never = Test { relation: Relation::Eq, left: Value::zero(), right: Value::one() };
+        let gone = found.invariant.iter_mut().enumerate().filter(|(number, _)| !reached.contains(number));
+        gone.for_each(|(_, tests)| *tests = vec![never.clone()]);
+        let checked = check_visited(period, assumptions, claim, &followed, Some(&found.invariant), interrupted);
+        if let Ok(safe) = checked {
+            outcome.verdict = Verdict::Proved(safe);
+            outcome.invariant = found.invariant;
+            outcome.conditions.clear();
+            outcome.remaining.clear();
+        }
     }
 }
 
@@ -190,7 +258,7 @@ fn fewer(asked: Asked<'_>, mut conditions: Vec<Vec<Test>>) -> Vec<Vec<Test>> {
         if !interrupted()
             && let Ok(period) = analyse(components, definitions, &with)
         {
-            by_invariant(&period, claim, &with, &mut found);
+            by_invariant(&period, claim, &with, &Kind::EACH, &mut found);
         }
         matches!(found.verdict, Verdict::Proved(_))
     };
@@ -207,7 +275,7 @@ fn fewer(asked: Asked<'_>, mut conditions: Vec<Vec<Test>>) -> Vec<Vec<Test>> {
 }
 
 /// Looks for an invariant of the phases: with parts of what is claimed, one after the other, then with all of it.
-fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outcome: &mut Outcome) {
+fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, kinds: &[Kind], outcome: &mut Outcome) {
     let parts = cases(&Assumptions::default(), &claim.tests).unwrap_or_default();
     let stronger = parts.into_iter().filter(|part| !part.tests.is_empty());
     let stronger = stronger.map(|part| Claim { tests: part.tests, ..claim.clone() });
@@ -254,11 +322,13 @@ fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, outco
             }
         }
     }
-    if let Some(invariant) = round(period, claim, assumptions, &equal) {
-        match prove(period, claim, assumptions, invariant, outcome) {
-            Ok(()) => return,
-            Err(rejected) => reasons.insert(rejected.0),
-        };
+    for kind in kinds {
+        for invariant in round(period, claim, assumptions, &equal, *kind) {
+            match prove(period, claim, assumptions, invariant, outcome) {
+                Ok(()) => return needed(period, claim, assumptions, outcome),
+                Err(rejected) => reasons.insert(rejected.0),
+            };
+        }
     }
     outcome.conditions = weakest(assumptions, std::mem::take(&mut outcome.conditions));
     outcome.remaining.extend(reasons);
@@ -292,27 +362,35 @@ fn prove(
     Ok(())
 }
 
-/// Half planes in place of circles: of those that may hold in each phase, all that do.
+/// Leaves out of an invariant what the proof does without.
+fn needed(period: &Period, claim: &Claim, assumptions: &Assumptions, outcome: &mut Outcome) {
+    let all: usize = outcome.invariant.iter().map(Vec::len).sum();
+    if all > MOST_TESTS {
+        return;
+    }
+    for phase in 0..outcome.invariant.len() {
+        for place in (0..outcome.invariant[phase].len()).rev() {
+            let mut fewer = outcome.invariant.clone();
+            fewer[phase].remove(place);
+            // The proof that is kept is the one that was found without it.
+            let _ = prove(period, claim, assumptions, fewer, outcome);
+        }
+    }
+}
+
+/// Of half planes in place of circles, and of curves that a map keeps, all that hold: by themselves, and with the claim.
 fn round(
     period: &Period,
     claim: &Claim,
     assumptions: &Assumptions,
     equal: &[BTreeSet<Test>],
-) -> Option<Vec<Vec<Test>>> {
-    let mut known = equal.to_vec();
-    let mut any = false;
-    for (phase, known) in period.phases.iter().zip(&mut known) {
-        for segment in phase.edges.iter().filter_map(|edge| edge.segments.first()) {
-            let duties = claim.duties(&segment.observed).ok()?;
-            for test in duties.iter().filter(|duty| duty.premises.is_empty()).flat_map(|duty| &duty.tests) {
-                let half = planes(test);
-                any |= half.is_some();
-                known.extend(half.iter().flat_map(Planes::tests).cloned());
-            }
-        }
-    }
+    kind: Kind,
+) -> Vec<Vec<Vec<Test>>> {
+    let Some(mut known) = curves(period, claim, assumptions, kind) else { return Vec::new() };
+    known.iter_mut().zip(equal).for_each(|(known, equal)| known.extend(equal.iter().cloned()));
     let nothing = Claim { tests: Vec::new(), ..claim.clone() };
-    if any { candidates(period, &nothing, assumptions, false, &known).ok() } else { None }
+    let both = [&nothing, claim].map(|claim| candidates(period, claim, assumptions, false, &known));
+    both.into_iter().flatten().collect()
 }
 
 /// What may hold in each phase: what is claimed there, and what was asked on some way into it. Unless all are kept,

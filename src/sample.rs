@@ -161,10 +161,29 @@ impl Search<'_> {
         None
     }
 
+    /// The numbers that bound a parameter, by what is assumed of it and the values that are known; those between them, and
+    /// those one further.
+    fn bounds(&self, name: &Name) -> Vec<Value> {
+        let mut bounds = BTreeSet::new();
+        for (_, value) in self.assumptions.iter().filter(|(_, value)| value.mentions(name)) {
+            let mut others = self.known.clone();
+            others.remove(name);
+            let Some((factor, rest)) = value.substitute(&others).ok().and_then(|value| value.linear_in(name)) else {
+                continue;
+            };
+            bounds.extend(rest.neg().and_then(|rest| rest.div(&factor)).ok().and_then(|bound| bound.as_rational()));
+        }
+        let bounds: Vec<BigRational> = bounds.into_iter().collect();
+        let between = bounds.windows(2).map(|pair| (&pair[0] + &pair[1]) / BigRational::from_integer(2.into()));
+        let beside =
+            bounds.iter().flat_map(|bound| [0, 1, -1].map(|step| bound + BigRational::from_integer(step.into())));
+        between.chain(beside).map(Value::rational).collect()
+    }
+
     /// Finds a value for each of these names, in this order.
     fn fill(&mut self, open: &[Name]) -> bool {
         let Some((name, rest)) = open.split_first() else { return true };
-        for value in candidates(self.environment, name) {
+        for value in candidates(self.environment, name).into_iter().chain(self.bounds(name)) {
             self.choices += 1;
             if self.choices > MOST_CHOICES {
                 break;

@@ -418,3 +418,31 @@ fn a_simulation_takes_what_is_equal_for_equal_and_has_as_many_runs_as_are_asked_
         as these did";
     says(rare, &["probability at most 0.0016559773406480956, between 0 and 0.0016559773406480956 (estimated)", work]);
 }
+
+#[test]
+fn a_limited_speed_in_the_plane_is_simulated_and_a_likelier_deadline_is_found() {
+    let sea = "observer Done\nproc Sea_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; Ran_{Normal(0, sd: 1/10)}<x> ; \
+        Ran_{Normal(0, sd: 1/10)}<y> ; Sea_{r+u+(x,y)}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+        fn lim(d) = if norm(d) > 1 then unit(d) else d\n\
+        proc Go_g = In_p<z> ; Gtr_{norm(z-g),1/5} ; Out_{v,lim(g-z)} ; Go_g\nsystem S = Sea_{(0,0)} | (Go_{(3,0)} ; Done)\n\
+        probability of S reaching Done within 5 by estimated with 150 runs seed 1\n";
+    says(sea, &["150 runs of the executable meaning, seed 1, confidence 0.99"]);
+    // Of 1,000,000 runs 0.4769 have gone beyond 2 by 14, and 0.5063 by 15.
+    let walk = "proc World_r = (Delay_1 # At_r) ; Ran_{Normal(1/10, sd: 1/2)}<e> ; World_{r+e}\nsystem S = World_0\n\
+        criteria C for S { probability of reaching At_p where p > 2 within 10 >= 1/2 }\n";
+    says(walk, &["try: probability: or ask for a deadline of 15"]);
+}
+
+#[test]
+fn what_machine_numbers_cannot_tell_apart_is_followed_exactly_or_said() {
+    let thirds = "proc Start = Ran_{Uniform(0,1/2)}<e> ; World_e\nproc World_r = (Delay_1 # At_r) ; World_{r+(1-r)/3}\n\
+        system S = Start\n";
+    let asked = |time: u64| {
+        format!("{thirds}probability of S reaching At_x where x >= 1 within {time} by estimated with 200 runs\n")
+    };
+    let never = "probability at most 0.03210927442634307, between 0 and 0.03210927442634307 (estimated)";
+    says(&asked(200), &[never]);
+    let why =
+        "not estimated: numbers next to each other could not be told apart: the exact numbers of a run grow too long";
+    says(&asked(3_000), &[why]);
+}

@@ -1,5 +1,6 @@
 //! What would repair a criterion: one parameter, to which value, or two; each tried by judging again.
 
+mod deadline;
 mod pairs;
 mod sensitivity;
 mod wider;
@@ -10,10 +11,10 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::nearby::{Formula, nearby};
-use super::simplest::simplest;
 use super::{Chances, Finding, Judge, Judged, Measure, Standing};
 use crate::lower::{Ask, Criteria, Environment, Likelihood};
 use crate::name::Name;
+use crate::simplest::simplest;
 use crate::value::{Relation, Value};
 
 pub use sensitivity::Sensitivity;
@@ -347,6 +348,9 @@ impl<'a> Workshop<'a> {
     /// The limit at which the criterion would be met as everything is.
     fn limit(&self, finding: &Finding) -> Option<String> {
         let criterion = self.criteria.all.iter().find(|one| one.name == finding.name)?;
+        if let Some(deadline) = self.deadline(criterion) {
+            return Some(format!("a deadline of {deadline}"));
+        }
         let Some(Measure::Exact(value)) = &finding.value else { return None };
         Some(match &criterion.kind {
             Ask::Radius(_) => format!("a radius of {value}"),

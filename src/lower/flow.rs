@@ -267,7 +267,7 @@ impl Walk<'_, '_> {
                             .label(second.span, "bound in this part")
                             .label(first.span, "and in this part")
                             .note("if both parts stop, it would not be clear which value counts")
-                            .help("give the results different names, or begin the parts with opposite guards, such as `Eq_{x,y}` and `Neq_{x,y}`"),
+                            .help("give the results different names, or begin the parts with opposite guards, such as `Eq_{x,y}` and `Neq_{x,y}`; of three parts, put two in brackets: `(Gte_{x,9} ; A | Lss_{x,9} ; (Lte_{x,6} ; B | Gtr_{x,6} ; C))`"),
                     );
                     return;
                 }

@@ -102,11 +102,19 @@ impl Lowerer<'_> {
             }
             // Goes on after an error, to find those of the later parts.
             if let (Some(so_far), Some(value)) = (whole.take(), value) {
+                let (so_far, value) = (self.beside(&so_far, &value), self.beside(&value, &so_far));
                 let step = if *inverse { without } else { with };
                 whole = self.valid(step(&so_far, &value), span);
             }
         }
         whole
+    }
+
+    /// A value to be found, by its components where it stands beside a vector.
+    fn beside(&mut self, value: &Value, other: &Value) -> Value {
+        let unknown = value.as_variable().filter(|name| name.is_meta());
+        let (Some(name), Sort::Vector(length)) = (unknown, other.sort()) else { return value.clone() };
+        self.components_of(name, length).unwrap_or_else(|| value.clone())
     }
 
     /// What a name stands for, which must be of this class.

@@ -167,6 +167,9 @@ impl Parser<'_> {
                 diagnostic.edit("to define a function begin with `fn`", span, "fn ")
             }
             Kind::Word(Keyword::When) => diagnostic.note("`when` belongs behind both sides of a claim"),
+            Kind::Lower if text == "where" && matches!(kind, ItemKind::Probability(_)) => {
+                diagnostic.help("`where` stands before the time: `reaching At_p where p > 2 within 5`")
+            }
             Kind::Lower if text == "where" => diagnostic.note(
                 "`where` belongs to a property or a law; what is known of parameters is declared before: `param v = 1, t > 0`",
             ),

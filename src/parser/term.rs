@@ -262,6 +262,23 @@ impl Parser<'_> {
         let capital = format!("{}{first}{rest}", if skip == 1 { "?" } else { "" });
         let diagnostic =
             self.wrong("a process").note("names of processes begin with a capital letter, names of values begin small");
+        let guard = match self.ahead(1).kind {
+            Kind::Equal => Some("Eq"),
+            Kind::NotEqual => Some("Neq"),
+            Kind::Greater => Some("Gtr"),
+            Kind::GreaterEqual => Some("Gte"),
+            Kind::LessEqual => Some("Lte"),
+            Kind::Less if self.ahead(3).kind != Kind::Greater => Some("Lss"),
+            _ => None,
+        };
+        if let Some(guard) = guard {
+            return self.fail(diagnostic.help(format!("a comparison that decides is a guard: `{guard}_{{{text},…}}`")));
+        }
+        if self.ahead(1).kind == Kind::OpenRound && matches!(text.as_str(), "while" | "repeat" | "for" | "if") {
+            return self.fail(diagnostic.help(
+                "what goes on for ever is `loop(P)`, so many times `P^n`; a choice is `(Gtr_{x,y} ; P | Lte_{x,y} ; Q)`",
+            ));
+        }
         self.fail(diagnostic.edit("with a capital", span, capital))
     }
 

@@ -159,7 +159,10 @@ impl Parser<'_> {
         let start = self.token().span.start;
         let left = self.value()?;
         let Some(relation) = self.relation() else {
-            return self.unexpected("a comparison such as `> 1`");
+            let wrong = self.wrong("a comparison such as `> 1`");
+            let shown = self.kind() == Kind::Underscore;
+            let help = "give what is shown a name, and compare that: `always p <= 3 when At_p`";
+            return self.fail(if shown { wrong.help(help) } else { wrong });
         };
         let right = self.value()?;
         Ok(Comparison { span: self.since(start), relation, left, right })

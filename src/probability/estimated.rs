@@ -5,7 +5,7 @@ use super::Question;
 use super::chain::Chain;
 use super::random::Source;
 use super::simulation::lanes::LANES;
-use super::simulation::{Program, Scratch};
+use super::simulation::{Numbers, Program, Scratch};
 use super::splitting::split;
 
 /// What a simulation found.
@@ -42,6 +42,10 @@ impl Estimate {
 pub const CONFIDENCE: f64 = 0.99;
 /// The standard normal number that is exceeded, on both sides together, with the chance that is left.
 pub const QUANTILE: f64 = 2.575_829_303_548_901;
+/// Runs that are tried with exact numbers first, where machine numbers may be next to each other.
+const PROBED: u64 = 128;
+/// Those of them that are.
+const MOST_TIED: usize = 16;
 /// Where it happened in a smaller share of the runs, they are split.
 const RARE: u64 = 2_000;
 
@@ -50,12 +54,42 @@ const RARE: u64 = 2_000;
 /// # Errors
 /// When a run gets stuck, or never ends.
 pub fn estimated(chain: &Chain, question: &Question, runs: u64, seed: u64) -> Result<Estimate, String> {
-    let program = Program::new(chain, question, true)?;
+    let program = Program::new(chain, question, Numbers::Whole)?;
+    if Program::new(chain, question, Numbers::Mixed)?.may_tie() {
+        let exact = Program::new(chain, question, Numbers::Exact)?;
+        if errs(&program, &exact, runs.min(PROBED), seed)? {
+            return simulated(&exact, runs, seed);
+        }
+    }
     match simulated(&program, runs, seed) {
         // Numbers that grow too large for the machine are rationals.
-        Err(_) if program.is_whole() => simulated(&Program::new(chain, question, false)?, runs, seed),
+        Err(_) if program.is_whole() => simulated(&Program::new(chain, question, Numbers::Mixed)?, runs, seed),
         found => found,
     }
+}
+
+/// Whether a run in which numbers next to each other were taken for equal ends otherwise with exact numbers: a robot that
+/// comes ever nearer to its goal never is there.
+///
+/// # Errors
+/// Where that cannot be told.
+fn errs(program: &Program, exact: &Program, runs: u64, seed: u64) -> Result<bool, String> {
+    let mut space = Scratch::default();
+    let tied = (0..runs).filter_map(|run| {
+        let source = Source::new(seed, run);
+        space.tied.set(false);
+        let found = program.happens(&source, &mut space);
+        space.tied.get().then_some((source, found))
+    });
+    let tied: Vec<_> = tied.take(MOST_TIED).collect();
+    for (source, found) in tied {
+        let exactly = exact.happens(&source, &mut Scratch::default());
+        let exactly = exactly.map_err(|why| format!("numbers next to each other could not be told apart: {why}"))?;
+        if found != Ok(exactly) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String> {
@@ -73,13 +107,14 @@ fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String
     let plain = interval(happened, runs);
     // Runs that are too long to be split leave the plain answer, which is right too; so do two that contradict each other.
     let rare = happened * RARE < runs;
-    let split = if rare { split(program, seed).ok().flatten() } else { None };
+    // Exact numbers are too long for that.
+    let split = if rare && !program.is_exact() { split(program, seed).ok().flatten() } else { None };
     Ok(match split.filter(|found| found.low <= plain.high && plain.low <= found.high) {
         Some(found) => {
             let runs = runs + found.runs;
             Estimate { low: found.low, high: found.high, share: found.share, runs, split: true, uneven: false }
         }
-        None => Estimate { uneven: rare, ..plain },
+        None => Estimate { uneven: rare && !program.is_exact(), ..plain },
     })
 }
 

@@ -131,7 +131,9 @@ impl Walker<'_> {
             } else {
                 time <= self.question.time && end.as_ref().is_none_or(|end| *end > self.question.time)
             };
-            if counts && self.count(stretch, joint, weight)? {
+            // Where it was not shown before, and no later stretch counts, its chance here is what is asked for.
+            let last = end.as_ref().is_none_or(|end| *end > self.question.time);
+            if counts && self.count(stretch, joint, weight, last)? {
                 return Ok(None);
             }
             match end {
@@ -149,8 +151,8 @@ impl Walker<'_> {
     }
 
     /// Counts what is asked for in a stretch; true if that decides it for this part.
-    fn count(&mut self, stretch: &Stretch, joint: &Joint, weight: &BigRational) -> Result<bool, String> {
-        if self.question.first {
+    fn count(&mut self, stretch: &Stretch, joint: &Joint, weight: &BigRational, last: bool) -> Result<bool, String> {
+        if self.question.first && !last {
             let mut reached = false;
             for alternative in &stretch.shown {
                 let mut all = true;
@@ -170,7 +172,7 @@ impl Walker<'_> {
         } else if chance != Interval::exactly(0.0) {
             self.chance = self.chance.plus(chance.times(Interval::of(weight)));
         }
-        if let ([value], true) = (stretch.values.as_slice(), joint.others.is_empty()) {
+        if let ([value], true) = (stretch.values.as_slice(), joint.others.is_empty() && !self.question.first) {
             self.parts.push((weight.clone(), joint.mean(value), joint.variance(value)));
         }
         Ok(true)

@@ -333,7 +333,7 @@ impl Reducer<'_> {
 }
 
 /// Sums and products that keep what is exact as it is.
-fn plus(one: Interval, other: Interval) -> Interval {
+pub(super) fn plus(one: Interval, other: Interval) -> Interval {
     match (one == Interval::exactly(0.0), other == Interval::exactly(0.0)) {
         (true, _) => other,
         (_, true) => one,
@@ -341,7 +341,7 @@ fn plus(one: Interval, other: Interval) -> Interval {
     }
 }
 
-fn times(one: Interval, other: Interval) -> Interval {
+pub(super) fn times(one: Interval, other: Interval) -> Interval {
     let (nothing, all) = (Interval::exactly(0.0), Interval::exactly(1.0));
     match (one, other) {
         (one, _) if one == nothing => nothing,
@@ -354,7 +354,7 @@ fn times(one: Interval, other: Interval) -> Interval {
 
 impl Way {
     /// The chance of a patch, from where there is no state.
-    fn chance(&self, patch: &Patch) -> Result<Interval, String> {
+    pub(super) fn chance(&self, patch: &Patch) -> Result<Interval, String> {
         let mut chance = Interval::of(&self.weight);
         for (round, set) in self.rounds.iter().zip(&patch[AXES * PLACES..]).filter(|(_, set)| **set != whole()) {
             chance = times(chance, round.chance(&self.motions, set)?);

@@ -7,8 +7,9 @@ use num_traits::ToPrimitive;
 use crate::term::Term;
 use crate::value::{Atom, Sum, Value, View};
 
-/// Bits that a number may have, with roots and without: ties of rationals are decided by their digits.
-const WITH_ROOTS: u64 = 160;
+/// Bits that a number may have, with roots, where one that is drawn has more, and without: ties of rationals are decided by
+/// their digits.
+const WITH_ROOTS: u64 = 48;
 const LONG: u64 = 4_096;
 
 /// The process with numbers that are not long.
@@ -29,17 +30,17 @@ fn short(value: &Value) -> Option<Value> {
             Value::vector(short).ok()
         }
         View::Real(top, bottom) if bits(value) > if value.as_rational().is_some() { LONG } else { WITH_ROOTS } => {
-            let number = BigRational::from_float(near(&top)? / near(&bottom)?)?;
-            Some(Value::rational(number))
+            BigRational::from_float(near(&top)? / near(&bottom)?).map(Value::rational)
         }
         _ => None,
     }
 }
 
-/// The bits of the longest coefficient, also in roots.
+/// The bits of the longest coefficient, also in roots, maxima and conditions.
 fn bits(value: &Value) -> u64 {
     let within = |atom: &Atom| match atom {
-        Atom::Root(square) => bits(square),
+        Atom::Root(part) | Atom::Positive(part) | Atom::Floor(part) => bits(part),
+        Atom::Maximum(parts) => parts.iter().map(bits).max().unwrap_or(0),
         _ => 0,
     };
     value.atoms().iter().map(within).max().unwrap_or(0).max(value.bits())
@@ -50,11 +51,24 @@ fn near(sum: &Sum) -> Option<f64> {
     for (factor, atoms) in sum {
         let mut term = factor.to_f64()?;
         for (atom, exponent) in atoms {
-            let Atom::Root(square) = atom else { return None };
-            let View::Real(top, bottom) = square.view() else { return None };
-            term *= (near(&top)? / near(&bottom)?).max(0.0).sqrt().powi(i32::try_from(*exponent).ok()?);
+            let number = match atom {
+                Atom::Root(part) => number(part)?.max(0.0).sqrt(),
+                Atom::Positive(part) => f64::from(number(part)? > 0.0),
+                Atom::Floor(part) => number(part)?.floor(),
+                // A maximum in normal form is over 0 as well.
+                Atom::Maximum(parts) => {
+                    parts.iter().map(number).try_fold(0.0, |most: f64, part| Some(most.max(part?)))?
+                }
+                _ => return None,
+            };
+            term *= number.powi(i32::try_from(*exponent).ok()?);
         }
         all += term;
     }
     Some(all)
+}
+
+fn number(value: &Value) -> Option<f64> {
+    let View::Real(top, bottom) = value.view() else { return None };
+    Some(near(&top)? / near(&bottom)?)
 }

@@ -7,8 +7,9 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::axes::AXES;
-use super::plan::{Decider, Entry, Motion, PLACES, Plan, WIDTH, Way};
+use super::plan::{Decider, Entry, Motion, PLACES, Plan, WIDTH, Way, plus, times};
 use super::region::{Patch, whole};
+use crate::interval::Interval;
 
 /// Rounds that are put together.
 const MOST_ROUNDS: usize = 10_000;
@@ -23,7 +24,10 @@ pub fn blunted(mut plan: Plan) -> Plan {
     while let Some(entry) = work.pop() {
         steps += 1;
         match if steps < MOST_ROUNDS { through(&entry, &plan) } else { None } {
-            Some(entries) => work.extend(entries),
+            Some((entries, decided)) => {
+                work.extend(entries);
+                plan.decided = plus(plan.decided, decided);
+            }
             None => plan.entries.push(entry),
         }
     }
@@ -31,8 +35,9 @@ pub fn blunted(mut plan: Plan) -> Plan {
     plan
 }
 
-/// An entry by the ways of the next round; none where it is not sharp, or something is decided before.
-fn through(entry: &Entry, plan: &Plan) -> Option<Vec<Entry>> {
+/// An entry by the ways of the next round, with the chance of what is asked for in that round; none where it is not sharp,
+/// or something is decided before.
+fn through(entry: &Entry, plan: &Plan) -> Option<(Vec<Entry>, Interval)> {
     let way = &entry.way;
     let nothing = vec![whole(); WIDTH];
     let free = way.success.is_empty() && way.onward == [nothing] && way.motions.iter().all(|one| one.gates.is_empty());
@@ -40,8 +45,12 @@ fn through(entry: &Entry, plan: &Plan) -> Option<Vec<Entry>> {
     if !free || entry.time + 1 >= plan.rounds || ways.is_empty() {
         return None;
     }
-    let mut entries = Vec::new();
+    let (mut entries, mut decided) = (Vec::new(), Interval::exactly(0.0));
     for next in ways {
+        // Of a distance nothing is known but where it is looked at.
+        if !way.rounds.is_empty() || !next.rounds.is_empty() {
+            return None;
+        }
         let mut motions = Vec::new();
         for (first, second) in way.motions.iter().zip(&next.motions) {
             motions.push(composed(first, second)?);
@@ -51,9 +60,12 @@ fn through(entry: &Entry, plan: &Plan) -> Option<Vec<Entry>> {
             return None;
         }
         let way = Way { weight: &way.weight * &next.weight, motions: motions.try_into().ok()?, ..next.clone() };
+        for patch in &way.success {
+            decided = plus(decided, times(entry.chance, way.chance(patch).ok()?));
+        }
         entries.push(Entry { time: entry.time + 1, way, chance: entry.chance });
     }
-    Some(entries)
+    Some((entries, decided))
 }
 
 /// One motion after another that starts from a known place; none where the first is not sharp.

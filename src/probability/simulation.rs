@@ -2,21 +2,22 @@
 //! comparison of exact numbers is never decided by rounding. Where all these are whole, and not too large, machine numbers
 //! are exact themselves.
 
+mod compile;
 pub(super) mod lanes;
 mod trim;
 
+use std::cell::Cell;
 use std::cmp::Ordering;
 
 use num_bigint::BigInt;
-use num_integer::Integer;
 use num_rational::BigRational;
-use num_traits::{One, ToPrimitive, Zero};
+use num_traits::Zero;
 
+use self::compile::{distances, form, has_atoms, known, near, ticks, unit, whole};
 use self::trim::trimmed;
 use super::Question;
 use super::chain::{Chain, Linear, Move, Side};
 use super::random::{Sampler, Source, pair};
-use crate::distribution::Distribution;
 use crate::value::Relation;
 
 /// Bits of an exact number.
@@ -42,6 +43,17 @@ struct Test {
 /// What a sum is next to nothing beside, in relation to its parts: numbers that are equal are so close after many
 /// roundings, and others hardly ever.
 const TIE: f64 = 1e-12;
+
+/// How the numbers of a run are kept.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Numbers {
+    /// Machine numbers where what is not drawn from a density is whole; else as below.
+    Whole,
+    /// Rationals for what is not drawn from a density, machine numbers for the rest.
+    Mixed,
+    /// Rationals for all: a machine number that is drawn is one.
+    Exact,
+}
 
 struct Stretch {
     /// Ticks; none: for ever.
@@ -77,6 +89,8 @@ pub(super) struct Program {
     deadline: u64,
     /// By phase, where exact numbers are whole machine numbers: which these are.
     whole: Option<Vec<Vec<bool>>>,
+    /// How numbers are kept.
+    numbers: Numbers,
 }
 
 /// Whole numbers of a state, and the sum of the factors of a form, up to which sums of products are exact.
@@ -99,28 +113,30 @@ pub(super) struct Scratch {
     numbers: Vec<f64>,
     drawn: Vec<BigRational>,
     after: Vec<f64>,
+    /// Whether a number was taken for equal to what it is compared with, as it is next to it.
+    pub(super) tied: Cell<bool>,
 }
 
 impl Program {
-    /// With rationals for exact numbers, or with machine numbers where these are whole and `fast` is wanted.
+    /// With numbers that are kept so.
     ///
     /// # Errors
     /// Where durations have no common unit, or something cannot be drawn.
-    pub(super) fn new(chain: &Chain, question: &Question, fast: bool) -> Result<Program, String> {
+    pub(super) fn new(chain: &Chain, question: &Question, numbers: Numbers) -> Result<Program, String> {
         let chain = &trimmed(chain);
         let unit = unit(chain, question);
-        let mut known = known(chain)?;
-        let whole = (fast && whole(chain)).then(|| known.clone());
+        let mut known = known(chain, numbers)?;
+        let whole = (numbers == Numbers::Whole && whole(chain)).then(|| known.clone());
         if whole.is_some() {
             known.iter_mut().flatten().for_each(|known| *known = false);
         }
-        let fast = whole.is_some();
+        let numbers = if whole.is_none() && numbers == Numbers::Whole { Numbers::Mixed } else { numbers };
         let widths: Vec<usize> = known.iter().map(Vec::len).collect();
         let compile = |moves: &[Move], from: Option<usize>| {
             let known_here: &[bool] = from.map_or(&[], |phase| known[phase].as_slice());
             let mut steps: Vec<Step> = Vec::new();
             for one in moves {
-                let mut step = Step::new(one, known_here, &unit, fast)?;
+                let mut step = Step::new(one, known_here, &unit, numbers)?;
                 step.exact |= one.next.is_some_and(|next| known.get(next).is_some_and(|known| known.contains(&true)));
                 step.same = steps.last().is_some_and(|last| last.samplers == step.samplers && last.exact == step.exact);
                 steps.push(step);
@@ -140,6 +156,7 @@ impl Program {
             first: question.first,
             deadline: ticks,
             whole,
+            numbers,
         };
         for (phase, moves) in chain.phases.iter().enumerate() {
             program.phases.push(compile(moves, Some(phase))?);
@@ -218,6 +235,19 @@ impl Program {
         }
     }
 
+    /// Whether a number that is drawn from a density may be next to what it is compared with.
+    pub(super) fn may_tie(&self) -> bool {
+        let steps = self.initial.iter().chain(self.phases.iter().flatten());
+        let shown =
+            |step: &'_ Step| step.stretches.iter().flat_map(|stretch| stretch.shown.iter().flatten()).any(Test::ties);
+        steps.into_iter().any(|step| step.tests.iter().any(Test::ties) || shown(step))
+    }
+
+    /// Whether all numbers are rationals.
+    pub(super) fn is_exact(&self) -> bool {
+        self.numbers == Numbers::Exact
+    }
+
     /// Whether exact numbers are machine numbers.
     pub(super) fn is_whole(&self) -> bool {
         self.whole.is_some()
@@ -256,50 +286,14 @@ const STUCK: &str = "a run got stuck";
 const TOO_LONG: &str = "a run has more than a million rounds";
 const TOO_LARGE: &str = "the whole numbers of a run grow too large";
 
-/// Whether all numbers of a chain that are not drawn from a density are whole, and so small that no sum of a round of them
-/// is rounded.
-fn whole(chain: &Chain) -> bool {
-    let small = |number: &BigRational| number.is_integer() && number.to_i64().is_some_and(|n| n.abs() < MOST_FACTORS);
-    let form = |form: &Linear| {
-        let numbers = || form.state.iter().chain(&form.draws);
-        let sum: i64 = numbers().filter_map(|number| number.to_integer().to_i64()).map(i64::abs).sum();
-        numbers().chain([&form.constant]).all(small) && sum < MOST_FACTORS
-    };
-    let draw = |draw: &Distribution| {
-        let point = |part: &Distribution| match part {
-            Distribution::Point(at) => small(at),
-            Distribution::Normal { mean, variance } => !variance.is_zero() || small(mean),
-            Distribution::Uniform { low, high } => low != high || small(low),
-            _ => true,
-        };
-        draw.parts().iter().all(|(_, part)| point(part))
-    };
-    let fits = |one: &Move| {
-        let shown = one.stretches.iter().flat_map(|stretch| stretch.shown.iter().flatten());
-        let sides = one.tests.iter().chain(shown).map(|side| &side.form);
-        sides.chain(&one.image).all(form) && one.draws.iter().all(draw)
-    };
-    chain.initial.iter().chain(chain.phases.iter().flatten()).all(fits)
-}
-
-/// Whether one number is drawn with a chance.
-fn has_atoms(draw: &Distribution) -> bool {
-    draw.parts().iter().any(|(_, part)| match part {
-        Distribution::Normal { variance, .. } => variance.is_zero(),
-        Distribution::Uniform { low, high } => low == high,
-        Distribution::Exponential { .. } => false,
-        _ => true,
-    })
-}
-
 impl Step {
-    fn new(one: &Move, known: &[bool], unit: &BigInt, fast: bool) -> Result<Step, String> {
+    fn new(one: &Move, known: &[bool], unit: &BigInt, numbers: Numbers) -> Result<Step, String> {
         let samplers: Vec<Sampler> = one.draws.iter().map(Sampler::of).collect::<Result<_, _>>()?;
-        let discrete: Vec<bool> = samplers.iter().map(|sampler| !fast && sampler.is_discrete()).collect();
+        let discrete: Vec<bool> = samplers.iter().map(|sampler| numbers.keeps(sampler)).collect();
         let width = known.len();
         let compile = |linear: &Linear| {
             let form = form(linear, width, known, &discrete);
-            Form { exact: form.exact.filter(|_| !fast), ..form }
+            Form { exact: form.exact.filter(|_| numbers != Numbers::Whole), ..form }
         };
         let test = |side: &Side| {
             let drawn = side.form.draws.iter().zip(&one.draws).filter(|(factor, _)| !factor.is_zero());
@@ -359,25 +353,52 @@ impl Step {
         }
         if self.exact {
             space.drawn.clear();
-            let drawn = |(place, sampler): (usize, &Sampler)| sampler.exactly(source, round, place as u64);
+            let numbers = &space.numbers[space.numbers.len() - self.samplers.len()..];
+            let drawn = |(place, sampler): (usize, &Sampler)| {
+                sampler.exactly(source, round, place as u64).or_else(|| BigRational::from_float(numbers[place]))
+            };
             space.drawn.extend(self.samplers.iter().enumerate().map(|one| drawn(one).unwrap_or_default()));
         }
     }
 }
 
+impl Numbers {
+    /// Whether what is drawn so is kept exactly.
+    fn keeps(self, sampler: &Sampler) -> bool {
+        match self {
+            Numbers::Whole => false,
+            Numbers::Mixed => sampler.is_discrete(),
+            Numbers::Exact => true,
+        }
+    }
+}
+
 impl Test {
+    fn ties(&self) -> bool {
+        self.may_tie && self.form.exact.is_none()
+    }
+
     fn holds(&self, space: &Scratch, run: &Runner) -> bool {
         let order = match &self.form.exact {
             Some(_) => self.form.exactly(&run.exact, &space.drawn).cmp(&BigRational::zero()),
-            None => self.order(self.form.at(&space.numbers), || self.form.size(&space.numbers)),
+            None => {
+                let value = self.form.at(&space.numbers);
+                space.tied.set(space.tied.get() || self.is_near(value, || self.form.size(&space.numbers)));
+                self.order(value, || self.form.size(&space.numbers))
+            }
         };
         self.relation.holds(order)
     }
 
     /// How a value compares with 0, of which the parts have this size.
     fn order(&self, value: f64, size: impl FnOnce() -> f64) -> Ordering {
-        let tie = self.may_tie && value.abs() <= TIE * size();
+        let tie = self.is_near(value, size);
         if tie { Ordering::Equal } else { value.total_cmp(&0.0) }
+    }
+
+    /// Whether a value, of which the parts have this size, is taken for 0.
+    fn is_near(&self, value: f64, size: impl FnOnce() -> f64) -> bool {
+        self.may_tie && value.abs() <= TIE * size()
     }
 
     /// How far it is from holding.
@@ -411,86 +432,4 @@ impl Form {
         both.filter(|(factor, _)| !factor.is_zero()).for_each(|(factor, number)| sum += factor * number);
         sum
     }
-}
-
-fn near(number: &BigRational) -> f64 {
-    number.to_f64().unwrap_or(f64::NAN)
-}
-
-fn form(linear: &Linear, width: usize, known: &[bool], discrete: &[bool]) -> Form {
-    let term = |start: usize| move |(place, factor): (usize, &BigRational)| (start + place, near(factor));
-    let used = |numbers: &'_ [BigRational]| {
-        let all = numbers.iter().enumerate().filter(|(_, factor)| !factor.is_zero());
-        all.map(|(place, factor)| (place, factor.clone())).collect::<Vec<_>>()
-    };
-    let (state, draws) = (used(&linear.state), used(&linear.draws));
-    let exact = state.iter().all(|(place, _)| known.get(*place) == Some(&true))
-        && draws.iter().all(|(place, _)| discrete.get(*place) == Some(&true));
-    let terms = state.iter().map(|(place, factor)| term(0)((*place, factor)));
-    let terms = terms.chain(draws.iter().map(|(place, factor)| term(width)((*place, factor)))).collect();
-    Form { terms, constant: near(&linear.constant), exact: exact.then(|| linear.clone()) }
-}
-
-/// Which variables of each phase are always known exactly.
-fn known(chain: &Chain) -> Result<Vec<Vec<bool>>, String> {
-    let mut known: Vec<Vec<bool>> = vec![Vec::new(); chain.phases.len()];
-    let all =
-        || std::iter::once((None, &chain.initial)).chain(chain.phases.iter().enumerate().map(|(a, b)| (Some(a), b)));
-    for one in all().flat_map(|(_, moves)| moves) {
-        if let Some(next) = one.next {
-            known[next] = vec![true; one.image.len()];
-        }
-    }
-    let mut changed = true;
-    while changed {
-        changed = false;
-        for (from, moves) in all() {
-            for one in moves {
-                let Some(next) = one.next else { continue };
-                let mut discrete = Vec::new();
-                for draw in &one.draws {
-                    discrete.push(Sampler::of(draw)?.is_discrete());
-                }
-                let here = from.map_or(Vec::new(), |phase: usize| known[phase].clone());
-                let exact = |linear: &Linear| form(linear, here.len(), &here, &discrete).exact.is_some();
-                for (place, linear) in one.image.iter().enumerate() {
-                    if known[next][place] && !exact(linear) {
-                        known[next][place] = false;
-                        changed = true;
-                    }
-                }
-            }
-        }
-    }
-    Ok(known)
-}
-
-/// The finest part of the times: one over this.
-fn unit(chain: &Chain, question: &Question) -> BigInt {
-    let moves = chain.initial.iter().chain(chain.phases.iter().flatten());
-    let durations = moves.flat_map(|one| one.stretches.iter().filter_map(|stretch| stretch.duration.as_ref()));
-    durations.chain([&question.time]).fold(BigInt::one(), |unit, time| unit.lcm(time.denom()))
-}
-
-fn ticks(time: &BigRational, unit: &BigInt) -> Option<u64> {
-    (time * BigRational::from_integer(unit.clone())).to_integer().to_u64().filter(|ticks| *ticks < u64::MAX / 4)
-}
-
-/// How many moves it takes from each phase until what is asked for may be shown.
-fn distances(chain: &Chain) -> Vec<f64> {
-    let shows = |one: &Move| one.stretches.iter().any(|stretch| !stretch.shown.is_empty());
-    let start = |moves: &Vec<Move>| if moves.iter().any(shows) { 0.0 } else { f64::MAX };
-    let mut distances: Vec<f64> = chain.phases.iter().map(start).collect();
-    for _ in 0..chain.phases.len() {
-        let next = |(phase, moves): (usize, &Vec<Move>)| {
-            let least = moves.iter().filter_map(|one| Some(distances[one.next?] + 1.0)).fold(f64::MAX, f64::min);
-            least.min(distances[phase])
-        };
-        let after: Vec<f64> = chain.phases.iter().enumerate().map(next).collect();
-        if after == distances {
-            break;
-        }
-        distances = after;
-    }
-    distances
 }

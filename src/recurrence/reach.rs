@@ -14,6 +14,7 @@ use super::descent::descends;
 use super::late::{late, rising};
 use super::modular::modular;
 use super::numeric::Numeric;
+use super::ranges::joined;
 use super::ratio::in_ratio;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
@@ -183,6 +184,15 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         }
     }
     let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
+    let smooth = joined(&pieces, &recurrence.index, &natural);
+    if let Some((pieces, rest)) = folded(&smooth, &recurrence.index, &natural) {
+        let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
+        let goal = Goal::Holds(relation, Value::variable(&variable).abs().ok()?, rest.neg().ok()?);
+        match by_shape(&closed, &recurrence.index, &goal, &natural) {
+            Reach::Unknown(_) => {}
+            found => return Some(found),
+        }
+    }
     let closed = Closed { variable: variable.clone(), pieces, conditions };
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
     match by_shape(&closed, &recurrence.index, &goal, &natural) {
@@ -191,6 +201,39 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         }
         other => Some(other),
     }
+}
+
+/// Values that are bent in the index, as sizes of values that are not, and what is added to these everywhere: with
+/// `max(0,z)` as `|z/2|+z/2`, `max(5-n*v-e,n*v-5-e)` is `|n*v-5|`, and `-e`. One that is not bent is at least what is added.
+fn folded(pieces: &[Piece], index: &Name, known: &Assumptions) -> Option<(Vec<Piece>, Value)> {
+    let bent = |form: &Value| {
+        form.atoms()
+            .into_iter()
+            .find(|atom| matches!(atom, Atom::Maximum(parts) if parts.len() == 1) && atom.mentions(index))
+    };
+    let unfold = |form: &Value| {
+        let Atom::Maximum(parts) = bent(form)? else { return None };
+        let mark = Name::new("[bent]");
+        let open = form.with_atom(&Atom::Maximum(parts.clone()), &Value::variable(&mark)).ok()?;
+        let (factor, rest) = open.linear_in(&mark)?;
+        let half = factor.mul(&parts.first()?.clone()).ok()?.div(&Value::integer(2)).ok()?;
+        let added = rest.add(&half).ok()?;
+        let positive = known.decide(Relation::Gtr, &factor, &Value::zero()) == Some(true) && !factor.mentions(index);
+        (positive && !added.mentions(index) && bent(&half).is_none()).then_some((half, added))
+    };
+    let (_, added) = pieces.iter().find_map(|piece| unfold(&piece.form))?;
+    let mut all = Vec::new();
+    for piece in pieces {
+        let form = match unfold(&piece.form) {
+            Some((half, same)) => (same == added).then_some(half)?,
+            None => {
+                let size = piece.form.sub(&added).ok()?;
+                (known.decide(Relation::Gte, &size, &Value::zero()) == Some(true)).then_some(size)?
+            }
+        };
+        all.push(Piece { form, ..piece.clone() });
+    }
+    Some((all, added))
 }
 
 /// The one value in which both sides are bent, as functions of that value alone: `x-y` of `abs(x-y) <= e`.

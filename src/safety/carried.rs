@@ -4,11 +4,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
-use num_traits::Zero;
+use num_traits::{Signed, Zero};
 
+use crate::invariant::support;
 use crate::name::Name;
 use crate::period::{Edge, Next, Period, Test};
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 /// The tests of each way into this phase over its variables, where they can be said so.
 pub(super) fn carried(period: &Period, number: usize) -> Vec<Test> {
@@ -18,6 +19,7 @@ pub(super) fn carried(period: &Period, number: usize) -> Vec<Test> {
         for edge in phase.edges.iter().filter(|edge| edge.next == Next::Phase(number)) {
             let back = backward(edge, &own);
             let over = |test: &Test| {
+                let test = &widened(test, edge)?;
                 let read = test.left.variables().into_iter().chain(test.right.variables());
                 let moved = |name: &Name| back.contains_key(name) || !varies(name, &own, edge);
                 if read.into_iter().all(|name| moved(&name)) { test.substitute(&back).ok() } else { None }
@@ -26,6 +28,29 @@ pub(super) fn carried(period: &Period, number: usize) -> Vec<Test> {
         }
     }
     found
+}
+
+/// A comparison that holds wherever this one does, whatever is drawn: what is drawn between two bounds as that of them
+/// which lets it hold most easily.
+fn widened(test: &Test, edge: &Edge) -> Option<Test> {
+    let drawn: Vec<_> =
+        edge.draws.iter().filter(|(name, _)| test.left.mentions(name) || test.right.mentions(name)).collect();
+    let mut wide = test.clone();
+    for (name, distribution) in drawn {
+        let difference = wide.left.sub(&wide.right).ok()?;
+        let Some((factor, _)) = difference.linear_in(name) else { continue };
+        let rising = match wide.relation {
+            Relation::Gtr | Relation::Gte => factor.as_rational()?.is_positive(),
+            Relation::Lss | Relation::Lte => factor.as_rational()?.is_negative(),
+            Relation::Eq | Relation::Neq => return Some(test.clone()),
+        };
+        let bounds = support(name, distribution);
+        let bound = |relation: Relation| bounds.iter().find(|bound| bound.relation == relation);
+        let end = bound(if rising { Relation::Lte } else { Relation::Gte }).or_else(|| bound(Relation::Eq));
+        let Some(end) = end else { continue };
+        wide = Test { left: difference.with(name, &end.right).ok()?, right: Value::zero(), ..wide };
+    }
+    Some(wide)
 }
 
 /// Whether a name has another value from visit to visit, or is drawn.

@@ -165,9 +165,12 @@ fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     }
     lines.extend(said.iter().map(|(text, phases)| format!("invariant of {}: {text}", numbered(phases))));
     if safe.inequalities() > 0 {
-        lines.push(format!("{} implications checked", safe.inequalities()));
+        let word = if safe.inequalities() == 1 { "implication" } else { "implications" };
+        lines.push(format!("{} {word} checked", safe.inequalities()));
     }
-    if safe.states() > 0 {
+    if safe.states() > 0 && safe.inequalities() > 0 {
+        lines.push(format!("it holds in the first {} states, behind which the invariant does", safe.states()));
+    } else if safe.states() > 0 {
         lines.push(format!("the run repeats: it holds in each of the {} states that can be reached", safe.states()));
     }
     lines

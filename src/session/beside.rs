@@ -1,5 +1,5 @@
 //! The part of a system that a question is about: components without a common port, directly or through others, do not
-//! matter to each other as long as time passes in all of them.
+//! matter to each other as long as time passes in all of them, and all their values have a meaning.
 
 use std::collections::BTreeSet;
 
@@ -11,6 +11,7 @@ use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Edge, End, Next, Segment, ports};
 use crate::term::{Node, Term};
+use crate::value::{Need, Relation, Value};
 
 /// What is taken on trust where a part of a system stands for it.
 pub(super) const BESIDE: &str = "that components without a common port do not matter to each other";
@@ -31,7 +32,10 @@ pub(super) fn relevant(system: &System, shown: &[Term], environment: &Environmen
     if own.is_empty() || others.is_empty() {
         return None;
     }
-    let passes = |group: &Vec<usize>| time_passes(&of(std::slice::from_ref(group)), environment);
+    let passes = |group: &Vec<usize>| {
+        let components = of(std::slice::from_ref(group));
+        means_something(&components, environment) && time_passes(&components, environment)
+    };
     others.iter().all(passes).then(|| System { name: system.name.clone(), components: of(&own) })
 }
 
@@ -58,6 +62,48 @@ fn shows(term: &Term, definitions: &Definitions, wanted: &BTreeSet<&Name>) -> bo
         rest.extend(term.children());
     }
     false
+}
+
+/// Whether all values of these components surely have a meaning, whatever the names in them stand for: a run ends where one
+/// has none.
+fn means_something(components: &[Term], environment: &Environment) -> bool {
+    let definitions = &environment.definitions;
+    let (mut called, mut bound, mut drawn) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+    let (mut rest, mut terms) = (components.to_vec(), Vec::new());
+    while let Some(term) = rest.pop() {
+        match term.node() {
+            Node::Call(name, _) if called.insert(name.clone()) => {
+                let Some(definition) = definitions.get(name) else { return false };
+                bound.extend(definition.parameters.iter().cloned());
+                rest.push(definition.body.clone());
+            }
+            Node::In(_, name) | Node::Set(_, name) | Node::Power(_, _, Some(name)) => {
+                bound.insert(name.clone());
+            }
+            Node::Ran(_, name) => {
+                drawn.insert(name.clone());
+            }
+            _ => {}
+        }
+        rest.extend(term.children().cloned());
+        terms.push(term);
+    }
+    let fixed = |value: &Value| !value.variables().iter().any(|name| bound.contains(name) || drawn.contains(name));
+    let granted = |need: &Need| fixed(need.value()) && environment.assumptions.grants(need) == Some(true);
+    let lasts = |time: &Value| {
+        // What is drawn below 0 takes no time.
+        let own = time.as_variable().is_some_and(|name| drawn.contains(name) && !bound.contains(name));
+        let zero = Value::zero();
+        own || fixed(time) && environment.assumptions.decide(Relation::Gte, time, &zero) == Some(true)
+    };
+    terms.iter().all(|term| {
+        let own = match term.node() {
+            Node::Delay(time) => lasts(time),
+            Node::Ran(distribution, _) => fixed(distribution) && Distribution::of(distribution).is_ok(),
+            _ => true,
+        };
+        own && term.values().flat_map(Value::needs).all(|need| granted(&need))
+    })
 }
 
 /// Whether time never stops in these components: they have a period, or each of their loops waits.

@@ -8,6 +8,7 @@ use crate::invariant::Claim;
 use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::Test;
+use crate::safety::drawn;
 use crate::safety::orbit::{self, Limits, Orbit, follow};
 use crate::sample::{Closed, close};
 use crate::scope::read_names;
@@ -20,6 +21,8 @@ const MOST_INSTANCES: usize = 12;
 /// Instances with other values for all of them, and these values.
 const MOST_MIXED: u64 = 30;
 const MIXED: [(i64, i64); 10] = [(1, 3), (1, 2), (2, 3), (1, 1), (3, 2), (2, 1), (5, 2), (3, 1), (5, 1), (10, 1)];
+/// Instances of which draws are tried.
+const MOST_DRAWN: usize = 4;
 /// States of one instance.
 const MOST_STATES: usize = 600;
 
@@ -74,9 +77,11 @@ fn broken_among(
     let half = Value::fraction(1, 2).unwrap_or_else(|_| Value::one());
     let others = || [Value::integer(2), half.clone(), Value::integer(3), Value::integer(10), Value::zero()].into_iter();
     let changed = others().flat_map(|value| chosen.iter().map(move |(name, _)| vec![(name.clone(), value.clone())]));
+    let bounds = bounds(&chosen, &environment.assumptions);
     let mut tried: BTreeSet<Vec<(Name, Value)>> = BTreeSet::new();
     let mixed = (1..=MOST_MIXED).map(|turn| mixed(&chosen, turn));
-    for given in std::iter::once(Vec::new()).chain(changed.take(MOST_INSTANCES)).chain(mixed) {
+    let all = std::iter::once(Vec::new()).chain(bounds.into_iter().chain(changed).take(MOST_INSTANCES)).chain(mixed);
+    for given in all {
         if interrupted() {
             break;
         }
@@ -90,11 +95,32 @@ fn broken_among(
         let Ok(closed) = close(system, environment, &values) else { continue };
         let limits = Limits { states: MOST_STATES, interrupted };
         let found = follow(&closed.term, &closed.definitions, &Assumptions::default(), &claim, &limits);
-        if let Orbit::Broken(run) = found {
+        let run = match found {
+            Orbit::Broken(run) => Some(run),
+            Orbit::Unknown(..) if tried.len() <= MOST_DRAWN => {
+                drawn::broken(&closed.term, &closed.definitions, &Assumptions::default(), &claim, interrupted)
+            }
+            _ => None,
+        };
+        if let Some(run) = run {
             return Ok(Box::new(Instance { closed, claim, run }));
         }
     }
     Err(tried.len())
+}
+
+/// For each parameter the numbers that bound it, where these are assumed.
+fn bounds(chosen: &[(Name, Value)], assumptions: &Assumptions) -> Vec<Vec<(Name, Value)>> {
+    let mut found = Vec::new();
+    for (name, _) in chosen {
+        for (_, value) in assumptions.iter() {
+            let Some((factor, rest)) = value.linear_in(name) else { continue };
+            let bound =
+                rest.neg().and_then(|rest| rest.div(&factor)).ok().filter(|bound| bound.as_rational().is_some());
+            found.extend(bound.map(|bound| vec![(name.clone(), bound)]));
+        }
+    }
+    found
 }
 
 /// Other values for all parameters at once, different ones in each turn.

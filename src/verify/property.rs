@@ -36,6 +36,10 @@ pub struct Want {
     pub tests: Vec<Test>,
 }
 
+fn shown(terms: &[Term]) -> String {
+    terms.iter().map(Term::to_string).collect::<Vec<_>>().join(" # ")
+}
+
 impl Want {
     /// The unknown duration of a segment that asks for nothing.
     pub(super) fn free(&self) -> Option<&Name> {
@@ -72,7 +76,11 @@ impl Wanted {
         };
         for part in &parts {
             if again || wants.last().is_some_and(|want| want.length == Length::Endless) {
-                return Err("a property has something after its end".to_string());
+                return Err(format!(
+                    "a property has something after its end: what has no `Delay` lasts for ever, so `{part}` is never reached; \
+                     with a duration to be found it is `(Delay_{{?s}} # {}) ; {part}`",
+                    wants.last().map_or_else(|| "…".to_string(), |want| shown(&want.shown)),
+                ));
             }
             match part.node() {
                 Node::Call(called, _) if called == name => again = true,

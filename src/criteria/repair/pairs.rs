@@ -6,8 +6,8 @@ use num_rational::BigRational;
 use num_traits::One;
 
 use super::{Goal, HALVINGS, MOST_PAIRS, Repair, Workshop, change, factors, moved};
-use crate::criteria::simplest::simplest;
 use crate::name::Name;
+use crate::simplest::simplest;
 
 impl Workshop<'_> {
     /// Two parameters: what one repairs and breaks mended by another, or both moved together.

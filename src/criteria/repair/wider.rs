@@ -7,8 +7,8 @@ use num_rational::BigRational;
 
 use super::{Feedback, Goal, HALVINGS, Point, Repair, Workshop, change, moved};
 use crate::criteria::nearby::nearby;
-use crate::criteria::simplest::simplest;
 use crate::name::Name;
+use crate::simplest::simplest;
 
 /// Runs that are judged in one wider search.
 const MOST_JUDGED: usize = 300;

@@ -204,7 +204,7 @@ mod tests {
     use crate::probability::Question;
     use crate::probability::chain::{Chain, Linear, Move, Side, Stretch};
     use crate::probability::random::Source;
-    use crate::probability::simulation::Scratch;
+    use crate::probability::simulation::{Numbers, Scratch};
     use crate::value::Relation;
 
     fn ratio(top: i64, bottom: i64) -> BigRational {
@@ -283,10 +283,11 @@ mod tests {
 
     #[test]
     fn runs_side_by_side_end_as_they_do_alone() {
-        for (chain, first, fast) in [(chain(), true, false), (chain(), false, false), (walk(), true, true)] {
+        let all = [(chain(), true, Numbers::Mixed), (chain(), false, Numbers::Mixed), (walk(), true, Numbers::Whole)];
+        for (chain, first, numbers) in all {
             let question = Question { first, time: ratio(9, 1), names: Vec::new() };
-            let program = Program::new(&chain, &question, fast).expect("a program");
-            assert!(program.is_plain() && program.is_whole() == fast);
+            let program = Program::new(&chain, &question, numbers).expect("a program");
+            assert!(program.is_plain() && program.is_whole() == (numbers == Numbers::Whole));
             let mut space = Scratch::default();
             let mut alone = |run| program.happens(&Source::new(7, run), &mut space).map(u64::from).expect("a run");
             let ends: Vec<u64> = (0..700).map(&mut alone).collect();
