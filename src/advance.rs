@@ -25,9 +25,10 @@ mod instantly;
 mod leaf;
 mod settle;
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::rc::Rc;
 
-use leaf::{Component, Leaf, active, components, is_drawing, is_set, leaves, rebuilt};
+use leaf::{Components, Leaf, active, components, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
 
 use crate::fact::{Context, Facts};
@@ -39,6 +40,8 @@ use crate::value::{Relation, Sort, Value};
 
 /// The deepest term that is looked at.
 const MOST_DEPTH: usize = 400;
+/// The most ports of a network's own.
+const MOST_PORTS: usize = 1_100;
 /// States that one instant may go through, in all orders.
 const MOST_STATES: usize = 10_000;
 
@@ -195,7 +198,11 @@ fn closed(ports: &[Name], body: Term) -> Term {
 /// The names that the network binds, itself or in a process that it calls. None of them is read where it is not bound,
 /// and no metavariable stands for a name or a process: so a value that is known is the same wherever it is put.
 fn names_apart(network: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, Stuck> {
-    if network.depth() > MOST_DEPTH {
+    let (mut ports, mut body) = (0, network);
+    while let Node::New(_, inner) = body.node() {
+        (ports, body) = (ports + 1, inner);
+    }
+    if ports > MOST_PORTS || body.depth() > MOST_DEPTH {
         return stuck("it is nested too deeply");
     }
     let mut bound = bound_names(network);
@@ -335,8 +342,8 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
 /// Who writes what to each port, with the `new` that binds it.
 type Writers<'t> = BTreeMap<(&'t Name, Option<usize>), Vec<(usize, &'t Value)>>;
 
-/// The states after each communication that is possible; after one alone, if it commutes with all others and not all
-/// orders are asked for. None is possible while a draw is due.
+/// The states after each communication that is possible; after some at once, if they commute with all others and not
+/// all orders are asked for. None is possible while a draw is due.
 fn communications(
     runner: &Runner<'_, '_>,
     state: &Term,
@@ -366,21 +373,21 @@ fn communications(
     if draw::is_due(state) {
         return Ok(Vec::new());
     }
-    if orders == Orders::Alike
-        && let Some(place) = alone(state, &pairs, runner.context)
-    {
-        pairs = pairs.split_off(place);
-        pairs.truncate(1);
-    }
+    let alone = if orders == Orders::Alike { alone(state, &pairs, runner.context) } else { BTreeSet::new() };
     let mut next = Vec::new();
-    for meeting in pairs {
-        let met = rebuilt(state, &mut 0, &mut |number, _| {
-            if number == meeting.reader {
-                return Some(Term::new(Node::Set(meeting.value.clone(), meeting.name.clone())));
-            }
-            (number == meeting.writer).then(Term::stop)
-        });
-        next.push(runner.running(&met)?);
+    let mut meet = |meetings: &[&Meeting<'_>]| -> Result<(), Stuck> {
+        let mut met: HashMap<usize, Term> = HashMap::new();
+        for meeting in meetings {
+            met.insert(meeting.reader, Term::new(Node::Set(meeting.value.clone(), meeting.name.clone())));
+            met.insert(meeting.writer, Term::stop());
+        }
+        next.push(runner.running(&rebuilt(state, &mut 0, &mut |number, _| met.get(&number).cloned()))?);
+        Ok(())
+    };
+    if alone.is_empty() {
+        pairs.iter().try_for_each(|meeting| meet(&[meeting]))?;
+    } else {
+        meet(&alone.iter().map(|place| &pairs[*place]).collect::<Vec<_>>())?;
     }
     Ok(next)
 }
@@ -395,20 +402,34 @@ struct Meeting<'t> {
     value: &'t Value,
 }
 
-/// The first communication that needs not be tried in another order: between two components of which each can do
-/// nothing else now, on a port that no other component ever uses. Whatever others do before it, it stays possible and
-/// the same, and it hinders none of them; so every order of all that happens is as good as one that begins with it, and
-/// until it has happened its two components run.
-fn alone(state: &Term, pairs: &[Meeting<'_>], context: &Context<'_>) -> Option<usize> {
-    let components = components(state);
-    let of = |leaf: usize| components.iter().position(|component| component.inside.contains(&leaf));
-    pairs.iter().position(|meeting| {
-        let (Some(reader), Some(writer)) = (of(meeting.reader), of(meeting.writer)) else { return false };
-        let busy = |place: usize| components[place].offers != 1;
-        if reader == writer || busy(reader) || busy(writer) {
-            return false;
+/// The communications that need not be tried in another order: each between two parts of which each can do nothing else
+/// now, on a port that no other part ever uses before it. Whatever others do before it, it stays possible and the same,
+/// as no `#` is around one part that another could end, and it hinders none of them; so every order of all that happens
+/// is as good as one that begins with it, and until it has happened its two parts run, and nothing that follows them
+/// begins. None of two of these hinders the other, so they may all happen at once.
+fn alone(state: &Term, pairs: &[Meeting<'_>], context: &Context<'_>) -> BTreeSet<usize> {
+    let Components { running, later } = components(state);
+    let of = |leaf: usize| running.partition_point(|component| component.inside.end <= leaf);
+    let facts: Vec<Rc<Facts>> = running.iter().chain(&later).map(|part| Facts::of(part.term, context)).collect();
+    let mut users: HashMap<(&Name, Option<usize>), Vec<usize>> = HashMap::new();
+    for (place, (part, facts)) in running.iter().chain(&later).zip(&facts).enumerate() {
+        if !facts.ports.processes.is_empty() {
+            return BTreeSet::new();
         }
-        let may_use = |other: &Component<'_>| other.may_use(meeting.port, meeting.binder, context);
-        !components.iter().enumerate().any(|(place, other)| place != reader && place != writer && may_use(other))
-    })
+        for port in &facts.ports.names {
+            users.entry((port, part.binder(port))).or_default().push(place);
+        }
+    }
+    let needs_no_other = |meeting: &Meeting<'_>| {
+        let (reader, writer) = (of(meeting.reader), of(meeting.writer));
+        let offers_one = |place: usize| running.get(place).is_some_and(|component| component.offers == 1);
+        let waits = |place: usize| {
+            let behind = place.checked_sub(running.len()).and_then(|place| later.get(place));
+            behind.is_some_and(|part| part.inside.contains(&meeting.reader) || part.inside.contains(&meeting.writer))
+        };
+        let mut users = users.get(&(meeting.port, meeting.binder)).into_iter().flatten();
+        let own = |place: usize| place == reader || place == writer || waits(place);
+        reader != writer && offers_one(reader) && offers_one(writer) && users.all(|place| own(*place))
+    };
+    (0..pairs.len()).filter(|place| needs_no_other(&pairs[*place])).collect()
 }

@@ -4,6 +4,7 @@
 //! for which both sides are defined; else `None`. The procedure: signs of the parts, then linear arithmetic over
 //! monomials with products of assumptions, then the same after splitting on maxima, conditions and `!=`.
 
+mod atoms;
 mod linear;
 mod refute;
 mod sign;
@@ -441,9 +442,22 @@ impl Assumptions {
         let Some((numerator, denominator)) = value.polynomials() else {
             return;
         };
-        // Where the fact makes sense its denominator is not 0, and N/D compares with 0 as N*D does.
-        let Some(form) = numerator.times(denominator) else {
-            return;
+        // N/D compares with 0 as N*D does, and is 0 if N is, where D is not 0. It has no value where D is, but for a
+        // condition in it that excludes the division: there N is 0 as well, whatever the value.
+        let divides = denominator.is_one()
+            || !value.atoms().iter().any(Atom::is_binary)
+            || self.quick_signs(denominator).within(Signs::NONZERO);
+        let relation = match relation {
+            Relation::Neq if !divides => return,
+            Relation::Gtr if !divides => Relation::Gte,
+            relation => relation,
+        };
+        let form = match relation {
+            Relation::Eq | Relation::Neq => numerator.clone(),
+            _ => match numerator.times(denominator) {
+                Some(form) => form,
+                None => return,
+            },
         };
         let form = self.without_known_factors(&form);
         let bound = match relation {

@@ -321,6 +321,9 @@ fn certain(holds: bool) -> Interval {
 /// `(bound - mean) / sd`
 pub(crate) fn standard(bound: &BigRational, mean: &BigRational, variance: &BigRational) -> Interval {
     let gap = difference(bound, mean);
+    if gap.is_zero() && !variance.is_zero() {
+        return Interval::exactly(0.0);
+    }
     // Squared, the quotient is exact; its root is then taken once.
     let square = Interval::of(&quotient(&product(&gap, &gap), variance)).root();
     if gap.is_negative() { square.opposite() } else { square }

@@ -6,7 +6,7 @@
 mod combine;
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use crate::assumption::Assumptions;
@@ -15,7 +15,7 @@ use crate::law::{Condition, Fact};
 use crate::name::Name;
 use crate::scope::calls;
 use crate::term::{Node, Term, TermMap};
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Sort, Value};
 
 /// A set of names that may grow by all the names of some process metavariables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -130,6 +130,8 @@ pub struct Context<'a> {
     pub(crate) last: RefCell<Option<(Term, Rc<[u16]>)>>,
     /// Which facts hold of a term, as bits: what `Context::facts_held` has found.
     pub(crate) held: RefCell<TermMap<u16>>,
+    /// What [`Context::simplify`] has found.
+    simple: RefCell<HashMap<Value, Value>>,
 }
 
 /// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
@@ -138,7 +140,7 @@ const ROUNDS: usize = 64;
 impl<'a> Context<'a> {
     /// The context of a claim with these hypotheses.
     pub fn new(assumptions: &Assumptions, definitions: &'a Definitions, hypotheses: &'a [Condition]) -> Context<'a> {
-        let mut assumptions = assumptions.clone();
+        let (plain, mut assumptions) = (assumptions, assumptions.clone());
         for hypothesis in hypotheses {
             match hypothesis {
                 Condition::Compare(relation, left, right) => assumptions.assume(*relation, left, right),
@@ -150,6 +152,18 @@ impl<'a> Context<'a> {
                 _ => {}
             }
         }
+        // The same as the values of a network are simplified.
+        let simple = |value: &Value| plain.simplify(value);
+        let compared: Vec<(Relation, Value, Value)> = hypotheses
+            .iter()
+            .filter_map(|hypothesis| match hypothesis {
+                Condition::Compare(relation, left, right) => Some((*relation, simple(left), simple(right))),
+                _ => None,
+            })
+            .collect();
+        for (relation, left, right) in compared {
+            assumptions.assume(relation, &left, &right);
+        }
         let mut context = Context {
             assumptions,
             definitions,
@@ -158,9 +172,23 @@ impl<'a> Context<'a> {
             known: RefCell::default(),
             last: RefCell::default(),
             held: RefCell::default(),
+            simple: RefCell::default(),
         };
         context.defined = context.fixed_point();
         context
+    }
+
+    /// The value as [`Assumptions::simplify`] leaves it: the same is asked for at every state of a run.
+    pub fn simplify(&self, value: &Value) -> Value {
+        if value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_))) && value.sort() == Sort::Real {
+            return value.clone();
+        }
+        if let Some(known) = self.simple.borrow().get(value) {
+            return known.clone();
+        }
+        let found = self.assumptions.simplify(value);
+        self.simple.borrow_mut().insert(value.clone(), found.clone());
+        found
     }
 
     /// A definition's parameter may stand for any value, whatever is assumed of a name spelled the same.
@@ -177,6 +205,7 @@ impl<'a> Context<'a> {
             known: RefCell::default(),
             last: RefCell::default(),
             held: RefCell::default(),
+            simple: RefCell::default(),
         };
         let mut context = plain;
         for _ in 0..ROUNDS {
@@ -237,7 +266,13 @@ impl Facts {
         let body = || parts.first().map_or_else(Facts::default, |part| Facts::clone(part));
         let mut facts = match term.node() {
             Node::Seq(_) => parts.iter().skip(1).fold(body(), |before, next| before.then(next)),
-            Node::Par(_) => Facts::parallel(parts),
+            Node::Par(branches) => {
+                let mut facts = Facts::parallel(parts);
+                if facts.may_abort && combine::one_goes_on(branches, context) {
+                    (facts.may_abort, facts.starts_aborted, facts.instant_abort) = (false, false, false);
+                }
+                facts
+            }
             Node::Disable(_) => Facts::disabling(parts),
             Node::Else(..) => match parts {
                 [first, second] => Facts::otherwise(Facts::clone(first), second),

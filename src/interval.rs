@@ -289,6 +289,11 @@ fn tail(number: f64) -> Interval {
 
 /// The chance that a standard normal number lies between two others, to full relative accuracy in the tails.
 pub fn normal_between(low: Interval, high: Interval) -> Interval {
+    // Half of all lies on either side of the middle.
+    let (middle, ends) = (Interval::exactly(0.0), [f64::NEG_INFINITY, f64::INFINITY].map(Interval::exactly));
+    if (low == middle && high == ends[1]) || (low == ends[0] && high == middle) {
+        return Interval::exactly(0.5);
+    }
     // On the right, the difference of small tails; elsewhere that of small chances.
     let right = low.low > 0.0;
     let (from, to) = if right { (high.opposite(), low.opposite()) } else { (low, high) };

@@ -10,6 +10,7 @@ mod criteria;
 mod declare;
 mod define;
 mod direction;
+mod distribution;
 mod exercise;
 mod flow;
 mod graph;

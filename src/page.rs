@@ -148,6 +148,7 @@ impl Page<'_> {
                 Output::Answer(answer) => {
                     let _ = writeln!(out, "<h2>{}</h2>", escaped(&answer.question));
                     html_lines(&mut out, "", &answer.lines);
+                    html_pictures(&mut out, &answer.pictures);
                 }
                 Output::Trouble(source, diagnostics) => {
                     let text = crate::diagnostic::render_all(diagnostics, source, false);
@@ -188,14 +189,7 @@ impl Page<'_> {
         if let Some(links) = &report.links {
             let _ = writeln!(out, "<figure>{links}<figcaption>Who reads what from whom</figcaption></figure>");
         }
-        for picture in &report.pictures {
-            let _ = writeln!(
-                out,
-                "<figure>{}<figcaption>{} (rounded)</figcaption></figure>",
-                picture.svg(),
-                escaped(&picture.title)
-            );
-        }
+        html_pictures(out, &report.pictures);
         let detail: Vec<String> = report.trace.iter().chain(&report.remains).cloned().collect();
         if !detail.is_empty() {
             let _ = writeln!(out, "<h3>In detail</h3>\n<pre>{}</pre>", escaped(&detail.join("\n")));
@@ -217,6 +211,7 @@ impl Page<'_> {
                 Output::Answer(answer) => {
                     let _ = writeln!(out, "\n## `{}`\n", one_line(&answer.question));
                     fence(&mut out, &answer.lines.join("\n"));
+                    markdown_pictures(&mut out, &answer.pictures);
                 }
                 Output::Trouble(source, diagnostics) => {
                     out.push_str("\n## Trouble\n\n");
@@ -243,10 +238,7 @@ impl Page<'_> {
         }
         markdown_lines(out, "Measured", &measured(report));
         markdown_lines(out, "What could be changed", &report.feedback);
-        for picture in &report.pictures {
-            out.push('\n');
-            fence(out, &picture.signs().join("\n"));
-        }
+        markdown_pictures(out, &report.pictures);
         let detail: Vec<String> = report.trace.iter().chain(&report.remains).cloned().collect();
         if !detail.is_empty() {
             out.push_str("\n### In detail\n\n");
@@ -264,12 +256,30 @@ impl Page<'_> {
             if !matches!(output, Output::Declared(_)) {
                 out.push_str(&output.text(colour));
             }
-            let Output::Claim(report) = output else { continue };
-            for line in report.pictures.iter().flat_map(Picture::signs) {
+            let pictures = match output {
+                Output::Claim(report) => &report.pictures,
+                Output::Answer(answer) => &answer.pictures,
+                _ => continue,
+            };
+            for line in pictures.iter().flat_map(Picture::signs) {
                 let _ = writeln!(out, "    {line}");
             }
         }
         out
+    }
+}
+
+fn html_pictures(out: &mut String, pictures: &[Picture]) {
+    for picture in pictures {
+        let title = escaped(&picture.title);
+        let _ = writeln!(out, "<figure>{}<figcaption>{title} (rounded)</figcaption></figure>", picture.svg());
+    }
+}
+
+fn markdown_pictures(out: &mut String, pictures: &[Picture]) {
+    for picture in pictures {
+        out.push('\n');
+        fence(out, &picture.signs().join("\n"));
     }
 }
 

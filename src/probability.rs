@@ -89,7 +89,7 @@ impl Enclosed {
     }
 
     /// A rational, exactly.
-    fn known(number: BigRational) -> Enclosed {
+    pub(crate) fn known(number: BigRational) -> Enclosed {
         Enclosed::from(number.clone(), number)
     }
 
@@ -117,7 +117,7 @@ impl Enclosed {
     }
 
     /// The product of two, which are independent.
-    fn and(&self, other: &Enclosed) -> Enclosed {
+    pub(crate) fn and(&self, other: &Enclosed) -> Enclosed {
         match (&self.ends, &other.ends) {
             (Some((low, high)), Some((least, most))) if !low.is_negative() && !least.is_negative() => {
                 Enclosed::from(low * least, high * most)

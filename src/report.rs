@@ -172,6 +172,8 @@ pub struct Answer {
     pub verdict: Option<&'static str>,
     /// The sides of what shows a `no`, for the stepper.
     pub apart: Option<Arc<Apart>>,
+    /// Pictures, where the surroundings want them.
+    pub pictures: Vec<Picture>,
 }
 
 impl Report {

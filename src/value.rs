@@ -140,12 +140,29 @@ const MOST_DEPTH: usize = 64;
 const MOST_SIZE: usize = 400_000;
 
 impl Atom {
-    fn parts(&self) -> Vec<&Value> {
+    /// The values in it.
+    pub(crate) fn parts(&self) -> Vec<&Value> {
         match self {
             Atom::Variable(_) => Vec::new(),
             Atom::Power(base, exponent) => vec![base, exponent],
             Atom::Maximum(parts) | Atom::Apply(_, parts) => parts.iter().collect(),
             Atom::Positive(part) | Atom::Floor(part) | Atom::Root(part) => vec![part],
+        }
+    }
+
+    /// The same of other values, as many as [`Atom::parts`] gives.
+    ///
+    /// # Errors
+    /// Where that has no value.
+    pub(crate) fn with_parts(&self, parts: Vec<Value>) -> Result<Value, ValueError> {
+        match (self, parts.as_slice()) {
+            (Atom::Power(..), [base, exponent]) => base.power(exponent),
+            (Atom::Maximum(_), parts) => Value::maximum(&[parts, &[Value::zero()]].concat()),
+            (Atom::Apply(function, _), parts) => Value::apply(function, parts),
+            (Atom::Positive(_), [part]) => Value::truth(Relation::Gtr, part, &Value::zero()),
+            (Atom::Floor(_), [part]) => part.floor(),
+            (Atom::Root(_), [part]) => part.sqrt(),
+            _ => self.value(),
         }
     }
 

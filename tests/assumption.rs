@@ -52,6 +52,98 @@ fn linear_consequences() {
     assert!(assume(&[(a.clone(), Eq, b.clone()), (b, Neq, a)]).contradictory());
 }
 
+/// An equation between a variable and a maximum of it bounds the variable.
+#[test]
+fn what_is_known_of_a_maximum_is_known_of_what_stands_in_it() {
+    let r = var("r");
+    let clamped = Value::minimum(&[int(2), Value::maximum(&[int(0), r.clone()]).unwrap()]).unwrap();
+    let known = assume(&[(r.sub(&clamped).unwrap(), Eq, int(0))]);
+    assert_eq!(known.decide(Lte, &r, &int(2)), Some(true));
+    assert_eq!(known.decide(Gte, &r, &int(0)), Some(true));
+    assert_eq!(known.decide(Lte, &r, &int(1)), None);
+    let beyond = Value::maximum(&[int(1), r.sub(&int(1)).unwrap()]).unwrap();
+    assert_eq!(known.decide(Eq, &beyond, &int(1)), Some(true));
+}
+
+/// That more is known, or that it is known in two steps, loses nothing.
+#[test]
+fn what_has_nothing_to_do_with_it_hinders_nothing() {
+    let (a, b, p, n, t, v) = (var("a"), var("b"), var("p"), var("n"), var("t"), var("v"));
+    let length = t.mul(&v).unwrap();
+    let rounds = p.sub(&a).unwrap().div(&length).unwrap().floor().unwrap().neg().unwrap();
+    for more in 0..4 {
+        let mut known = assume(&[(b.clone(), Gtr, int(0)), (a.clone(), Gtr, b.clone()), (p.clone(), Lss, b.clone())]);
+        if more & 1 > 0 {
+            known.assume(Lss, &p, &a);
+        }
+        if more & 2 > 0 {
+            known.assume(Gtr, &a, &int(0));
+        }
+        known.assume(Gtr, &v, &int(0));
+        known.assume(Gtr, &t, &int(0));
+        assert_eq!(known.decide(Gtr, &rounds, &int(0)), Some(true), "{more}");
+        known.assume_natural(&Name::new("n"));
+        known.assume(Lss, &n, &rounds);
+        let place = p.add(&n.mul(&length).unwrap()).unwrap();
+        assert_eq!(known.decide(Lss, &place, &a), Some(true), "{more}");
+        assert_eq!(known.decide(Lss, &place.add(&length).unwrap(), &a), None, "{more}");
+    }
+}
+
+/// A condition may tell where a value divides by what is not 0.
+#[test]
+fn a_division_counts_where_its_condition_holds() {
+    let r = var("r");
+    let size = r.sub(&int(3)).unwrap().abs().unwrap();
+    let moved = r.sub(&r.sub(&int(3)).unwrap().div(&size).unwrap()).unwrap();
+    let next = Value::choose(Gtr, &size, &int(1), &moved, &int(3)).unwrap();
+    let known = assume(&[(next.clone(), Eq, int(3))]);
+    assert_eq!(known.decide(Neq, &next, &int(-2)), Some(true));
+    assert_eq!(known.decide(Eq, &next, &int(3)), Some(true));
+    assert_eq!(known.simplify(&next), int(3));
+    assert_eq!(known.decide(Neq, &r, &int(3)), None);
+    assert_eq!(Assumptions::default().decide(Neq, &next, &int(-2)), None);
+}
+
+/// What a condition in a value excludes from a division may be so: where the value is compared, nothing follows of it.
+#[test]
+fn a_division_that_a_condition_excludes_may_be_by_0() {
+    let (k, u, z) = (var("k"), var("u"), var("z"));
+    let root = int(2).sqrt().unwrap();
+    let beyond = |x: &Value| Value::choose(Gtr, x, &int(0), &int(1).div(x).unwrap(), &int(5)).unwrap();
+    for (relation, bound) in [(Neq, 3), (Gtr, 3), (Gte, 4)] {
+        let past = k.sub(&root).unwrap();
+        let known = assume(&[(k.clone(), Gte, root.clone()), (beyond(&past), relation, int(bound))]);
+        assert_eq!(known.decide(Neq, &k, &root), None, "{relation:?}: 5 is so too");
+        let known = assume(&[(k.clone(), Gte, int(0)), (beyond(&k), relation, int(bound))]);
+        assert_eq!(known.decide(Neq, &k, &int(0)), None, "{relation:?}");
+        assert_eq!(known.simplify(&beyond(&k)), beyond(&k), "{relation:?}");
+    }
+    let square = u.mul(&u).unwrap().sub(&int(2)).unwrap();
+    let apart = Value::choose(Neq, &square, &int(0), &z.div(&square).unwrap(), &int(1)).unwrap();
+    let known = assume(&[(u.clone(), Gte, int(0)), (apart, Gtr, int(0))]);
+    assert_eq!(known.decide(Neq, &square, &int(0)), None);
+    let known = assume(&[(u, Gte, int(0)), (square.clone(), Gte, int(0))]);
+    let more = int(1).add(&Value::choose(Gtr, &square, &int(0), &int(1).div(&square).unwrap(), &int(0)).unwrap());
+    for other in [int(1), more.unwrap()] {
+        let value = Value::choose(Gtr, &beyond(&square), &int(3), &square, &other).unwrap();
+        assert_eq!(known.decide(Gtr, &value, &int(0)), None, "it is 0 where 5 > 3");
+    }
+}
+
+/// A case in which nothing is left to refute may be none.
+#[test]
+fn what_cannot_be_is_no_case() {
+    let (t, v) = (var("t"), var("v"));
+    let length = t.mul(&v).unwrap();
+    let rounds = int(-10).div(&length).unwrap().floor().unwrap().neg().unwrap();
+    let known = assume(&[(v, Gtr, int(0)), (t, Gtr, int(0)), (rounds, Gtr, int(1))]);
+    let step = Value::minimum(&[length.clone(), int(10)]).unwrap();
+    assert_eq!(known.decide(Neq, &step, &int(10)), Some(true));
+    assert_eq!(known.decide(Lss, &length, &int(10)), Some(true));
+    assert_eq!(known.decide(Lss, &length, &int(5)), None);
+}
+
 #[test]
 fn naturals() {
     let n = var("n");

@@ -374,7 +374,7 @@ fn deep_proofs_and_huge_terms() {
     let on_a_large_stack = std::thread::Builder::new().stack_size(256 << 20).spawn(|| {
         let mut steps = vec![Step::Reflexive(delay(1))];
         let shape = Term::new(Node::Loop(Term::meta(&name("?1"))));
-        for step in 0..1_000 {
+        for step in 0..2_000 {
             steps.push(Step::Congruence(shape.clone(), vec![step]));
         }
         assert_eq!(reason(&theory(), claim(delay(1), delay(1)), steps), Reason::TooLarge);

@@ -267,6 +267,20 @@ fn a_report_is_one_page_with_the_verdict_first() {
     assert!(out(&terminal).contains('⡇') || out(&terminal).contains('⠤'), "{}", out(&terminal));
 }
 
+/// A chance that is only asked for has its pictures as one that is proved.
+#[test]
+fn a_chance_that_is_asked_for_is_drawn() {
+    let walk = "proc Walk_r = (Delay_1 # At_r) ; Ran_{Normal(0, sd: 1/3)}<e> ; Walk_{r+e}\nsystem W = Walk_0\n";
+    let folder = folder(&format!(
+        "{walk}probability of W showing At_x where x >= 1 at 7\nprobability of W reaching At_x where x >= 1 within 7\n"
+    ));
+    pars(folder.path(), &["report", "mission.pars"]);
+    let page = std::fs::read_to_string(folder.path().join("mission.html")).expect("a page");
+    assert_eq!(page.matches("<figure>").count(), 2, "a density, and how a chance grows");
+    let terminal = pars(folder.path(), &["report", "--terminal", "mission.pars"]);
+    assert!(out(&terminal).contains('⡇') || out(&terminal).contains('⠤'), "{}", out(&terminal));
+}
+
 #[test]
 fn a_sweep_of_probabilities_alone_calls_no_point_feasible() {
     let text = "param t = 1

@@ -445,4 +445,44 @@ fn what_machine_numbers_cannot_tell_apart_is_followed_exactly_or_said() {
     let why =
         "not estimated: numbers next to each other could not be told apart: the exact numbers of a run grow too long";
     says(&asked(3_000), &[why]);
+    // A robot that goes half of what is left in each step never stands there.
+    let halves = "observer Done\nproc World_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; World_{r+u}\n\
+        proc Odo_r = Out_{p,r} ; Odo_r\nproc Go = In_p<z> ; Neq_{z,10} ; Out_{v,(10-z)/2} ; Go\n\
+        proc Start = Ran_{Uniform(0,1)}<e> ; World_e\nsystem Halving = Start | (Go ; (Idle # Done))\n\
+        probability of Halving reaching Done within 45 by estimated with 200 runs\n\
+        probability of Halving reaching Done within 60 by estimated with 200 runs\n";
+    let never = "probability at most 0.03210927442634307, between 0 and 0.03210927442634307 (estimated)";
+    says(halves, &[never, never]);
+}
+
+#[test]
+fn a_spread_that_runs_below_0_is_none() {
+    let script = "proc N_{r,k} = (Delay_1 # At_r) ; Ran_{Normal(0, sd: 1-k)}<e> ; N_{r+e,k+1}\nsystem T = N_{0,0}\n\
+        probability of T showing At_p where p > 1 at 5\n";
+    says(script, &["not estimated: Normal needs a variance that is not negative"]);
+    // One that is squared runs as before.
+    let script = "proc N_{r,k} = (Delay_1 # At_r) ; Ran_{Normal(0, sd: abs(1-k))}<e> ; N_{r+e,k+1}\nsystem T = N_{0,0}\n\
+        probability of T showing At_p where p > 100 at 5 by estimated with 100 runs\n";
+    says(script, &["100 runs of the executable meaning, seed 1, confidence 0.99"]);
+}
+
+#[test]
+fn the_imaginary_unit_is_called_as_nothing_else_is() {
+    says(
+        "param i\nsolve x(n+2) = x(n+1)-x(n)+i, x(0) = i, x(1) = 0\n",
+        &["x(n) = i + 2*Re(1/3*i*sqrt(3)*j*(1/2+1/2*sqrt(3)*j)^n)"],
+    );
+    says(
+        "solve x(i+2) = x(i+1)-x(i), x(0) = 1, x(1) = 0\n",
+        &["x(i) = 2*Re((1/2+1/6*sqrt(3)*j)*(1/2+1/2*sqrt(3)*j)^i)"],
+    );
+}
+
+/// Where a condition excludes a division, the test that reads it says nothing of the divisor: it holds at k = 0 too.
+#[test]
+fn a_test_of_what_may_be_divided_leaves_no_way_out() {
+    let script = "param k >= 0\nobserver Z(v)\nfn far(y) = if y > 0 then 1/y else 5\n\
+        proc A_q = (Delay_1 # Z_q) ; In_c<y> ; ((Gtr_{far(y),3} ; ((Neq_{y,0} ; Delay_1) | (Eq_{y,0} ; Delay_7))) | \
+        (Lte_{far(y),3} ; Delay_2)) ; A_y\nproc B = Out_{c,k} ; B\nsystem Sys = A_0 | B\nperiod Sys\n";
+    says(script, &["-> phase 1, lasting 8 if (if k > 0 then 1/k else 5) > 3 and k = 0: (Delay_1 # Z_q) ; Delay_7"]);
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::fact::{Context, Facts};
 use crate::name::Name;
 use crate::term::{Node, Term};
 
@@ -70,21 +69,40 @@ impl<'t> Leaves<'t> {
         }
     }
 
-    /// Goes through the parts that run side by side, each with its ports and those of them that are its own.
-    fn side_by_side(&mut self, term: &'t Term, found: &mut Vec<Component<'t>>) {
+    /// Goes through the parts that run side by side, each with its ports and those of them that are its own, and
+    /// through what follows when some of them have ended.
+    fn side_by_side(&mut self, term: &'t Term, found: &mut Components<'t>) {
+        let first = self.found.len();
         match term.node() {
             Node::Par(parts) => parts.iter().for_each(|part| self.side_by_side(part, found)),
             Node::New(_, body) | Node::Project(body, _) => self.inside(term, |walk| walk.side_by_side(body, found)),
+            Node::Seq(parts) => {
+                if let Some(place) = active(parts) {
+                    self.side_by_side(&parts[place], found);
+                    self.follows(parts[place + 1..].iter(), first, found);
+                }
+            }
+            Node::Else(running, other) => {
+                self.side_by_side(running, found);
+                self.follows(std::iter::once(other), first, found);
+            }
             _ => {
-                let first = self.found.len();
                 self.through(term);
                 let inside = first..self.found.len();
                 let offers = |leaf: &&Leaf<'_>| matches!(leaf.term.node(), Node::In(..) | Node::Out(..));
                 let offers = self.found[inside.clone()].iter().filter(offers).count();
-                found.push(Component { term, inside, offers, bound: self.bound.clone() });
+                found.running.push(Component { term, inside, offers, bound: self.bound.clone() });
             }
         }
     }
+
+    /// Notes what follows when all has ended that was found from this leaf on.
+    fn follows(&self, terms: impl Iterator<Item = &'t Term>, first: usize, found: &mut Components<'t>) {
+        let inside = first..self.found.len();
+        let later = |term| Component { term, inside: inside.clone(), offers: 0, bound: self.bound.clone() };
+        found.later.extend(terms.map(later));
+    }
+
     fn through(&mut self, term: &'t Term) {
         match term.node() {
             Node::Seq(parts) => {
@@ -143,27 +161,35 @@ fn changed(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term)
     }
 }
 
-/// A part of a settled network that nothing but `|`, `new` and `to` is around.
+/// A part of a settled network.
 pub(super) struct Component<'t> {
     pub(super) term: &'t Term,
-    /// The numbers of its leaves.
+    /// The numbers of its leaves, or of those behind which it follows.
     pub(super) inside: Range<usize>,
-    /// How many of them are reads and writes.
+    /// How many of its leaves are reads and writes.
     pub(super) offers: usize,
     bound: Vec<(&'t Name, usize)>,
 }
 
 impl Component<'_> {
-    /// Whether it may ever use the port of this name that this `new` binds.
-    pub(super) fn may_use(&self, port: &Name, of: Option<usize>, context: &Context<'_>) -> bool {
-        let ports = &Facts::of(self.term, context).ports;
-        !ports.processes.is_empty() || (ports.names.contains(port) && binder(&self.bound, port) == of)
+    /// Which `new` binds the port of this name here.
+    pub(super) fn binder(&self, port: &Name) -> Option<usize> {
+        binder(&self.bound, port)
     }
 }
 
+/// The parts of a settled network of which none ends or hinders another.
+#[derive(Default)]
+pub(super) struct Components<'t> {
+    /// Those that run, around which there is nothing but `|`, `new`, `to`, what follows and what is there instead.
+    pub(super) running: Vec<Component<'t>>,
+    /// What follows when others have ended.
+    pub(super) later: Vec<Component<'t>>,
+}
+
 /// The components of a settled network, in the order of their leaves.
-pub(super) fn components(state: &Term) -> Vec<Component<'_>> {
-    let (mut walk, mut found) = (Leaves::default(), Vec::new());
+pub(super) fn components(state: &Term) -> Components<'_> {
+    let (mut walk, mut found) = (Leaves::default(), Components::default());
     walk.side_by_side(state, &mut found);
     found
 }

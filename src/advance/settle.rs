@@ -112,7 +112,7 @@ impl<'c, 'd> Runner<'c, 'd> {
     }
 
     fn simple(&self, value: &Value) -> Value {
-        self.context.assumptions.simplify(value)
+        self.context.simplify(value)
     }
 
     /// Ends all that ends at once. `wanted` are the names that are read later.

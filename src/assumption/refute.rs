@@ -18,7 +18,7 @@ const MOST_SPLITS: usize = 4;
 /// How many systems of constraints one question may look at.
 const MOST_SYSTEMS: usize = 60;
 /// How many constraints one system may have before products are added.
-const MOST_CONSTRAINTS: usize = 60;
+pub(super) const MOST_CONSTRAINTS: usize = 60;
 /// How many constraints are multiplied with each other.
 const MOST_FACTORS: usize = 9;
 /// For so many unknowns the constraints are gone through one by one.
@@ -26,7 +26,7 @@ const FEW: usize = 3;
 /// The work that may go into one division of polynomials.
 const DIVISION_BUDGET: u64 = 5_000;
 
-type Form = Polynomial<Atom>;
+pub(super) type Form = Polynomial<Atom>;
 
 impl Assumptions {
     /// Whether some assumption is refuted by the others.
@@ -70,11 +70,32 @@ impl Assumptions {
         if !denominator.is_one() {
             below = self.signs_of_form(denominator, Signs::ZERO, depth, systems);
             if !below.within(Signs::NONZERO) {
-                return Signs::ANY;
+                return self.signs_by_condition(&value, wanted, depth, systems);
             }
         }
         let wanted = if below.within(Signs::NEGATIVE) { wanted.flipped() } else { wanted };
         self.signs_of_form(numerator, wanted, depth, systems).times(below)
+    }
+
+    /// The signs of a value that divides by what may be 0, if a condition in it tells when that is so: those that it has
+    /// where the condition holds, and those that it has where it fails.
+    fn signs_by_condition(&self, value: &Value, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {
+        let condition = value.atoms().into_iter().find(|atom| matches!(atom, Atom::Positive(_)));
+        let mut both = || -> Option<Signs> {
+            let atom = condition.clone()?;
+            let Atom::Positive(inner) = &atom else { return None };
+            let (zero, one) = (Value::zero(), Value::one());
+            let opposite = Atom::Positive(inner.neg().ok()?);
+            let (holds, _) = self.case(&[(Relation::Gtr, inner.clone())])?.fixed(&atom, &Form::one(), &Form::zero())?;
+            let (holds, _) = holds.fixed(&opposite, &Form::zero(), &Form::zero())?;
+            let there = value.with_atom(&atom, &one).and_then(|value| value.with_atom(&opposite, &zero)).ok()?;
+            let signs = holds.signs_of_value(&there, wanted, depth - 1, systems);
+            let (fails, _) =
+                self.case(&[(Relation::Gte, inner.neg().ok()?)])?.fixed(&atom, &Form::zero(), &Form::zero())?;
+            let elsewhere = value.with_atom(&atom, &zero).ok()?;
+            Some(signs.or(fails.signs_of_value(&elsewhere, wanted, depth - 1, systems)))
+        };
+        if depth == 0 { Signs::ANY } else { both().unwrap_or(Signs::ANY) }
     }
 
     /// The signs of a polynomial: of its factors where some are known, else by refuting the others.
@@ -142,50 +163,41 @@ impl Assumptions {
             _ => Constraint { form: Polynomial::zero().minus(form), bound: Bound::Positive },
         };
         let mut system = self.system(self.tightened(goal));
-        if !spend(systems) {
-            return false;
-        }
-        if contradictory(&system) {
+        if self.contradicts(&mut system, systems) {
             return true;
         }
-        let nonlinear = system.iter().any(|one| one.form.terms().iter().any(|(monomial, _)| monomial.degree() > 1));
-        if nonlinear && spend(systems) {
-            self.add_products(&mut system);
-            if contradictory(&system) {
-                return true;
-            }
-        }
-        let counted = self.counted(&system);
-        if !counted.is_empty() && spend(systems) && contradictory(&[system.as_slice(), counted.as_slice()].concat()) {
-            return true;
+        if splits > 0 {
+            system.extend(self.within_maxima(&system));
         }
         splits > 0 && self.refutes_cases(form, sign, &system, splits - 1, systems)
     }
 
-    /// What is assumed of numbers of rounds, `floor(x/d)`, of which the system does not speak while it does of x: for
-    /// `d > 0` also d times as much, which is comparable with x.
-    fn counted(&self, system: &[Constraint]) -> Vec<Constraint> {
-        let known: BTreeSet<&Atom> = system.iter().flat_map(|one| one.form.atoms()).collect();
-        let mut found = Vec::new();
-        for constraint in &self.constraints {
-            for atom in constraint.form.atoms() {
-                let Atom::Floor(inner) = atom else { continue };
-                let Some((top, below)) = inner.polynomials() else { continue };
-                if known.contains(atom) || !top.atoms().into_iter().any(|atom| known.contains(atom)) {
-                    continue;
-                }
-                found.extend(self.facts_of_floor(&Polynomial::atom(atom.clone()), inner));
-                if self.quick_signs(below).within(Signs::POSITIVE)
-                    && let Some(form) = constraint.form.times(below)
-                {
-                    found.push(Constraint { form, bound: constraint.bound });
-                }
-                if found.len() > MOST_CONSTRAINTS {
-                    return found;
-                }
-            }
+    /// Whether a system has no solution: as it is, or with what is known of numbers of rounds, or with products.
+    fn contradicts(&self, system: &mut Vec<Constraint>, systems: &mut usize) -> bool {
+        if !spend(systems) {
+            return false;
         }
-        found
+        if contradictory(system) {
+            return true;
+        }
+        let counted = self.counted(system);
+        if !counted.is_empty() && spend(systems) && contradictory(&[system.as_slice(), counted.as_slice()].concat()) {
+            return true;
+        }
+        let nonlinear = system.iter().any(|one| one.form.terms().iter().any(|(monomial, _)| monomial.degree() > 1));
+        if !nonlinear || !spend(systems) {
+            return false;
+        }
+        self.add_products(system);
+        let counted = self.counted(system);
+        contradictory(system)
+            || !counted.is_empty() && spend(systems) && contradictory(&[system.as_slice(), counted.as_slice()].concat())
+    }
+
+    /// Whether one of the last facts, from this place on, contradicts the others.
+    fn excluded(&self, from: usize, systems: &mut usize) -> bool {
+        let facts = self.constraints.get(from..).unwrap_or_default();
+        facts.iter().any(|fact| self.contradicts(&mut self.system(fact.clone()), systems))
     }
 
     /// The goal with all that may bear on it.
@@ -236,75 +248,6 @@ impl Assumptions {
         places
     }
 
-    /// What holds of an atom by its meaning.
-    fn facts_of_atom(&self, atom: &Atom) -> Vec<Constraint> {
-        let own = Polynomial::atom(atom.clone());
-        let one = Polynomial::one();
-        let whole = |value: &Value| {
-            value.polynomials().filter(|(_, below)| below.is_one()).map(|(numerator, _)| numerator.clone())
-        };
-        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
-        match atom {
-            Atom::Variable(_) | Atom::Apply(..) => Vec::new(),
-            Atom::Maximum(elements) => {
-                let above = elements.iter().filter_map(whole).map(|element| least(own.minus(&element)));
-                above.chain([least(own.clone())]).collect()
-            }
-            Atom::Positive(_) => vec![least(own.clone()), least(one.minus(&own))],
-            Atom::Floor(inner) => self.facts_of_floor(&own, inner),
-            Atom::Root(inner) => {
-                let mut found = vec![least(own.clone())];
-                if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
-                    // A root is defined only where its square is what stands under it.
-                    found.push(Constraint { form: square.minus(&inner), bound: Bound::Zero });
-                }
-                found
-            }
-            Atom::Power(base, exponent) => self.facts_of_power(&own, base, exponent),
-        }
-    }
-
-    /// `floor(x/d)*d <= x < floor(x/d)*d + d` for `d > 0`.
-    fn facts_of_floor(&self, own: &Form, inner: &Value) -> Vec<Constraint> {
-        let Some((top, below)) = inner.polynomials() else { return Vec::new() };
-        let signs = self.quick_signs(below);
-        let (top, below) = if signs.within(Signs::POSITIVE) {
-            (top.clone(), below.clone())
-        } else if signs.within(Signs::NEGATIVE) {
-            (Polynomial::zero().minus(top), Polynomial::zero().minus(below))
-        } else {
-            return Vec::new();
-        };
-        let Some(floor) = own.times(&below) else { return Vec::new() };
-        let rest = top.minus(&floor);
-        let least = Constraint { form: rest.clone(), bound: Bound::Nonnegative };
-        vec![least, Constraint { form: below.minus(&rest), bound: Bound::Positive }]
-    }
-
-    /// `b^n >= 1` for `b >= 1`, `b^n >= b` then for `n >= 1`, and `b^n <= 1` for `0 <= b <= 1`.
-    fn facts_of_power(&self, own: &Form, base: &Value, exponent: &Value) -> Vec<Constraint> {
-        let one = Polynomial::one();
-        let Some((base_form, true)) = base.polynomials().map(|(top, below)| (top, below.is_one())) else {
-            return Vec::new();
-        };
-        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
-        let mut found = Vec::new();
-        if self.assumed(&base_form.minus(&one)).within(Signs::NONNEGATIVE) {
-            found.push(least(own.minus(&one)));
-            let whole = exponent.polynomials().is_some_and(|(top, below)| {
-                below.is_one() && top.terms().iter().all(|(monomial, _)| self.all_integral(monomial))
-            });
-            if whole && self.quick(exponent).within(Signs::POSITIVE) {
-                found.push(least(own.minus(base_form)));
-            }
-        } else if self.assumed(&one.minus(base_form)).within(Signs::NONNEGATIVE)
-            && self.quick(base).within(Signs::NONNEGATIVE)
-        {
-            found.push(least(one.minus(own)));
-        }
-        found
-    }
-
     /// The signs of a polynomial, as its terms or an assumption about itself show.
     pub(super) fn assumed(&self, form: &Form) -> Signs {
         let (scaled, opposite) = (form.primitive(), Polynomial::zero().minus(&form.primitive()));
@@ -352,6 +295,13 @@ impl Assumptions {
         let usable = |one: &&Constraint| one.bound != Bound::Zero && one.form.terms().len() <= 12;
         let mut factors: Vec<Constraint> = system.iter().filter(usable).cloned().collect();
         factors.dedup();
+        // Products help where they make monomials that are there: of what stands in some, before all else.
+        let monomials = system.iter().flat_map(|one| one.form.terms()).map(|(monomial, _)| monomial);
+        let multiplied: BTreeSet<&Atom> = monomials
+            .filter(|monomial| monomial.degree() > 1)
+            .flat_map(|monomial| monomial.factors().iter().map(|(atom, _)| atom))
+            .collect();
+        factors.sort_by_key(|factor| !factor.form.atoms().iter().any(|atom| multiplied.contains(atom)));
         factors.truncate(MOST_FACTORS);
         let mut found = Vec::new();
         for (place, first) in factors.iter().enumerate() {
@@ -360,6 +310,11 @@ impl Assumptions {
                 let bound = if both { Bound::Positive } else { Bound::Nonnegative };
                 found.extend(first.form.times(&second.form).map(|form| Constraint { form, bound }));
             }
+        }
+        // What is supposed to be 0 is so in any product.
+        if let Some(zero) = system.first().filter(|goal| goal.bound == Bound::Zero && goal.form.terms().len() <= 4) {
+            let products = factors.iter().filter_map(|factor| zero.form.times(&factor.form));
+            found.extend(products.map(|form| Constraint { form, bound: Bound::Zero }));
         }
         let squares = self.nonzero.iter().filter(|form| form.terms().len() <= 4).take(4);
         found.extend(squares.filter_map(|form| Some(Constraint { form: form.power(2)?, bound: Bound::Positive })));
@@ -381,7 +336,13 @@ impl Assumptions {
         let candidates = own.iter().chain(relevant.iter().filter(|atom| !own.contains(*atom)));
         for atom in candidates {
             if let Some(cases) = self.cases(atom, form) {
-                return cases.iter().all(|(case, form)| case.refutes_form(form, sign, splits, systems));
+                // Where nothing is left to refute in a case, it may be none.
+                let none = |case: &Assumptions, form: &Form, systems: &mut usize| {
+                    form.as_constant().is_some() && case.excluded(self.constraints.len(), systems)
+                };
+                return cases
+                    .iter()
+                    .all(|(case, form)| case.refutes_form(form, sign, splits, systems) || none(case, form, systems));
             }
         }
         let apart = self.nonzero.iter().position(|other| {
@@ -415,15 +376,15 @@ impl Assumptions {
                 all.extend(elements.iter().cloned());
                 let mut cases = Vec::new();
                 for greatest in &all {
-                    let (image, below) = greatest.polynomials()?;
+                    let (top, below) = greatest.polynomials()?;
+                    if !self.quick_signs(below).within(Signs::POSITIVE) {
+                        return None;
+                    }
                     let mut facts = Vec::new();
                     for other in all.iter().filter(|other| *other != greatest) {
                         facts.push((Relation::Gte, greatest.sub(other).ok()?));
                     }
-                    if !below.is_one() {
-                        return None;
-                    }
-                    cases.push(self.case(&facts)?.fixed(atom, image, form)?);
+                    cases.push(self.case(&facts)?.fixed_at(atom, (top, below), form)?);
                 }
                 Some(cases)
             }
@@ -442,7 +403,12 @@ impl Assumptions {
     }
 
     /// The assumptions and a polynomial with an atom replaced by what it is in this case.
-    fn fixed(mut self, atom: &Atom, image: &Form, form: &Form) -> Option<(Assumptions, Form)> {
+    fn fixed(self, atom: &Atom, image: &Form, form: &Form) -> Option<(Assumptions, Form)> {
+        self.fixed_at(atom, (image, &Form::one()), form)
+    }
+
+    /// The same where it is a quotient by what is greater than 0.
+    fn fixed_at(mut self, atom: &Atom, image: (&Form, &Form), form: &Form) -> Option<(Assumptions, Form)> {
         for constraint in &mut self.constraints {
             constraint.form = replaced(&constraint.form, atom, image)?;
         }
@@ -455,14 +421,16 @@ impl Assumptions {
     }
 }
 
-/// A polynomial with a polynomial for one of its atoms.
-fn replaced(form: &Form, atom: &Atom, image: &Form) -> Option<Form> {
-    if form.degree_in(atom) == 0 {
+/// A polynomial of the sign of this one with a quotient, by what is greater than 0, for one of its atoms.
+fn replaced(form: &Form, atom: &Atom, (top, below): (&Form, &Form)) -> Option<Form> {
+    let degree = form.degree_in(atom);
+    if degree == 0 {
         return Some(form.clone());
     }
     let mut sum = Polynomial::zero();
     for (exponent, part) in form.coefficients_in(atom) {
-        sum = sum.plus(&part.times(&image.power(exponent)?)?);
+        let scale = below.power(degree.checked_sub(exponent)?)?;
+        sum = sum.plus(&part.times(&top.power(exponent)?)?.times(&scale)?);
     }
     Some(sum)
 }

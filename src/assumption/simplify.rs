@@ -5,10 +5,20 @@ use super::{Assumptions, Relation};
 use crate::polynomial::{Monomial, Polynomial};
 use crate::value::{Atom, Sort, Value, ValueError, View};
 
+/// How often a value is gone through: what is resolved in one place may let another be.
+const MOST_PASSES: usize = 3;
+
 impl Assumptions {
     /// The value with `min`, `max`, `abs`, `if`, `floor` and roots resolved where the assumptions decide them.
     pub fn simplify(&self, value: &Value) -> Value {
-        self.resolved(value).unwrap_or_else(|_| value.clone())
+        let mut simple = value.clone();
+        for _ in 0..MOST_PASSES {
+            match self.resolved(&simple) {
+                Ok(next) if next != simple => simple = next,
+                _ => break,
+            }
+        }
+        simple
     }
 
     fn resolved(&self, value: &Value) -> Result<Value, ValueError> {
@@ -20,6 +30,9 @@ impl Assumptions {
                 if atoms.iter().all(|atom| matches!(atom, Atom::Variable(_))) {
                     return Ok(value.clone());
                 }
+                if let Some(number) = self.stated_number(value) {
+                    return Ok(number);
+                }
                 let mut value = value.clone();
                 for atom in atoms {
                     if let Some(image) = self.image(&atom)? {
@@ -29,6 +42,15 @@ impl Assumptions {
                 self.squares(&value)
             }
         }
+    }
+
+    /// The number that an assumed equation says a value to be, just as it is written.
+    fn stated_number(&self, value: &Value) -> Option<Value> {
+        let equal = self.stated.iter().filter(|(relation, _)| *relation == Relation::Eq);
+        equal.flat_map(|(_, zero)| [value.sub(zero), value.add(zero)]).find_map(|rest| {
+            let rest = rest.ok()?;
+            rest.as_rational().is_some().then_some(rest)
+        })
     }
 
     fn all(&self, parts: &[Value]) -> Result<Vec<Value>, ValueError> {

@@ -9,8 +9,10 @@ use crate::name::Name;
 use crate::univariate::Univariate;
 use crate::value::{Value, ValueError};
 
-/// The unknown of the polynomials.
-const UNKNOWN: &str = "x";
+/// What the imaginary unit is called, the first that nothing else is.
+const UNITS: [&str; 4] = ["i", "j", "I", "J"];
+/// What the unknown of a polynomial is called, the first that nothing else is.
+const UNKNOWNS: [&str; 4] = ["x", "y", "z", "w"];
 
 impl ExponentialPolynomial {
     /// As text in the index.
@@ -62,8 +64,9 @@ fn quadratic(modulus: &Univariate, row: &[Value], index: &Name) -> Result<Vec<St
         let minus = of(inner.sub(&outer)?, middle.sub(&distance)?);
         return Ok([plus, minus].into_iter().flatten().collect());
     }
-    let coefficient = complex(&inner, &outer);
-    let root = complex(&middle, &distance);
+    let unit = free(&UNITS, row, index);
+    let coefficient = complex(&inner, &outer, unit);
+    let root = complex(&middle, &distance, unit);
     let text = if is_sum(&coefficient) { format!("({coefficient})") } else { coefficient };
     Ok(vec![format!("2*Re({text}*({root})^{index})")])
 }
@@ -81,13 +84,19 @@ fn times(coefficient: &Value, root: &Value, index: &Name) -> Option<String> {
     Some(if is_sum(&factor) { format!("({factor})*{power}") } else { format!("{factor}*{power}") })
 }
 
-/// `a+b*i`
-fn complex(real: &Value, imaginary: &Value) -> String {
+/// The first of these names that neither the index nor anything in the coefficients is called.
+fn free(names: &[&'static str], row: &[Value], index: &Name) -> &'static str {
+    let taken = |name: &str| index.as_str() == name || row.iter().any(|value| value.mentions(&Name::new(name)));
+    names.iter().copied().find(|name| !taken(name)).unwrap_or(names[0])
+}
+
+/// `a+b*i`, given what the imaginary unit is called.
+fn complex(real: &Value, imaginary: &Value, unit: &str) -> String {
     let unit = |value: &Value| match value.as_rational() {
-        Some(number) if is_unit(&number) => "i".to_string(),
+        Some(number) if is_unit(&number) => unit.to_string(),
         _ => {
             let text = value.to_string();
-            if is_sum(&text) { format!("({text})*i") } else { format!("{text}*i") }
+            if is_sum(&text) { format!("({text})*{unit}") } else { format!("{text}*{unit}") }
         }
     };
     if imaginary.is_zero() {
@@ -129,23 +138,24 @@ fn joined(pieces: &[String], space: &str) -> String {
 }
 
 fn over_roots(modulus: &Univariate, row: &[Value], index: &Name) -> String {
+    let unknown = free(&UNKNOWNS, row, index);
     let numbers: Option<Vec<BigRational>> = row.iter().map(Value::as_rational).collect();
     let coefficient = match numbers {
-        Some(numbers) => Univariate::new(numbers).text(UNKNOWN),
+        Some(numbers) => Univariate::new(numbers).text(unknown),
         None => {
             let terms = row.iter().enumerate().filter(|(_, value)| !value.is_zero()).map(|(place, value)| {
                 let text = value.to_string();
                 let text = if is_sum(&text) { format!("({text})") } else { text };
                 match place {
                     0 => text,
-                    1 => format!("{text}*{UNKNOWN}"),
-                    _ => format!("{text}*{UNKNOWN}^{place}"),
+                    1 => format!("{text}*{unknown}"),
+                    _ => format!("{text}*{unknown}^{place}"),
                 }
             });
             joined(&terms.collect::<Vec<_>>(), "")
         }
     };
-    let polynomial = modulus.text(UNKNOWN);
+    let polynomial = modulus.text(unknown);
     let factor = if coefficient == "1" {
         String::new()
     } else if is_sum(&coefficient) {
@@ -154,5 +164,5 @@ fn over_roots(modulus: &Univariate, row: &[Value], index: &Name) -> String {
         format!("{coefficient}*")
     };
     let zero = BigRational::zero();
-    format!("sum over the roots {UNKNOWN} of {polynomial} = {zero} of {factor}{UNKNOWN}^{index}")
+    format!("sum over the roots {unknown} of {polynomial} = {zero} of {factor}{unknown}^{index}")
 }

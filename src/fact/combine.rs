@@ -1,10 +1,12 @@
 //! The facts of a composition from those of its parts, one function an operator.
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::{Context, Facts};
 use crate::name::Name;
+use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
 impl Facts {
@@ -186,4 +188,31 @@ impl Facts {
             ..body
         }
     }
+}
+
+/// Whether of these branches one does not abort, whatever the values: guards stand before some that compare the same
+/// values in ways of which one holds, and nothing behind these guards aborts.
+pub(super) fn one_goes_on(branches: &[Term], context: &Context<'_>) -> bool {
+    let mut compared: Vec<((&Value, &Value), [bool; 3])> = Vec::new();
+    for branch in branches {
+        let (first, rest) = match branch.node() {
+            Node::Seq(parts) => match parts.split_first() {
+                Some((first, rest)) => (first, rest),
+                None => continue,
+            },
+            _ => (branch, &[][..]),
+        };
+        let Node::Guard(relation, left, right) = first.node() else { continue };
+        if rest.iter().any(|part| Facts::of(part, context).may_abort) {
+            continue;
+        }
+        let place = compared.iter().position(|(values, _)| *values == (left, right)).unwrap_or_else(|| {
+            compared.push(((left, right), [false; 3]));
+            compared.len() - 1
+        });
+        for (holds, order) in compared[place].1.iter_mut().zip([Ordering::Less, Ordering::Equal, Ordering::Greater]) {
+            *holds |= relation.holds(order);
+        }
+    }
+    compared.iter().any(|(_, holds)| holds.iter().all(|holds| *holds))
 }

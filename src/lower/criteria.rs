@@ -166,6 +166,13 @@ impl Lowerer<'_> {
             self.locals.clear();
             self.clause(clause, &mut found);
         }
+        // Goals alone are to be reached.
+        if found.all.is_empty() && !found.goals.is_empty() && self.errors.is_empty() {
+            for place in 0..found.goals.len() {
+                let text = format!("{} is reached", found.goals[place]);
+                found.push("goal", text, Ask::Radius(place));
+            }
+        }
         if found.all.is_empty() && self.errors.is_empty() {
             return self.fail(
                 Diagnostic::error("P0410", "these criteria ask for nothing")

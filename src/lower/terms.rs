@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::distribution::DISTRIBUTIONS;
 use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
-use super::value::{DISTRIBUTIONS, FUNCTIONS};
+use super::value::FUNCTIONS;
 use crate::ast::{Argument, Comparison, Ident, Value as Written, ValueKind};
 use crate::closed_form::term;
 use crate::diagnostic::{Diagnostic, Span};

@@ -169,6 +169,8 @@ impl Walker<'_> {
         let chance = joint.chance(&stretch.shown)?;
         if chance == Interval::exactly(1.0) {
             self.certain += weight;
+        } else if chance == Interval::exactly(0.5) {
+            self.certain += weight / BigRational::from_integer(2.into());
         } else if chance != Interval::exactly(0.0) {
             self.chance = self.chance.plus(chance.times(Interval::of(weight)));
         }
@@ -276,6 +278,7 @@ impl Joint {
         for alternative in region {
             match self.stretch(alternative)? {
                 Some(chance) if chance == Interval::exactly(0.0) => {}
+                Some(chance) if sum == Interval::exactly(0.0) => sum = chance,
                 Some(chance) => sum = sum.plus(chance),
                 // All that is asked is certain.
                 None => return Ok(Interval::exactly(1.0)),

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 pub use draw::{draws, due, goes_on};
 pub use end::{End, ends};
 use num_traits::ToPrimitive;
-use shape::alike;
+use shape::{alike, told_apart};
 pub use split::runs;
 pub use turn::interval;
 
@@ -181,7 +181,7 @@ impl<'t> Follower<'t> {
             return Ok(step);
         }
         if !alike(found, wanted, &self.context) {
-            return lost(format!("{wanted} was expected, and there is {found}"));
+            return lost(told_apart(found, wanted, &self.context));
         }
         let equal = self.script.push(Step::Arithmetic(found.clone(), wanted.clone()));
         Ok(self.script.chain(vec![step, equal]))

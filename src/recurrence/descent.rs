@@ -14,6 +14,7 @@ use super::product::quotient;
 use super::reach::Wanted;
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
+use crate::name::Name;
 use crate::univariate::Univariate;
 use crate::value::{Relation, Value};
 
@@ -31,6 +32,12 @@ pub(super) fn descends(
     stop: &dyn Fn() -> bool,
 ) -> Option<Reach> {
     let (map, name, start) = single(recurrence)?;
+    let motion = course(recurrence, known);
+    let (between, why) =
+        motion.as_ref().map_or_else(|| (known.clone(), None), |motion| within(motion, (&name, start), known));
+    if let Some(why) = why.filter(|_| between.decide(relation, left, right) == Some(false)) {
+        return Some(Reach::Never(why));
+    }
     let (factor, rest) = left.sub(right).ok()?.linear_in(&name)?;
     let (factor, rest) = (factor.as_rational()?, rest.as_rational()?);
     if factor.is_zero() || relation == Relation::Neq {
@@ -38,7 +45,6 @@ pub(super) fn descends(
     }
     let goal = -rest / &factor;
     let relation = if factor.is_negative() { relation.mirrored() } else { relation };
-    let motion = course(recurrence, known);
     if let Some(why) = motion.as_ref().and_then(|motion| beyond(motion, relation, &goal, known)) {
         return Some(Reach::Never(why));
     }
@@ -47,6 +53,21 @@ pub(super) fn descends(
     let search =
         Search { above, below, relation, goal, motion, index: recurrence.index.to_string(), from: recurrence.from };
     PRECISIONS.into_iter().find_map(|precision| search.run(&start, precision, stop))
+}
+
+/// What holds of the terms of a sequence that moves one way only, in words too: it lies between its start and its bound.
+fn within(motion: &Motion, (name, start): (&Name, &Value), known: &Assumptions) -> (Assumptions, Option<String>) {
+    let Motion::Moves { grows, bound } = motion else { return (known.clone(), None) };
+    let mut between = known.without_name(name);
+    let term = Value::variable(name);
+    let (from, to) = if *grows { (Relation::Gte, Relation::Lss) } else { (Relation::Lte, Relation::Gtr) };
+    between.assume(from, &term, start);
+    let mut why = format!("it {} in every step, from {start}", if *grows { "grows" } else { "falls" });
+    if let Some(bound) = bound {
+        between.assume(to, &term, bound);
+        why = format!("{why}, and stays {} the fixed point {bound}", if *grows { "below" } else { "above" });
+    }
+    (between, Some(why))
 }
 
 /// Why a sequence that stays on one side of a fixed point does not come to a number at it or on its other side.

@@ -53,7 +53,18 @@ pub fn reach(
 ) -> Reach {
     let zero = Value::zero();
     match furthest(left, right) {
-        Ok(Some(distance)) => of_numbers(recurrence, solved, (relation, &distance, &zero), known, stop),
+        Ok(Some(distance)) => {
+            let by = |distance: &Value| of_numbers(recurrence, solved, (relation, distance, &zero), known, stop);
+            let found = by(&distance);
+            // Along a line with symbols the length of what is left is one number, and its parts are several.
+            match (&found, left.sub(right).and_then(|left| left.norm())) {
+                (Reach::Unknown(_), Ok(length)) => match by(&length) {
+                    Reach::Unknown(_) => found,
+                    told => told,
+                },
+                _ => found,
+            }
+        }
         Ok(None) => of_numbers(recurrence, solved, (relation, left, right), known, stop),
         Err(error) => Reach::Unknown(error.to_string()),
     }

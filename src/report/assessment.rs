@@ -181,7 +181,7 @@ fn advice(feedback: &Feedback) -> Vec<String> {
             line.push_str(&format!("; solved from the margin {formula}"));
         }
         if let Some(least) = &repair.least {
-            line.push_str(&format!("; a change smaller by {} is not enough", little(least)));
+            line.push_str(&format!("; a change smaller by {} this way is not enough", little(least)));
         }
         if let Some(place) = &repair.not_at {
             line.push_str(&format!("; {} itself is not enough", text(place)));

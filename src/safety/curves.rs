@@ -10,7 +10,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::entries;
-use super::later::observed;
+use super::later::{between, observed};
 use crate::assumption::Assumptions;
 use crate::invariant::Claim;
 use crate::invariant::circle::{Planes, Round, root};
@@ -24,14 +24,14 @@ const MOST_VARIABLES: usize = 8;
 /// Rounds in which it is seen between which numbers a variable lies.
 const OBSERVED: usize = 64;
 
-/// Half planes of which the claim follows in a phase, the curves that its rounds keep, or both.
+/// What is looked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// The curves alone.
+    /// The curves that the rounds of a phase keep.
     Kept,
-    /// The curves, and between which numbers the variables lie in the first rounds.
+    /// These, and between which numbers the variables lie in the first rounds.
     Seen,
-    /// The curves and the half planes.
+    /// The curves, and half planes from which the claim follows.
     All,
 }
 
@@ -69,7 +69,7 @@ pub(super) fn curves(
         all.push(tests);
     }
     let some = all.iter().any(|tests| !tests.is_empty());
-    // Without a circle in the claim, both are the same.
+    // Without a circle in the claim there are no half planes, and the curves alone were looked for before.
     if kind == Kind::All { round.then_some(all) } else { some.then_some(all) }
 }
 
@@ -120,15 +120,7 @@ fn alone(period: &Period, number: usize, edge: &Edge, name: &Name) -> Option<Vec
     let own = own.and_then(|(factor, step)| Some((factor.as_rational()?, step.as_rational()?)));
     match own {
         Some((factor, step)) => strips(&Value::variable(name), &factor, &step, &starts),
-        None => {
-            let (least, most) = (starts.iter().min()?.clone(), starts.iter().max()?.clone());
-            let bound = |relation: Relation, right: BigRational| Test {
-                relation,
-                left: Value::variable(name),
-                right: Value::rational(right),
-            };
-            Some(vec![bound(Relation::Gte, least), bound(Relation::Lte, most)])
-        }
+        None => Some(between(&Value::variable(name), starts.iter().min()?, starts.iter().max()?).to_vec()),
     }
 }
 
@@ -237,7 +229,7 @@ fn strips(left: &Value, factor: &BigRational, step: &BigRational, starts: &[BigR
     let bound =
         |relation: Relation, right: BigRational| Test { relation, left: left.clone(), right: Value::rational(right) };
     if factor.is_one() {
-        let (above, below) = (bound(Relation::Gte, least), bound(Relation::Lte, most));
+        let [above, below] = between(left, &least, &most);
         return Some(match (step.is_zero(), step.is_positive()) {
             (true, _) => vec![above, below],
             (_, true) => vec![above],
@@ -248,8 +240,8 @@ fn strips(left: &Value, factor: &BigRational, step: &BigRational, starts: &[BigR
     let (low, high) = (&least - &middle, &most - &middle);
     if factor.is_negative() {
         let wide = low.abs().max(high.abs());
-        let both = || vec![bound(Relation::Gte, &middle - &wide), bound(Relation::Lte, &middle + &wide)];
-        return Some(if -factor <= one { both() } else { Vec::new() });
+        let both = between(left, &(&middle - &wide), &(&middle + &wide));
+        return Some(if -factor <= one { both.to_vec() } else { Vec::new() });
     }
     let mut found = Vec::new();
     // What lies beside the middle never comes there, if it does not jump there at once.
@@ -260,8 +252,8 @@ fn strips(left: &Value, factor: &BigRational, step: &BigRational, starts: &[BigR
         found.push(bound(Relation::Lss, middle.clone()));
     }
     if *factor <= one {
-        found.push(bound(Relation::Gte, &middle + low.min(BigRational::zero())));
-        found.push(bound(Relation::Lte, middle + high.max(BigRational::zero())));
+        let zero = BigRational::zero();
+        found.extend(between(left, &(&middle + low.min(zero.clone())), &(&middle + high.max(zero))));
     } else {
         found.extend((!low.is_negative()).then(|| bound(Relation::Gte, least)));
         found.extend((!high.is_positive()).then(|| bound(Relation::Lte, most)));

@@ -54,6 +54,15 @@ fn shortened(number: &BigRational) -> (BigRational, BigRational) {
     (scaled.floor() / &scale, scaled.ceil() / scale)
 }
 
+/// That a value lies between two numbers.
+pub(super) fn between(left: &Value, least: &BigRational, most: &BigRational) -> [Test; 2] {
+    [(Relation::Gte, least), (Relation::Lte, most)].map(|(relation, end)| Test {
+        relation,
+        left: left.clone(),
+        right: Value::rational(end.clone()),
+    })
+}
+
 /// For each phase, between which numbers each of its variables lies in the first rounds of the run.
 pub(super) fn observed(period: &Period, assumptions: &Assumptions, rounds: usize) -> Vec<Vec<Test>> {
     let mut ranges: Vec<BTreeMap<Name, [BigRational; 2]>> = vec![BTreeMap::new(); period.phases.len()];
@@ -71,14 +80,7 @@ pub(super) fn observed(period: &Period, assumptions: &Assumptions, rounds: usize
         let both = common.entry(name.clone()).or_insert_with(|| [least.clone(), most.clone()]);
         *both = [both[0].clone().min(least.clone()), both[1].clone().max(most.clone())];
     }
-    let tests = |(name, [least, most]): (&Name, &[BigRational; 2])| {
-        let bound = |relation: Relation, right: &BigRational| Test {
-            relation,
-            left: Value::variable(name),
-            right: Value::rational(right.clone()),
-        };
-        [bound(Relation::Gte, least), bound(Relation::Lte, most)]
-    };
+    let tests = |(name, [least, most]): (&Name, &[BigRational; 2])| between(&Value::variable(name), least, most);
     let own = |range: &BTreeMap<Name, [BigRational; 2]>| {
         let all = common.iter().filter(|(name, _)| range.contains_key(*name));
         range.iter().chain(all).flat_map(tests).collect()

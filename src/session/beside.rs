@@ -7,9 +7,11 @@ use num_traits::Signed;
 
 use crate::definition::Definitions;
 use crate::distribution::Distribution;
-use crate::lower::{Environment, System};
+use crate::lower::{Environment, Pattern, System};
 use crate::name::Name;
 use crate::period::{self, Edge, End, Next, Segment, ports};
+use crate::sample::reached;
+use crate::scope::subterms;
 use crate::term::{Node, Term};
 use crate::value::{Need, Relation, Value};
 
@@ -23,7 +25,9 @@ pub(super) fn relevant(system: &System, shown: &[Term], environment: &Environmen
     let wanted: BTreeSet<&Name> = shown.iter().flat_map(observers).collect();
     let components = ports::flatten(&system.components, definitions);
     let groups = ports::System::of(&components, definitions).groups();
-    let shows = |component: &usize| shows(&components[*component], definitions, &wanted);
+    let shows = |component: &usize| {
+        parts(&components[*component], definitions).flat_map(observers).any(|name| wanted.contains(name))
+    };
     let (own, others): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| group.iter().any(shows));
     let of = |groups: &[Vec<usize>]| -> Vec<Term> {
         let kept: BTreeSet<usize> = groups.iter().flatten().copied().collect();
@@ -39,54 +43,71 @@ pub(super) fn relevant(system: &System, shown: &[Term], environment: &Environmen
     others.iter().all(passes).then(|| System { name: system.name.clone(), components: of(&own) })
 }
 
-fn observers(term: &Term) -> Vec<&Name> {
-    let own = match term.node() {
-        Node::Observe(name, _) => Some(name),
-        _ => None,
+/// What is asked for as what each of several parts shows, which are components without a common port; none where it is
+/// not clear which part shows what, or a condition compares what two of them show.
+pub(super) fn apart(system: &System, pattern: &Pattern, environment: &Environment) -> Option<Vec<Pattern>> {
+    let definitions = &environment.definitions;
+    let components = ports::flatten(&system.components, definitions);
+    let groups = ports::System::of(&components, definitions).groups();
+    let shows = |group: &Vec<usize>, wanted: &Name| {
+        let mut all = group.iter().flat_map(|place| parts(&components[*place], definitions)).flat_map(observers);
+        all.any(|name| name == wanted)
     };
-    own.into_iter().chain(term.children().flat_map(observers)).collect()
+    let none = Pattern { terms: Vec::new(), variables: BTreeSet::new(), conditions: Vec::new() };
+    let mut found = vec![none; groups.len()];
+    for term in &pattern.terms {
+        let Node::Observe(name, values) = term.node() else { return None };
+        let mut places = (0..groups.len()).filter(|place| shows(&groups[*place], name));
+        let (Some(place), None) = (places.next(), places.next()) else { return None };
+        let read = values.iter().flat_map(Value::variables).filter(|name| pattern.variables.contains(name));
+        found[place].variables.extend(read);
+        found[place].terms.push(term.clone());
+    }
+    found.retain(|part| !part.terms.is_empty());
+    for (relation, left, right) in &pattern.conditions {
+        let mut read = left.variables();
+        read.extend(right.variables());
+        read.retain(|name| pattern.variables.contains(name));
+        let mut places = found.iter_mut().filter(|part| !part.variables.is_disjoint(&read));
+        let (Some(part), None) = (places.next(), places.next()) else { return None };
+        part.conditions.push((*relation, left.clone(), right.clone()));
+    }
+    (found.len() > 1).then_some(found)
 }
 
-/// Whether one of these may be shown.
-fn shows(term: &Term, definitions: &Definitions, wanted: &BTreeSet<&Name>) -> bool {
-    let mut called = BTreeSet::new();
-    let mut rest = vec![term];
-    while let Some(term) = rest.pop() {
-        match term.node() {
-            Node::Observe(name, _) if wanted.contains(name) => return true,
-            Node::Call(name, _) if called.insert(name.clone()) => {
-                rest.extend(definitions.get(name).map(|definition| &definition.body));
-            }
-            _ => {}
-        }
-        rest.extend(term.children());
-    }
-    false
+fn observers(term: &Term) -> impl Iterator<Item = &Name> {
+    subterms(term).filter_map(|part| match part.node() {
+        Node::Observe(name, _) => Some(name),
+        _ => None,
+    })
+}
+
+/// All that a component is made of: its own parts, and those of what it calls, directly or through others.
+fn parts<'a>(component: &'a Term, definitions: &'a Definitions) -> impl Iterator<Item = &'a Term> {
+    let bodies = reached(component, definitions).into_iter().filter_map(|name| definitions.get(&name));
+    std::iter::once(component).chain(bodies.map(|definition| &definition.body)).flat_map(subterms)
 }
 
 /// Whether all values of these components surely have a meaning, whatever the names in them stand for: a run ends where one
 /// has none.
 fn means_something(components: &[Term], environment: &Environment) -> bool {
     let definitions = &environment.definitions;
-    let (mut called, mut bound, mut drawn) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
-    let (mut rest, mut terms) = (components.to_vec(), Vec::new());
-    while let Some(term) = rest.pop() {
+    let terms: Vec<&Term> = components.iter().flat_map(|component| parts(component, definitions)).collect();
+    let (mut bound, mut drawn) = (BTreeSet::new(), BTreeSet::new());
+    for term in &terms {
         match term.node() {
-            Node::Call(name, _) if called.insert(name.clone()) => {
-                let Some(definition) = definitions.get(name) else { return false };
-                bound.extend(definition.parameters.iter().cloned());
-                rest.push(definition.body.clone());
-            }
+            Node::Call(name, _) => match definitions.get(name) {
+                Some(definition) => bound.extend(&definition.parameters),
+                None => return false,
+            },
             Node::In(_, name) | Node::Set(_, name) | Node::Power(_, _, Some(name)) => {
-                bound.insert(name.clone());
+                bound.insert(name);
             }
             Node::Ran(_, name) => {
-                drawn.insert(name.clone());
+                drawn.insert(name);
             }
             _ => {}
         }
-        rest.extend(term.children().cloned());
-        terms.push(term);
     }
     let fixed = |value: &Value| !value.variables().iter().any(|name| bound.contains(name) || drawn.contains(name));
     let granted = |need: &Need| fixed(need.value()) && environment.assumptions.grants(need) == Some(true);
@@ -126,41 +147,14 @@ fn time_passes(components: &[Term], environment: &Environment) -> bool {
 
 /// Whether each definition that is called on the way, if it may come back, waits for more than no time in each round.
 fn loops_wait(component: &Term, definitions: &Definitions) -> bool {
-    let mut called = BTreeSet::new();
-    let mut rest = vec![component.clone()];
-    while let Some(term) = rest.pop() {
-        match term.node() {
-            // How often these go round is not looked at here.
-            Node::Loop(_) | Node::Power(..) => return false,
-            Node::Call(name, _) if called.insert(name.clone()) => {
-                let Some(definition) = definitions.get(name) else { return false };
-                if comes_back(&definition.body, name, definitions) && !waits(&definition.body) {
-                    return false;
-                }
-                rest.push(definition.body.clone());
-            }
-            _ => {}
-        }
-        rest.extend(term.children().cloned());
-    }
-    true
-}
-
-fn comes_back(body: &Term, wanted: &Name, definitions: &Definitions) -> bool {
-    let mut called = BTreeSet::new();
-    let mut rest = vec![body];
-    while let Some(term) = rest.pop() {
-        if let Node::Call(name, _) = term.node() {
-            if name == wanted {
-                return true;
-            }
-            if called.insert(name.clone()) {
-                rest.extend(definitions.get(name).map(|definition| &definition.body));
-            }
-        }
-        rest.extend(term.children());
-    }
-    false
+    // How often these go round is not looked at here.
+    let goes_round = |part: &Term| matches!(part.node(), Node::Loop(_) | Node::Power(..));
+    let waiting = |name: &Name| {
+        definitions
+            .get(name)
+            .is_some_and(|definition| !reached(&definition.body, definitions).contains(name) || waits(&definition.body))
+    };
+    !parts(component, definitions).any(goes_round) && reached(component, definitions).iter().all(waiting)
 }
 
 /// Whether a sequence surely takes time before its last part: it waits for a number, or for one that is drawn and is surely

@@ -60,6 +60,16 @@ impl Run<'_, '_> {
         report.pictures.retain(|picture| !picture.lines.is_empty());
     }
 
+    /// Pictures of a chance that is asked for, where they are wanted.
+    pub(super) fn pictures_of(&self, likelihood: &Likelihood, environment: &Environment) -> Vec<Picture> {
+        if !self.surroundings.pictures() {
+            return Vec::new();
+        }
+        let mut all = likely(likelihood, environment, &|| self.surroundings.interrupted());
+        all.retain(|picture| !picture.lines.is_empty());
+        all
+    }
+
     fn run_of(&self, system: &Name, environment: &Environment) -> Option<Picture> {
         let system = environment.system(system)?;
         let term = system.term(&environment.definitions);

@@ -1,5 +1,7 @@
 //! `probability of …`, `… with probability >= q`.
 
+mod several;
+
 use std::borrow::Cow;
 
 use num_rational::BigRational;
@@ -172,6 +174,9 @@ fn answer(
     threshold: Option<(Relation, &Value)>,
     environment: &Environment,
 ) -> Result<Answer, Vec<String>> {
+    if let Some(found) = several::several(likelihood, environment) {
+        return Ok(found);
+    }
     let mut found = sought(likelihood, threshold, environment)?;
     if let Ok((Cow::Owned(_), ..)) = event(likelihood, environment) {
         found.trusted.push(BESIDE.to_string());

@@ -17,6 +17,7 @@ use crate::term::{Node, Term};
 impl Run<'_, '_> {
     pub(super) fn question(&mut self, waiting: &Waiting) -> Output {
         let mut answered = Answered::default();
+        let mut pictures = Vec::new();
         let (kind, lines, expected) = match &waiting.question {
             Question::Simplify(term) => self.simplified("simplify", term, waiting),
             Question::Project(subject, shown) => {
@@ -34,6 +35,7 @@ impl Run<'_, '_> {
                 ("solve", lines, expected)
             }
             Question::Probability(likelihood) => {
+                pictures = self.pictures_of(likelihood, &waiting.environment);
                 ("probability", self.probability(likelihood, waiting), Run::unmet(&waiting.expected))
             }
             Question::Claim(_) | Question::Criteria(_) | Question::Sweep(_) => ("claim", Vec::new(), Vec::new()),
@@ -56,7 +58,7 @@ impl Run<'_, '_> {
             return Output::Trouble(waiting.source.clone(), answered.diagnostics);
         }
         let (verdict, apart) = (answered.verdict, answered.apart);
-        Output::Answer(Box::new(Answer { file, line, kind, question, lines, expected, verdict, apart }))
+        Output::Answer(Box::new(Answer { file, line, kind, question, lines, expected, verdict, apart, pictures }))
     }
 
     fn simplified(

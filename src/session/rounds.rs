@@ -19,7 +19,7 @@ use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
 
 /// Ways that are looked at.
-const MOST_WAYS: usize = 60;
+const MOST_WAYS: usize = 400;
 /// Ways that may fail before no more are looked at.
 const MOST_FAILURES: usize = 3;
 /// Stretches of time on one way that are followed: a proof says again at each what has passed before.

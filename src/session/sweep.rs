@@ -322,7 +322,17 @@ impl Run<'_, '_> {
             .map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) })
             .collect();
         let (file, line, question) = (waiting.file.clone(), waiting.line, waiting.text.clone());
-        Answer { file, line, kind: "sweep", question, lines, expected, verdict: None, apart: None }
+        Answer {
+            file,
+            line,
+            kind: "sweep",
+            question,
+            lines,
+            expected,
+            verdict: None,
+            apart: None,
+            pictures: Vec::new(),
+        }
     }
 }
 

@@ -206,7 +206,7 @@ fn cancel(numerator: Real, denominator: Real) -> (Real, Real) {
 
 impl Atom {
     /// 0 or 1 always: `if` and `0^n`.
-    pub(super) fn is_binary(&self) -> bool {
+    pub(crate) fn is_binary(&self) -> bool {
         match self {
             Atom::Positive(_) => true,
             Atom::Power(base, _) => base.is_zero(),

@@ -44,7 +44,12 @@ impl Value {
         let integers = Polynomial::of(integers);
         let rest = numerator.minus(&integers);
         let integers = Value::whole(integers)?;
-        if rest.is_zero() { Ok(integers) } else { Atom::Floor(Value::whole(rest)?).value()?.add(&integers) }
+        // What is left of a number is at least 0 and less than 1.
+        if rest.as_constant().is_some() {
+            Ok(integers)
+        } else {
+            Atom::Floor(Value::whole(rest)?).value()?.add(&integers)
+        }
     }
 
     /// Numbers between which a number with roots of numbers lies; none of anything else.

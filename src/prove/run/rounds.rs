@@ -88,7 +88,7 @@ impl Follower<'_> {
     ) -> Result<(StepId, Term), Lost> {
         let known = &self.context.assumptions;
         // So few that it is known how many.
-        let few = [0, 1]
+        let few = [0, 1, 2]
             .into_iter()
             .find(|few| known.decide(Relation::Eq, count, &Value::integer(*few as i64)) == Some(true));
         if let Some(few) = few {

@@ -1,10 +1,15 @@
 //! The shapes of processes: two of one shape differ in values alone.
 
+use std::collections::BTreeMap;
+
 use crate::fact::Context;
 use crate::name::Name;
 use crate::scope::{bound_names, metavariables, read_names};
 use crate::term::{Parts, Term};
 use crate::value::{Atom, Relation, Value};
+
+/// How deep maxima and the like are looked into.
+const DEEPEST: usize = 3;
 
 /// A metavariable that nothing here mentions.
 pub(super) fn unused(terms: &[&Term], count: &Value) -> Name {
@@ -25,15 +30,32 @@ pub(super) fn alike(one: &Term, other: &Term, context: &Context<'_>) -> bool {
     both.is_some_and(|both| both == *other)
 }
 
+/// Where two processes differ, to be read aloud: the first values that are not known to be equal, else the whole.
+pub(super) fn told_apart(found: &Term, wanted: &Term, context: &Context<'_>) -> String {
+    let mut first: Option<(Value, Value)> = None;
+    let shape = joined(found, wanted, &mut |one, other| {
+        if first.is_none() && !equal(one, other, context) {
+            first = Some((one.clone(), other.clone()));
+        }
+        Some(other.clone())
+    });
+    match (shape, first) {
+        (Some(_), Some((found, wanted))) => format!("{wanted} was expected, and there is {found}"),
+        _ => format!("{wanted} was expected, and there is {found}"),
+    }
+}
+
 fn equal(one: &Value, other: &Value, context: &Context<'_>) -> bool {
     let known = &context.assumptions;
-    one == other || known.decide(Relation::Eq, one, other) == Some(true) || known.simplify(one) == known.simplify(other)
+    one == other
+        || known.decide(Relation::Eq, one, other) == Some(true)
+        || context.simplify(one) == context.simplify(other)
 }
 
 /// The process that is the first for n = 0 and the second for n = 1: its values change by some step, or are made of one
 /// that does, as `min(p,a)` is of `p`, if that gives the second.
 pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &Context<'_>)) -> Option<Term> {
-    let mut moving: Vec<(Name, Value)> = Vec::new();
+    let (mut moving, mut steps): (Vec<(Name, Value)>, Vec<Value>) = (Vec::new(), Vec::new());
     joined(first, second, &mut |one, other| {
         if let Ok(step) = other.sub(one)
             && !step.is_zero()
@@ -42,18 +64,24 @@ pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &
             // What changes by a step does so if a name that counts once in it does: `a-t` with `a`.
             let counts_once = |name: &Name| one.linear_in(name).is_some_and(|(factor, _)| factor == Value::one());
             moving.extend(one.variables().into_iter().filter(counts_once).map(|name| (name, step.clone())));
+            steps.push(step);
         }
         Some(one.clone())
     })?;
+    steps.dedup();
     joined(first, second, &mut |one, other| {
         if one == other {
             return Some(one.clone());
         }
         let step = other.sub(one).ok()?;
         if !is_plain(&step) {
-            let made = moving.iter().find_map(|(name, step)| {
+            // What is left of a way gets less as the place does: `min(1,a-p)` by what is added to p, and p may be 0.
+            let back = steps.iter().filter_map(|step| step.neg().ok());
+            let names = one.variables();
+            let back = back.flat_map(|step| names.iter().map(move |name| (name.clone(), step.clone())));
+            let made = moving.iter().cloned().chain(back).find_map(|(name, step)| {
                 let by = |value: &Value, many: &Value| {
-                    let moved = step.mul(many).and_then(|moved| moved.add(&Value::variable(name))).ok()?;
+                    let moved = step.mul(many).and_then(|moved| moved.add(&Value::variable(&name))).ok()?;
                     value.substitute(&[(name.clone(), moved)].into()).ok()
                 };
                 if equal(&by(one, &Value::one())?, other, context) {
@@ -63,12 +91,45 @@ pub(super) fn between(first: &Term, second: &Term, (number, context): (&Value, &
                 let before = by(other, &Value::integer(-1))?;
                 if equal(&before, one, context) { by(&before, number) } else { None }
             });
-            if made.is_some() {
-                return made;
+            if let Some(made) = made.or_else(|| part_by_part(one, other, number, DEEPEST)) {
+                return Some(made);
             }
         }
         step.mul(number).and_then(|moved| moved.add(one)).ok()
     })
+}
+
+/// The value that is the first for n = 0 and the second for n = 1, if what stands in their maxima, conditions, roots and
+/// integer parts changes by steps: `min(v,10-n)` of `min(v,10)` and `min(v,9)`.
+fn part_by_part(one: &Value, other: &Value, number: &Value, depth: usize) -> Option<Value> {
+    let folded = |value: &Value| -> Vec<Atom> {
+        value.atoms().into_iter().filter(|atom| !matches!(atom, Atom::Variable(_) | Atom::Power(..))).collect()
+    };
+    let (mine, theirs) = (folded(one), folded(other));
+    if depth == 0 || mine.is_empty() || mine.len() != theirs.len() {
+        return None;
+    }
+    let linear = |one: &Value, other: &Value| -> Option<Value> {
+        let step = other.sub(one).ok()?;
+        if !is_plain(&step) {
+            return part_by_part(one, other, number, depth - 1);
+        }
+        step.mul(number).and_then(|moved| moved.add(one)).ok()
+    };
+    let mut images: BTreeMap<Name, Value> = BTreeMap::new();
+    for (place, (mine, theirs)) in mine.iter().zip(&theirs).enumerate() {
+        let (own, others) = (mine.parts(), theirs.parts());
+        if std::mem::discriminant(mine) != std::mem::discriminant(theirs) || own.len() != others.len() {
+            return None;
+        }
+        let parts: Option<Vec<Value>> = own.into_iter().zip(others).map(|(one, other)| linear(one, other)).collect();
+        images.insert(Name::new(&format!("!{place}")), mine.with_parts(parts?).ok()?);
+    }
+    let hidden = |value: &Value, atoms: &[Atom]| {
+        let place = |atom: &Atom| atoms.iter().position(|known| known == atom);
+        value.replace(&mut |atom| place(atom).map(|place| Value::variable(&Name::new(&format!("!{place}"))))).ok()
+    };
+    linear(&hidden(one, &mine)?, &hidden(other, &theirs)?)?.substitute(&images).ok()
 }
 
 /// The process that is the first of these for n = 0, the second for n = 1 and so on, if its values are polynomials in n

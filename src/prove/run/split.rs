@@ -1,5 +1,5 @@
-//! Runs in which something happens a number of times that may be none: where it is some, and where it is none, the system is
-//! followed by itself.
+//! Runs in which something happens a number of times that may be none, or just once: where it is more, and where it is
+//! not, the system is followed by itself.
 
 use super::{Follower, Lost};
 use crate::fact::Context;
@@ -11,7 +11,7 @@ use crate::scope::subterms;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
-/// The most numbers of rounds of which it is asked whether they are 0.
+/// The most numbers of rounds of which it is asked whether they are more than 0, or than 1.
 const MOST_SPLITS: usize = 3;
 
 /// A proof that the system is weakly equal to the run, or weakly refined by one that shows less.
@@ -33,17 +33,18 @@ fn in_cases(
         found => return found,
     };
     let context = Context::new(&theory.assumptions, &theory.definitions, hypotheses);
-    let Some(count) = undecided(run, &context) else { return Err(lost) };
+    let Some((count, bound)) = undecided(run, &context) else { return Err(lost) };
     let case = |relation| {
         let mut all = hypotheses.to_vec();
-        all.push(Condition::Compare(relation, count.clone(), Value::zero()));
-        in_cases(theory, &all, (system, run), splits - 1).map_err(|_| lost.clone())
+        all.push(Condition::Compare(relation, count.clone(), bound.clone()));
+        let inside = |Lost(why): Lost| Lost(format!("where {count} {} {bound}: {why}", relation.symbol()));
+        in_cases(theory, &all, (system, run), splits - 1).map_err(inside)
     };
     let (some, none) = (case(Relation::Gtr)?, case(Relation::Lte)?);
     let connective = some.statement.connective.join(none.statement.connective);
     let mut lemmas = Vec::new();
     let (holds, fails) = (added(&mut lemmas, some), added(&mut lemmas, none));
-    let when = Condition::Compare(Relation::Gtr, count, Value::zero());
+    let when = Condition::Compare(Relation::Gtr, count, bound);
     let script = Script { steps: vec![Step::Cases { when, holds, fails }] };
     let (left, right) = (system.clone(), run.clone());
     let statement = Statement { hypotheses: hypotheses.to_vec(), left, connective, right };
@@ -61,17 +62,18 @@ fn directly(theory: &Theory, hypotheses: &[Condition], system: &Term, run: &Term
     Ok(Proof { lemmas: follower.lemmas, statement, steps: follower.script.steps })
 }
 
-/// A number of rounds that may be 0 and may be more.
-fn undecided(run: &Term, context: &Context<'_>) -> Option<Value> {
+/// A number of rounds that may be 0 and may be more; else one that may be 1 and may be more, as the last of some rounds
+/// is another than the first. With what it may be.
+fn undecided(run: &Term, context: &Context<'_>) -> Option<(Value, Value)> {
     let known = &context.assumptions;
-    subterms(run).into_iter().find_map(|part| match part.node() {
-        Node::Power(_, count, _)
-            if known.is_natural(count) == Some(true)
-                && known.decide(Relation::Gtr, count, &Value::zero()).is_none() =>
-        {
-            Some(count.clone())
-        }
+    let counts = subterms(run).filter_map(|part| match part.node() {
+        Node::Power(_, count, _) => Some(known.simplify(count)),
         _ => None,
+    });
+    let counts: Vec<Value> = counts.filter(|count| known.is_natural(count) == Some(true)).collect();
+    [Value::zero(), Value::one()].into_iter().find_map(|bound| {
+        let open = |count: &&Value| known.decide(Relation::Gtr, count, &bound).is_none();
+        counts.iter().find(open).map(|count| (count.clone(), bound.clone()))
     })
 }
 

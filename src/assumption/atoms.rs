@@ -1,0 +1,142 @@
+//! What holds of an atom by its meaning, and which facts speak of what stands inside one.
+
+use std::collections::BTreeSet;
+
+use super::Assumptions;
+use super::linear::{Bound, Constraint};
+use super::refute::{Form, MOST_CONSTRAINTS};
+use super::sign::Signs;
+use crate::name::Name;
+use crate::polynomial::Polynomial;
+use crate::value::{Atom, Value};
+
+impl Assumptions {
+    /// What holds of an atom by its meaning.
+    pub(super) fn facts_of_atom(&self, atom: &Atom) -> Vec<Constraint> {
+        let own = Polynomial::atom(atom.clone());
+        let one = Polynomial::one();
+        let whole = |value: &Value| {
+            value.polynomials().filter(|(_, below)| below.is_one()).map(|(numerator, _)| numerator.clone())
+        };
+        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
+        match atom {
+            Atom::Variable(_) | Atom::Apply(..) => Vec::new(),
+            Atom::Maximum(elements) => {
+                // own >= N/D is own*D >= N for D > 0.
+                let above = elements.iter().filter_map(|element| {
+                    let (top, below) = element.polynomials()?;
+                    if !self.quick_signs(below).within(Signs::POSITIVE) {
+                        return None;
+                    }
+                    Some(least(own.times(below)?.minus(top)))
+                });
+                above.chain([least(own.clone())]).collect()
+            }
+            Atom::Positive(_) => vec![least(own.clone()), least(one.minus(&own))],
+            Atom::Floor(inner) => self.facts_of_floor(&own, inner),
+            Atom::Root(inner) => {
+                let mut found = vec![least(own.clone())];
+                if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
+                    // A root is defined only where its square is what stands under it.
+                    found.push(Constraint { form: square.minus(&inner), bound: Bound::Zero });
+                }
+                found
+            }
+            Atom::Power(base, exponent) => self.facts_of_power(&own, base, exponent),
+        }
+    }
+
+    /// `floor(x/d)*d <= x < floor(x/d)*d + d` for `d > 0`.
+    fn facts_of_floor(&self, own: &Form, inner: &Value) -> Vec<Constraint> {
+        let Some((top, below)) = inner.polynomials() else { return Vec::new() };
+        let signs = self.quick_signs(below);
+        let (top, below) = if signs.within(Signs::POSITIVE) {
+            (top.clone(), below.clone())
+        } else if signs.within(Signs::NEGATIVE) {
+            (Polynomial::zero().minus(top), Polynomial::zero().minus(below))
+        } else {
+            return Vec::new();
+        };
+        let Some(floor) = own.times(&below) else { return Vec::new() };
+        let rest = top.minus(&floor);
+        let least = Constraint { form: rest.clone(), bound: Bound::Nonnegative };
+        vec![least, Constraint { form: below.minus(&rest), bound: Bound::Positive }]
+    }
+
+    /// `b^n >= 1` for `b >= 1`, `b^n >= b` then for `n >= 1`, and `b^n <= 1` for `0 <= b <= 1`.
+    fn facts_of_power(&self, own: &Form, base: &Value, exponent: &Value) -> Vec<Constraint> {
+        let one = Polynomial::one();
+        let Some((base_form, true)) = base.polynomials().map(|(top, below)| (top, below.is_one())) else {
+            return Vec::new();
+        };
+        let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
+        let mut found = Vec::new();
+        if self.assumed(&base_form.minus(&one)).within(Signs::NONNEGATIVE) {
+            found.push(least(own.minus(&one)));
+            let whole = exponent.polynomials().is_some_and(|(top, below)| {
+                below.is_one() && top.terms().iter().all(|(monomial, _)| self.all_integral(monomial))
+            });
+            if whole && self.quick(exponent).within(Signs::POSITIVE) {
+                found.push(least(own.minus(base_form)));
+            }
+        } else if self.assumed(&one.minus(base_form)).within(Signs::NONNEGATIVE)
+            && self.quick(base).within(Signs::NONNEGATIVE)
+        {
+            found.push(least(one.minus(own)));
+        }
+        found
+    }
+
+    /// What is assumed of numbers of rounds, `floor(x/d)`, of which the system does not speak while it does of x: for
+    /// `d > 0` also d times as much, which is comparable with x.
+    pub(super) fn counted(&self, system: &[Constraint]) -> Vec<Constraint> {
+        let known: BTreeSet<&Atom> = system.iter().flat_map(|one| one.form.atoms()).collect();
+        let mut found = Vec::new();
+        for constraint in &self.constraints {
+            for atom in constraint.form.atoms() {
+                let Atom::Floor(inner) = atom else { continue };
+                let Some((top, below)) = inner.polynomials() else { continue };
+                let mut parts = top.atoms().into_iter().chain(below.atoms());
+                if known.contains(atom) || !parts.any(|atom| known.contains(atom)) {
+                    continue;
+                }
+                found.extend(self.facts_of_floor(&Polynomial::atom(atom.clone()), inner));
+                if self.quick_signs(below).within(Signs::POSITIVE)
+                    && let Some(form) = constraint.form.times(below)
+                {
+                    found.push(Constraint { form, bound: constraint.bound });
+                }
+                if found.len() > MOST_CONSTRAINTS {
+                    return found;
+                }
+            }
+        }
+        found
+    }
+
+    /// What is assumed of maxima and conditions of which the system does not speak, while it does of what they are made
+    /// of: `r = min(2,max(0,r))` bounds r, and says so only of each case.
+    pub(super) fn within_maxima(&self, system: &[Constraint]) -> Vec<Constraint> {
+        let known: BTreeSet<&Atom> = system.iter().flat_map(|one| one.form.atoms()).collect();
+        let name = |atom: &Atom| if let Atom::Variable(name) = atom { Some(name.clone()) } else { None };
+        let names: Vec<Name> = known.iter().copied().filter_map(name).collect();
+        let hidden = |atom: &&Atom| {
+            matches!(atom, Atom::Maximum(_) | Atom::Positive(_))
+                && !known.contains(atom)
+                && names.iter().any(|name| atom.mentions(name))
+        };
+        let mut found = Vec::new();
+        for constraint in &self.constraints {
+            let atoms = constraint.form.atoms();
+            if atoms.iter().any(hidden) {
+                found.push(constraint.clone());
+                let fresh = atoms.into_iter().filter(|atom| !known.contains(atom));
+                found.extend(fresh.flat_map(|atom| self.facts_of_atom(atom)));
+            }
+            if found.len() > MOST_CONSTRAINTS {
+                break;
+            }
+        }
+        found
+    }
+}

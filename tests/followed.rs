@@ -1,0 +1,132 @@
+//! Missions that the kernel follows: nothing of them is on trust, and their proof files check.
+
+/// Runs the program; what it prints.
+fn pars(arguments: &[&str]) -> String {
+    let ran = std::process::Command::new(env!("CARGO_BIN_EXE_pars"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("pars runs");
+    String::from_utf8_lossy(&ran.stdout).into_owned()
+}
+
+/// What the program prints of a script, and the script behind it.
+fn run(text: &str) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = folder.path().join("script.pars");
+    std::fs::write(&script, text).expect("written");
+    pars(&["run", script.to_str().expect("a path")])
+}
+
+const CLAMPED: &str = "proc World_r = (Delay_t # Odo_r # At_r) ; In_c<u> ; World_{r+u*t}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+    proc Move_g = In_p<r> ; Neq_{r,g} ; Out_{c,s(g-r)} ; Move_g\nfn s(e) = clamp(e/t,-v,v)\n";
+
+/// The way there and back from 0 or a symbol at a limited speed.
+#[test]
+fn a_limited_speed_is_followed_from_any_start() {
+    for (known, first, start, asked) in [
+        ("param a > 0, v = 1, t = 1", "a", "0", "a"),
+        ("param a > 0, v > 0, t > 0", "a", "0", "a"),
+        // Of the start it is known in two steps, and in one besides, that it lies before the goal.
+        ("param o, b > 0, a > b, o < b, v > 0, t > 0", "a", "o", "a"),
+        ("param o, b > 0, a > b, o < b, o < a, v > 0, t > 0", "a", "o", "a"),
+    ] {
+        let back = if start == "0" { "0" } else { "b" };
+        let text = run(&format!(
+            "{known}\n{CLAMPED}proc M = Move_{first} ; Move_{back} ; M\nsystem Sys = World_{start} | M\n\
+             property G = Delay_{{?t1}} ; (Delay_{{?t2}} # At_{asked}) ; Delay_{{?t3}} ; G\nprove Sys satisfies G\n"
+        ));
+        assert!(text.contains("proved: ") && !text.contains("on trust"), "{known}: {text}");
+    }
+}
+
+/// All ways of a period are theorems: whose goal is the limit of the command, where parts branch on what they read so that
+/// one branch goes on, of many goals, and of robots that all read and write at once.
+#[test]
+fn every_way_of_a_period_is_checked() {
+    let goals: String = (0..70).map(|number| format!("Move_{} ; ", number * 7 % 23 + 1)).collect();
+    let tour = format!("param v = 1, t = 1\n{CLAMPED}proc M = {goals}M\nsystem Sys = World_{{1/2}} | M\nperiod Sys\n");
+    let limit = format!(
+        "param v = 1, t = 1\n{CLAMPED}proc M = Move_1 ; Move_8 ; M\nsystem Sys = World_{{1/2}} | M\nperiod Sys\n"
+    );
+    let branches = "observer X(x)\n\
+        proc Room_x = (Delay_1 # X_x # Sense_x) ; In_c<k> ; \
+        ((Eq_{k,1} ; Set_{x+1}<y>) | (Neq_{k,1} ; Set_{x-1}<y>)) ; Room_y\nproc Sense_x = Out_{s,x} ; Sense_x\n\
+        proc Ctl = In_s<m> ; ((Lte_{m,19} ; Set_1<g>) | (Gtr_{m,19} ; Set_0<g>)) ; Out_{c,g} ; Ctl\n\
+        system Sys = Room_18 | Ctl\nperiod Sys\n";
+    let count = 420;
+    let robots: Vec<String> = (0..count)
+        .map(|own| {
+            let before = (own + count - 1) % count;
+            format!(
+                "proc Robot{own}_r = (Delay_1 # At_{{{own},r}}) ; (Out_{{c{own},r}} | In_c{before}<q>) ; \
+                 Robot{own}_{{r+(q-r)/2}}\n"
+            )
+        })
+        .collect();
+    let all: Vec<String> = (0..count).map(|own| format!("Robot{own}_{own}")).collect();
+    let ring = format!("observer At(i, r)\n{}system Sys = {}\nperiod Sys\n", robots.concat(), all.join(" | "));
+    for (text, ways) in [(tour, 140), (limit, 5), (branches.to_string(), 5), (ring, 2)] {
+        let found = run(&text);
+        assert!(
+            found.contains(&format!("by the kernel: all {ways} ways")),
+            "{}",
+            &found[found.len().saturating_sub(600)..]
+        );
+    }
+}
+
+#[test]
+fn missions_are_proved_with_nothing_on_trust_and_their_files_check() {
+    let examples = ["back_and_forth", "granularities", "six_states", "constant_speed", "plane", "tolerance"];
+    for example in examples {
+        let folder = tempfile::tempdir().expect("a folder");
+        let into = folder.path().to_str().expect("a path");
+        let text = pars(&["run", "--proofs", into, &format!("examples/{example}.pars")]);
+        assert!(text.contains("proved: ") && !text.contains("on trust"), "{example}: {text}");
+        let mut files = 0;
+        for file in std::fs::read_dir(folder.path()).expect("a folder").flatten() {
+            let path = file.path();
+            let checked = pars(&["check", path.to_str().expect("a path")]);
+            assert!(checked.contains(" <~ ") && !checked.contains("on trust"), "{example}: {checked}");
+            files += 1;
+        }
+        assert!(files > 0, "{example} has no proof file");
+    }
+    // Where the kernel cannot follow, the trust stays and is said, with the reason.
+    let text = pars(&["run", "tests/cases/missions/on_trust.pars"]);
+    assert!(text.contains("the kernel could not follow the run: "), "{text}");
+    assert!(text.contains("on trust: that the system runs as printed"), "{text}");
+}
+
+const COUNTED: &str = "param N : natural, N >= 2\nproc World_r = (Delay_1 # At_r) ; In_v<u> ; World_{r+u}\n\
+    proc Up_n = Gtr_{n,0} ; Out_{v,1} ; Up_{n-1}\nproc Down_n = Gtr_{n,0} ; Out_{v,-1} ; Down_{n-1}\n\
+    proc Prog = Out_{v,1} ; Up_N ; Out_{v,-1} ; Down_N ; Prog\nsystem Sys = World_0 | Prog\nperiod Sys\n\
+    property Top = Delay_{?t1} ; (Delay_{?t2} # At_{N+1}) ; Delay_{?t3} ; Top\nprove Sys satisfies Top\n";
+
+#[test]
+fn a_symbolic_number_of_rounds_is_proved_by_a_lemma_about_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = folder.path().join("counted.pars");
+    std::fs::write(&script, COUNTED).expect("written");
+    let proofs = folder.path().join("proofs");
+    let text = pars(&["run", "--proofs", proofs.to_str().expect("a path"), script.to_str().expect("a path")]);
+    assert!(text.contains("by the kernel: all 7 ways from start and phases"), "{text}");
+    assert!(text.contains("proved: Sys satisfies Top") && !text.contains("on trust"), "{text}");
+    let file = std::fs::read_dir(proofs).expect("a folder").flatten().next().expect("a proof").path();
+    let written = std::fs::read_to_string(&file).expect("a proof");
+    assert!(written.contains("\"step\":\"rounds\""), "{written}");
+    assert!(!pars(&["check", file.to_str().expect("a path")]).contains("on trust"));
+}
+
+#[test]
+fn a_number_of_rounds_that_may_be_none_is_proved_in_two_cases() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let proofs = folder.path().join("proofs");
+    let text = pars(&["run", "--proofs", proofs.to_str().expect("a path"), "examples/symbolic_speed.pars"]);
+    assert!(text.contains("proved: Sys satisfies Goal") && !text.contains("on trust"), "{text}");
+    let file = std::fs::read_dir(proofs).expect("a folder").flatten().next().expect("a proof").path();
+    let written = std::fs::read_to_string(&file).expect("a proof");
+    assert!(written.contains("\"step\":\"cases\""), "{written}");
+    assert!(!pars(&["check", file.to_str().expect("a path")]).contains("on trust"));
+}
