@@ -64,6 +64,13 @@ pub(super) fn apart(system: &System, pattern: &Pattern, environment: &Environmen
         found[place].terms.push(term.clone());
     }
     found.retain(|part| !part.terms.is_empty());
+    // A name that two parts show stands for one value, so that they would be compared.
+    let shared = |(place, part): (usize, &Pattern)| {
+        found[..place].iter().any(|other| !other.variables.is_disjoint(&part.variables))
+    };
+    if found.iter().enumerate().any(shared) {
+        return None;
+    }
     for (relation, left, right) in &pattern.conditions {
         let mut read = left.variables();
         read.extend(right.variables());

@@ -39,9 +39,9 @@ pub(super) fn told_apart(found: &Term, wanted: &Term, context: &Context<'_>) -> 
         }
         Some(other.clone())
     });
-    match (shape, first) {
-        (Some(_), Some((found, wanted))) => format!("{wanted} was expected, and there is {found}"),
-        _ => format!("{wanted} was expected, and there is {found}"),
+    match first.filter(|_| shape.is_some()) {
+        Some((found, wanted)) => format!("{wanted} was expected, and there is {found}"),
+        None => format!("{wanted} was expected, and there is {found}"),
     }
 }
 
