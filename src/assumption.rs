@@ -256,7 +256,7 @@ impl Assumptions {
     pub fn grants(&self, need: &Need) -> Option<bool> {
         match need {
             Need::Nonzero(value) => self.decide(Relation::Neq, value, &Value::zero()),
-            Need::Nonnegative(value) if value.squares().is_some() => Some(true),
+            Need::Nonnegative(value) if value.is_sum_of_squares() => Some(true),
             Need::Nonnegative(value) => self.decide(Relation::Gte, value, &Value::zero()),
             // Term by term: what is said of a sum alone says nothing of the powers that a normal form makes of it.
             Need::Natural(value) if self.all_terms_integral(value) => self.is_natural(value),

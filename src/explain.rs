@@ -43,6 +43,8 @@ pub enum Why {
     Draw,
     /// A comparison, and that it holds or does not.
     Cases(Condition),
+    /// What is supposed cannot be.
+    Excluded,
     /// By the hypothesis of the induction around.
     Hypothesis,
     /// By induction on this number.
@@ -87,6 +89,7 @@ impl fmt::Display for Why {
             Why::UniqueLoop => write!(f, "the only solution: a loop"),
             Why::Advance => write!(f, "the network runs on"),
             Why::Draw => write!(f, "the network draws"),
+            Why::Excluded => write!(f, "what is supposed excludes itself"),
             Why::Cases(when) => write!(f, "where {when}, and where not"),
             Why::Hypothesis => write!(f, "induction hypothesis"),
             Why::Induction(name) => write!(f, "induction on {name}"),
@@ -180,7 +183,9 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
             let image = |term: &Term| with.apply(term, context).unwrap_or_else(|_| term.clone());
             Ends { left: image(&of.left), connective: of.connective, right: image(&of.right) }
         }
-        Step::Arithmetic(left, right) | Step::Suppose(left, right) => equal(left.clone(), right.clone()),
+        Step::Arithmetic(left, right) | Step::Suppose(left, right) | Step::Excluded(left, right) => {
+            equal(left.clone(), right.clone())
+        }
         Step::Induction { left, right, .. } => equal(left.clone(), right.clone()),
         Step::Trust(left, connective, right, _) => {
             Ends { left: left.clone(), connective: *connective, right: right.clone() }
@@ -331,6 +336,7 @@ fn why(proof: &Proof, step: &Step) -> Why {
         Step::Advance(..) => Why::Advance,
         Step::Draw(..) => Why::Draw,
         Step::Cases { when, .. } => Why::Cases(when.clone()),
+        Step::Excluded(..) => Why::Excluded,
         Step::Rounds { variable, .. } => Why::Induction(variable.clone()),
         Step::Suppose(..) => Why::Hypothesis,
         Step::Induction { variable, .. } => Why::Induction(variable.clone()),

@@ -137,33 +137,66 @@ pub struct Context<'a> {
 /// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
 const ROUNDS: usize = 64;
 
+/// The most hypotheses that are read in the light of each other.
+const MOST_READ: usize = 16;
+
+/// What each hypothesis in which a maximum or a condition stands says where the others hold: `min(r,3) = 3` with `r < 2`
+/// that 2 is more than 3.
+fn as_others_say(plain: &Assumptions, hypotheses: &[Condition]) -> Vec<(Relation, Value, Value)> {
+    let folded = |value: &Value| value.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_)));
+    let mut found = Vec::new();
+    for (place, hypothesis) in hypotheses.iter().enumerate().take(MOST_READ) {
+        let Condition::Compare(relation, left, right) = hypothesis else { continue };
+        if !folded(left) && !folded(right) {
+            continue;
+        }
+        let mut known = plain.clone();
+        for other in hypotheses[..place].iter().chain(&hypotheses[place + 1..]).take(MOST_READ) {
+            if let Condition::Compare(relation, left, right) = other {
+                known.assume(*relation, left, right);
+            }
+        }
+        let both = (known.simplify(left), known.simplify(right));
+        if (&both.0, &both.1) != (left, right) {
+            found.push((*relation, both.0, both.1));
+        }
+    }
+    found
+}
+
+/// What is assumed where these hypotheses hold.
+pub(crate) fn supposing(plain: &Assumptions, hypotheses: &[Condition]) -> Assumptions {
+    let mut assumptions = plain.clone();
+    for hypothesis in hypotheses {
+        match hypothesis {
+            Condition::Compare(relation, left, right) => assumptions.assume(*relation, left, right),
+            Condition::Natural(value) => {
+                if let Some(name) = value.as_variable().cloned() {
+                    assumptions.assume_natural(&name);
+                }
+            }
+            _ => {}
+        }
+    }
+    // The same as the values of a network are simplified.
+    let simple = |value: &Value| plain.simplify(value);
+    let compared: Vec<(Relation, Value, Value)> = hypotheses
+        .iter()
+        .filter_map(|hypothesis| match hypothesis {
+            Condition::Compare(relation, left, right) => Some((*relation, simple(left), simple(right))),
+            _ => None,
+        })
+        .collect();
+    for (relation, left, right) in compared.into_iter().chain(as_others_say(plain, hypotheses)) {
+        assumptions.assume(relation, &left, &right);
+    }
+    assumptions
+}
+
 impl<'a> Context<'a> {
     /// The context of a claim with these hypotheses.
     pub fn new(assumptions: &Assumptions, definitions: &'a Definitions, hypotheses: &'a [Condition]) -> Context<'a> {
-        let (plain, mut assumptions) = (assumptions, assumptions.clone());
-        for hypothesis in hypotheses {
-            match hypothesis {
-                Condition::Compare(relation, left, right) => assumptions.assume(*relation, left, right),
-                Condition::Natural(value) => {
-                    if let Some(name) = value.as_variable().cloned() {
-                        assumptions.assume_natural(&name);
-                    }
-                }
-                _ => {}
-            }
-        }
-        // The same as the values of a network are simplified.
-        let simple = |value: &Value| plain.simplify(value);
-        let compared: Vec<(Relation, Value, Value)> = hypotheses
-            .iter()
-            .filter_map(|hypothesis| match hypothesis {
-                Condition::Compare(relation, left, right) => Some((*relation, simple(left), simple(right))),
-                _ => None,
-            })
-            .collect();
-        for (relation, left, right) in compared {
-            assumptions.assume(relation, &left, &right);
-        }
+        let assumptions = supposing(assumptions, hypotheses);
         let mut context = Context {
             assumptions,
             definitions,

@@ -264,7 +264,8 @@ pub fn support(name: &Name, distribution: &Value) -> Vec<Test> {
     match (kind.as_str(), arguments.as_slice()) {
         ("Point", [value]) if value.sort() == Sort::Real => vec![test(Relation::Eq, value)],
         ("Uniform", [low, high]) => vec![test(Relation::Gte, low), test(Relation::Lte, high)],
-        ("Exp" | "Poisson", [_]) => vec![test(Relation::Gte, &Value::zero())],
+        ("Exp", [_]) => vec![test(Relation::Gtr, &Value::zero())],
+        ("Poisson", [_]) => vec![test(Relation::Gte, &Value::zero())],
         ("Mix", _) => {
             let (low, high) = bounds(distribution);
             if let (Some(only), true) = (&low, low == high) {

@@ -275,6 +275,8 @@ impl Checker<'_> {
             }
             Step::Instance(of, substitution) => self.instance(*of, substitution),
             Step::Lemma(of, substitution) => self.lemma(*of, substitution),
+            Step::Excluded(..) if !self.context.assumptions.contradictory() => Err(Reason::Possible),
+            Step::Excluded(left, right) => Ok(Derived::equal(left.clone(), right.clone())),
             Step::Cases { when, holds, fails } => self.cases(when, [*holds, *fails]),
             Step::Advance(network, time) => self.advance(network, time.as_ref()),
             Step::Draw(network, names) => self.draw(network, names),

@@ -92,6 +92,8 @@ pub enum Step {
         /// The number of the lemma where it does not.
         fails: usize,
     },
+    /// Two terms where what is supposed excludes itself: there any two are equal.
+    Excluded(Term, Term),
     /// From a lemma `A(n) = P(n) ; A(n+1)`, for every n of the rounds: `A(0) = P^{i<N} ; A(N)`.
     Rounds {
         /// The number of the lemma.

@@ -6,6 +6,7 @@
 //! equation between values says nothing where a denominator in it is 0: whoever needs that asks for it.
 
 mod arithmetic;
+mod denominator;
 pub(crate) mod fixed;
 mod identity;
 mod need;
@@ -13,7 +14,7 @@ pub(crate) mod number;
 mod order;
 mod power;
 mod relation;
-mod root;
+pub(crate) mod root;
 mod substitute;
 mod text;
 

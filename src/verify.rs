@@ -10,6 +10,7 @@ pub mod property;
 mod round;
 mod seek;
 mod solved;
+mod stages;
 mod stretch;
 pub mod trajectory;
 mod turning;

@@ -40,6 +40,52 @@ fn a_limited_speed_is_followed_from_any_start() {
     }
 }
 
+const PLANE: &str = "observer Pos(r)\nproc World_r = (Delay_1 # Odo_r # Pos_r) ; In_w<u> ; World_{r+u}\n\
+    proc Odo_r = Out_{p,r} ; Odo_r\nproc Move_g = In_p<r> ; Neq_{r,g} ; Out_{w,st(g-r)} ; Move_g\n";
+
+/// A number as goal at any speed, a wait that is any number of rounds long, and straight lines in the plane at any speed: how
+/// each round begins, the closed forms tell.
+#[test]
+fn symbols_in_the_speed_the_wait_and_the_plane_are_followed() {
+    let plane = format!("fn st(d) = if norm(d) > v then v*unit(d) else d\n{PLANE}");
+    let there = |goal: &str| {
+        format!(
+            "proc M = Move_{{{goal}}} ; Move_{{(0,0)}} ; M\nsystem Sys = World_{{(0,0)}} | M\n\
+             property G = Delay_{{?t1}} ; (Delay_{{?t2}} # Pos_{{{goal}}}) ; Delay_{{?t3}} ; G\n"
+        )
+    };
+    let line = "system Sys = World_0 | M\nproperty G = Delay_{?t1} ; (Delay_{?t2} # At_a) ; Delay_{?t3} ; G\n";
+    let goal = format!("param a = 10, v > 0, t > 0\n{CLAMPED}proc M = Move_a ; Move_0 ; M\n{line}");
+    let wait = format!(
+        "param a = 3, v = 1, t = 1\nparam d : natural, d > 0\n{CLAMPED}proc Wait = Out_{{c,0}}\n\
+         proc M = Move_a ; Wait^d ; Move_0 ; M\n{line}"
+    );
+    let speed = format!("param v > 0\n{plane}{}", there("(3,4)"));
+    for (text, time) in [(goal, "t*ceil(10/(t*v))"), (wait, "3"), (speed, "ceil(5/v)")] {
+        let text = run(&format!("{text}prove Sys satisfies G\nexpect proved\nexpect t1 = {time}\n"));
+        assert!(text.contains("proved: ") && !text.contains("on trust") && !text.contains("but expected"), "{text}");
+    }
+}
+
+/// Along an axis a direction is the sign of a number: what the system does then depends on conditions, and is followed case
+/// by case.
+#[test]
+fn ways_along_an_axis_are_checked_case_by_case() {
+    let plane = format!(
+        "fn st(d) = if norm(d) > 1 then unit(d) else d\n{PLANE}proc M = Move_{{(3,4)}} ; Move_{{(-2,4)}} ; M\n\
+         system Sys = World_{{(3,4)}} | M\nperiod Sys\n"
+    );
+    let dock = format!(
+        "param v = 1, t = 1\nfn d(e) = if abs(e) > 4 then 2*e/abs(e) else clamp(e, -1/2, 1/2)\n{}\
+         proc M = Move_10 ; Move_0 ; M\nsystem Sys = World_0 | M\nperiod Sys\n",
+        CLAMPED.replace("s(g-r)", "d(g-r)")
+    );
+    for text in [plane, dock] {
+        let found = run(&text);
+        assert!(found.contains("by the kernel: all 5 ways"), "{}", &found[found.len().saturating_sub(600)..]);
+    }
+}
+
 /// All ways of a period are theorems: whose goal is the limit of the command, where parts branch on what they read so that
 /// one branch goes on, of many goals, and of robots that all read and write at once.
 #[test]

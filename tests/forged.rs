@@ -480,3 +480,17 @@ fn two_cases_are_all_there_are() {
     let one = texts.check(vec![same("a > 2")], plain(), by_cases("a > 2"));
     assert!(matches!(one, Err(Reason::NotEarlier(1))), "{one:?}");
 }
+
+#[test]
+fn anything_follows_only_where_what_is_supposed_excludes_itself() {
+    let texts = under("param k, m\n");
+    let excluded = |conditions: &[&str]| {
+        let step = Step::Excluded(texts.term("Out_{c,1}"), texts.term("Abort"));
+        texts.check(Vec::new(), texts.claim("Out_{c,1}", "Abort", conditions), vec![step])
+    };
+    assert!(excluded(&["k > 0", "k < 0"]).is_ok() && excluded(&["min(k,3) = 3", "k < 2"]).is_ok());
+    for possible in [&[][..], &["k > 0"], &["k >= 0", "k <= 0"], &["k > 0", "m < 0"], &["min(k,3) = 3", "k < 4"]] {
+        let found = excluded(possible);
+        assert!(matches!(found, Err(Reason::Possible)), "{possible:?}: {found:?}");
+    }
+}

@@ -360,7 +360,7 @@ fn turns_that_move_on_are_what_random_networks_do() {
         };
         let context = Context::new(&theory.assumptions, &theory.definitions, &[]);
         let Some(run) = carried.or_else(|| run_with_a_loop(&network, &context)) else { continue };
-        let Ok(proof) = runs(&theory, &[], &network, &run) else { continue };
+        let Ok(proof) = runs(&theory, (&network, &run), &[]) else { continue };
         let mut judge = |statement: &Statement| {
             let limits = Limits { instances: 1, choices: 200, cost: 12, pairs: 400 };
             let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);

@@ -11,6 +11,7 @@ use super::sign::Signs;
 use super::{Assumptions, Relation};
 use crate::polynomial::{Budget, Monomial, Polynomial};
 use crate::value::fixed::coarse_order;
+use crate::value::root::square_of;
 use crate::value::{Atom, Value};
 
 /// How deep cases are split.
@@ -115,16 +116,25 @@ impl Assumptions {
                 let own = self.signs_of_form(&Polynomial::atom(atom.clone()), Signs::ZERO, 0, systems);
                 known = known.times(own.power(*exponent));
             }
-            let rest = self.signs_of_form(&form.without(&shared), Signs::ZERO, depth - 1, systems);
+            let rest = self.signs_of_form(&form.without(&shared), wanted.beside(known), depth - 1, systems);
             signs = signs.and(known.times(rest));
             if decided(signs) || signs.within(Signs::NONZERO) && wanted == Signs::ZERO {
                 return signs;
             }
         }
         if depth > 0
+            && let Some((root, exponent, rest)) = hidden_factor(form)
+        {
+            let known = self.signs_of_form(&root, Signs::ZERO, depth - 1, systems).power(exponent);
+            signs = signs.and(known.times(self.signs_of_form(&rest, wanted.beside(known), depth - 1, systems)));
+            if decided(signs) {
+                return signs;
+            }
+        }
+        if depth > 0
             && let Some((known, quotient)) = self.known_factor(form)
         {
-            signs = signs.and(known.times(self.signs_of_form(&quotient, Signs::ZERO, depth - 1, systems)));
+            signs = signs.and(known.times(self.signs_of_form(&quotient, wanted.beside(known), depth - 1, systems)));
         }
         for sign in Signs::each() {
             if !decided(signs) && sign.within(signs) && self.refutes_form(form, sign, MOST_SPLITS, systems) {
@@ -433,6 +443,27 @@ fn replaced(form: &Form, atom: &Atom, (top, below): (&Form, &Form)) -> Option<Fo
         sum = sum.plus(&part.times(&top.power(exponent)?)?.times(&scale)?);
     }
     Some(sum)
+}
+
+/// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`
+/// the root `s = norm((a,b))`, as `s*s` is written `a^2+b^2`.
+fn hidden_factor(form: &Form) -> Option<(Form, u32, Form)> {
+    if let Some((factor, root)) = square_of(form) {
+        return Some((root, 2, Polynomial::constant(factor)));
+    }
+    form.atoms().into_iter().find_map(|atom| {
+        let Atom::Root(inner) = atom else { return None };
+        let (radicand, below) = inner.polynomials()?;
+        let mut coefficients = form.coefficients_in(atom);
+        let (rest, mixed) = (coefficients.remove(&0)?, coefficients.remove(&1)?);
+        if !below.is_one() || !coefficients.is_empty() {
+            return None;
+        }
+        let quotient = rest.divide(radicand, &mut Budget::new(DIVISION_BUDGET))?;
+        let root = Polynomial::atom(atom.clone());
+        let rest = quotient.times(&root)?.plus(&mixed);
+        Some((root, 1, rest))
+    })
 }
 
 fn spend(systems: &mut usize) -> bool {

@@ -86,6 +86,17 @@ impl Signs {
         Signs((self.0 & 2) | (self.0 & 1) << 2 | (self.0 & 4) >> 2)
     }
 
+    /// What is to be found out of a factor where these signs are wanted of the product and the other factor has those.
+    pub(super) fn beside(self, other: Signs) -> Signs {
+        if other.within(Signs::POSITIVE) {
+            self
+        } else if other.within(Signs::NEGATIVE) {
+            self.flipped()
+        } else {
+            Signs::ZERO
+        }
+    }
+
     /// The signs of a product.
     pub(super) fn times(self, other: Signs) -> Signs {
         let mut result = Signs(0);

@@ -41,6 +41,8 @@ pub enum Reason {
     TooLarge,
     /// A proof without steps, or something taken on trust without a reason.
     Empty,
+    /// What is supposed is not known to exclude itself.
+    Possible,
     /// A network that cannot be run on, and why.
     Advance(String),
     /// A round that may communicate, or that need not always stop after a time that is more than 0.
@@ -68,6 +70,7 @@ impl fmt::Display for Reason {
             Reason::Sort(value) => write!(f, "{value} is not of the sort that is needed where it stands"),
             Reason::NotNatural(name) => write!(f, "induction on {name}, which need not be a natural number"),
             Reason::TooLarge => write!(f, "a term is larger than the kernel accepts"),
+            Reason::Possible => write!(f, "what is supposed is not known to exclude itself"),
             Reason::Advance(why) => write!(f, "the network cannot be run on: {why}"),
             Reason::Untimed(_) => write!(f, "a round need not be silent and stop after a time that is more than 0"),
             Reason::Undefined(need) => write!(f, "{need}, and the claim does not need that"),

@@ -36,7 +36,7 @@ impl Lowerer<'_> {
             ValueKind::Number(number) => return Some(Value::rational(number.clone())),
             ValueKind::Name(name) => return self.name(name, Class::Number),
             ValueKind::Sum(parts) => return self.fold(parts, written.span, Value::add, Value::sub),
-            ValueKind::Product(parts) => return self.fold(parts, written.span, Value::mul, Value::div),
+            ValueKind::Product(parts) => return self.fold(parts, written.span, Value::mul, Value::over),
             ValueKind::Power(base, exponent) => {
                 let (base, exponent) = (self.number(base), self.number(exponent)?);
                 let base = base?;

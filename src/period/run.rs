@@ -13,6 +13,7 @@ use std::rc::Rc;
 use super::call::cycle_of;
 pub(crate) use super::env::{Env, one, restrict};
 use super::rest::{NOTHING, Rest, Tails};
+use super::suppose::surely;
 use super::{Failure, Test};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
@@ -94,6 +95,8 @@ pub(crate) struct RawTest {
     pub raw: Test,
     /// What the names stood for.
     pub env: Env,
+    /// Whether it holds, as surely as anything that is drawn.
+    pub surely: bool,
 }
 
 /// What has been assumed, and what has happened, on the way to a state.
@@ -471,14 +474,13 @@ impl Settler<'_> {
 
     /// The answer to a question, if the assumptions give it.
     pub(crate) fn ask(&self, raw: Test, env: &Env, path: &Path) -> Result<bool, Halt> {
-        let left = evaluate(&raw.left, env)?;
-        let right = evaluate(&raw.right, env)?;
-        let test = Test { relation: raw.relation, left, right };
+        let test = Test { relation: raw.relation, left: evaluate(&raw.left, env)?, right: evaluate(&raw.right, env)? };
         match test.decide(&path.assumptions) {
             Some(answer) => Ok(answer),
             None => {
                 let reads = raw.left.variables().union(&raw.right.variables()).cloned().collect();
-                Err(Halt::Split(Box::new(RawTest { test, raw, env: restrict(env, &reads) })))
+                let (env, surely) = (restrict(env, &reads), surely(path, &test));
+                Err(Halt::Split(Box::new(RawTest { test, raw, env, surely })))
             }
         }
     }

@@ -7,9 +7,10 @@ use num_traits::Zero;
 
 use super::Test;
 use super::instant::Moment;
-use super::run::{RawTest, Settler};
+use super::run::{Path, RawTest, Settler};
+use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Value, View};
 
 /// The moment with an answer assumed; nothing if that contradicts what is known.
 pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest, answer: bool) -> Option<Moment> {
@@ -18,7 +19,7 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
     let mut path = moment.path.clone();
     let assumptions = Rc::make_mut(&mut path.assumptions);
     assumptions.assume(test.relation, &test.left, &test.right);
-    if assumptions.contradictory() {
+    if !answer && question.surely || assumptions.contradictory() {
         return None;
     }
     let mut changed = moment.clone();
@@ -36,8 +37,22 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
         });
     }
     let raw = turn(&question.raw);
-    path.tests.push(RawTest { test, raw, env: question.env.clone() });
+    path.tests.push(RawTest { test, raw, ..question.clone() });
     Some(changed.settled_anew(path))
+}
+
+/// Whether a test holds of all numbers that may be drawn: an exponential one is more than 0. A loop that waits for one would
+/// else go round in no time.
+pub(super) fn surely(path: &Path, test: &Test) -> bool {
+    let exponential = |(_, distribution): &&(Name, Value)| matches!(distribution.view(), View::Distribution(kind, _) if kind.as_str() == "Exp");
+    let asked = |(name, _): &&(Name, Value)| [&test.left, &test.right].into_iter().any(|side| side.mentions(name));
+    let mut all = path.draws.iter().filter(exponential).filter(asked).peekable();
+    if all.peek().is_none() {
+        return false;
+    }
+    let mut known = Assumptions::clone(&path.assumptions);
+    all.for_each(|(name, _)| known.assume(Relation::Gtr, &Value::variable(name), &Value::zero()));
+    test.decide(&known) == Some(true)
 }
 
 /// The variable of which an equation leaves one value that does not vary, with that value: `g = -2*g` only where g = 0.

@@ -23,7 +23,9 @@ use super::foreseen::foreseen;
 use super::grid::{Grid, Smooth};
 use super::joint::joint;
 use super::kernel::{BAND, Fast, Guard, Ranges, UNIT, contains};
+use super::lattice::lattice;
 use super::operator::{Cut, Key, Operator};
+use super::piecewise::piecewise;
 use super::plan::{Entry, MOST_ROUNDS, Plan, Way, duration, plan};
 use super::recut::later_rounds;
 use super::sharp::blunted;
@@ -52,8 +54,15 @@ const MOST_WORK: f64 = 3e11;
 /// # Errors
 /// Where the states or the kernel grow too large, or a way has no noise.
 pub fn enclosed(whole: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
+    let found = by_quadrature(whole, question, wanted).or_else(|reason| lattice(whole, question).map_err(|_| reason));
+    found.or_else(|reason| {
+        piecewise(whole, question, wanted).map_err(|other| format!("{reason}; with noise of any kind: {other}"))
+    })
+}
+
+fn by_quadrature(whole: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
     if let Some(cut) = one_each(whole) {
-        return enclosed(&cut, question, wanted);
+        return by_quadrature(&cut, question, wanted);
     }
     if whole.is_curved() {
         return apart(whole, question, wanted);

@@ -1,7 +1,9 @@
 //! Where the states are, round by round, but for a small chance. Nothing rests on it: what leaves the window is counted.
 
 use super::axes::AXES;
-use super::kernel::{Fast, Guard, Ranges};
+use super::chain::{Chain, Linear, Move, Side};
+use super::kernel::{Fast, Guard, Ranges, near};
+use super::random::{Sampler, Source};
 use super::ways::{FastEntry, FastWay};
 
 /// Where the means may lie, and the variance of a normal number round them.
@@ -91,4 +93,54 @@ fn moved(cloud: &Cloud, motion: &Fast, ranges: &[Ranges], wide: f64) -> Option<C
         (first, last) = (first.clamp(from, to), last.clamp(from, to));
     }
     Some(Cloud { low: first, high: last, variance: motion.slope.powi(2) * cloud.variance + motion.sd.powi(2) })
+}
+/// Runs that are sampled, and rounds of them in all.
+const RUNS: u64 = 2_000;
+const SAMPLES: u64 = 400_000;
+/// How much more room there is on each side than the runs took.
+const ROOM: f64 = 0.75;
+
+/// Where the number of each phase lies in most of so many rounds, as some runs tell; none of a phase without one, or that
+/// no run comes to.
+pub(super) fn sampled(chain: &Chain, rounds: u64) -> Vec<Option<(f64, f64)>> {
+    let samplers = |one: &Move| one.draws.iter().map(Sampler::of).collect::<Result<Vec<Sampler>, String>>().ok();
+    let all = |moves: &[Move]| moves.iter().map(samplers).collect::<Option<Vec<_>>>().unwrap_or_default();
+    let (initial, phases) = (all(&chain.initial), chain.phases.iter().map(|moves| all(moves)).collect::<Vec<_>>());
+    let mut found: Vec<Option<(f64, f64)>> = vec![None; chain.phases.len()];
+    for run in 0..(SAMPLES / rounds.max(1)).clamp(RUNS / 10, RUNS) {
+        let source = Source::new(1, run);
+        let (mut phase, mut place) = (None, 0.0);
+        for round in 0..=rounds {
+            let (moves, samplers) = match phase {
+                None => (&chain.initial, &initial),
+                Some(phase) => (&chain.phases[phase], &phases[phase]),
+            };
+            let taken = moves.iter().zip(samplers).find_map(|(one, samplers)| {
+                let drawn = samplers.iter().zip(0..).map(|(sampler, at)| sampler.draw(&source, round, at));
+                let drawn: Vec<f64> = drawn.collect();
+                let holds = |side: &Side| {
+                    let order = value(&side.form, place, &drawn).partial_cmp(&0.0);
+                    order.is_some_and(|order| side.relation.holds(order))
+                };
+                one.tests.iter().all(holds).then_some((one, drawn))
+            });
+            let Some((one, drawn)) = taken else { break };
+            let Some(next) = one.next else { break };
+            phase = Some(next);
+            let Some(image) = one.image.first() else { continue };
+            place = value(image, place, &drawn);
+            let (low, high) = found[next].unwrap_or((place, place));
+            found[next] = Some((low.min(place), high.max(place)));
+        }
+    }
+    let wider = |(low, high): (f64, f64)| {
+        let room = ROOM * (high - low);
+        (low - room, high + room)
+    };
+    found.into_iter().map(|one| one.map(wider).filter(|(low, high)| low.is_finite() && high.is_finite())).collect()
+}
+
+fn value(form: &Linear, place: f64, drawn: &[f64]) -> f64 {
+    let state = form.state.first().map_or(0.0, |factor| near(factor) * place);
+    state + near(&form.constant) + form.draws.iter().zip(drawn).map(|(factor, one)| near(factor) * one).sum::<f64>()
 }

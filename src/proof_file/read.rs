@@ -181,6 +181,7 @@ impl Reader {
             StepText::Cases { when, holds, fails } => {
                 Step::Cases { when: self.condition(when)?, holds: *holds, fails: *fails }
             }
+            StepText::Excluded { left, right } => Step::Excluded(self.term(left)?, self.term(right)?),
             StepText::Rounds { lemma, variable, round, index, count } => Step::Rounds {
                 lemma: *lemma,
                 variable: metavariable(variable)?,

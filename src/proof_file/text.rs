@@ -150,6 +150,10 @@ pub(super) enum Step {
         holds: usize,
         fails: usize,
     },
+    Excluded {
+        left: String,
+        right: String,
+    },
     Rounds {
         lemma: usize,
         variable: String,

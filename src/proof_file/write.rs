@@ -142,6 +142,7 @@ fn terms(step: &Step) -> Vec<&Term> {
         Step::Arithmetic(left, right) | Step::Suppose(left, right) | Step::Trust(left, _, right, _) => {
             vec![left, right]
         }
+        Step::Excluded(left, right) => vec![left, right],
         Step::Unique { candidate, .. } => vec![candidate],
         Step::UniqueLoop { body, .. } => vec![body],
         Step::Advance(term, _)
@@ -186,6 +187,7 @@ fn step(step: &Step) -> StepText {
             StepText::Draw { network: network.to_string(), names: names.iter().map(Name::to_string).collect() }
         }
         Step::Cases { when, holds, fails } => StepText::Cases { when: when.to_string(), holds: *holds, fails: *fails },
+        Step::Excluded(left, right) => StepText::Excluded { left: left.to_string(), right: right.to_string() },
         Step::Rounds { lemma, variable, round, index, count } => StepText::Rounds {
             lemma: *lemma,
             variable: variable.to_string(),

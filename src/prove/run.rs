@@ -15,7 +15,7 @@ pub use draw::{draws, due, goes_on};
 pub use end::{End, ends};
 use num_traits::ToPrimitive;
 use shape::{alike, told_apart};
-pub use split::runs;
+pub use split::{passes, runs};
 pub use turn::interval;
 
 use crate::advance::{Instant, stretch};
@@ -45,7 +45,7 @@ fn lost<T>(why: impl Into<String>) -> Result<T, Lost> {
 ///
 /// # Errors
 /// As for [`runs`].
-pub fn passes(
+fn passes_as_they_are(
     theory: &Theory,
     hypotheses: &[Condition],
     (from, to): (&Term, &Term),
@@ -75,9 +75,19 @@ pub fn passes(
     Ok(Proof { lemmas: Vec::new(), statement, steps: follower.script.steps })
 }
 
+/// How the system may stand when each of some rounds begins, over the number of the round: what its closed forms tell.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// The system.
+    pub network: Term,
+    /// The number of the round in it.
+    pub number: Name,
+}
+
 struct Follower<'t> {
     theory: &'t Theory,
     context: Context<'t>,
+    stages: &'t [Stage],
     script: Script,
     lemmas: Vec<Lemma>,
     stretches: usize,
@@ -119,7 +129,7 @@ impl<'t> Follower<'t> {
     fn new(theory: &'t Theory, hypotheses: &'t [Condition], inside: bool) -> Follower<'t> {
         let context = Context::new(&theory.assumptions, &theory.definitions, hypotheses);
         let (script, lemmas) = (Script::default(), Vec::new());
-        Follower { theory, context, script, lemmas, stretches: 0, inside, forgets: false, forgot: false }
+        Follower { theory, context, stages: &[], script, lemmas, stretches: 0, inside, forgets: false, forgot: false }
     }
 
     /// What has been proved so far is at least this.

@@ -14,7 +14,8 @@ use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Period, in_case};
 use crate::proof::{Lemma, Proof, Script, Statement, Step};
-use crate::prove::{Answer, By, prove, run};
+use crate::prove::run::{self, Stage};
+use crate::prove::{Answer, By, prove};
 use crate::recurrence::Closed;
 use crate::refute::{self, Refutation};
 use crate::report::Verdict;
@@ -104,7 +105,7 @@ impl Run<'_, '_> {
                     }
                 };
                 let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
-                let followed = followed(&theory, &whole, run, &proof);
+                let followed = followed(&theory, (&whole, run), &proof, &outcome.stages());
                 if let (Err(why), false) = (&followed, tried) {
                     found.remains = vec![
                         "the run was tried on no instance of the executable meaning, and the kernel could not follow it:"
@@ -232,8 +233,13 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<(St
 }
 
 /// The verdict with the run of the system proved as well; otherwise why the kernel could not follow the run.
-fn followed(theory: &Theory, whole: &Term, run: &Term, matched: &Proof) -> Result<(Thm, Proof), String> {
-    let ran = run::runs(theory, &[], whole, run).map_err(|lost| lost.0)?;
+fn followed(
+    theory: &Theory,
+    (whole, run): (&Term, &Term),
+    matched: &Proof,
+    stages: &[Stage],
+) -> Result<(Thm, Proof), String> {
+    let ran = run::runs(theory, (whole, run), stages).map_err(|lost| lost.0)?;
     // Where the match speaks of one round by itself, it needs a claim that counts the rounds: a lemma.
     let ways = [behind(ran.clone(), matched), by_lemma(ran, matched)];
     let mut why = String::new();

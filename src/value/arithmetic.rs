@@ -3,11 +3,12 @@
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
+use super::denominator::{free_denominator, without_lengths};
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
 use crate::polynomial::{Budget, Monomial, Polynomial};
 
 /// The work that may go into one greatest common divisor; beyond it a fraction keeps its common factor.
-const DIVISOR_BUDGET: u64 = 100_000;
+pub(super) const DIVISOR_BUDGET: u64 = 100_000;
 
 impl Value {
     /// The sum, of numbers or of vectors of the same length.
@@ -77,6 +78,21 @@ impl Value {
             },
             (Content::Vector(parts), Content::Real(..)) => Value::each(parts, |part| part.div(other)),
             _ => Err(mismatch("divide", self, other)),
+        }
+    }
+
+    /// The quotient as it is written: a direction, `e/abs(e)`, is the sign of e. As cancelling does, this forgets that
+    /// nothing is said where e is 0.
+    ///
+    /// # Errors
+    /// As [`Value::div`].
+    pub fn over(&self, other: &Value) -> Result<Value, ValueError> {
+        match (&self.0.content, &other.0.content) {
+            (Content::Real(a, b), Content::Real(c, d)) if !c.is_zero() => {
+                let (numerator, denominator) = without_lengths(product(a, d)?, product(b, c)?)?;
+                Value::quotient(numerator, denominator)
+            }
+            _ => self.div(other),
         }
     }
 
@@ -220,7 +236,7 @@ impl Atom {
     }
 
     /// The polynomial that is its square, for roots of what is certainly not negative.
-    fn square(&self) -> Option<&Real> {
+    pub(super) fn square(&self) -> Option<&Real> {
         match self {
             Atom::Root(inner) if inner.plainly_nonnegative() => {
                 inner.parts().filter(|(_, denominator)| denominator.is_one()).map(|(numerator, _)| numerator)
@@ -293,59 +309,6 @@ fn excluded(monomial: &Monomial<Atom>) -> Result<bool, ValueError> {
         }
     }
     Ok(false)
-}
-
-/// Multiplies numerator and denominator so that the denominator is free of binary atoms, signs and known roots,
-/// where that is possible without multiplying by 0.
-fn free_denominator(mut numerator: Real, mut denominator: Real) -> Result<(Real, Real), ValueError> {
-    for _ in 0..8 {
-        let special: Vec<Atom> = denominator
-            .atoms()
-            .into_iter()
-            .filter(|atom| atom.is_binary() || atom.is_sign() || atom.square().is_some())
-            .cloned()
-            .collect();
-        let mut changed = false;
-        for atom in special {
-            let mut parts = denominator.coefficients_in(&atom);
-            let (constant, factor) = (parts.remove(&0), parts.remove(&1));
-            let (constant, Some(factor), true) = (constant.unwrap_or_else(Polynomial::zero), factor, parts.is_empty())
-            else {
-                continue;
-            };
-            let root = Polynomial::atom(atom.clone());
-            // (A + B*s)(A - B*s) = A^2 - B^2*s^2 and, where s^2 = s, (A + B*s)(A + B - B*s) = A*(A + B).
-            let other = if atom.is_binary() { constant.plus(&factor) } else { constant.clone() };
-            let conjugate = relations(other.minus(&product(&factor, &root)?))?;
-            let freed = relations(product(&denominator, &conjugate)?)?;
-            if freed.degree_in(&atom) > 0 {
-                continue;
-            }
-            (numerator, denominator) = if !freed.is_zero() {
-                (relations(product(&numerator, &conjugate)?)?, freed)
-            } else if atom.is_binary() {
-                (decided(&numerator, &atom, constant.is_zero())?, decided(&denominator, &atom, constant.is_zero())?)
-            } else {
-                continue;
-            };
-            changed = true;
-            break;
-        }
-        if !changed {
-            break;
-        }
-    }
-    Ok((numerator, denominator))
-}
-
-/// What a polynomial is where this binary atom is 1, or where it is 0. A denominator `B*s` is not 0 only where s is 1,
-/// and `A*(1 - s)` only where s is 0.
-fn decided(polynomial: &Real, atom: &Atom, one: bool) -> Result<Real, ValueError> {
-    let (within, degree) = match one {
-        true => (relations(product(polynomial, &Polynomial::atom(atom.clone()))?)?, 1),
-        false => (polynomial.clone(), 0),
-    };
-    Ok(within.coefficients_in(atom).remove(&degree).unwrap_or_else(Polynomial::zero))
 }
 
 impl Value {

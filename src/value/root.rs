@@ -137,12 +137,20 @@ impl Value {
         parts.into_iter().map(|part| Value::whole(part).ok()).collect()
     }
 
+    /// Whether it is written as a square or a sum of squares, so that it is nowhere negative.
+    pub(crate) fn is_sum_of_squares(&self) -> bool {
+        let product = self.parts().and_then(|(numerator, denominator)| numerator.times(denominator));
+        let Some(product) = product.filter(|product| product.terms().len() <= MOST_TERMS) else { return false };
+        let whole = product.scale(&product.content().recip());
+        squares(&whole).is_some() || square_with_root(&whole).is_some() || square_root(&whole).is_some()
+    }
+
     /// The vector of length 1 in the same direction; of a number, its sign.
     ///
     /// # Errors
     /// Of 0 or a distribution.
     pub fn unit(&self) -> Result<Value, ValueError> {
-        self.div(&self.norm()?)
+        self.over(&self.norm()?)
     }
 }
 
@@ -293,6 +301,17 @@ fn square_root(sum: &Real) -> Option<Real> {
         root = root.plus(&Polynomial::term(next.over(&lead)?, number * &twice));
     }
     None
+}
+
+/// A number and the polynomial whose square, so many times, this is; of what is made of more than one term.
+pub(crate) fn square_of(sum: &Real) -> Option<(BigRational, Real)> {
+    if !(2..=MOST_TERMS).contains(&sum.terms().len()) {
+        return None;
+    }
+    let content = if sum.leading().is_negative() { -sum.content() } else { sum.content() };
+    let whole = sum.scale(&content.recip());
+    let root = square_root(&whole).or_else(|| square_with_root(&whole)?.pop())?;
+    Some((content, root))
 }
 
 /// `q*x + b/(2*q)` of `q^2*x^2 + b*x + c`.

@@ -6,6 +6,7 @@ use std::fmt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
+use super::denominator::hides_a_sign;
 use super::{Atom, Content, Real, Value};
 use crate::polynomial::{Budget, Monomial, Polynomial};
 
@@ -103,6 +104,10 @@ impl Printer {
         if bottom.0.starts_with('-') {
             top = self.sum(&numerator.negated(), &Monomial::one());
             bottom = self.sum(&denominator.negated(), &Monomial::one());
+        }
+        // Read as a quotient it would be a sign.
+        if hides_a_sign(&numerator, &denominator) {
+            return (format!("{}*(1/{})", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product);
         }
         (format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power)), Level::Product)
     }

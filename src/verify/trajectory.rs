@@ -395,6 +395,7 @@ impl Walker<'_> {
         for condition in &count.conditions {
             assumptions.assume(condition.relation, &condition.left, &condition.right);
         }
+        let stays = assumptions.simplify(&stays);
         let last = self.values_at(values, &count.closed, &stays)?;
         if let Some(learned) = &count.learned {
             let learned = learned.substitute(&round.map)?.substitute(&last)?;

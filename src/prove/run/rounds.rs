@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::shape::{alike, between, polynomial, unused};
-use super::{Follower, Lost, items, lost};
+use super::{Follower, Lost, Stage, items, lost};
 use crate::fact::Context;
 use crate::law::Condition;
 use crate::name::Name;
@@ -26,6 +26,14 @@ struct Alike<'r> {
 
 fn put(term: &Term, name: &Name, value: Value) -> Result<Term, Lost> {
     substitute_values(term, &BTreeMap::from([(name.clone(), value)])).map_err(|stuck| Lost(stuck.0))
+}
+
+/// A network under the ports that a state hides.
+fn under_ports(network: &Term, state: &Term) -> Term {
+    match state.node() {
+        Node::New(port, inside) => Term::new(Node::New(port.clone(), under_ports(network, inside))),
+        _ => network.clone(),
+    }
 }
 
 impl Follower<'_> {
@@ -163,25 +171,59 @@ impl Follower<'_> {
         let first = put(body, index, Value::zero())?;
         let second = self.within(&hypotheses).along(&items(&first), state.clone())?.1;
         let inside = Context::new(&self.theory.assumptions, &self.theory.definitions, &hypotheses);
-        let Some(general) = between(state, &second, (&own, &inside)) else {
-            return lost("the rounds do not change in steps");
-        };
+        let general = between(state, &second, (&own, &inside));
         hypotheses.pop();
         hypotheses.push(Condition::Natural(own.clone()));
         hypotheses.push(Condition::Compare(Relation::Lss, own, count.clone()));
         let rounds = Alike { body, index, variable, count };
-        let why = match self.by_lemma(&rounds, &hypotheses, &general, state) {
-            Err((why, Some(found))) => match self.by_lemma(&rounds, &hypotheses, &found, state) {
-                Ok(done) => return Ok(done),
-                Err(_) => why,
-            },
-            Err((why, None)) => why,
-            Ok(done) => return Ok(done),
+        let why = match general.map(|general| self.by_lemma_or_as_found(&rounds, &hypotheses, &general, state)) {
+            Some(Ok(done)) => return Ok(done),
+            Some(Err(why)) => why,
+            None => Lost("the rounds do not change in steps".to_string()),
         };
-        match self.through_first(&rounds, state) {
-            Some(found) => self.by_lemma(&rounds, &hypotheses, &found, state).map_err(|_| why),
-            None => Err(why),
+        if let Some(found) = self.through_first(&rounds, state)
+            && let Ok(done) = self.by_lemma(&rounds, &hypotheses, &found, state)
+        {
+            return Ok(done);
         }
+        for found in self.by_stages(&rounds, &hypotheses, state) {
+            if let Ok(done) = self.by_lemma_or_as_found(&rounds, &hypotheses, &found, state) {
+                return Ok(done);
+            }
+        }
+        Err(why)
+    }
+
+    fn by_lemma_or_as_found(
+        &mut self,
+        rounds: &Alike<'_>,
+        hypotheses: &[Condition],
+        general: &Term,
+        state: &Term,
+    ) -> Result<(StepId, Term), Lost> {
+        match self.by_lemma(rounds, hypotheses, general, state) {
+            Err((why, Some(found))) => self.by_lemma(rounds, hypotheses, &found, state).map_err(|_| why),
+            found => found.map_err(|(why, _)| why),
+        }
+    }
+
+    /// How each of the rounds might begin by the closed forms of the phases that begin as the system is now: with their
+    /// first round, or with the one behind it, where the first was told apart.
+    fn by_stages(&self, rounds: &Alike<'_>, hypotheses: &[Condition], state: &Term) -> Vec<Term> {
+        let own = Value::variable(&rounds.variable);
+        let inside = self.within(hypotheses);
+        let begins = |first: i64, stage: &Stage| -> Option<Term> {
+            let number = own.add(&Value::integer(first)).ok()?;
+            let network = put(&stage.network, &stage.number, number).ok()?;
+            let general = inside.instant(&under_ports(&network, state)).ok()?.network();
+            let start = put(&general, &rounds.variable, Value::zero()).ok()?;
+            alike(&start, state, &self.context).then_some(general)
+        };
+        let mut found: Vec<Term> = Vec::new();
+        for (first, stage) in [0, 1].into_iter().flat_map(|first| self.stages.iter().map(move |stage| (first, stage))) {
+            found.extend(begins(first, stage).filter(|general| !found.contains(general)));
+        }
+        found
     }
 
     /// How each of the rounds might begin if the values that change are polynomials in its number: those through the
