@@ -370,3 +370,25 @@ fn evaluate(shape: &Shape, names: &dyn Fn(&Name) -> Option<Value>) -> Option<Val
         }
     })
 }
+
+/// A square and a root are factors that the normal form hides: `x*x-2*x+1`, and `s*s` of `s = norm((a,b))`, written
+/// `a^2+b^2`.
+#[test]
+fn hidden_factors_give_signs() {
+    let variable = |name: &str| Value::variable(&Name::new(name));
+    let (a, b, v, zero) = (variable("a"), variable("b"), variable("v"), Value::zero());
+    let gap = v.sub(&Value::integer(5)).expect("a value");
+    let square = gap.mul(&gap).expect("a value");
+    let mut known = Assumptions::default();
+    assert_eq!(known.decide(Relation::Gte, &square, &zero), Some(true));
+    assert_eq!(known.decide(Relation::Neq, &square, &zero), None);
+    known.assume(Relation::Lss, &v, &Value::integer(5));
+    assert_eq!(known.decide(Relation::Gtr, &square, &zero), Some(true));
+    let length = Value::vector(vec![a.clone(), b.clone()]).expect("a vector").norm().expect("a length");
+    let step = a.mul(&v).and_then(|product| product.div(&length)).expect("a value");
+    let mut known = Assumptions::default();
+    [&a, &b, &v].into_iter().for_each(|one| known.assume(Relation::Gtr, one, &zero));
+    assert_eq!(known.decide(Relation::Lss, &step, &a), None, "a step may go past");
+    known.assume(Relation::Gtr, &length, &v);
+    assert_eq!(known.decide(Relation::Lss, &step, &a), Some(true));
+}

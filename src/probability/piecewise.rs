@@ -152,13 +152,8 @@ fn way(chain: &Chain, settled: &[Option<bool>], one: &Move) -> Result<Way, Strin
         *place = meet(place, &one_side(side, against)?);
     }
     let mut noises: Vec<Distribution> = Vec::new();
-    let mut shift = form.constant.clone();
     for (factor, draw) in form.draws.iter().zip(&one.draws).filter(|(factor, _)| !factor.is_zero()) {
         let noise = draw.affine(factor, &BigRational::zero()).ok_or("a number of arrivals is multiplied")?;
-        if let Distribution::Point(at) = &noise {
-            shift += at;
-            continue;
-        }
         match noises.iter_mut().find_map(|other| Some((other.plus(&noise)?, other))) {
             Some((sum, other)) => *other = sum,
             None => noises.push(noise),
@@ -176,6 +171,7 @@ fn way(chain: &Chain, settled: &[Option<bool>], one: &Move) -> Result<Way, Strin
     };
     let noises = noises.iter().map(Noise::of).collect::<Result<_, _>>()?;
     let tests = one.tests.iter().filter(|side| !side.form.is_drawn()).cloned().collect();
+    let shift = form.constant.clone();
     Ok(Way { slope, shift, noises, states, taken, target, tests, region })
 }
 
