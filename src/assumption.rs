@@ -7,6 +7,7 @@
 mod atoms;
 mod linear;
 mod refute;
+mod remembered;
 mod sign;
 mod simplify;
 
@@ -439,9 +440,7 @@ impl Assumptions {
     }
 
     fn note_constraint(&mut self, relation: Relation, value: &Value) {
-        let Some((numerator, denominator)) = value.polynomials() else {
-            return;
-        };
+        let Some((numerator, denominator)) = value.polynomials() else { return };
         // N/D compares with 0 as N*D does, and is 0 if N is, where D is not 0. It has no value where D is, but for a
         // condition in it that excludes the division: there N is 0 as well, whatever the value.
         let divides = denominator.is_one()

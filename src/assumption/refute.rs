@@ -17,7 +17,7 @@ use crate::value::{Atom, Value};
 /// How deep cases are split.
 const MOST_SPLITS: usize = 4;
 /// How many systems of constraints one question may look at.
-const MOST_SYSTEMS: usize = 60;
+pub(super) const MOST_SYSTEMS: usize = 60;
 /// How many constraints one system may have before products are added.
 pub(super) const MOST_CONSTRAINTS: usize = 60;
 /// How many constraints are multiplied with each other.
@@ -56,13 +56,9 @@ impl Assumptions {
         own.within(Signs::of(relation.negated())).then_some(false)
     }
 
-    /// The signs that the value may have; the search stops when they are all `wanted` or none is.
-    pub(super) fn possible_signs(&self, value: &Value, wanted: Signs) -> Signs {
-        let mut systems = MOST_SYSTEMS;
-        self.signs_of_value(value, wanted, 3, &mut systems)
-    }
-
-    fn signs_of_value(&self, value: &Value, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {
+    /// The signs that the value may have; the search stops when they are all `wanted` or none is, `depth` factors deep
+    /// and after so many systems.
+    pub(super) fn signs_of_value(&self, value: &Value, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {
         let value = self.with_solved(value);
         let Some((numerator, denominator)) = value.polynomials() else {
             return Signs::ANY;

@@ -10,7 +10,7 @@ use crate::polynomial::{Monomial, Polynomial};
 use crate::value::{Atom, Value};
 
 /// A set of signs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Signs(u8);
 
 impl Signs {
