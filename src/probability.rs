@@ -33,6 +33,7 @@ mod pair;
 mod panels;
 mod piecewise;
 pub mod plan;
+pub mod races;
 pub mod random;
 mod recut;
 pub mod region;
@@ -78,7 +79,7 @@ pub(crate) fn late(time: &BigRational, question: &Question) -> bool {
     *time > question.time
 }
 
-/// A chance that surely lies in an interval. Only [`exact`], [`branches`], [`enclosed`], [`linear`] and [`schedule`] make one, and only with one is a threshold proved or refuted: a simulation has none.
+/// A chance that surely lies in an interval. Only [`exact`], [`branches`], [`enclosed`], [`linear`], [`races`] and [`schedule`] make one, and only with one is a threshold proved or refuted: a simulation has none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Enclosed {
     interval: Interval,

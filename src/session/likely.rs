@@ -1,6 +1,7 @@
 //! `probability of …`, `… with probability >= q`.
 
 mod several;
+mod timed;
 
 use std::borrow::Cow;
 
@@ -20,10 +21,11 @@ use crate::invariant::Claim;
 use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
 use crate::probability::chain::{Chain, chain, curved};
-use crate::probability::{Enclosed, Question, branches, direct, enclosed, estimated, exact, linear, schedule};
+use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
+use timed::{followed, raced, run, scheduled};
 
 /// Runs of a simulation, and its seed.
 const RUNS: u64 = 100_000;
@@ -31,6 +33,7 @@ const SEED: u64 = 1;
 
 /// What is taken on trust where a chance is compared.
 const PARTS: &str = "that the process goes through its parts, their draws and their delays in a line";
+const CASES: &str = "that the cases of what is drawn are all, and their chances those of the draws";
 const PHASES: &str = "that the phases with their flow functions, as printed, are all that the system does";
 const CHECKED: &str = "the kernel has checked every way of the phases, just one of which is taken";
 const ORDERS: &str = "that several communications of one moment may come in any order, as each may with the first";
@@ -191,11 +194,12 @@ fn sought(
     environment: &Environment,
 ) -> Result<Answer, Vec<String>> {
     // Rounds of drawn length are no chain, and may be many.
+    let mut unraced = None;
     if let Ok((system, ..)) = event(likelihood, environment)
         && durations_are_drawn(&system.term(&environment.definitions), environment)
     {
         let found = followed(likelihood, environment).or_else(|| scheduled(likelihood, environment).ok());
-        if let Some(answer) = found {
+        if let Some(answer) = found.or_else(|| raced(likelihood, environment).map_err(|reason| unraced = reason).ok()) {
             return Ok(answer);
         }
     }
@@ -203,8 +207,8 @@ fn sought(
         Ok(asked) => asked,
         Err(reasons) => match around(likelihood, threshold, environment) {
             Some(Ok(answer)) => return Ok(answer),
-            Some(Err(reason)) => return without_rounds(likelihood, environment, vec![reason]),
-            None => return without_rounds(likelihood, environment, reasons),
+            Some(Err(reason)) => return without_rounds(likelihood, environment, vec![reason], unraced),
+            None => return without_rounds(likelihood, environment, reasons, unraced),
         },
     };
     let methods: &[Method] = match &likelihood.method {
@@ -248,14 +252,24 @@ fn around(
 /// Why there is no answer, method by method.
 type Reasons = Vec<String>;
 
-/// The answer for a system that is no chain of linear rounds, for these reasons.
-fn without_rounds(likelihood: &Likelihood, environment: &Environment, mut reasons: Reasons) -> Result<Answer, Reasons> {
+/// The answer for a system that is no chain of linear rounds, for these reasons; where it draws durations, for the reason
+/// why its cases were not followed.
+fn without_rounds(
+    likelihood: &Likelihood,
+    environment: &Environment,
+    mut reasons: Reasons,
+    unraced: Option<String>,
+) -> Result<Answer, Reasons> {
     if let Some(answer) = followed(likelihood, environment) {
         return Ok(answer);
     }
+    let raced = unraced.is_some();
+    if let Some(reason) = unraced {
+        reasons = vec![reason];
+    }
     let note = match scheduled(likelihood, environment) {
         Ok(answer) => return Ok(answer),
-        Err(reason) if reason == schedule::SEVERAL && !reasons.is_empty() => {
+        Err(reason) if (reason == schedule::SEVERAL || raced) && !reasons.is_empty() => {
             format!("neither exact nor enclosed: {}", reasons.join("; "))
         }
         Err(reason) => {
@@ -266,39 +280,6 @@ fn without_rounds(likelihood: &Likelihood, environment: &Environment, mut reason
     let mut answer = run(likelihood, environment).unwrap_or(Err(Vec::new())).map_err(|more| once(reasons, more))?;
     answer.lines.push(format!("note: {note}"));
     Ok(answer)
-}
-
-/// The answer for one process that draws how long it lasts.
-fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Result<Answer, String> {
-    let (system, event, question) = event(likelihood, environment).map_err(|reasons| reasons.join("; "))?;
-    let found = schedule::schedule(&system.components, &environment.definitions, &event, &question)?;
-    let method = if found.wide { Method::Enclosed } else { Method::Exact };
-    if likelihood.method.is_some_and(|asked| asked != method) {
-        return Err(format!("it is {} only", name(method)));
-    }
-    let lines = below(&system.term(&environment.definitions), environment);
-    Ok(surely(found.chance, method, lines, PARTS))
-}
-
-/// The answer by all branches of the executable meaning, of which hardly anything is left to trust; none where there are
-/// too many.
-fn followed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
-    if !matches!(likelihood.method, None | Some(Method::Exact)) {
-        return None;
-    }
-    let (system, event, question) = event(likelihood, environment).ok()?;
-    let term = system.term(&environment.definitions);
-    let found = branches::branches(&term, &environment.definitions, &event, &question).ok()?;
-    let mut lines = vec!["all branches of the executable meaning were followed".to_string()];
-    lines.extend(below(&term, environment));
-    let trusted = if found.orders { vec![ORDERS.to_string()] } else { Vec::new() };
-    Some(Answer { trusted, ..surely(found.chance, Method::Exact, lines, PARTS) })
-}
-
-/// What is said of durations that are drawn.
-fn below(system: &Term, environment: &Environment) -> Vec<String> {
-    let said = durations_are_drawn(system, environment);
-    said.then(|| "a duration that is drawn below 0 counts as 0".to_string()).into_iter().collect()
 }
 
 fn surely(found: Enclosed, method: Method, mut lines: Vec<String>, trusted: &str) -> Answer {
@@ -313,31 +294,6 @@ fn surely(found: Enclosed, method: Method, mut lines: Vec<String>, trusted: &str
 fn trust(first: &str, found: Option<&Enclosed>) -> Vec<String> {
     let rounded = found.is_none_or(|found| found.number().is_none());
     [first].into_iter().chain(rounded.then_some(MACHINE)).map(str::to_string).collect()
-}
-
-/// The answer by runs of the executable meaning; none where another method is asked for.
-fn run(likelihood: &Likelihood, environment: &Environment) -> Option<Result<Answer, Vec<String>>> {
-    if !matches!(likelihood.method, None | Some(Method::Estimated)) {
-        return None;
-    }
-    let answer = || -> Result<Answer, Vec<String>> {
-        let (system, event, question) = event(likelihood, environment)?;
-        let term = system.term(&environment.definitions);
-        let (runs, seed) = (likelihood.runs, likelihood.seed.unwrap_or(SEED));
-        let found = direct::direct(&term, &environment.definitions, &event, &question, (runs, seed))
-            .map_err(|reason| vec![format!("not estimated: {reason}")])?;
-        let interval = Interval::between(found.low, found.high);
-        let mut lines = vec![
-            format!("probability {} (estimated)", between(&interval, LIKELY)),
-            format!("{} runs of the executable meaning, seed {seed}, confidence {}", found.runs, estimated::CONFIDENCE),
-        ];
-        lines.extend(below(&term, environment));
-        let Interval { low, high } = interval;
-        let (confidence, runs) = (Some(estimated::CONFIDENCE), Some(found.runs));
-        let chance = Chance { low, high, method: name(Method::Estimated), confidence, runs };
-        Ok(Answer { chance, interval, enclosed: None, lines, trusted: trust(PHASES, None) })
-    };
-    Some(answer())
 }
 
 /// The system as a chain, and what is asked of it.
