@@ -70,6 +70,8 @@ pub struct Lasso {
     pub after: After,
     /// Whether the run was not followed to its end, and what comes after is all that it may show from then on.
     pub bounded: bool,
+    /// Whether what comes after is one stretch without end.
+    pub endless: bool,
 }
 
 impl Lasso {
@@ -77,7 +79,7 @@ impl Lasso {
     /// the work is `interrupted`.
     pub fn of(system: &Term, definitions: &Definitions, interrupted: &dyn Fn() -> bool) -> Lasso {
         let model = Model::new(definitions);
-        let mut lasso = Lasso { stretches: Vec::new(), after: After::Unknown, bounded: false };
+        let mut lasso = Lasso { stretches: Vec::new(), after: After::Unknown, bounded: false, endless: false };
         let Ok(mut state) = model.state(system) else { return lasso };
         let mut seen: HashMap<State, usize> = HashMap::new();
         while lasso.stretches.len() < MOST_STRETCHES && !interrupted() {
@@ -99,7 +101,7 @@ impl Lasso {
             }
             let Some((stretch, endless, next)) = stretch(&model, &settled) else { return lasso };
             if endless {
-                lasso.after = After::Round(vec![stretch]);
+                (lasso.after, lasso.endless) = (After::Round(vec![stretch]), true);
                 return lasso;
             }
             seen.insert(settled, lasso.stretches.len());
@@ -107,6 +109,13 @@ impl Lasso {
             state = next;
         }
         lasso
+    }
+
+    /// How long it takes from one state of the system to the same again, and from what time on that is so.
+    pub fn round(&self) -> Option<(BigRational, BigRational)> {
+        let After::Round(round) = &self.after else { return None };
+        let total = |stretches: &[Stretch]| stretches.iter().map(|stretch| stretch.duration.clone()).sum();
+        (!self.endless && !self.bounded).then(|| (total(round), total(&self.stretches)))
     }
 
     /// Where the run is not known to its end, all that its legs can show, if the last of them goes on for ever, or they

@@ -5,7 +5,7 @@ use num_traits::{One, Signed};
 
 use super::denominator::{free_denominator, without_lengths};
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
-use crate::polynomial::{Budget, Monomial, Polynomial};
+use crate::polynomial::{Budget, MOST_TERMS, Monomial, Polynomial};
 
 /// The work that may go into one greatest common divisor; beyond it a fraction keeps its common factor.
 pub(super) const DIVISOR_BUDGET: u64 = 100_000;
@@ -259,16 +259,22 @@ pub(super) fn relations(polynomial: Real) -> Result<Real, ValueError> {
     if !polynomial.terms().iter().any(|(monomial, _)| touched(monomial)) {
         return Ok(polynomial);
     }
-    let mut plain = Vec::new();
-    let mut expanded = Polynomial::zero();
+    let mut terms = Vec::new();
     for (monomial, number) in polynomial.terms() {
         if !touched(monomial) {
-            plain.push((monomial.clone(), number.clone()));
+            terms.push((monomial.clone(), number.clone()));
         } else if !excluded(monomial)? {
-            expanded = expanded.plus(&reduced_monomial(monomial, number)?);
+            terms.extend_from_slice(reduced_monomial(monomial, number)?.terms());
+        }
+        // One sum of all terms, but no more of them at a time than two polynomials may have.
+        if terms.len() > 2 * MOST_TERMS {
+            terms = Polynomial::of(terms).terms().to_vec();
+            if terms.len() > MOST_TERMS {
+                return Err(ValueError::too_large());
+            }
         }
     }
-    Ok(Polynomial::of(plain).plus(&expanded))
+    Ok(Polynomial::of(terms))
 }
 
 fn reduced_monomial(monomial: &Monomial<Atom>, number: &BigRational) -> Result<Real, ValueError> {
