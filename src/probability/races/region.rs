@@ -248,8 +248,8 @@ mod tests {
         let expected = 5.0 / 8.0 * (1.0 - (-32.0f64 / 15.0).exp()) - (-0.8f64).exp() * (1.0 - (-4.0f64 / 3.0).exp());
         is(&within, expected, 1e-12);
         // Their sum within 3.
-        let (l, m) = (1.0 / 3.0, 1.0 / 5.0);
-        let sum = 1.0 - (l * (-3.0 * m as f64).exp() - m * (-3.0 * l as f64).exp()) / (l - m);
+        let (l, m): (f64, f64) = (1.0 / 3.0, 1.0 / 5.0);
+        let sum = 1.0 - (l * (-3.0 * m).exp() - m * (-3.0 * l).exp()) / (l - m);
         is(&cut(&both, [-1, -1, 3]), sum, 1e-12);
         // The same rate: a sum of two is Erlang.
         let same = two(&exponential(1, 2), &exponential(1, 2));
