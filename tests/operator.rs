@@ -438,3 +438,15 @@ fn what_is_asked_for_instead_is_allowed_and_each_change_is_told_once() {
     );
     assert_eq!(radius.matches("all: rad = ").count(), 1, "{radius}");
 }
+
+#[test]
+fn what_is_wrong_elsewhere_hides_no_change() {
+    let text = "param speed = 1\nproc E_r = (Delay_1 # At_r) ; In_v<u> ; E_{r+u}\nproc U = Out_{v,speed}\nsystem S = E_0 | U^20\n\
+                criteria A for S { goals At_8 radius 1 leg within 5 }\n";
+    let said = |rest: &str| out(&pars(folder(&format!("{text}{rest}")).path(), &["run", "mission.pars"]));
+    let repaired = "leg1: speed = 7/5 in place of 1 ";
+    assert!(said("").contains(repaired), "{}", said(""));
+    for rest in ["proc X = Y\n", "criteria B for S { goals At_8 leg within 0 }\n"] {
+        assert!(said(rest).contains(repaired), "{}", said(rest));
+    }
+}

@@ -413,7 +413,7 @@ fn a_simulation_takes_what_is_equal_for_equal_and_has_as_many_runs_as_are_asked_
     says(two, &[chance, "2000 runs, seed 3, confidence 0.99"]);
     // What no run does is no share, and how many more runs it would take follows from how many there were.
     let rare = "observer Done\nproc Rare = Ran_{Exp(rate: 1/1000)}<x> ; (Delay_x | Delay_{x/2}) ; Done\nsystem Late = Rare\n\
-        prove probability of Late reaching Done within 1/100 <= 1/1000\n";
+        prove probability of Late reaching Done within 1/100 <= 1/1000 by estimated\n";
     let work = "1/1000 lies between 0 and 0.0016559773406480956: it would take some 6628 runs to tell them apart, if all end \
         as these did";
     says(rare, &["probability at most 0.0016559773406480956, between 0 and 0.0016559773406480956 (estimated)", work]);

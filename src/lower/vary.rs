@@ -95,17 +95,44 @@ impl Environment {
         self.history = History { base: Some(base), ..History::default() };
     }
 
-    /// The same declarations with other values for parameters that have one; without a value a parameter is left open.
+    /// The same declarations with other values for parameters that have one; without a value a parameter is left open. A
+    /// declaration that is wrong as it is written is left out here as it was there.
     ///
     /// # Errors
     /// What is wrong with the declarations then: an assumption that does not hold, for one.
     pub fn varied(&self, instead: &BTreeMap<Name, Option<Value>>) -> Result<Environment, Vec<Diagnostic>> {
-        let Some(base) = &self.history.base else { return Ok(self.clone()) };
         let mut all = (*self.history.instead).clone();
         all.extend(instead.iter().map(|(name, value)| (name.clone(), value.clone())));
+        let all = Arc::new(all);
+        self.declared(all.clone(), &mut |_, wrong| Err(wrong)).or_else(|wrong| {
+            let mut before = BTreeSet::new();
+            self.declared(self.history.instead.clone(), &mut |place, _| {
+                before.insert(place);
+                Ok(())
+            })?;
+            if before.is_empty() {
+                return Err(wrong);
+            }
+            self.declared(all, &mut |place, wrong| if before.contains(&place) { Ok(()) } else { Err(wrong) })
+        })
+    }
+
+    /// All declarations once more, with these values; of each that is wrong it is asked, by its place among all, whether
+    /// the others still count.
+    fn declared(
+        &self,
+        instead: Arc<BTreeMap<Name, Option<Value>>>,
+        wrong: &mut dyn FnMut(usize, Vec<Diagnostic>) -> Result<(), Vec<Diagnostic>>,
+    ) -> Result<Environment, Vec<Diagnostic>> {
+        let Some(base) = &self.history.base else { return Ok(self.clone()) };
         let mut environment = (**base).clone();
-        environment.history = History { base: Some(base.clone()), instead: Arc::new(all), steps: Arc::default() };
+        environment.history = History { base: Some(base.clone()), instead, steps: Arc::default() };
         let mut current: Option<(super::Batch, &[Item])> = None;
+        let mut place = 0;
+        let mut step = |environment: &mut Environment, batch: &mut super::Batch, index: usize, item: &Item| {
+            place += 1;
+            environment.step(batch, index, item).map(drop).or_else(|diagnostics| wrong(place, diagnostics))
+        };
         for entry in self.history.steps.iter() {
             match &**entry {
                 Entry::Open(opened) => {
@@ -113,7 +140,7 @@ impl Environment {
                     let mut batch = environment.open(items, &opened.text);
                     for (index, item) in items.iter().enumerate() {
                         if !matches!(item.kind, ItemKind::Param(_)) {
-                            environment.step(&mut batch, index, item)?;
+                            step(&mut environment, &mut batch, index, item)?;
                         }
                     }
                     current = Some((batch, items));
@@ -122,7 +149,7 @@ impl Environment {
                     if let Some((batch, items)) = &mut current
                         && let Some(item) = items.get(*place)
                     {
-                        environment.step(batch, *place, item)?;
+                        step(&mut environment, batch, *place, item)?;
                     }
                 }
             }
