@@ -486,3 +486,10 @@ fn a_test_of_what_may_be_divided_leaves_no_way_out() {
         (Lte_{far(y),3} ; Delay_2)) ; A_y\nproc B = Out_{c,k} ; B\nsystem Sys = A_0 | B\nperiod Sys\n";
     says(script, &["-> phase 1, lasting 8 if (if k > 0 then 1/k else 5) > 3 and k = 0: (Delay_1 # Z_q) ; Delay_7"]);
 }
+
+#[test]
+fn why_drawn_times_are_not_told_apart_is_said_in_the_names_of_the_text() {
+    let script = "observer Done\nproc A = Ran_{Exp(rate: 1)}<x> ; Delay_x\nproc B = Ran_{Uniform(1,3)}<y> ; Delay_{1/(y-2)}\n\
+        system S = (A | B) ; Done\nprobability of S reaching Done within 1\n";
+    says(script, &["note: neither exact nor enclosed: it must be known whether max(0,1/(y-2)) > 0"]);
+}

@@ -85,10 +85,17 @@ pub fn races(
     // A port that only one part uses is never answered.
     let ports = facts.ports.names.iter().rev();
     let system = ports.fold(lasting, |body, port| Term::new(Node::New(port.clone(), body)));
-    let mut walk =
-        Walk { definitions: &definitions, assumptions, event, question, steps: 0, names: 0, known: HashMap::new() };
+    let mut walk = Walk {
+        definitions: &definitions,
+        assumptions,
+        event,
+        question,
+        steps: 0,
+        called: Vec::new(),
+        known: HashMap::new(),
+    };
     let rest = Value::rational(question.time.clone());
-    let fate = walk.follow(system, rest, &Region::default(), 0)?;
+    let fate = walk.follow(system, rest, &Region::default(), 0).map_err(|reason| walk.told(reason))?;
     let mut found = Sum { chance: Interval::exactly(0.0), cases: 0, wide: false };
     found.add(&fate, &Region::default(), &BigRational::one())?;
     let chance = Enclosed::within(found.chance.probability());
@@ -104,7 +111,8 @@ struct Walk<'a> {
     event: &'a Claim,
     question: &'a Question,
     steps: usize,
-    names: usize,
+    /// What is called `drawn n` here, as the text calls it.
+    called: Vec<Name>,
     /// How it ends from where nothing that was drawn matters any more: by the network and the time that is left.
     known: HashMap<(Term, Value), Rc<Fate>>,
 }
@@ -123,6 +131,15 @@ enum Next {
 }
 
 impl Walk<'_> {
+    /// A reason as a sentence, in the names of the text.
+    fn told(&self, mut reason: String) -> String {
+        // Backwards, as `drawn 1` begins `drawn 12`.
+        for (place, own) in self.called.iter().enumerate().rev() {
+            reason = reason.replace(&format!("drawn {place}"), own.as_str());
+        }
+        if reason.starts_with("whether ") { format!("it must be known {reason}") } else { reason }
+    }
+
     /// How it ends from here, with so much time left.
     fn follow(&mut self, state: Term, rest: Value, region: &Region, depth: usize) -> Result<Rc<Fate>, String> {
         let mentions = |name: &Name| subterms(&state).any(|part| part.values().any(|value| value.mentions(name)));
@@ -269,9 +286,9 @@ impl Walk<'_> {
                 return Err(format!("more than {MOST_KINDS} kinds of numbers are drawn at one moment"));
             }
         }
-        let fresh = |place: usize| Name::new(&format!("drawn {}", self.names + place));
+        let fresh = |place: usize| Name::new(&format!("drawn {}", self.called.len() + place));
         let names: Vec<Name> = (0..draws.due().len()).map(fresh).collect();
-        self.names += names.len();
+        self.called.extend(draws.due().iter().map(|(own, _)| own.clone()));
         draws.made(&names, context).map_err(|stuck| stuck.0)?;
         let network = draws.after(&names).map_err(|stuck| stuck.0)?;
         let mut all = Vec::new();
