@@ -166,18 +166,9 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
         }
         Step::Law(name, with) => law_ends(name, with, theory, context),
         Step::Lemma(of, with) => {
-            let image = |term: &Term| with.apply(term, context).unwrap_or_else(|_| term.clone());
-            let statement = proof.lemmas.get(*of).map(|lemma| &lemma.statement);
-            let connective = statement.map_or(Connective::Equal, |statement| statement.connective);
-            let side = |side: fn(&Statement) -> &Term| statement.map_or_else(Term::stop, |all| image(side(all)));
-            Ends { left: side(|all| &all.left), connective, right: side(|all| &all.right) }
+            lemma_ends(proof, *of, &|term| with.apply(term, context).unwrap_or_else(|_| term.clone()))
         }
-        Step::Cases { holds, .. } => {
-            let statement = proof.lemmas.get(*holds).map(|lemma| &lemma.statement);
-            let connective = statement.map_or(Connective::Equal, |statement| statement.connective);
-            let side = |side: fn(&Statement) -> &Term| statement.map_or_else(Term::stop, |all| side(all).clone());
-            Ends { left: side(|all| &all.left), connective, right: side(|all| &all.right) }
-        }
+        Step::Cases { holds, .. } => lemma_ends(proof, *holds, &Term::clone),
         Step::Instance(of, with) => {
             let of = at(of);
             let image = |term: &Term| with.apply(term, context).unwrap_or_else(|_| term.clone());
@@ -202,21 +193,37 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
             let connective = at(equation).connective;
             Ends { connective, ..equal(at(equation).left, Term::new(crate::term::Node::Loop(body.clone()))) }
         }
+        Step::Advance(..) | Step::Draw(..) | Step::Rounds { .. } | Step::Turns { .. } => run_ends(proof, step, context),
+    }
+}
+
+/// The sides of a lemma, each as an image of itself.
+fn lemma_ends(proof: &Proof, lemma: usize, image: &dyn Fn(&Term) -> Term) -> Ends {
+    let statement = proof.lemmas.get(lemma).map(|lemma| &lemma.statement);
+    let connective = statement.map_or(Connective::Equal, |statement| statement.connective);
+    let side = |side: fn(&Statement) -> &Term| statement.map_or_else(Term::stop, |all| image(side(all)));
+    Ends { left: side(|all| &all.left), connective, right: side(|all| &all.right) }
+}
+
+/// The sides of a step that says how a network runs; of any other, nothing.
+fn run_ends(proof: &Proof, step: &Step, context: &Context<'_>) -> Ends {
+    let nothing = || Ends { left: Term::stop(), connective: Connective::Equal, right: Term::stop() };
+    let stated = |lemma: usize| proof.lemmas.get(lemma).map(|lemma| &lemma.statement);
+    let weak = |network: &Term, right: Option<Term>| Ends {
+        left: network.clone(),
+        connective: Connective::Weak,
+        right: right.unwrap_or_else(|| network.clone()),
+    };
+    match step {
         Step::Advance(network, time) => {
             let instant = Instant::of(network, context);
-            let right = instant.and_then(|instant| instant.onward(time.as_ref(), context));
-            let right = right.unwrap_or_else(|_| network.clone());
-            Ends { connective: Connective::Weak, ..equal(network.clone(), right) }
+            weak(network, instant.and_then(|instant| instant.onward(time.as_ref(), context)).ok())
         }
         Step::Draw(network, names) => {
-            let right = Draws::of(network, context).and_then(|draws| draws.made(names, context));
-            let right = right.unwrap_or_else(|_| network.clone());
-            Ends { connective: Connective::Weak, ..equal(network.clone(), right) }
+            weak(network, Draws::of(network, context).and_then(|draws| draws.made(names, context)).ok())
         }
         Step::Rounds { lemma, variable, round, index, count } => {
-            let Some(statement) = proof.lemmas.get(*lemma).map(|lemma| &lemma.statement) else {
-                return equal(Term::stop(), Term::stop());
-            };
+            let Some(statement) = stated(*lemma) else { return nothing() };
             let put = |term: &Term, value: Value| {
                 let map = BTreeMap::from([(variable.clone(), value)]);
                 substitute_values(term, &map).unwrap_or_else(|_| term.clone())
@@ -224,17 +231,16 @@ fn step_ends(proof: &Proof, step: &Step, ends: &[Ends], theory: &Theory, context
             let body = put(round, Value::variable(index));
             let rounds = Term::new(crate::term::Node::Power(body, count.clone(), Some(index.clone())));
             let right = Term::seq([rounds, put(&statement.left, count.clone())]);
-            Ends { connective: statement.connective, ..equal(put(&statement.left, Value::zero()), right) }
+            Ends { left: put(&statement.left, Value::zero()), connective: statement.connective, right }
         }
         Step::Turns { lemma, turn, moving } => {
-            let Some(statement) = proof.lemmas.get(*lemma).map(|lemma| &lemma.statement) else {
-                return equal(Term::stop(), Term::stop());
-            };
+            let Some(statement) = stated(*lemma) else { return nothing() };
             let starts = moving.iter().map(|one| (one.variable.clone(), one.start.clone())).collect();
             let left = substitute_values(&statement.left, &starts).unwrap_or_else(|_| statement.left.clone());
             let right = carried_on(turn, moving).unwrap_or_else(|_| turn.clone());
-            Ends { connective: statement.connective.join(Connective::Weak), ..equal(left, right) }
+            Ends { left, connective: statement.connective.join(Connective::Weak), right }
         }
+        _ => nothing(),
     }
 }
 

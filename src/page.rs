@@ -118,6 +118,16 @@ impl Page<'_> {
         self.outputs.iter().filter_map(|output| if let Output::Claim(report) = output { Some(&**report) } else { None })
     }
 
+    /// The chances that were only asked for: the question, and what was found.
+    fn chances(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.outputs.iter().filter_map(|output| match output {
+            Output::Answer(answer) if answer.kind == "probability" => {
+                Some((answer.question.as_str(), answer.lines.first()?.as_str()))
+            }
+            _ => None,
+        })
+    }
+
     /// The page as HTML that needs nothing beside it.
     pub fn html(&self) -> String {
         let mut out = String::new();
@@ -136,6 +146,9 @@ impl Page<'_> {
                 out,
                 "<tr><td><span class=\"verdict {class}\">{word}</span></td><td><a href=\"#claim{number}\">{claim}</a></td></tr>"
             );
+        }
+        for (question, found) in self.chances() {
+            let _ = writeln!(out, "<tr><td>{}</td><td>{}</td></tr>", escaped(found), escaped(question));
         }
         out.push_str("</tbody></table></div>\n");
         let mut number = 0;
@@ -204,6 +217,9 @@ impl Page<'_> {
         let mut out = format!("# {}\n\n| verdict | claim |\n|---|---|\n", self.title);
         for report in self.reports() {
             let _ = writeln!(out, "| **{}** | {} |", word(report), cell(&report.claim));
+        }
+        for (question, found) in self.chances() {
+            let _ = writeln!(out, "| {} | {} |", cell(found), cell(question));
         }
         for output in &self.outputs {
             match output {

@@ -9,7 +9,7 @@ use plotters::prelude::{
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use textplots::{Chart, Plot, Shape};
 
-pub use run::of_run;
+pub use run::{of_run, of_runs};
 
 /// A curve.
 #[derive(Clone, Debug, Default)]
@@ -31,12 +31,21 @@ pub struct Picture {
     pub up: String,
     /// The curves.
     pub lines: Vec<Line>,
+    /// Whether the curves are of one kind: one colour for all, and no names.
+    pub alike: bool,
     /// Stretches of the axis up that matter, with what they are: a goal to within its radius.
     pub bands: Vec<(f64, f64, String)>,
     /// Places on the axis to the right that matter: a deadline.
     pub marks: Vec<(f64, String)>,
     /// A stretch of the axis to the right under which the first curve is filled.
     pub filled: Option<(f64, f64)>,
+}
+
+impl Line {
+    /// Its stretches that hang together: a point that is no number parts them.
+    fn pieces(&self) -> impl Iterator<Item = &[(f64, f64)]> {
+        self.points.split(|(x, y)| !(x.is_finite() && y.is_finite())).filter(|piece| !piece.is_empty())
+    }
 }
 
 /// Colours that people who see fewer of them can tell apart.
@@ -65,8 +74,13 @@ impl Picture {
         let room = |low: f64, high: f64, part: f64| if high > low { (high - low) * part } else { 0.5 };
         let (aside, above) = (room(left, right, 0.02), room(low, high, 0.08));
         // The names of the curves stand above them all.
-        let names = if self.lines.len() > 1 { 0.12 * self.lines.len() as f64 } else { 0.0 };
+        let names = if self.named() { 0.12 * self.lines.len() as f64 } else { 0.0 };
         Some([left - aside, right + aside, low - above, high + above + room(low, high, names)])
+    }
+
+    /// Whether its curves have names beside them.
+    fn named(&self) -> bool {
+        self.lines.len() > 1 && !self.alike
     }
 
     /// As SVG, which can stand within a page; empty where nothing is drawn.
@@ -111,14 +125,17 @@ impl Picture {
             chart.draw_series([Text::new(name.clone(), (*place, high), ("sans-serif", 12))])?;
         }
         for (number, line) in self.lines.iter().enumerate() {
-            let colour = COLOURS[number % COLOURS.len()];
-            let points = line.points.iter().filter(|(x, y)| x.is_finite() && y.is_finite()).copied();
-            chart
-                .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
-                .label(line.name.clone())
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], colour));
+            let colour = if self.alike { COLOURS[0] } else { COLOURS[number % COLOURS.len()] };
+            let style = if self.alike { colour.mix(0.6).stroke_width(1) } else { colour.stroke_width(2) };
+            for (place, piece) in line.pieces().enumerate() {
+                let series = chart.draw_series(LineSeries::new(piece.iter().copied(), style))?;
+                if place == 0 {
+                    let legend = move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], colour);
+                    series.label(line.name.clone()).legend(legend);
+                }
+            }
         }
-        if self.lines.len() > 1 {
+        if self.named() {
             let place = SeriesLabelPosition::UpperRight;
             let mut labels = chart.configure_series_labels();
             labels.position(place).background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw()?;
@@ -132,11 +149,8 @@ impl Picture {
         let Some([left, right, low, high]) = self.frame() else { return Vec::new() };
         let mut all = vec![self.title.clone()];
         let narrow = |number: f64| number as f32;
-        let points = |line: &Line| {
-            let fine = line.points.iter().filter(|(x, y)| x.is_finite() && y.is_finite());
-            fine.map(|(x, y)| (narrow(*x), narrow(*y))).collect::<Vec<(f32, f32)>>()
-        };
-        let drawn: Vec<Vec<(f32, f32)>> = self.lines.iter().map(points).collect();
+        let points = |piece: &[(f64, f64)]| piece.iter().map(|(x, y)| (narrow(*x), narrow(*y))).collect();
+        let drawn: Vec<Vec<(f32, f32)>> = self.lines.iter().flat_map(Line::pieces).map(points).collect();
         let shapes: Vec<Shape<'_>> = drawn.iter().map(|points| Shape::Lines(points)).collect();
         let frame = [left, right, low, high].map(narrow);
         let mut chart = Chart::new_with_y_range(120, 40, frame[0], frame[1], frame[2], frame[3]);
@@ -184,5 +198,14 @@ mod tests {
         }
         assert_eq!(mark(0.30000000000000004, 1.0), "0.3");
         assert_eq!(mark(20.0, 40.0), "20");
+    }
+
+    #[test]
+    fn what_was_not_shown_for_a_while_is_not_joined() {
+        let gap = Line { name: "At".to_string(), points: vec![(0.0, 1.0), (1.0, 1.0), (3.0, f64::NAN), (3.0, 2.0)] };
+        let pieces: Vec<&[(f64, f64)]> = gap.pieces().collect();
+        assert_eq!(pieces, [&[(0.0, 1.0), (1.0, 1.0)][..], &[(3.0, 2.0)][..]]);
+        let drawn = Picture { lines: vec![gap], ..Picture::default() }.svg();
+        assert_eq!(drawn.matches("stroke-width=\"2\"").count(), 2, "{drawn}");
     }
 }

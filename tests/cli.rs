@@ -454,3 +454,11 @@ fn what_is_said_of_later_rounds_is_true_of_all_of_them() {
     let said = out(&script(text));
     assert!(said.contains("in later rounds ?t2 = 2, ?t3 = 0"), "{said}");
 }
+
+#[test]
+fn a_word_that_is_nearly_one_of_a_claim_is_understood() {
+    for (word, meant) in [("satisfy", "satisfies"), ("satisfied", "satisfies"), ("alway", "always")] {
+        let output = script(format!("system Sys = Delay_1\nproperty G = Delay_1\nprove Sys {word} G\n"));
+        assert!(errors(&output).contains(&format!("did you mean `{meant}`?")), "{word}: {}", errors(&output));
+    }
+}

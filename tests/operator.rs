@@ -276,7 +276,14 @@ fn a_chance_that_is_asked_for_is_drawn() {
     ));
     pars(folder.path(), &["report", "mission.pars"]);
     let page = std::fs::read_to_string(folder.path().join("mission.html")).expect("a page");
-    assert_eq!(page.matches("<figure>").count(), 2, "a density, and how a chance grows");
+    assert_eq!(page.matches("<figure>").count(), 4, "a density, how a chance grows, and runs of each");
+    assert_eq!(page.matches("<figcaption>12 runs of W drawn at random, seed 1: At").count(), 2);
+    // One colour for all twelve, and what is asked for beside them.
+    let runs = page.split("<figure>").find(|part| part.contains("12 runs")).expect("runs");
+    assert!(runs.matches("opacity=\"0.6\"").count() >= 12, "{runs}");
+    assert!(runs.contains("asked for"), "{runs}");
+    // What was found stands at the top, as a verdict does.
+    assert!(page.find("<tr><td>probability 0.").expect("a row") < page.find("<h2").expect("a part"));
     let terminal = pars(folder.path(), &["report", "--terminal", "mission.pars"]);
     assert!(out(&terminal).contains('⡇') || out(&terminal).contains('⠤'), "{}", out(&terminal));
 }

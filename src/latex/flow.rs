@@ -15,6 +15,26 @@ pub fn phases(flows: &[PhaseFlow], assumptions: &Assumptions) -> String {
     flows.iter().map(|flow| phase(flow, assumptions)).collect()
 }
 
+/// The closed forms of a phase and of its means, a row for each piece.
+fn closed_forms(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions) -> Vec<(String, String)> {
+    let closed = flow.recurrences(index, assumptions, &|| false).closed.into_iter().map(|one| ("", one));
+    let means = flow.means(index, assumptions, &|| false).into_iter().map(|one| ("\\operatorname{E}", one));
+    let mut rows = Vec::new();
+    for (of, (name, closed)) in closed.chain(means) {
+        let when = conditions(&needed(&closed), "if");
+        for piece in &closed.pieces {
+            let from = if piece.from.is_zero() { String::new() } else { format!("{} \\le ", value(&piece.from)) };
+            let range = match (&piece.until, from.is_empty()) {
+                (Some(until), _) => format!(" \\quad ({from}{index} < {})", value(until)),
+                (None, false) => format!(" \\quad ({from}{index})"),
+                (None, true) => String::new(),
+            };
+            rows.push((format!("{of}{}_{{{index}}}", escaped_name(&name)), value(&piece.form) + &range + &when));
+        }
+    }
+    rows
+}
+
 fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     for (way, tests) in flow.periods() {
@@ -49,21 +69,8 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     for (name, next) in flow.steps(&index) {
         rows.push((format!("{}_{{{index}+1}}", escaped_name(&name)), indexed(value(&next))));
     }
-    let closed = flow.recurrences(&index, assumptions, &|| false).closed.into_iter().map(|one| ("", one));
-    let means = flow.means(&index, assumptions, &|| false).into_iter().map(|one| ("\\operatorname{E}", one));
-    for (of, (name, closed)) in closed.chain(means) {
-        let when = conditions(&needed(&closed), "if");
-        for piece in &closed.pieces {
-            let from = if piece.from.is_zero() { String::new() } else { format!("{} \\le ", value(&piece.from)) };
-            let range = match (&piece.until, from.is_empty()) {
-                (Some(until), _) => format!(" \\quad ({from}{index} < {})", value(until)),
-                (None, false) => format!(" \\quad ({from}{index})"),
-                (None, true) => String::new(),
-            };
-            let term = format!("{of}{}_{{{index}}}", escaped_name(&name));
-            rows.push((term, indexed(value(&piece.form) + &range + &when)));
-        }
-    }
+    let forms = closed_forms(flow, &index, assumptions);
+    rows.extend(forms.into_iter().map(|(left, right)| (left, indexed(right))));
     for exit in &flow.exits {
         let to = match &exit.next {
             Next::Phase(number) => format!("phase {}", number + 1),

@@ -230,17 +230,7 @@ impl Lowerer<'_> {
             self.law_direction(item, &left, &right);
         }
         if let Some(name) = unbound {
-            self.report(
-                Diagnostic::error(
-                    "P0703",
-                    format!(
-                        "the right side of the law `{}` has `{name}`, which the left side does not bind",
-                        item.name.name
-                    ),
-                )
-                .label(item.right.span, format!("`{name}` here"))
-                .label(item.left.span, "not here"),
-            );
+            self.report(unbound_in(item, "the right side", &name, item.right.span));
         }
         // `lasts(P, t)` finds t.
         bound.extend(conditions.iter().flat_map(|condition| match condition {
@@ -249,17 +239,7 @@ impl Lowerer<'_> {
         }));
         for (condition, written) in conditions.iter().zip(&item.conditions) {
             if let Some(name) = condition_metavariables(condition).into_iter().find(|name| !bound.contains(name)) {
-                self.report(
-                    Diagnostic::error(
-                        "P0703",
-                        format!(
-                            "a condition of the law `{}` has `{name}`, which the left side does not bind",
-                            item.name.name
-                        ),
-                    )
-                    .label(written.span, format!("`{name}` here"))
-                    .label(item.left.span, "not here"),
-                );
+                self.report(unbound_in(item, "a condition", &name, written.span));
             }
         }
         Some(Law {
@@ -435,4 +415,11 @@ fn written(process: &ast::Term) -> BTreeSet<Name> {
         }
     }
     found
+}
+
+/// Of a name that stands in a part of a law, but not on its left side.
+fn unbound_in(item: &LawItem, part: &str, name: &Name, place: Span) -> Diagnostic {
+    let text = format!("{part} of the law `{}` has `{name}`, which the left side does not bind", item.name.name);
+    let diagnostic = Diagnostic::error("P0703", text).label(place, format!("`{name}` here"));
+    diagnostic.label(item.left.span, "not here")
 }

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use super::declare::Opening;
 use super::flow::Flows;
 use super::graph::{callees, callees_first, cycles};
+use super::process::cannot_be_used;
 use super::scope::{Lowerer, Metas};
 use super::shape::Shapes;
 use super::{Class, Entity, Environment, Flow, Signature};
@@ -56,6 +57,7 @@ impl Environment {
         settle_flows(&mut drafts, &loops, &until);
         check(&mut drafts, &loops, &until);
         check_calls(&mut drafts, &seen);
+        refuse_callers(&mut drafts, opening);
         if until() {
             return;
         }
@@ -148,6 +150,34 @@ impl Environment {
             None => self.definitions.remove(name),
         }
         self.restore(opening, name);
+    }
+}
+
+/// Refuses what calls a process that has errors and was not defined before, itself or through others: with a part missing
+/// it would be another process than was meant.
+fn refuse_callers(drafts: &mut [Draft], opening: &Opening<'_>) {
+    let gone = |draft: &Draft| {
+        let name = &draft.header.name.name;
+        (!draft.lowerer.errors.is_empty() && opening.before.definitions.get(name).is_none()).then(|| name.clone())
+    };
+    let mut waiting: Vec<Name> = drafts.iter().filter_map(gone).collect();
+    if waiting.is_empty() {
+        return;
+    }
+    let mut callers: HashMap<Name, Vec<usize>> = HashMap::new();
+    for (position, draft) in drafts.iter().enumerate() {
+        for callee in direct(draft.written).1 {
+            callers.entry(callee).or_default().push(position);
+        }
+    }
+    while let Some(name) = waiting.pop() {
+        for position in callers.remove(&name).unwrap_or_default() {
+            let Some(draft) = drafts.get_mut(position).filter(|draft| draft.lowerer.errors.is_empty()) else {
+                continue;
+            };
+            draft.lowerer.report(cannot_be_used(&name, draft.header.name.span));
+            waiting.extend(gone(draft));
+        }
     }
 }
 

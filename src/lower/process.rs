@@ -192,10 +192,7 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn refused(&mut self, name: &Ident) -> Option<Term> {
-        self.fail(
-            Diagnostic::error("P0312", format!("`{}` cannot be used: its definition has errors", name.name))
-                .label(name.span, "used here"),
-        )
+        self.fail(cannot_be_used(&name.name, name.span))
     }
 
     fn out_of_place(&mut self, name: &Ident, word: &str) -> Option<Term> {
@@ -401,4 +398,9 @@ impl Lowerer<'_> {
         }
         Some(())
     }
+}
+
+/// Of what has errors itself, where it is used.
+pub(super) fn cannot_be_used(name: &Name, place: Span) -> Diagnostic {
+    Diagnostic::error("P0312", format!("`{name}` cannot be used: its definition has errors")).label(place, "used here")
 }

@@ -281,7 +281,15 @@ impl Lowerer<'_> {
     fn find(&mut self, find: &ast::Find, names: &Lengths, recurrence: &Recurrence) -> Option<(Relation, Value, Value)> {
         let index = &recurrence.index;
         if find.index.name != *index {
-            return self.wrong(find.index.span, format!("the index is `{index}`"));
+            let other = &find.index.name;
+            return self.fail(
+                Diagnostic::error(
+                    "P0325",
+                    format!("`find` asks for `{other}`, but the index of the sequence is `{index}`"),
+                )
+                .label(find.index.span, "not the index")
+                .help(format!("write `find {index} with …`")),
+            );
         }
         let mut side = |written: &Written| {
             let value = self.right_side(written, names, index, 0)?;

@@ -92,6 +92,10 @@ impl Lowerer<'_> {
                             .label(low.span.to(step.span), "in this range"),
                     );
                 }
+                if last < first {
+                    let text = format!("{} comes after {}: a range goes from the less to the greater", first, last);
+                    return self.fail(Diagnostic::error("P0415", text).label(low.span.to(high.span), "in this range"));
+                }
                 let mut values = Vec::new();
                 let mut value = first;
                 while value <= last {

@@ -72,6 +72,30 @@ impl Lowerer<'_> {
     }
 
     /// The value with the terms of sequences replaced by names that cannot be written.
+    fn all_with_terms(
+        &mut self,
+        written: &[Written],
+        names: &Lengths,
+        index: &Name,
+        found: &mut BTreeMap<(Name, i64), Span>,
+    ) -> Option<Vec<Written>> {
+        written.iter().map(|part| self.with_terms(part, names, index, found)).collect()
+    }
+
+    fn arguments_with_terms(
+        &mut self,
+        arguments: &[Argument],
+        names: &Lengths,
+        index: &Name,
+        found: &mut BTreeMap<(Name, i64), Span>,
+    ) -> Option<Vec<Argument>> {
+        let image = |argument: &Argument| {
+            let value = self.with_terms(&argument.value, names, index, found)?;
+            Some(Argument { label: argument.label.clone(), value })
+        };
+        arguments.iter().map(image).collect()
+    }
+
     fn with_terms(
         &mut self,
         written: &Written,
@@ -92,15 +116,10 @@ impl Lowerer<'_> {
             ValueKind::Negative(inner) => ValueKind::Negative(Box::new(self.with_terms(inner, names, index, found)?)),
             ValueKind::Absolute(inner) => ValueKind::Absolute(Box::new(self.with_terms(inner, names, index, found)?)),
             ValueKind::If(relation, parts) => {
-                let parts: Option<Vec<_>> =
-                    parts.iter().map(|part| self.with_terms(part, names, index, found)).collect();
-                ValueKind::If(*relation, Box::new(<[Written; 4]>::try_from(parts?).ok()?))
+                let parts = self.all_with_terms(parts.as_ref(), names, index, found)?;
+                ValueKind::If(*relation, Box::new(<[Written; 4]>::try_from(parts).ok()?))
             }
-            ValueKind::Vector(parts) => {
-                let parts: Option<Vec<_>> =
-                    parts.iter().map(|part| self.with_terms(part, names, index, found)).collect();
-                ValueKind::Vector(parts?)
-            }
+            ValueKind::Vector(parts) => ValueKind::Vector(self.all_with_terms(parts, names, index, found)?),
             ValueKind::Call(name, arguments) if names.contains_key(&name.name) => {
                 return self.one_term(written, name, arguments, index, found);
             }
@@ -108,20 +127,10 @@ impl Lowerer<'_> {
                 if self.reads_like_a_term(&name.name, arguments, index) {
                     return self.without_equation(name, index);
                 }
-                let mut images = Vec::new();
-                for argument in arguments {
-                    let value = self.with_terms(&argument.value, names, index, found)?;
-                    images.push(Argument { label: argument.label.clone(), value });
-                }
-                ValueKind::Call(name.clone(), images)
+                ValueKind::Call(name.clone(), self.arguments_with_terms(arguments, names, index, found)?)
             }
             ValueKind::Iterate(chain, arguments) => {
-                let mut images = Vec::new();
-                for argument in arguments {
-                    let value = self.with_terms(&argument.value, names, index, found)?;
-                    images.push(Argument { label: argument.label.clone(), value });
-                }
-                ValueKind::Iterate(chain.clone(), images)
+                ValueKind::Iterate(chain.clone(), self.arguments_with_terms(arguments, names, index, found)?)
             }
             ValueKind::Cases(cases) => {
                 let mut images = Vec::new();

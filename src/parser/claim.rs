@@ -118,7 +118,19 @@ impl Parser<'_> {
                 let diagnostic = self.wrong(what).note("only a law is oriented");
                 self.fail(diagnostic.edit("in a claim write `=`", span, "="))
             }
-            _ => self.unexpected(what),
+            _ => {
+                let word = self.spelling();
+                let known = [Keyword::Satisfies, Keyword::Always].map(Keyword::spelling);
+                let close = crate::diagnostic::nearest(word, known);
+                match close.or_else(|| word.starts_with("satisf").then_some("satisfies")) {
+                    Some(near) => {
+                        let span = self.token().span;
+                        let diagnostic = self.wrong(what).edit(format!("did you mean `{near}`?"), span, near);
+                        self.fail(diagnostic)
+                    }
+                    None => self.unexpected(what),
+                }
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Line, Picture};
 use crate::criteria::near;
-use crate::term::Node;
+use crate::term::{Node, Term};
 use crate::timeline::{Ending, Timeline};
 
 /// Stretches that are drawn, at most.
@@ -22,30 +22,49 @@ pub fn of_run(title: &str, run: &Timeline, until: Option<f64>) -> Picture {
         let Some(from) = near(start).filter(|from| *from <= limit) else { continue };
         let lasts = stretch.duration.as_ref().and_then(near);
         let to = lasts.map_or(last * 1.1 + 1.0, |lasts| from + lasts);
-        for term in &stretch.shown {
-            let Node::Observe(name, values) = term.node() else { continue };
-            for (number, value) in values.iter().enumerate() {
-                let parts = component_values(value);
-                let many = values.len() > 1 || parts.len() > 1;
-                for (part, value) in parts.iter().enumerate() {
-                    let Some(value) = near(value) else { continue };
-                    let key = if many { format!("{name} {}", number + part + 1) } else { name.to_string() };
-                    let line = lines.entry(key.clone()).or_insert_with(|| Line { name: key, points: Vec::new() });
-                    // What was not shown for a while is not joined.
-                    if line.points.last().is_some_and(|(before, _)| (before - from).abs() > 1e-9) {
-                        line.points.push((from, f64::NAN));
-                    }
-                    line.points.extend([(from, value), (to, value)]);
-                }
-            }
+        add(&mut lines, &stretch.shown, (from, to));
+    }
+    Picture { title: title.to_string(), lines: lines.into_values().collect(), ..over_time() }
+}
+
+/// What each observer shows over time in several runs, a picture each: in every run, from when to when what is shown.
+pub fn of_runs(title: &str, runs: &[Vec<(f64, f64, Vec<Term>)>]) -> Vec<Picture> {
+    let mut pictures: BTreeMap<String, Picture> = BTreeMap::new();
+    for run in runs {
+        let mut lines = BTreeMap::new();
+        for (from, to, shown) in run {
+            add(&mut lines, shown, (*from, *to));
+        }
+        for (key, line) in lines {
+            let fresh = || Picture { title: format!("{title}: {key}"), alike: true, ..over_time() };
+            pictures.entry(key.clone()).or_insert_with(fresh).lines.push(line);
         }
     }
-    Picture {
-        title: title.to_string(),
-        across: "time".to_string(),
-        up: "shown".to_string(),
-        lines: lines.into_values().collect(),
-        ..Picture::default()
+    pictures.into_values().collect()
+}
+
+fn over_time() -> Picture {
+    Picture { across: "time".to_string(), up: "shown".to_string(), ..Picture::default() }
+}
+
+/// Adds what is shown as numbers from one time to another.
+fn add(lines: &mut BTreeMap<String, Line>, shown: &[Term], (from, to): (f64, f64)) {
+    for term in shown {
+        let Node::Observe(name, values) = term.node() else { continue };
+        for (number, value) in values.iter().enumerate() {
+            let parts = component_values(value);
+            let many = values.len() > 1 || parts.len() > 1;
+            for (part, value) in parts.iter().enumerate() {
+                let Some(value) = near(value) else { continue };
+                let key = if many { format!("{name} {}", number + part + 1) } else { name.to_string() };
+                let line = lines.entry(key.clone()).or_insert_with(|| Line { name: key, points: Vec::new() });
+                // What was not shown for a while is not joined.
+                if line.points.last().is_some_and(|(before, _)| (before - from).abs() > 1e-9) {
+                    line.points.push((from, f64::NAN));
+                }
+                line.points.extend([(from, value), (to, value)]);
+            }
+        }
     }
 }
 

@@ -23,6 +23,11 @@ const RUNS: (u64, u64) = (4_000, 400);
 const STEPS: u64 = 400_000;
 /// Steps of one run.
 const MOST_STEPS: u64 = 100_000;
+/// Steps of one run that is drawn.
+const MOST_DRAWN: u64 = 5_000;
+
+/// Of a state in which time passes, since when and until when: whether that is enough.
+type Enough<'a> = dyn FnMut(&State, (&BigRational, Option<&BigRational>)) -> Result<bool, String> + 'a;
 
 /// The share of so many runs in which it happens; of as many as take not too long, where that is not said. Durations that are drawn below 0 count as 0.
 ///
@@ -42,6 +47,33 @@ pub fn direct(
     let model = || Model::new(&lasted);
     let happened = counted(runs, model, &|run, model| Ok(subject.run(model, &Source::new(seed, run))?.0.into()))?;
     Ok(interval(happened, runs))
+}
+
+/// What is shown for a while.
+pub struct Shown {
+    /// Since when.
+    pub from: BigRational,
+    /// Until when.
+    pub until: BigRational,
+    /// What.
+    pub what: Vec<Term>,
+}
+
+/// What some runs show over time, up to the time that is asked about.
+///
+/// # Errors
+/// As of [`direct`].
+pub fn trajectories(
+    system: &Term,
+    definitions: &Definitions,
+    event: &Claim,
+    question: &Question,
+    (runs, seed): (u64, u64),
+) -> Result<Vec<Vec<Shown>>, String> {
+    let (system, lasted) = counted_from_nothing(system, definitions)?;
+    let subject = Subject { system: &system, event, question };
+    let model = Model::new(&lasted);
+    (0..runs).map(|run| subject.trajectory(&model, &Source::new(seed, run))).collect()
 }
 
 /// A system and its definitions, in which durations that are drawn below 0 count as 0.
@@ -76,10 +108,22 @@ pub(super) struct Subject<'a> {
 impl Subject<'_> {
     /// Whether it happens in one run, and how many steps that took.
     fn run(&self, model: &Model, source: &Source) -> Result<(bool, u64), String> {
+        let mut happened = false;
+        let steps = self.follow(model, source, MOST_STEPS, &mut |state, (_, end)| {
+            let last = end.is_none_or(|end| *end > self.question.time);
+            happened = (self.question.first || last) && self.shown(state)?;
+            Ok(happened)
+        })?;
+        Ok((happened, steps))
+    }
+
+    /// Follows one run until it ends, or time passes the time that is asked about, or `enough` says so of a state in which
+    /// time passes, since when and until when (none: for ever). The steps that it took.
+    fn follow(&self, model: &Model, source: &Source, most: u64, enough: &mut Enough<'_>) -> Result<u64, String> {
         let meaning = |error: Meaningless| error.why;
         let mut state = model.state(self.system).map_err(meaning)?;
         let mut now = BigRational::zero();
-        for step in 0..MOST_STEPS {
+        for step in 0..most {
             let moves = state.moves().map_err(meaning)?;
             if let Some(one) = moves.iter().find(|one| matches!(one.action, Action::Draw(..))) {
                 state = model.state(&drawn(one, &moves, source, step)?).map_err(meaning)?;
@@ -94,17 +138,28 @@ impl Subject<'_> {
             let end = match &patience {
                 Patience::Until(time) => Some(&now + time),
                 Patience::Unbounded => None,
-                Patience::None => return Ok((false, step)),
+                Patience::None => return Ok(step),
             };
             let last = end.as_ref().is_none_or(|end| *end > self.question.time);
-            if (self.question.first || last) && self.shown(&state)? {
-                return Ok((true, step));
+            if enough(&state, (&now, end.as_ref()))? {
+                return Ok(step);
             }
-            let (Patience::Until(time), Some(end), false) = (patience, end, last) else { return Ok((false, step)) };
+            let (Patience::Until(time), Some(end), false) = (patience, end, last) else { return Ok(step) };
             state = model.pass(&state, &time).map_err(meaning)?;
             now = end;
         }
-        Err(format!("a run takes more than {MOST_STEPS} steps"))
+        Err(format!("a run takes more than {most} steps"))
+    }
+
+    /// What one run shows over time, up to the time that is asked about.
+    fn trajectory(&self, model: &Model, source: &Source) -> Result<Vec<Shown>, String> {
+        let mut all = Vec::new();
+        self.follow(model, source, MOST_DRAWN, &mut |state, (from, end)| {
+            let until = end.filter(|end| **end <= self.question.time).unwrap_or(&self.question.time);
+            all.push(Shown { from: from.clone(), until: until.clone(), what: crate::invariant::shown(state) });
+            Ok(false)
+        })?;
+        Ok(all)
     }
 
     /// One communication; those that are due beside it must lead to the same state in either order.

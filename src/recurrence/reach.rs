@@ -134,23 +134,30 @@ fn of_numbers(
     {
         return found;
     }
+    match (by_terms((recurrence, solved), wanted, tail, known, stop), reason) {
+        (Reach::Unknown(_), Some(reason)) if symbolic(recurrence, wanted) => Reach::Unknown(reason),
+        (found, _) => found,
+    }
+}
+
+/// The first index by the terms one after the other, or by halves where they rise.
+fn by_terms(
+    (recurrence, solved): (&Recurrence, Option<&Solved>),
+    wanted: Wanted<'_>,
+    tail: Tail,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Reach {
     let by_halves = || solved.and_then(|solved| rising(solved, wanted, stop));
     let at_once = |at: u64| Reach::At(Value::rational(num_rational::BigRational::from_integer(at.into())), Vec::new());
     let all = || tried(recurrence, wanted, &tail, known, stop, MOST_TERMS);
     // Where no late term is met the early ones say all.
-    let found = match tail {
+    match tail {
         Tail::Never(..) => match all() {
             Reach::Unknown(why) => by_halves().map_or(Reach::Unknown(why), at_once),
             found => found,
         },
         Tail::Unknown(_) => by_halves().map_or_else(all, at_once),
-    };
-    match found {
-        Reach::Unknown(why) => match reason {
-            Some(other) if symbolic(recurrence, wanted) => Reach::Unknown(other),
-            _ => Reach::Unknown(why),
-        },
-        found => found,
     }
 }
 

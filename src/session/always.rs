@@ -77,15 +77,8 @@ impl Run<'_, '_> {
                 found.trace.extend(outcome.extreme.clone());
                 found.trace.extend(never_together(&claim, &outcome));
                 let period = outcome.period.as_ref().filter(|_| !safe.trusted().is_empty());
-                match period.map(|period| how_far(period, system, environment, &interrupted)) {
-                    Some(Grounds::All) => {
-                        found
-                            .trace
-                            .push("the kernel has checked every way of the phases, one of which is taken".into());
-                    }
-                    Some(Grounds::Ways) => found.trusted.push(WAYS.to_string()),
-                    _ => found.trusted.extend(safe.trusted().iter().cloned()),
-                }
+                let far = period.map(|period| how_far(period, system, environment, &interrupted));
+                rests_on(far, safe.trusted(), &mut found);
             }
             safety::Verdict::Refuted(run) => {
                 let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
@@ -224,6 +217,17 @@ fn by_instance(
                 "of {tried} instances with small values for the parameters, none breaks it in its first states"
             ));
         }
+    }
+}
+
+/// What a proof rests on, by how far the kernel has checked the phases.
+fn rests_on(far: Option<Grounds>, trusted: &[String], found: &mut Found) {
+    match far {
+        Some(Grounds::All) => {
+            found.trace.push("the kernel has checked every way of the phases, one of which is taken".into());
+        }
+        Some(Grounds::Ways) => found.trusted.push(WAYS.to_string()),
+        _ => found.trusted.extend(trusted.iter().cloned()),
     }
 }
 

@@ -74,13 +74,7 @@ impl Run<'_, '_> {
                     connective: *connective,
                     right: right.clone(),
                 };
-                let kind = match connective {
-                    crate::law::Connective::Equal => "equality",
-                    crate::law::Connective::Refines => "refinement",
-                    crate::law::Connective::Weak => "weak equality",
-                    crate::law::Connective::WeaklyRefines => "weak refinement",
-                };
-                (kind, self.compare(statement, by, waiting))
+                (kind_of(*connective), self.compare(statement, by, waiting))
             }
             ClaimKind::Satisfies { system, property } => ("satisfies", self.satisfies(system, property, waiting)),
             ClaimKind::Always { system, pattern, property } => {
@@ -131,5 +125,15 @@ impl Run<'_, '_> {
             }
         }
         Record { report, evidence: found.evidence.map(Arc::new), uses, stale: None }
+    }
+}
+
+/// What a comparison by this connective is called.
+fn kind_of(connective: crate::law::Connective) -> &'static str {
+    match connective {
+        crate::law::Connective::Equal => "equality",
+        crate::law::Connective::Refines => "refinement",
+        crate::law::Connective::Weak => "weak equality",
+        crate::law::Connective::WeaklyRefines => "weak refinement",
     }
 }

@@ -1,16 +1,20 @@
-//! Pictures for a report: the run, what is shown at a time, how a probability grows.
+//! Pictures for a report: the run, or some that were drawn; what is shown at a time, how a probability grows.
+
+use std::collections::BTreeSet;
 
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-use super::likely::distributions;
+use super::likely::{distributions, sampled};
 use super::reading::{Question, Run, Waiting};
 use super::roughly::growth;
 use crate::connectivity::connectivity;
 use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
 use crate::name::Name;
-use crate::picture::{Line, Picture, of_run};
+use crate::picture::{Line, Picture, of_run, of_runs};
+use crate::probability::direct::Shown;
 use crate::report::Report;
+use crate::term::{Node, Term};
 use crate::timeline::{Ending, Follower};
 use crate::value::{Relation, Value};
 
@@ -18,6 +22,8 @@ use crate::value::{Relation, Value};
 const DRAWN: usize = 600;
 /// Times at which a probability is asked for, to draw how it grows.
 const TIMES: i64 = 40;
+/// Places of a picture that are asked whether they are within what is asked for.
+const PLACES: i32 = 4_000;
 /// Points of a density.
 const POINTS: i32 = 200;
 
@@ -54,6 +60,8 @@ impl Run<'_, '_> {
                         report.pictures.extend(likely(likelihood, environment, &|| self.surroundings.interrupted()));
                     }
                 }
+                let mut seen = BTreeSet::new();
+                report.pictures.retain(|picture| !picture.alike || seen.insert(picture.title.clone()));
             }
             _ => {}
         }
@@ -168,7 +176,37 @@ fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn 
             ..Picture::default()
         });
     }
+    if !interrupted() {
+        all.extend(drawn(likelihood, environment));
+    }
     all
+}
+
+/// Some runs that were drawn, up to the time that is asked about, and what is asked for in them; nothing where they cannot
+/// be followed.
+fn drawn(likelihood: &Likelihood, environment: &Environment) -> Vec<Picture> {
+    let Some((runs, seed)) = sampled(likelihood, environment) else { return Vec::new() };
+    let near = |number: &BigRational| number.to_f64().unwrap_or(f64::NAN);
+    let of = |run: Vec<Shown>| run.into_iter().map(|one| (near(&one.from), near(&one.until), one.what)).collect();
+    let runs: Vec<Vec<(f64, f64, Vec<Term>)>> = runs.into_iter().map(of).collect();
+    let title = format!("{} runs of {} drawn at random, seed {seed}", runs.len(), likelihood.system);
+    let mut pictures = of_runs(&title, &runs);
+    let Event::Shown { pattern, .. } = &likelihood.event else { return pictures };
+    let [asked] = pattern.terms.as_slice() else { return pictures };
+    let Node::Observe(observer, values) = asked.node() else { return pictures };
+    let [place] = values.as_slice() else { return pictures };
+    for picture in pictures.iter_mut().filter(|picture| picture.title.ends_with(&format!(": {observer}"))) {
+        let heights = || picture.lines.iter().flat_map(|line| &line.points).map(|(_, y)| *y).filter(|y| y.is_finite());
+        let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        let spots = (0..=PLACES).map(|step| (low + (high - low) * f64::from(step) / f64::from(PLACES), 0.0));
+        let spots: Vec<(f64, f64)> = spots.collect();
+        let band = match place.as_variable() {
+            Some(name) => within(likelihood, name, &spots),
+            None => crate::criteria::near(place).map(|place| (place, place)),
+        };
+        picture.bands.extend(band.map(|(low, high)| (low, high, "asked for".to_string())));
+    }
+    pictures
 }
 
 /// What was found at some times, each as it stays until the next of them: it changes with the rounds, and not between.

@@ -25,6 +25,7 @@ use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear,
 use crate::report::{Chance, Verdict};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
+pub(super) use timed::sampled;
 use timed::{followed, raced, run, scheduled};
 
 /// Runs of a simulation, and its seed.

@@ -7,7 +7,7 @@ use super::{Emit, Record, State, Surroundings, at};
 use crate::admission::admit;
 use crate::ast::{Item, Limits};
 use crate::diagnostic::{Diagnostic, Source, Span};
-use crate::law::Laws;
+use crate::law::{Law, Laws};
 use crate::lexer::{Kind, lex};
 use crate::library::Failure;
 use crate::lower::{By, Claim, ClaimKind, Environment, Exercise, Expectation, Likelihood, Lowered, Subject};
@@ -99,6 +99,21 @@ impl<'r, 'e> Run<'r, 'e> {
         (self.emit)(output, record);
     }
 
+    /// Takes in a law, or leaves it out where it does not hold.
+    fn admitted(&mut self, environment: &mut Environment, source: &Source, law: &Law, span: Span) {
+        let interrupted = || self.surroundings.interrupted();
+        match admit(&self.laws, law, span, &interrupted) {
+            Ok(warning) => {
+                self.laws = environment.laws.clone();
+                self.trouble(source, warning.into_iter().collect());
+            }
+            Err(diagnostic) => {
+                environment.laws = self.laws.clone();
+                self.trouble(source, vec![*diagnostic]);
+            }
+        }
+    }
+
     /// Takes one item.
     pub(super) fn visit(&mut self, environment: &mut Environment, source: &Source, item: &Item, lowered: Lowered) {
         if self.stopped {
@@ -125,20 +140,7 @@ impl<'r, 'e> Run<'r, 'e> {
             Lowered::Minimise(subject, limits) => Question::Minimise(subject, limits),
             Lowered::Alike(left, right, relation, limits) => Question::Alike(left, right, relation, limits),
             Lowered::Declared { names, redefined } => return self.declared(source, item.span, names, &redefined),
-            Lowered::Law(law) => {
-                let interrupted = || self.surroundings.interrupted();
-                match admit(&self.laws, &law, item.span, &interrupted) {
-                    Ok(warning) => {
-                        self.laws = environment.laws.clone();
-                        self.trouble(source, warning.into_iter().collect());
-                    }
-                    Err(diagnostic) => {
-                        environment.laws = self.laws.clone();
-                        self.trouble(source, vec![*diagnostic]);
-                    }
-                }
-                return;
-            }
+            Lowered::Law(law) => return self.admitted(environment, source, &law, item.span),
             Lowered::Expect(_) | Lowered::Import(_) => return,
         };
         let text = match &question {

@@ -131,11 +131,9 @@ impl Run<'_, '_> {
                 }
             }
             Answer::Open(gap) => {
-                found.remains = vec![
-                    "the run of the system could not be proved to match the property:".to_string(),
-                    format!("  {}", short(&gap.left.to_string())),
-                    format!("  {}", short(&gap.right.to_string())),
-                ];
+                let sides = [&gap.left, &gap.right].map(|side| format!("  {}", short(&side.to_string())));
+                found.remains = vec!["the run of the system could not be proved to match the property:".to_string()];
+                found.remains.extend(sides);
             }
         }
     }

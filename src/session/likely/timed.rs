@@ -4,11 +4,15 @@
 use super::{Answer, CASES, Method, ORDERS, PARTS, PHASES, SEED, event, name, surely, trust};
 use crate::interval::Interval;
 use crate::lower::{Environment, Likelihood};
+use crate::probability::direct::Shown;
 use crate::probability::{branches, direct, estimated, races, schedule};
 use crate::report::Chance;
 use crate::session::digits::{LIKELY, between};
 use crate::session::drawn::durations_are_drawn;
 use crate::term::Term;
+
+/// Runs that are drawn as pictures.
+const DRAWN: u64 = 12;
 
 /// The answer for one process that draws how long it lasts.
 pub(super) fn scheduled(likelihood: &Likelihood, environment: &Environment) -> Result<Answer, String> {
@@ -90,4 +94,16 @@ pub(super) fn run(likelihood: &Likelihood, environment: &Environment) -> Option<
         Ok(Answer { chance, interval, enclosed: None, lines, trusted: trust(PHASES, None) })
     };
     Some(answer())
+}
+
+/// Some runs of what is asked about, with the seed of their draws; none where nothing is drawn, or they cannot be followed.
+pub(in crate::session) fn sampled(
+    likelihood: &Likelihood,
+    environment: &Environment,
+) -> Option<(Vec<Vec<Shown>>, u64)> {
+    let (system, event, question) = event(likelihood, environment).ok()?;
+    let term = system.term(&environment.definitions);
+    let seed = likelihood.seed.unwrap_or(SEED);
+    let found = direct::trajectories(&term, &environment.definitions, &event, &question, (DRAWN, seed)).ok()?;
+    Some((found, seed))
 }
