@@ -288,6 +288,19 @@ fn a_chance_that_is_asked_for_is_drawn() {
     assert!(out(&terminal).contains('⡇') || out(&terminal).contains('⠤'), "{}", out(&terminal));
 }
 
+/// Of what is compared as a sum of squares no picture says how its chance grows; its runs are drawn all the same.
+#[test]
+fn runs_are_drawn_of_what_has_no_other_picture() {
+    let far = "observer Pos(x,y)\nproc Walk_{x,y} = (Delay_1 # Pos_{x,y}) ; Ran_{Normal(0, sd: 1)}<e> ; \
+               Ran_{Normal(0, sd: 1)}<f> ; Walk_{x+e,y+f}\nsystem W = Walk_{0,0}\n";
+    let folder = folder(&format!("{far}probability of W reaching Pos_{{x,y}} where x^2+y^2 >= 9 within 4\n"));
+    pars(folder.path(), &["report", "mission.pars"]);
+    let page = std::fs::read_to_string(folder.path().join("mission.html")).expect("a page");
+    for part in ["Pos 1", "Pos 2"] {
+        assert!(page.contains(&format!("<figcaption>12 runs of W drawn at random, seed 1: {part} ")), "{part}");
+    }
+}
+
 #[test]
 fn a_sweep_of_probabilities_alone_calls_no_point_feasible() {
     let text = "param t = 1

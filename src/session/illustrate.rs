@@ -153,33 +153,36 @@ fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn 
             picture
         }));
     }
-    if let Event::Shown { first: true, time, .. } = &likelihood.event
-        && let Some(whole) = time.as_rational()
-    {
-        let moments = (0..=TIMES).map(|part| &whole * BigRational::new(part.into(), TIMES.into()));
-        let moments: Vec<BigRational> = moments.collect();
-        let Some((bounds, method)) = growth(likelihood, environment, &moments, interrupted) else { return all };
-        let places = || moments.iter().filter_map(BigRational::to_f64);
-        let wide = bounds.iter().any(|(low, high)| high - low > 5e-3);
-        let low = stairs(places().zip(bounds.iter().map(|(low, _)| *low)));
-        let high = stairs(places().zip(bounds.iter().map(|(_, high)| *high)));
-        let name = if wide { "lower bound" } else { "probability" };
-        let mut lines = vec![Line { name: name.to_string(), points: low }];
-        if wide {
-            lines.push(Line { name: "upper bound".to_string(), points: high });
-        }
-        all.push(Picture {
-            title: format!("Probability of being there by a time, {} ({method})", likelihood.system),
-            across: "time".to_string(),
-            up: "probability".to_string(),
-            lines,
-            ..Picture::default()
-        });
-    }
+    all.extend(grown(likelihood, environment, interrupted));
     if !interrupted() {
         all.extend(drawn(likelihood, environment));
     }
     all
+}
+
+/// How the probability of being there grows up to the time; none where it is not asked for, or could not be found.
+fn grown(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Option<Picture> {
+    let Event::Shown { first: true, time, .. } = &likelihood.event else { return None };
+    let whole = time.as_rational()?;
+    let moments = (0..=TIMES).map(|part| &whole * BigRational::new(part.into(), TIMES.into()));
+    let moments: Vec<BigRational> = moments.collect();
+    let (bounds, method) = growth(likelihood, environment, &moments, interrupted)?;
+    let places = || moments.iter().filter_map(BigRational::to_f64);
+    let wide = bounds.iter().any(|(low, high)| high - low > 5e-3);
+    let low = stairs(places().zip(bounds.iter().map(|(low, _)| *low)));
+    let high = stairs(places().zip(bounds.iter().map(|(_, high)| *high)));
+    let name = if wide { "lower bound" } else { "probability" };
+    let mut lines = vec![Line { name: name.to_string(), points: low }];
+    if wide {
+        lines.push(Line { name: "upper bound".to_string(), points: high });
+    }
+    Some(Picture {
+        title: format!("Probability of being there by a time, {} ({method})", likelihood.system),
+        across: "time".to_string(),
+        up: "probability".to_string(),
+        lines,
+        ..Picture::default()
+    })
 }
 
 /// Some runs that were drawn, up to the time that is asked about, and what is asked for in them; nothing where they cannot
