@@ -462,3 +462,17 @@ fn a_word_that_is_nearly_one_of_a_claim_is_understood() {
         assert!(errors(&output).contains(&format!("did you mean `{meant}`?")), "{word}: {}", errors(&output));
     }
 }
+
+/// Of a system with a part missing a period would say what is not so.
+#[test]
+fn what_calls_a_process_with_errors_is_refused_with_it() {
+    let world = "proc W_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; W_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n";
+    let tour = "proc Tour = Leg ; Tour\nproc Leg = Mv_5 ; Mv_0\nsystem Sys = W_0 | Tour\nperiod Sys\n";
+    let wrong = "proc Mv_g = In_p<r> ; Neq_{r,g} ; Out_{v,clamp(g-r,-1,1)} ; Mv_g ; Stop\n";
+    let output = script(format!("{world}{wrong}{tour}"));
+    assert_eq!(code(&output), 3);
+    assert_eq!(out(&output), "", "nothing is said of the system");
+    assert_eq!(errors(&output).matches("error[").count(), 1, "{}", errors(&output));
+    let right = wrong.replace(" ; Stop", "");
+    assert!(out(&script(format!("{world}{right}{tour}"))).contains("phase 1"));
+}

@@ -71,31 +71,18 @@ impl Lowerer<'_> {
         Some(())
     }
 
-    /// The value with the terms of sequences replaced by names that cannot be written.
-    fn all_with_terms(
+    /// As of one value, of each.
+    fn all_with_terms<'w>(
         &mut self,
-        written: &[Written],
+        written: impl IntoIterator<Item = &'w Written>,
         names: &Lengths,
         index: &Name,
         found: &mut BTreeMap<(Name, i64), Span>,
     ) -> Option<Vec<Written>> {
-        written.iter().map(|part| self.with_terms(part, names, index, found)).collect()
+        written.into_iter().map(|part| self.with_terms(part, names, index, found)).collect()
     }
 
-    fn arguments_with_terms(
-        &mut self,
-        arguments: &[Argument],
-        names: &Lengths,
-        index: &Name,
-        found: &mut BTreeMap<(Name, i64), Span>,
-    ) -> Option<Vec<Argument>> {
-        let image = |argument: &Argument| {
-            let value = self.with_terms(&argument.value, names, index, found)?;
-            Some(Argument { label: argument.label.clone(), value })
-        };
-        arguments.iter().map(image).collect()
-    }
-
+    /// The value with the terms of sequences replaced by names that cannot be written.
     fn with_terms(
         &mut self,
         written: &Written,
@@ -127,10 +114,12 @@ impl Lowerer<'_> {
                 if self.reads_like_a_term(&name.name, arguments, index) {
                     return self.without_equation(name, index);
                 }
-                ValueKind::Call(name.clone(), self.arguments_with_terms(arguments, names, index, found)?)
+                let values = self.all_with_terms(values(arguments), names, index, found)?;
+                ValueKind::Call(name.clone(), relabelled(arguments, values))
             }
             ValueKind::Iterate(chain, arguments) => {
-                ValueKind::Iterate(chain.clone(), self.arguments_with_terms(arguments, names, index, found)?)
+                let values = self.all_with_terms(values(arguments), names, index, found)?;
+                ValueKind::Iterate(chain.clone(), relabelled(arguments, values))
             }
             ValueKind::Cases(cases) => {
                 let mut images = Vec::new();
@@ -251,4 +240,14 @@ fn term_text(name: &Name, index: &Name, offset: i64) -> String {
         _ if offset > 0 => format!("{name}({index}+{offset})"),
         _ => format!("{name}({index}{offset})"),
     }
+}
+
+fn values(arguments: &[Argument]) -> impl Iterator<Item = &Written> {
+    arguments.iter().map(|argument| &argument.value)
+}
+
+/// These values as arguments, with the labels of those.
+fn relabelled(arguments: &[Argument], values: Vec<Written>) -> Vec<Argument> {
+    let labelled = |(argument, value): (&Argument, Written)| Argument { label: argument.label.clone(), value };
+    arguments.iter().zip(values).map(labelled).collect()
 }

@@ -121,6 +121,7 @@ impl Parser<'_> {
             _ => {
                 let word = self.spelling();
                 let known = [Keyword::Satisfies, Keyword::Always].map(Keyword::spelling);
+                // `satisfy` has too many letters of its own to be near.
                 let close = crate::diagnostic::nearest(word, known);
                 match close.or_else(|| word.starts_with("satisf").then_some("satisfies")) {
                     Some(near) => {

@@ -60,8 +60,9 @@ impl Run<'_, '_> {
                         report.pictures.extend(likely(likelihood, environment, &|| self.surroundings.interrupted()));
                     }
                 }
+                // Two criteria may ask the same of the same runs.
                 let mut seen = BTreeSet::new();
-                report.pictures.retain(|picture| !picture.alike || seen.insert(picture.title.clone()));
+                report.pictures.retain(|picture| !picture.alike || seen.insert(format!("{picture:?}")));
             }
             _ => {}
         }
