@@ -137,7 +137,7 @@ impl From<ValueError> for Rejected {
 }
 
 /// What is taken on trust where an invariant of the phases is checked.
-const PERIOD: &str = "that the phases with their flow functions, as printed, are all that the system does";
+pub const PERIOD: &str = "that the phases with their flow functions, as printed, are all that the system does";
 
 /// Checks an invariant: for each phase, tests of its variables. They hold when a phase is entered, whatever the way,
 /// and the claim follows from them wherever something is shown.

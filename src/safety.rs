@@ -2,6 +2,7 @@
 //!
 //! Whatever is found here is checked by [`crate::invariant`] or replayed in the executable meaning before it is said.
 
+mod candidates;
 mod carried;
 mod condition;
 mod curves;
@@ -15,13 +16,13 @@ use std::collections::BTreeSet;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::invariant::cases::cases;
-use crate::invariant::{Claim, Rejected, Safe, check, check_states, check_visited, follows, goals, premises};
+use crate::invariant::{Claim, Rejected, Safe, check, check_states, check_visited, goals, premises};
 use crate::name::Name;
-use crate::period::{Edge, End, Failure, Next, Period, Test, analyse};
+use crate::period::{End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError, View};
 use crate::verify::influence::reduced;
-use carried::carried;
+use candidates::candidates;
 use condition::{Clause, exclusion, sufficient, weakest};
 use curves::{Kind, curves};
 use equality::equalities;
@@ -169,7 +170,7 @@ fn of_phases(asked: Asked<'_>, search: Search) -> Outcome {
             outcome.diagnostics.extend(period.warnings.iter().cloned());
             outcome.speaks = (!may_speak(&period, claim)).then_some(false);
             by_invariant(&period, claim, assumptions, search.kinds(), &mut outcome);
-            by_what_matters(&period, asked, &mut outcome);
+            by_what_matters(&period, asked, search, &mut outcome);
             if search == Search::Wide {
                 from_later_on(&period, asked, &mut outcome);
             }
@@ -183,27 +184,36 @@ fn of_phases(asked: Asked<'_>, search: Search) -> Outcome {
     outcome
 }
 
-/// Follows the phases in what the claim depends on alone, where something else never comes round.
-fn by_what_matters(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
+/// Follows the phases in what the claim depends on alone, where something else never comes round; or in all variables, where
+/// the run itself cannot be followed, as times in it are symbols.
+fn by_what_matters(period: &Period, asked: Asked<'_>, search: Search, outcome: &mut Outcome) {
     let Asked { claim, assumptions, interrupted, .. } = asked;
     if !matches!(outcome.verdict, Verdict::Open) {
         return;
     }
-    let Some(reduced) = reduced(period, &Term::par(claim.shown.iter().cloned())) else { return };
-    let followed: Vec<BTreeSet<Name>> =
-        reduced.phases.iter().map(|phase| phase.variables.iter().cloned().collect()).collect();
-    if let Ok(safe) = check_visited(period, assumptions, claim, &followed, None, interrupted) {
+    let (followed, most) = match reduced(period, &Term::par(claim.shown.iter().cloned())) {
+        Some(reduced) => (variables(&reduced), MOST_STATES),
+        None if search == Search::Wide => (variables(period), FEW_STATES),
+        None => return,
+    };
+    let enough = |states: usize| states > most || interrupted();
+    if let Ok(safe) = check_visited(period, assumptions, claim, &followed, None, &enough) {
         outcome.verdict = Verdict::Proved(safe);
         outcome.conditions.clear();
         outcome.remaining.clear();
     }
 }
 
+/// The variables of each phase.
+fn variables(period: &Period) -> Vec<BTreeSet<Name>> {
+    period.phases.iter().map(|phase| phase.variables.iter().cloned().collect()).collect()
+}
+
 /// Looks for an invariant that holds from some round on, where the rounds before are followed one by one.
 fn from_later_on(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
     let Asked { claim, assumptions, interrupted, .. } = asked;
-    let followed: Vec<BTreeSet<Name>> =
-        period.phases.iter().map(|phase| phase.variables.iter().cloned().collect()).collect();
+    let followed = variables(period);
+    let enough = |states: usize| states > MOST_STATES || interrupted();
     // The numbers of later rounds are long: what takes little work is tried for all of them first.
     let ways = [&Kind::EACH[..1], &Kind::EACH[1..]].into_iter().flat_map(|kinds| ROUNDS.map(|rounds| (kinds, rounds)));
     for (kinds, rounds) in ways {
@@ -221,7 +231,7 @@ fn from_later_on(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
         let never = Test { relation: Relation::Eq, left: Value::zero(), right: Value::one() };
         let gone = found.invariant.iter_mut().enumerate().filter(|(number, _)| !reached.contains(number));
         gone.for_each(|(_, tests)| *tests = vec![never.clone()]);
-        let checked = check_visited(period, assumptions, claim, &followed, Some(&found.invariant), interrupted);
+        let checked = check_visited(period, assumptions, claim, &followed, Some(&found.invariant), &enough);
         if let Ok(safe) = checked {
             outcome.verdict = Verdict::Proved(safe);
             outcome.invariant = found.invariant;
@@ -391,83 +401,6 @@ fn round(
     let nothing = Claim { tests: Vec::new(), ..claim.clone() };
     let both = [&nothing, claim].map(|claim| candidates(period, claim, assumptions, false, &known));
     both.into_iter().flatten().collect()
-}
-
-/// What may hold in each phase: what is claimed there, and what was asked on some way into it. Unless all are kept,
-/// those are left out that do not follow on every way.
-fn candidates(
-    period: &Period,
-    candidate: &Claim,
-    assumptions: &Assumptions,
-    kept: bool,
-    equal: &[BTreeSet<Test>],
-) -> Result<Vec<Vec<Test>>, ValueError> {
-    let mut claimed = Vec::new();
-    let mut asked = Vec::new();
-    for (number, phase) in period.phases.iter().enumerate() {
-        let mut tests = BTreeSet::new();
-        for edge in &phase.edges {
-            let Some(first) = edge.segments.first() else { continue };
-            let duties = candidate.duties(&first.observed)?;
-            tests.extend(duties.into_iter().filter(|duty| duty.premises.is_empty()).flat_map(|duty| duty.tests));
-        }
-        claimed.push(tests);
-        let own: BTreeSet<&Name> = phase.variables.iter().collect();
-        let about = |test: &Test| {
-            let names = test.left.variables();
-            names.union(&test.right.variables()).any(|name| own.contains(name))
-        };
-        asked.push(
-            entries(period, number)
-                .flat_map(|edge| edge.after.iter().flatten())
-                .cloned()
-                .chain(carried(period, number))
-                .filter(|test| about(test))
-                .chain(equal[number].iter().cloned())
-                .collect::<BTreeSet<Test>>(),
-        );
-    }
-    if !kept {
-        while drop_one_round(period, assumptions, &claimed, &mut asked)? {}
-    }
-    Ok(claimed.into_iter().zip(asked).map(|(claimed, asked)| claimed.union(&asked).cloned().collect()).collect())
-}
-
-/// Leaves out what does not follow on some way; true if anything was left out.
-fn drop_one_round(
-    period: &Period,
-    assumptions: &Assumptions,
-    claimed: &[BTreeSet<Test>],
-    asked: &mut [BTreeSet<Test>],
-) -> Result<bool, ValueError> {
-    let mut changed = false;
-    let known: Vec<Vec<Test>> =
-        claimed.iter().zip(asked.iter()).map(|(claimed, asked)| claimed.union(asked).cloned().collect()).collect();
-    let starts = period.initial.iter().map(|edge| (edge, None));
-    let rounds = period
-        .phases
-        .iter()
-        .enumerate()
-        .flat_map(|(from, phase)| phase.edges.iter().map(move |edge| (edge, Some(from))));
-    for (edge, from) in starts.chain(rounds) {
-        let Next::Phase(next) = edge.next else { continue };
-        let before = premises(edge, from.and_then(|from| known.get(from)).map_or(&[][..], Vec::as_slice));
-        let Some(here) = asked.get_mut(next) else { continue };
-        for test in here.clone() {
-            let there = edge.after.iter().flatten().any(|after| *after == test);
-            if !there && !follows(assumptions, &before, &test.substitute(&edge.map)?) {
-                here.remove(&test);
-                changed = true;
-            }
-        }
-    }
-    Ok(changed)
-}
-
-/// The ways into a phase.
-pub(in crate::safety) fn entries(period: &Period, number: usize) -> impl Iterator<Item = &Edge> {
-    let all = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
-    all.filter(move |edge| edge.next == Next::Phase(number))
 }
 
 /// What parameters must be for an invariant to be one.

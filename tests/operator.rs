@@ -470,3 +470,15 @@ fn what_is_wrong_elsewhere_hides_no_change() {
         assert!(said(rest).contains(repaired), "{}", said(rest));
     }
 }
+
+#[test]
+fn a_clearance_rests_on_the_kernel_where_the_same_claim_does() {
+    let text = "observer Obst(q)\nproc W_r = (Delay_1 # O_r # At_r) ; In_v<u> ; W_{r+u}\nproc O_r = Out_{p,r} ; O_r\n\
+                proc B_q = (Delay_1 # Obst_q) ; B_{q+(0,-1)}\nproc Hold_n = Gtr_{n,0} ; Out_{v,(0,0)} ; Hold_{n-1}\n\
+                proc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,(1,0)} ; Go_g\nproc Rest = Out_{v,(0,0)} ; Rest\n\
+                system Sys = W_{(0,0)} | (Hold_4 ; Go_{(8,0)} ; Rest) | B_{(4,4)}\n\
+                criteria C for Sys { clearance 2 between At, Obst }\n";
+    let said = out(&pars(folder(text).path(), &["run", "mission.pars"]));
+    assert!(said.contains("the kernel has checked every way of the phases"), "{said}");
+    assert!(!said.contains("are all that the system does"), "{said}");
+}

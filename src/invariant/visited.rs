@@ -8,8 +8,6 @@ use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Test};
 use crate::value::Value;
 
-/// States that are looked at.
-const MOST_STATES: usize = 20_000;
 /// The bits of a value.
 const MOST_BITS: u64 = 512;
 
@@ -20,7 +18,7 @@ type State = (usize, BTreeMap<Name, Value>);
 /// is not followed nothing is known: a test that asks for it may come out either way, and a claim that does is not met.
 ///
 /// From a state in which the tests of its phase in `invariant` hold, nothing needs to be followed further: they lead to the
-/// claim, and to each other, whatever way is taken.
+/// claim, and to each other, whatever way is taken. It is given up after so many states as are `enough`.
 ///
 /// # Errors
 /// What does not meet the claim, that the states do not come round, or the implication that does not follow.
@@ -30,7 +28,7 @@ pub fn check_visited(
     claim: &Claim,
     followed: &[BTreeSet<Name>],
     invariant: Option<&[Vec<Test>]>,
-    interrupted: &dyn Fn() -> bool,
+    enough: &dyn Fn(usize) -> bool,
 ) -> Result<Safe, Rejected> {
     if assumptions.contradictory() {
         return Err(Rejected("the assumptions contradict each other".to_string()));
@@ -51,7 +49,7 @@ pub fn check_visited(
         if !visited.insert(state.clone()) {
             continue;
         }
-        if visited.len() > MOST_STATES || interrupted() {
+        if enough(visited.len()) {
             return Err(Rejected(format!("after {} states nothing has repeated", visited.len())));
         }
         if let Some(tests) = invariant.and_then(|invariant| invariant.get(state.0))

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
-use super::entries;
+use super::candidates::entries;
 use super::later::{between, observed};
 use crate::assumption::Assumptions;
 use crate::invariant::Claim;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::entries;
+use super::candidates::entries;
 use crate::name::Name;
 use crate::period::{Edge, Period, Test};
 use crate::value::{Relation, Value};

@@ -22,8 +22,11 @@ use crate::term::Term;
 const WIDE: usize = 80;
 
 /// What is left to trust of the phases once the kernel has checked the ways between them.
-const WAYS: &str =
+pub(super) const WAYS: &str =
     "that in each phase one of its ways is taken; that each does what is printed, the kernel has checked";
+
+/// Said where nothing is left to trust of them.
+pub(super) const EVERY_WAY: &str = "the kernel has checked every way of the phases, one of which is taken";
 
 impl Run<'_, '_> {
     pub(super) fn always(
@@ -224,7 +227,7 @@ fn by_instance(
 fn rests_on(far: Option<Grounds>, trusted: &[String], found: &mut Found) {
     match far {
         Some(Grounds::All) => {
-            found.trace.push("the kernel has checked every way of the phases, one of which is taken".into());
+            found.trace.push(EVERY_WAY.into());
         }
         Some(Grounds::Ways) => found.trusted.push(WAYS.to_string()),
         _ => found.trusted.extend(trusted.iter().cloned()),

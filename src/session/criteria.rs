@@ -3,13 +3,17 @@
 use std::sync::Arc;
 
 use super::Record;
+use super::always::{EVERY_WAY, WAYS};
 use super::claim::expectations;
 use super::reading::{Run, Waiting, names_in};
 use super::roughly::{closely, roughly};
+use super::rounds::{Grounds, how_far};
 use crate::criteria::blame::{Parts, blame};
 use crate::criteria::repair::{MOST_PARAMETERS, Workshop};
 use crate::criteria::{FEW_STRETCHES, Finding, Judge, MOST_STRETCHES, Measure, Standing};
-use crate::lower::Criteria;
+use crate::invariant::PERIOD;
+use crate::lower::{Criteria, Environment, System};
+use crate::period::analyse;
 use crate::report::{Assessment, Report, Verdict};
 
 impl Run<'_, '_> {
@@ -59,7 +63,10 @@ impl Run<'_, '_> {
         let environment = &waiting.environment;
         let interrupted = || self.surroundings.interrupted();
         let judge = Judge { chances: &closely, interrupted: &interrupted, stretches: MOST_STRETCHES, invariants: true };
-        let judged = judge.judge(criteria, environment);
+        let mut judged = judge.judge(criteria, environment);
+        if let Some(system) = environment.system(&criteria.system) {
+            rest_on(&mut judged.findings, system, environment, &interrupted);
+        }
         let mut parameters = environment.valued();
         parameters.retain(|(name, _)| uses.contains(name));
         parameters.truncate(MOST_PARAMETERS);
@@ -74,5 +81,27 @@ impl Run<'_, '_> {
         let sensitivities = workshop.sensitivities();
         let run = judged.run.clone();
         Assessment { criteria: criteria.clone(), findings: judged.findings, run, advice, sensitivities }
+    }
+}
+
+/// Of findings that rest on the phases: how far the kernel has checked these.
+fn rest_on(findings: &mut [Finding], system: &System, environment: &Environment, interrupted: &dyn Fn() -> bool) {
+    let on_phases = |finding: &Finding| finding.trusted.iter().any(|line| line == PERIOD);
+    if !findings.iter().any(on_phases) {
+        return;
+    }
+    let Ok(period) = analyse(&system.components, &environment.definitions, &environment.assumptions) else { return };
+    let far = how_far(&period, system, environment, interrupted);
+    for finding in findings.iter_mut().filter(|finding| on_phases(finding)) {
+        let rest = match far {
+            Grounds::Less => PERIOD,
+            Grounds::Ways => WAYS,
+            Grounds::All => {
+                finding.notes.push(EVERY_WAY.to_string());
+                finding.trusted.retain(|line| line != PERIOD);
+                continue;
+            }
+        };
+        finding.trusted.iter_mut().filter(|line| *line == PERIOD).for_each(|line| *line = rest.to_string());
     }
 }

@@ -17,7 +17,7 @@ use super::rounds::{Grounds, how_far};
 use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
-use crate::invariant::Claim;
+use crate::invariant::{Claim, PERIOD};
 use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
 use crate::probability::chain::{Chain, chain, curved};
@@ -35,7 +35,6 @@ const SEED: u64 = 1;
 /// What is taken on trust where a chance is compared.
 const PARTS: &str = "that the process goes through its parts, their draws and their delays in a line";
 const CASES: &str = "that the cases of what is drawn are all, and their chances those of the draws";
-const PHASES: &str = "that the phases with their flow functions, as printed, are all that the system does";
 const CHECKED: &str = "the kernel has checked every way of the phases, just one of which is taken";
 const ORDERS: &str = "that several communications of one moment may come in any order, as each may with the first";
 const MACHINE: &str = "the arithmetic of the machine, rounded outward";
@@ -98,7 +97,7 @@ fn checked(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> bool {
-    let phases = trusted.iter().position(|line| line == PHASES);
+    let phases = trusted.iter().position(|line| line == PERIOD);
     let (Some(place), Ok((system, ..))) = (phases, event(likelihood, environment)) else { return false };
     let found = period::analyse(&system.components, &environment.definitions, &environment.assumptions);
     let known = found.is_ok_and(|period| {
@@ -401,7 +400,7 @@ fn by_method(
         confidence: runs.map(|_| estimated::CONFIDENCE),
         runs,
     };
-    let trusted = trust(PHASES, enclosed.as_ref());
+    let trusted = trust(PERIOD, enclosed.as_ref());
     Ok(Answer { chance, interval, enclosed, lines, trusted })
 }
 

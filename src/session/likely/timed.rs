@@ -1,8 +1,9 @@
 //! Chances of systems that are no chain of rounds, from the draws and times themselves: one process that waits and shows,
 //! all branches of finitely many values, cases of which time comes first, runs.
 
-use super::{Answer, CASES, Method, ORDERS, PARTS, PHASES, SEED, event, name, surely, trust};
+use super::{Answer, CASES, Method, ORDERS, PARTS, SEED, event, name, surely, trust};
 use crate::interval::Interval;
+use crate::invariant::PERIOD;
 use crate::lower::{Environment, Likelihood};
 use crate::probability::direct::Shown;
 use crate::probability::{branches, direct, estimated, races, schedule};
@@ -91,7 +92,7 @@ pub(super) fn run(likelihood: &Likelihood, environment: &Environment) -> Option<
         let Interval { low, high } = interval;
         let (confidence, runs) = (Some(estimated::CONFIDENCE), Some(found.runs));
         let chance = Chance { low, high, method: name(Method::Estimated), confidence, runs };
-        Ok(Answer { chance, interval, enclosed: None, lines, trusted: trust(PHASES, None) })
+        Ok(Answer { chance, interval, enclosed: None, lines, trusted: trust(PERIOD, None) })
     };
     Some(answer())
 }
