@@ -219,6 +219,8 @@ fn durations_below_0_are_told_of_where_one_may_be_drawn() {
     let drawn = "observer Done\nproc W = Ran_{Normal(3, sd: 1)}<a> ; Delay_a ; Done\nsystem Sys = W\n\
         probability of Sys reaching Done within 4\n";
     says(drawn, &[below]);
+    let surely = "proc V_d = (Delay_d # At_d) ; V_{d-1}\nsystem Sys = V_{-2}\nperiod Sys\n";
+    says(surely, &["no period found: in V: the duration -2 is negative"]);
 }
 
 #[test]

@@ -226,10 +226,14 @@ impl Lowerer<'_> {
             _ => format!("{text}_{{{names}}}"),
         };
         let wanted = count_of(parameters.len(), "parameter");
+        let help = match (parameters.len(), given) {
+            (1, 2) => format!("write `{example}`; a vector has brackets of its own: `{text}_{{(a,b)}}`"),
+            _ => format!("write `{example}`"),
+        };
         self.fail(
             Diagnostic::error("P0315", format!("`{text}` takes {wanted}, and {} given", were(given)))
                 .label(span, format!("{wanted} needed"))
-                .help(format!("write `{example}`")),
+                .help(help),
         )
     }
 

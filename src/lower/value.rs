@@ -299,7 +299,8 @@ impl Lowerer<'_> {
             }
         }
         let template = environment.templates.get(&name.name);
-        if let (Some(template), true) = (template, values.iter().any(|value| matches!(value.sort(), Sort::Vector(_)))) {
+        let vectors = values.iter().any(|value| matches!(value.sort(), Sort::Vector(_)));
+        if let (Some(template), true) = (template, vectors) {
             return self.read_anew(template, values);
         }
         let result = match function {
@@ -310,7 +311,13 @@ impl Lowerer<'_> {
             Some((_, None)) => Value::apply(&name.name, &values),
             None => basic_function(name.name.as_str(), &values),
         };
-        self.valid(result, span)
+        match result {
+            Err(ValueError(text)) if function.is_none() && vectors => {
+                let advice = "take a component, `part(d,1)`, or the length, `norm(d)`";
+                self.fail(Diagnostic::error("P0402", text).label(span, "in this value").help(advice))
+            }
+            result => self.valid(result, span),
+        }
     }
 
     fn plain(&mut self, argument: &Argument) -> Option<Value> {

@@ -1,7 +1,7 @@
 //! `criteria Name for Sys { … }` and `sweep k in 0 .. 1 step 1/10 { … }`.
 
 use super::{Parse, Parser, Role};
-use crate::ast::{AxisKind, Clause, ClauseKind, Criteria, Ident, Item, ItemKind, Sweep, SweepQuestion, Term};
+use crate::ast::{AxisKind, Clause, ClauseKind, Criteria, Ident, Item, ItemKind, Sweep, SweepQuestion, Term, Value};
 use crate::lexer::{Keyword, Kind};
 
 /// What begins a line of criteria.
@@ -121,15 +121,22 @@ impl Parser<'_> {
                 break;
             }
         }
+        let mut time = self.time_of_battery()?;
         self.word("keep")?;
         let keep = self.value()?;
-        let time = if self.spelling() == "for" {
-            self.advance();
-            Some(self.value()?)
-        } else {
-            None
-        };
+        if time.is_none() {
+            time = self.time_of_battery()?;
+        }
         Ok(ClauseKind::Battery { start, rates, keep, time })
+    }
+
+    /// How long a battery must last, said before or behind what it must keep.
+    fn time_of_battery(&mut self) -> Parse<Option<Value>> {
+        if self.spelling() != "for" {
+            return Ok(None);
+        }
+        self.advance();
+        self.value().map(Some)
     }
 
     pub(super) fn sweep(&mut self) -> Parse<Sweep> {

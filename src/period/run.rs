@@ -439,17 +439,18 @@ impl Settler<'_> {
 
     fn start_delay(&self, time: &Value, env: &Env, path: &Path) -> Result<Run, Halt> {
         let left = evaluate(time, env)?;
-        let zero = Value::integer(0);
-        if path.assumptions.decide(Relation::Eq, &left, &zero) == Some(true) {
-            return Ok(Run::Done(Env::new()));
-        }
+        let zero = Value::zero();
         let assumptions = path.with_draws();
-        if assumptions.decide(Relation::Eq, &left, &zero) == Some(true) {
+        let is = |relation| assumptions.decide(relation, &left, &zero);
+        if path.assumptions.decide(Relation::Eq, &left, &zero) == Some(true) || is(Relation::Eq) == Some(true) {
             return Ok(Run::Done(Env::new()));
         }
-        match assumptions.decide(Relation::Gtr, &left, &zero) {
+        match is(Relation::Gtr) {
             Some(true) => Ok(Run::Delay(left)),
-            Some(false) => Halt::because(format!("the duration {} may be negative", path.named(&left))),
+            Some(false) => {
+                let negative = if is(Relation::Lss) == Some(true) { "is negative" } else { "may be negative" };
+                Halt::because(format!("the duration {} {negative}", path.named(&left)))
+            }
             None if self.varies(&left) => {
                 let raw = Test { relation: Relation::Gtr, left: time.clone(), right: zero };
                 Ok(if self.ask(raw, env, path)? { Run::Delay(left) } else { Run::Done(Env::new()) })
