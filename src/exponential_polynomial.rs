@@ -5,6 +5,7 @@
 //! roots is a number. The coefficients are polynomials in n and x whose own coefficients are any values.
 
 mod dominant;
+pub mod enclosed;
 pub mod tail;
 mod term;
 mod text;

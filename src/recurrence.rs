@@ -6,6 +6,7 @@
 
 mod affine;
 mod approach;
+mod barrier;
 mod classes;
 mod comes_round;
 mod cycle;

@@ -1,11 +1,14 @@
 //! From which index on an exponential polynomial with rational coefficients keeps its sign, or its distance from 0:
 //! where one real root outgrows all others, by exact rational bounds.
 
+use std::cmp::Ordering;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::dominant::{between, dominant, with_squared_roots};
+use super::enclosed::Enclosed;
 use super::{ExponentialPolynomial, middle_and_square};
 use crate::univariate::Univariate;
 use crate::value::{Relation, Value};
@@ -26,7 +29,11 @@ const MOST_LISTED: u64 = 300;
 /// How often differences are taken to see that a sum moves one way only.
 const MOST_DIFFERENCES: usize = 3;
 /// The furthest from its first term that a first index is looked for by halves.
-const MOST_FAR: u64 = 1 << 22;
+const MOST_FAR: u64 = 1 << 40;
+/// The bits of the terms that are enclosed, one attempt after the other, before they are computed.
+const LENGTHS: [u64; 3] = [128, 512, 2_048];
+/// The latest index of a term that is computed before it is enclosed.
+const LATE: u64 = 1_000;
 /// The bits of a bound.
 const PRECISION: u32 = 40;
 /// How often the roots of a polynomial of higher degree are squared to bound them.
@@ -91,7 +98,7 @@ pub fn first_by_halves(
     from: u64,
     stop: &dyn Fn() -> bool,
 ) -> Option<u64> {
-    let holds = |at: u64| Some(relation.holds(term(sum, at)?.cmp(&BigRational::zero())));
+    let holds = |at: u64| Some(relation.holds(sign(sum, at)?));
     let way = match relation {
         Relation::Gtr | Relation::Gte => Relation::Gte,
         Relation::Lss | Relation::Lte => Relation::Lte,
@@ -117,6 +124,27 @@ pub fn first_by_halves(
         if holds(middle)? { later = middle } else { earlier = middle }
     }
     Some(later)
+}
+
+/// How the term of an index lies to 0: a late one is not written down where its first bits tell.
+fn sign(sum: &ExponentialPolynomial, at: u64) -> Option<Ordering> {
+    let told = |bits: u64| enclosed(sum, at, bits)?.sign();
+    let early = if at < LATE { None } else { LENGTHS.into_iter().find_map(told) };
+    early.or_else(|| Some(term(sum, at)?.cmp(&BigRational::zero())))
+}
+
+/// Where the term of an index lies, if all roots are rational.
+fn enclosed(sum: &ExponentialPolynomial, at: u64, bits: u64) -> Option<Enclosed> {
+    let mut all = Enclosed::of(&BigRational::zero(), bits)?;
+    let place = BigRational::from_integer(at.into());
+    for (modulus, rows) in sum.parts() {
+        let rational = |row: &Vec<Value>| row.first().filter(|_| row.len() == 1)?.as_rational();
+        let numbers = rows.iter().map(rational).collect::<Option<Vec<_>>>()?;
+        let factor = numbers.iter().rev().fold(BigRational::zero(), |sum, number| sum * &place + number);
+        let power = Enclosed::of(&-modulus.coefficient(0), bits)?.raised(at)?;
+        all = all.plus(&Enclosed::of(&factor, bits)?.times(&power)?)?;
+    }
+    Some(all)
 }
 
 /// The term of an index, a number.

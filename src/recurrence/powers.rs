@@ -6,8 +6,16 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
-/// The most bits of a power that is looked at.
-const MOST_BITS: u64 = 400_000;
+use crate::exponential_polynomial::enclosed::Enclosed;
+
+/// The most bits of a power that is written down.
+const MOST_BITS: u64 = 1 << 15;
+/// The same where its first bits do not tell on which side of a number it is.
+const MOST_EXACT: u64 = 400_000;
+/// The bits of powers that are enclosed, one attempt after the other.
+const LENGTHS: [u64; 3] = [128, 512, 2_048];
+/// The largest exponent.
+const MOST_FAR: u64 = 1 << 50;
 
 /// An interval between numbers.
 pub(super) struct Numbers {
@@ -111,7 +119,9 @@ fn monotone(ratio: &BigRational, numbers: &Numbers, from: u64) -> Found {
         return Found::Never;
     }
     let width = ratio.numer().bits().max(ratio.denom().bits());
-    let (Some(exponent), true) = (from.to_u32(), from.saturating_mul(width) <= MOST_BITS) else { return Found::TooFar };
+    let (Some(exponent), true) = (from.to_u32(), from.saturating_mul(width) <= MOST_BITS) else {
+        return far(ratio, numbers, from).unwrap_or(Found::TooFar);
+    };
     let mut power = Power { top: ratio.numer().pow(exponent), bottom: ratio.denom().pow(exponent) };
     let mut at = from;
     if !entered(&power) {
@@ -124,7 +134,7 @@ fn monotone(ratio: &BigRational, numbers: &Numbers, from: u64) -> Found {
                 break;
             }
             if (at + 2 * length).saturating_mul(width) > MOST_BITS {
-                return Found::TooFar;
+                return far(ratio, numbers, at + length).unwrap_or(Found::TooFar);
             }
             power = next;
             at += length;
@@ -142,6 +152,47 @@ fn monotone(ratio: &BigRational, numbers: &Numbers, from: u64) -> Found {
         at += 1;
     }
     if numbers.admits(&power, !falls) { Found::At(at) } else { Found::Never }
+}
+
+/// The same, by the first bits of the powers.
+fn far(ratio: &BigRational, numbers: &Numbers, from: u64) -> Option<Found> {
+    let falls = *ratio < BigRational::one();
+    let admits = |at: u64, upper: bool| {
+        let (bound, allowed) = if upper { (&numbers.high, Ordering::Less) } else { (&numbers.low, Ordering::Greater) };
+        let Some((number, strict)) = bound else { return Some(true) };
+        let order = order(ratio, at, number)?;
+        Some(order == allowed || (!strict && order == Ordering::Equal))
+    };
+    // It is not entered at the earlier of two indices, and at the later it is.
+    let (mut earlier, mut later) = (from, from);
+    let mut stride = 1;
+    while !admits(later, falls)? {
+        (earlier, later) = (later, later.checked_add(stride).filter(|later| *later <= MOST_FAR)?);
+        stride *= 2;
+    }
+    while later - earlier > 1 {
+        let middle = earlier + (later - earlier) / 2;
+        if admits(middle, falls)? { later = middle } else { earlier = middle }
+    }
+    Some(if admits(later, !falls)? { Found::At(later) } else { Found::Never })
+}
+
+/// How a power of a positive number lies to a number.
+fn order(ratio: &BigRational, exponent: u64, number: &BigRational) -> Option<Ordering> {
+    if !number.is_positive() {
+        return Some(Ordering::Greater);
+    }
+    let enclosed = |bits: u64| {
+        let power = Enclosed::of(ratio, bits)?.raised(exponent)?;
+        power.plus(&Enclosed::of(&-number, bits)?)?.sign()
+    };
+    let exact = || {
+        let width = ratio.numer().bits().max(ratio.denom().bits());
+        let short = exponent.saturating_mul(width) <= MOST_EXACT;
+        let power = i32::try_from(exponent).ok().filter(|_| short).map(|exponent| ratio.pow(exponent))?;
+        Some(power.cmp(number))
+    };
+    LENGTHS.into_iter().find_map(enclosed).or_else(exact)
 }
 
 #[cfg(test)]
@@ -178,8 +229,32 @@ mod tests {
     }
 
     #[test]
+    fn far_powers_are_found_by_their_first_bits() {
+        let below = |top: i64, bottom: i64| Numbers { low: None, high: Some((number(top, bottom), false)) };
+        let slow = number(999_999, 1_000_000);
+        assert_eq!(powers(&slow, &below(1, 2), 0), Found::At(693_147));
+        // The logarithm of 10^-9 over that of the ratio is 20723255.47…
+        assert_eq!(powers(&slow, &below(1, 1_000_000_000), 0), Found::At(20_723_256));
+        assert_eq!(powers(&slow, &below(1, 2), 700_000), Found::At(700_000));
+        let between = Numbers { low: Some((number(1, 2), true)), high: Some((number(5_000_001, 10_000_000), true)) };
+        assert_eq!(powers(&slow, &between, 0), Found::Never);
+    }
+
+    #[test]
+    fn a_far_power_that_is_met_exactly_is_told_from_its_neighbours() {
+        let ratio = number(1, 2);
+        let goal = ratio.pow(20_000);
+        let numbers = |strict| Numbers { low: None, high: Some((goal.clone(), strict)) };
+        assert_eq!(powers(&ratio, &numbers(false), 0), Found::At(20_000));
+        assert_eq!(powers(&ratio, &numbers(true), 0), Found::At(20_001));
+        let huge = Numbers { low: None, high: Some((number(1, 1), true)) };
+        assert_eq!(powers(&number(1_000_000_007, 1_000_000_006), &huge, 3), Found::Never);
+    }
+
+    #[test]
     fn far_searches_end() {
+        let near = BigRational::new((BigInt::one() << 200) - 1, BigInt::one() << 200);
         let numbers = Numbers { low: None, high: Some((number(1, 1_000_000_000), false)) };
-        assert_eq!(powers(&number(999_999, 1_000_000), &numbers, 0), Found::TooFar);
+        assert_eq!(powers(&near, &numbers, 0), Found::TooFar);
     }
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use num_traits::{ToPrimitive, Zero};
 
+use super::barrier::barred;
 use super::classes::Classes;
 use super::comes_round::comes_round;
 use super::descent::descends;
@@ -127,7 +128,7 @@ fn of_numbers(
         (None, None) => Tail::Unknown("nothing bounds its later terms".to_string()),
     };
     if let Tail::Unknown(_) = tail {
-        tail = modular(recurrence, wanted).unwrap_or(tail);
+        tail = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted)).unwrap_or(tail);
     }
     if let Tail::Unknown(_) = tail
         && let Some(found) = descends(recurrence, wanted, known, stop)

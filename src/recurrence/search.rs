@@ -19,6 +19,9 @@ use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
+/// The latest index of a term that a reason writes down.
+const LATEST_TOLD: u64 = 1_000;
+
 /// The values between two bounds, each with whether it is excluded.
 #[derive(Clone, Debug)]
 pub(super) struct Interval {
@@ -352,6 +355,9 @@ impl Entry<'_> {
     fn missed(&self, at: &BigRational, from: &BigRational) -> Result<String, NoClosedForm> {
         if at <= from {
             return self.moving_away();
+        }
+        if *at > BigRational::from_integer(LATEST_TOLD.into()) {
+            return Ok(format!("it steps over it between n = {} and n = {at}", at - BigRational::one()));
         }
         let before = self.form.with(self.index, &Value::rational(at - BigRational::one()))?;
         let after = self.form.with(self.index, &Value::rational(at.clone()))?;
