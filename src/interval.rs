@@ -47,6 +47,12 @@ impl Interval {
         Interval { low, high }
     }
 
+    /// What lies in both; none where nothing does.
+    pub fn common(self, other: Interval) -> Option<Interval> {
+        let common = Interval::between(self.low.max(other.low), self.high.min(other.high));
+        (common.low <= common.high).then_some(common)
+    }
+
     /// Both ends as rationals; none if one is infinite.
     pub fn bounds(self) -> Option<(BigRational, BigRational)> {
         Some((BigRational::from_float(self.low)?, BigRational::from_float(self.high)?))

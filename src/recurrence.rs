@@ -13,6 +13,7 @@ mod cycle;
 mod descent;
 mod end;
 mod factors;
+mod far;
 mod fractional;
 mod hypergeometric;
 mod inhomogeneous;

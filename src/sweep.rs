@@ -121,12 +121,33 @@ pub fn counts(head: &Head, rows: &[Row]) -> (usize, usize, usize) {
     (count("yes"), count("no") + count("invalid"), count("open"))
 }
 
-/// The counts in words.
+/// The counts in words, and where the declarations do not hold.
 pub fn summary(head: &Head, rows: &[Row]) -> String {
-    if !head.judges() {
+    let told = if head.judges() {
+        let (yes, no, open) = counts(head, rows);
+        format!("{} points: {yes} feasible, {no} not, {open} open", rows.len())
+    } else {
         let points = rows.len();
-        return format!("{points} points; neither criteria nor claims are asked, so none is feasible or infeasible");
+        format!("{points} points; neither criteria nor claims are asked, so none is feasible or infeasible")
+    };
+    match invalid(head, rows) {
+        Some(invalid) => format!("{told}; {invalid}"),
+        None => told,
     }
-    let (yes, no, open) = counts(head, rows);
-    format!("{} points: {yes} feasible, {no} not, {open} open", rows.len())
+}
+
+/// At how many points the declarations are wrong with the values there, and the first of these.
+fn invalid(head: &Head, rows: &[Row]) -> Option<String> {
+    let place = head.feasible()?;
+    let wrong = |row: &&Row| row.cells.get(place) == Some(&Cell::Text("invalid".to_string()));
+    let (first, count) = (rows.iter().find(wrong)?, rows.iter().filter(wrong).count());
+    let values = head.columns.iter().zip(&first.cells).filter_map(|(column, cell)| match cell {
+        Cell::Text(value) if column.kind == Kind::Axis => Some(format!("{} = {value}", column.name)),
+        _ => None,
+    });
+    let at = values.collect::<Vec<_>>().join(", ");
+    Some(match count {
+        1 => format!("at one of them, {at}, what is declared or asked has no meaning"),
+        _ => format!("at {count} of them, the first at {at}, what is declared or asked has no meaning"),
+    })
 }

@@ -67,6 +67,60 @@ impl Enclosed {
         }
     }
 
+    /// One over it; nothing where it may be 0.
+    pub fn inverse(&self) -> Option<Enclosed> {
+        if self.sign()? == Ordering::Equal {
+            return None;
+        }
+        let places = usize::try_from(self.low.bits().max(self.high.bits()).max(self.bits)).ok()?.checked_mul(2)?;
+        let one = BigInt::one() << places;
+        let (low, (above, rest)) = (one.div_floor(&self.high), one.div_mod_floor(&self.low));
+        let high = if rest.is_zero() { above } else { above + BigInt::one() };
+        let exponent = self.exponent.checked_neg()?.checked_sub(i64::try_from(places).ok()?)?;
+        Enclosed { low, high, exponent, bits: self.bits }.shortened()
+    }
+
+    /// The greater of two.
+    pub fn greater(&self, other: &Enclosed) -> Option<Enclosed> {
+        let exponent = self.top()?.max(other.top()?).checked_sub(self.bits.to_i64()?)?;
+        let (one, two) = (self.at(exponent)?, other.at(exponent)?);
+        Some(Enclosed { low: one.low.max(two.low), high: one.high.max(two.high), exponent, bits: self.bits })
+    }
+
+    /// The square root; nothing where it may be of a negative number.
+    pub fn root(&self) -> Option<Enclosed> {
+        if self.low.is_negative() {
+            return None;
+        }
+        // An even exponent, and twice as many bits as the root is to have.
+        let more = (2 * self.bits).saturating_sub(self.high.bits()).to_i64()?;
+        let exponent = self.exponent.checked_sub(more)?;
+        let even = self.at(exponent - exponent.rem_euclid(2))?;
+        let (low, above) = (even.low.sqrt(), even.high.sqrt());
+        let high = if &above * &above == even.high { above } else { above + BigInt::one() };
+        Enclosed { low, high, exponent: even.exponent / 2, bits: self.bits }.shortened()
+    }
+
+    /// The greatest whole number that is not greater, where it is the same for all of them.
+    pub fn floor(&self) -> Option<Enclosed> {
+        let all = if self.exponent > 0 { self.clone() } else { self.whole_part()? };
+        (all.low == all.high).then_some(all)
+    }
+
+    /// The same of both ends.
+    fn whole_part(&self) -> Option<Enclosed> {
+        let shift = self.exponent.unsigned_abs().to_usize()?;
+        Some(Enclosed { low: &self.low >> shift, high: &self.high >> shift, exponent: 0, bits: self.bits })
+    }
+
+    /// The whole number that it is, if it is one for certain.
+    pub fn whole(&self) -> Option<i64> {
+        let floor = self.floor().filter(|_| self.low == self.high)?;
+        let shift = floor.exponent.to_usize().filter(|shift| *shift < 64)?;
+        let exact = self.exponent >= 0 || (&floor.low << self.exponent.unsigned_abs().to_usize()?) == self.low;
+        (&floor.low << shift).to_i64().filter(|_| exact)
+    }
+
     /// How all of them lie to 0; nothing where they lie differently.
     pub fn sign(&self) -> Option<Ordering> {
         let zero = BigInt::zero();
@@ -119,6 +173,19 @@ mod tests {
             for one in &numbers {
                 let first = Enclosed::of(one, bits).unwrap();
                 holds(&first, one);
+                match first.inverse() {
+                    Some(inverse) => holds(&inverse, &one.recip()),
+                    None => assert!(one.is_zero()),
+                }
+                if let Some(floor) = first.floor() {
+                    holds(&floor, &one.floor());
+                }
+                assert_eq!(first.root().is_some(), !one.is_negative());
+                if let Some(root) = first.root() {
+                    holds(&root.times(&root).unwrap(), one);
+                    let one = Enclosed::of(&BigRational::one(), bits).unwrap();
+                    assert_eq!(one.root().and_then(|root| root.whole()), Some(1));
+                }
                 for power in [0, 1, 2, 5, 12] {
                     holds(&first.raised(power).unwrap(), &one.pow(i32::try_from(power).unwrap()));
                 }
@@ -126,9 +193,20 @@ mod tests {
                     let second = Enclosed::of(other, bits).unwrap();
                     holds(&first.times(&second).unwrap(), &(one * other));
                     holds(&first.plus(&second).unwrap(), &(one + other));
+                    holds(&first.greater(&second).unwrap(), one.max(other));
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_whole_number_is_told_from_its_neighbours() {
+        let whole = |above, below| Enclosed::of(&number(above, below), 64).and_then(|one| one.whole());
+        assert_eq!(
+            [whole(7, 1), whole(-7, 1), whole(0, 1), whole(1 << 40, 1)],
+            [Some(7), Some(-7), Some(0), Some(1 << 40)]
+        );
+        assert_eq!([whole(7, 2), whole(22, 7), whole(-1, 3)], [None, None, None]);
     }
 
     #[test]

@@ -139,6 +139,22 @@ struct Clauses {
 }
 
 impl Clauses {
+    /// Each goal is to be reached, whatever else is asked: where no radius, leg or round asks for it, it is asked for by itself.
+    fn ask_for_goals(&mut self) {
+        let asked = |place: usize| {
+            self.all.iter().any(|one| match &one.kind {
+                Ask::Radius(goal) | Ask::Leg { goal, .. } => *goal == place,
+                Ask::Round { .. } => true,
+                _ => false,
+            })
+        };
+        let missing: Vec<usize> = (0..self.goals.len()).filter(|place| !asked(*place)).collect();
+        for place in missing {
+            let text = format!("{} is reached", self.goals[place]);
+            self.push("goal", text, Ask::Radius(place));
+        }
+    }
+
     /// A name that is not taken: `clearance`, `clearance2`.
     fn push(&mut self, word: &str, text: String, kind: Ask) {
         let taken = |name: &str| self.all.iter().any(|one| one.name.as_str() == name);
@@ -166,12 +182,8 @@ impl Lowerer<'_> {
             self.locals.clear();
             self.clause(clause, &mut found);
         }
-        // Goals alone are to be reached.
-        if found.all.is_empty() && !found.goals.is_empty() && self.errors.is_empty() {
-            for place in 0..found.goals.len() {
-                let text = format!("{} is reached", found.goals[place]);
-                found.push("goal", text, Ask::Radius(place));
-            }
+        if self.errors.is_empty() {
+            found.ask_for_goals();
         }
         if found.all.is_empty() && self.errors.is_empty() {
             return self.fail(

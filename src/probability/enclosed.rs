@@ -24,6 +24,7 @@ use super::grid::{Grid, Smooth};
 use super::joint::joint;
 use super::kernel::{BAND, Fast, Guard, Ranges, UNIT, contains};
 use super::lattice::lattice;
+use super::linear::closer;
 use super::operator::{Cut, Key, Operator};
 use super::piecewise::piecewise;
 use super::plan::{Entry, MOST_ROUNDS, Plan, Way, duration, plan};
@@ -55,9 +56,10 @@ const MOST_WORK: f64 = 3e11;
 /// Where the states or the kernel grow too large, or a way has no noise.
 pub fn enclosed(whole: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {
     let found = by_quadrature(whole, question, wanted).or_else(|reason| lattice(whole, question).map_err(|_| reason));
-    found.or_else(|reason| {
+    let found = found.or_else(|reason| {
         piecewise(whole, question, wanted).map_err(|other| format!("{reason}; with noise of any kind: {other}"))
-    })
+    });
+    closer(found, whole, question)
 }
 
 fn by_quadrature(whole: &Chain, question: &Question, wanted: f64) -> Result<Enclosed, String> {

@@ -148,14 +148,71 @@ pub(super) fn counted<S>(
     })
 }
 
-/// Wilson's interval for a share.
+/// Numbers of runs up to which the interval is that of Clopper and Pearson: it holds the share at least as often as is said.
+const FEW: u64 = 50;
+
+/// Wilson's interval for a share; where it happened, or did not, in few runs, that of Clopper and Pearson.
 pub fn interval(happened: u64, runs: u64) -> Estimate {
     let (count, square) = (runs as f64, QUANTILE * QUANTILE);
     let share = happened as f64 / count;
     let middle = (share + square / (2.0 * count)) / (1.0 + square / count);
     let spread = (share * (1.0 - share) / count + square / (4.0 * count * count)).sqrt();
     let half = QUANTILE * spread / (1.0 + square / count);
-    let low = if happened == 0 { 0.0 } else { middle - half };
-    let high = if happened == runs { 1.0 } else { middle + half };
+    let (low, high) = match (happened, runs.saturating_sub(happened)) {
+        (few, _) if few <= FEW => (least(few, runs), most(few, runs)),
+        (_, few) if few <= FEW => (1.0 - most(few, runs), 1.0 - least(few, runs)),
+        _ => (middle - half, middle + half),
+    };
     Estimate { low, high, share, runs, split: false, uneven: false }
+}
+
+/// The share from which so many runs or more come with half the chance that the confidence leaves; 0 for none.
+fn least(happened: u64, runs: u64) -> f64 {
+    let Some(fewer) = happened.checked_sub(1) else { return 0.0 };
+    halved(|share| 1.0 - at_most(fewer, runs, share) <= (1.0 - CONFIDENCE) / 2.0)
+}
+
+/// The share from which so many runs or fewer come with half the chance that the confidence leaves; 1 for all.
+fn most(happened: u64, runs: u64) -> f64 {
+    if happened >= runs { 1.0 } else { halved(|share| at_most(happened, runs, share) > (1.0 - CONFIDENCE) / 2.0) }
+}
+
+/// Where shares stop being below what is looked for.
+fn halved(below: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if below(middle) { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// The chance of so many of independent runs or fewer, each with this share.
+fn at_most(happened: u64, runs: u64, share: f64) -> f64 {
+    let odds = (share.ln() - (-share).ln_1p(), runs as f64 * (-share).ln_1p());
+    let (mut sum, mut choices) = (0.0, 0.0);
+    for count in 0..=happened {
+        sum += (choices + count as f64 * odds.0 + odds.1).exp();
+        choices += ((runs - count) as f64 / (count + 1) as f64).ln();
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_runs_give_the_interval_of_clopper_and_pearson() {
+        // By scipy.stats.beta.ppf.
+        for (happened, runs, low, high) in
+            [(0, 1_000, 0.0, 5.284_306e-3), (2, 100_000, 1.034_950e-6, 9.273_455e-5), (1, 4, 1.252_351e-3, 0.889_115_0)]
+        {
+            let found = interval(happened, runs);
+            assert!((found.low - low).abs() <= 1e-5 * low, "{happened} of {runs}: {found:?}");
+            assert!((found.high - high).abs() <= 1e-5 * high, "{happened} of {runs}: {found:?}");
+            let mirrored = interval(runs - happened, runs);
+            assert!((1.0 - mirrored.high - low).abs() < 1e-12 && (1.0 - mirrored.low - high).abs() < 1e-12);
+        }
+    }
 }

@@ -77,8 +77,10 @@ pub fn exact(chain: &Chain, question: &Question) -> Result<Exact, String> {
             *work.entry(next).or_insert_with(BigRational::zero) += share;
         }
     }
+    // Parts that are not normal are not among them; then the others are not the whole distribution.
+    let whole = walker.parts.iter().map(|(weight, ..)| weight).sum::<BigRational>().is_one();
     let shown = match &question.names[..] {
-        [name] if !walker.parts.is_empty() => {
+        [name] if whole => {
             let normal = |(weight, mean, variance): &(BigRational, BigRational, BigRational)| {
                 (weight.clone(), Distribution::Normal { mean: mean.clone(), variance: variance.clone() })
             };

@@ -1,6 +1,10 @@
 //! Rounds that are one linear map with independent noise: mean, variance and covariance as closed forms in the number
 //! of rounds, and the chance at a time in as many steps as that number has binary digits.
 
+mod passages;
+
+pub(super) use passages::closer;
+
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 
@@ -260,17 +264,10 @@ impl Moments {
             return Err("what is asked for depends on more than one random number".to_string());
         }
         let (mean, variance) = self.at(self.rounds);
-        if variance.low <= 0.0 || !variance.high.is_finite() || !mean.low.is_finite() || !mean.high.is_finite() {
-            return Err("the variance is too small or too large for machine numbers".to_string());
-        }
-        let spread = variance.root();
-        let place = |bound: Interval| match bound.low.is_infinite() && bound.high.is_infinite() {
-            true => bound,
-            false => bound.minus(mean).over(spread),
-        };
         let mut total = Interval::exactly(0.0);
-        for (low, high) in &self.machine.asked {
-            total = total.plus(normal_between(place(*low), place(*high)));
+        for range in &self.machine.asked {
+            let chance = in_range(*range, mean, variance);
+            total = total.plus(chance.ok_or("the variance is too small or too large for machine numbers")?);
         }
         Ok(Enclosed::within(total.probability()))
     }
@@ -307,6 +304,19 @@ impl Machine {
             asked: asked.iter().filter(holds).map(range).collect(),
         }
     }
+}
+
+/// The chance of a range of a normal number; none where its variance is too small or too large for machine numbers.
+fn in_range((low, high): (Interval, Interval), mean: Interval, variance: Interval) -> Option<Interval> {
+    if variance.low <= 0.0 || !variance.high.is_finite() || !mean.low.is_finite() || !mean.high.is_finite() {
+        return None;
+    }
+    let spread = variance.root();
+    let place = |bound: Interval| match bound.low.is_infinite() && bound.high.is_infinite() {
+        true => bound,
+        false => bound.minus(mean).over(spread),
+    };
+    Some(normal_between(place(low), place(high)).probability())
 }
 
 fn index() -> Name {

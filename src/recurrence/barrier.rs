@@ -34,7 +34,7 @@ pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>) -> Option<Tail
         _ => &[false, true],
     };
     let map = Map { factor, rest, index: &recurrence.index };
-    let mut numbers = Numeric::of(recurrence, wanted)?;
+    let mut numbers: Numeric = Numeric::of(recurrence, wanted)?;
     let (mut term, first, mut next) = (start.as_rational()?, recurrence.from.to_u64()?, recurrence.from.to_u64()?);
     for at in first..=first.checked_add(LATEST)? {
         if numbers.holds()? {
@@ -47,12 +47,14 @@ pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>) -> Option<Tail
                 let strict = matches!(relation, Relation::Eq | Relation::Gte | Relation::Lte);
                 let bounds = [goal.clone(), term.clone(), BigRational::zero()];
                 let kept = |bound: &&BigRational| {
-                    let (short, within) = if *above { (*bound >= &goal, &term >= *bound) } else { (*bound <= &goal, &term <= *bound) };
+                    let (short, within) =
+                        if *above { (*bound >= &goal, &term >= *bound) } else { (*bound <= &goal, &term <= *bound) };
                     short && within && !(strict && **bound == goal) && map.keeps(bound, *above, at).is_some()
                 };
                 if let Some(bound) = bounds.iter().find(kept) {
                     let sign = if *above { ">=" } else { "<=" };
-                    let why = format!("from {} = {at} on each term is {sign} {bound}, since the term before is", map.index);
+                    let why =
+                        format!("from {} = {at} on each term is {sign} {bound}, since the term before is", map.index);
                     return Some(Tail::Never(at, why));
                 }
             }

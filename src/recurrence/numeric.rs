@@ -1,48 +1,54 @@
 //! Terms of recurrences without parameters as plain rational numbers: the expressions are laid out once, and each term is
 //! computed from those before it without building values.
 
+mod arithmetic;
 mod number;
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+
+use num_rational::BigRational;
+use num_traits::{One, Zero};
 
 use super::reach::Wanted;
 use crate::closed_form::Recurrence;
 use crate::name::Name;
 use crate::polynomial::Polynomial;
 use crate::value::{Atom, Relation, Value};
-use number::Number;
+pub(super) use arithmetic::{Arithmetic, Near};
+pub(super) use number::Number;
 
 /// A quotient of polynomials in numbered numbers and in what is computed from these.
-struct Expression {
-    numerator: Vec<Summand>,
+struct Expression<N> {
+    numerator: Vec<Summand<N>>,
     /// None for 1.
-    denominator: Option<Vec<Summand>>,
+    denominator: Option<Vec<Summand<N>>>,
 }
 
-struct Summand {
-    coefficient: Number,
-    factors: Vec<(Factor, u32)>,
+struct Summand<N> {
+    coefficient: N,
+    factors: Vec<(Factor<N>, u32)>,
 }
 
-enum Factor {
+enum Factor<N> {
     /// A number of the state, the last of which is the index.
     Place(usize),
     /// The greatest of 0 and these.
-    Maximum(Vec<Expression>),
+    Maximum(Vec<Expression<N>>),
     /// 1 where this is above 0, else 0.
-    Positive(Expression),
-    Floor(Expression),
-    Power(Expression, Expression),
+    Positive(Expression<N>),
+    Floor(Expression<N>),
+    Power(Expression<N>, Expression<N>),
+    Root(Expression<N>),
 }
 
 /// A recurrence of numbers and a comparison of its terms.
-pub(super) struct Numeric {
+pub(super) struct Numeric<N = Number> {
     /// For each number of the state the place of the next one, or the expression that gives it.
-    steps: Vec<Result<usize, Expression>>,
-    goal: Goal,
+    steps: Vec<Result<usize, Expression<N>>>,
+    goal: Goal<N>,
     /// The numbers of the state, and the index.
-    state: Vec<Number>,
+    state: Vec<N>,
 }
 
 /// Terms, to be compared with others.
@@ -50,20 +56,20 @@ pub(super) struct Numeric {
 pub(super) struct Terms(Vec<Number>);
 
 /// A comparison with 0.
-enum Goal {
-    Plain(Relation, Expression),
+enum Goal<N> {
+    Plain(Relation, Expression<N>),
     /// Of `factor*sqrt(inner) + rest`.
     Root {
         relation: Relation,
-        factor: Expression,
-        inner: Expression,
-        rest: Expression,
+        factor: Expression<N>,
+        inner: Expression<N>,
+        rest: Expression<N>,
     },
 }
 
-impl Numeric {
+impl<N: Arithmetic> Numeric<N> {
     /// The same as numbers; nothing where there are parameters, or what is no rational number.
-    pub(super) fn of(recurrence: &Recurrence, (relation, left, right): Wanted<'_>) -> Option<Numeric> {
+    pub(super) fn of(recurrence: &Recurrence, (relation, left, right): Wanted<'_>) -> Option<Numeric<N>> {
         let terms = recurrence.terms();
         let mut places: BTreeMap<Name, usize> =
             terms.iter().enumerate().map(|(place, (name, ..))| (name.clone(), place)).collect();
@@ -78,8 +84,8 @@ impl Numeric {
             });
         }
         let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
-        let mut state = starts.map(|value| Some(Number::of(&value.as_rational()?))).collect::<Option<Vec<_>>>()?;
-        state.push(Number::integer(recurrence.from));
+        let mut state = starts.map(|value| N::of(&value.as_rational()?)).collect::<Option<Vec<_>>>()?;
+        state.push(N::of(&BigRational::from_integer(recurrence.from.into()))?);
         let goal = Goal::of(relation, &left.sub(right).ok()?, &places)?;
         Some(Numeric { steps, goal, state })
     }
@@ -98,11 +104,13 @@ impl Numeric {
                 Err(expression) => expression.at(&self.state)?,
             });
         }
-        next.push(self.state.last()?.plus(&Number::integer(1)));
+        next.push(self.state.last()?.plus(&N::of(&BigRational::one())?)?);
         self.state = next;
         Some(())
     }
+}
 
+impl Numeric {
     /// The terms from which the next ones follow.
     pub(super) fn terms(&self) -> Terms {
         Terms(self.state[..self.steps.len()].to_vec())
@@ -116,8 +124,8 @@ impl Numeric {
     }
 }
 
-impl Goal {
-    fn of(relation: Relation, difference: &Value, places: &BTreeMap<Name, usize>) -> Option<Goal> {
+impl<N: Arithmetic> Goal<N> {
+    fn of(relation: Relation, difference: &Value, places: &BTreeMap<Name, usize>) -> Option<Goal<N>> {
         if let Some(plain) = Expression::of(difference, places) {
             return Some(Goal::Plain(relation, plain));
         }
@@ -129,20 +137,20 @@ impl Goal {
         Some(Goal::Root { relation, factor: factor?, inner: inner?, rest: rest? })
     }
 
-    fn holds(&self, state: &[Number]) -> Option<bool> {
+    fn holds(&self, state: &[N]) -> Option<bool> {
         let (relation, order) = match self {
-            Goal::Plain(relation, difference) => (relation, difference.at(state)?.sign()),
+            Goal::Plain(relation, difference) => (relation, difference.at(state)?.sign()?),
             Goal::Root { relation, factor, inner, rest } => {
                 let (factor, inner, rest) = (factor.at(state)?, inner.at(state)?, rest.at(state)?);
-                if inner.sign() == Ordering::Less {
+                let signs = [factor.sign()?, inner.sign()?, rest.sign()?];
+                if signs[1] == Ordering::Less {
                     return None;
                 }
-                let (one, other) =
-                    (if inner.sign() == Ordering::Equal { Ordering::Equal } else { factor.sign() }, rest.sign());
+                let (one, other) = (if signs[1] == Ordering::Equal { Ordering::Equal } else { signs[0] }, signs[2]);
                 // Of opposite signs, the one with the larger square wins.
                 let order = if one == other.reverse() {
-                    let squares = (factor.times(&factor).times(&inner), rest.times(&rest));
-                    match squares.0.compared(&squares.1) {
+                    let squares = (factor.times(&factor)?.times(&inner)?, rest.times(&rest)?);
+                    match squares.0.compared(&squares.1)? {
                         Ordering::Greater => one,
                         Ordering::Less => other,
                         Ordering::Equal => Ordering::Equal,
@@ -159,31 +167,31 @@ impl Goal {
     }
 }
 
-impl Expression {
-    fn of(value: &Value, places: &BTreeMap<Name, usize>) -> Option<Expression> {
+impl<N: Arithmetic> Expression<N> {
+    fn of(value: &Value, places: &BTreeMap<Name, usize>) -> Option<Expression<N>> {
         let (numerator, denominator) = value.polynomials()?;
         let numerator = summands(numerator, places)?;
         let denominator = if denominator.is_one() { None } else { Some(summands(denominator, places)?) };
         Some(Expression { numerator, denominator })
     }
 
-    fn at(&self, state: &[Number]) -> Option<Number> {
+    fn at(&self, state: &[N]) -> Option<N> {
         let above = total(&self.numerator, state)?;
         let Some(below) = &self.denominator else { return Some(above) };
-        Some(above.times(&total(below, state)?.inverse()?))
+        above.times(&total(below, state)?.inverse()?)
     }
 }
 
-fn summands(polynomial: &Polynomial<Atom>, places: &BTreeMap<Name, usize>) -> Option<Vec<Summand>> {
+fn summands<N: Arithmetic>(polynomial: &Polynomial<Atom>, places: &BTreeMap<Name, usize>) -> Option<Vec<Summand<N>>> {
     let mut all = Vec::new();
     for (monomial, coefficient) in polynomial.terms() {
         let factors = monomial.factors().iter().map(|(atom, exponent)| Some((factor(atom, places)?, *exponent)));
-        all.push(Summand { coefficient: Number::of(coefficient), factors: factors.collect::<Option<_>>()? });
+        all.push(Summand { coefficient: N::of(coefficient)?, factors: factors.collect::<Option<_>>()? });
     }
     Some(all)
 }
 
-fn factor(atom: &Atom, places: &BTreeMap<Name, usize>) -> Option<Factor> {
+fn factor<N: Arithmetic>(atom: &Atom, places: &BTreeMap<Name, usize>) -> Option<Factor<N>> {
     Some(match atom {
         Atom::Variable(name) => Factor::Place(*places.get(name)?),
         Atom::Maximum(elements) => {
@@ -192,45 +200,39 @@ fn factor(atom: &Atom, places: &BTreeMap<Name, usize>) -> Option<Factor> {
         Atom::Positive(inner) => Factor::Positive(Expression::of(inner, places)?),
         Atom::Floor(inner) => Factor::Floor(Expression::of(inner, places)?),
         Atom::Power(base, exponent) => Factor::Power(Expression::of(base, places)?, Expression::of(exponent, places)?),
+        Atom::Root(inner) if N::ROOTS => Factor::Root(Expression::of(inner, places)?),
         Atom::Root(_) | Atom::Apply(..) => return None,
     })
 }
 
-fn total(summands: &[Summand], state: &[Number]) -> Option<Number> {
-    let mut all = Number::integer(0);
+fn total<N: Arithmetic>(summands: &[Summand<N>], state: &[N]) -> Option<N> {
+    let mut all: Option<N> = None;
     for summand in summands {
         let mut whole = summand.coefficient.clone();
         for (factor, exponent) in &summand.factors {
             match (factor, exponent) {
-                (Factor::Place(place), 1) => whole = whole.times(&state[*place]),
-                _ => whole = whole.times(&factor.at(state)?.raised(i64::from(*exponent))?),
+                (Factor::Place(place), 1) => whole = whole.times(&state[*place])?,
+                _ => whole = whole.times(&factor.at(state)?.raised(i64::from(*exponent))?)?,
             }
         }
-        all = all.plus(&whole);
+        all = Some(match all {
+            None => whole,
+            Some(all) => all.plus(&whole)?,
+        });
     }
-    Some(all)
+    all.or_else(|| N::of(&BigRational::zero()))
 }
 
-impl Factor {
-    fn at(&self, state: &[Number]) -> Option<Number> {
-        Some(match self {
-            Factor::Place(place) => state[*place].clone(),
-            Factor::Maximum(elements) => {
-                let mut most = Number::integer(0);
-                for one in elements {
-                    let one = one.at(state)?;
-                    if one.compared(&most) == Ordering::Greater {
-                        most = one;
-                    }
-                }
-                most
-            }
-            Factor::Positive(inner) => Number::integer(i64::from(inner.at(state)?.sign() == Ordering::Greater)),
+impl<N: Arithmetic> Factor<N> {
+    fn at(&self, state: &[N]) -> Option<N> {
+        let whole = |number: i64| N::of(&BigRational::from_integer(number.into()));
+        match self {
+            Factor::Place(place) => Some(state[*place].clone()),
+            Factor::Maximum(elements) => elements.iter().try_fold(whole(0)?, |most, one| one.at(state)?.greater(&most)),
+            Factor::Positive(inner) => whole(i64::from(inner.at(state)?.sign()? == Ordering::Greater)),
             Factor::Floor(inner) => inner.at(state)?.floor(),
-            Factor::Power(base, exponent) => {
-                let exponent = exponent.at(state)?.whole()?;
-                base.at(state)?.raised(exponent)?
-            }
-        })
+            Factor::Power(base, exponent) => base.at(state)?.raised(exponent.at(state)?.whole()?),
+            Factor::Root(inner) => inner.at(state)?.root(),
+        }
     }
 }

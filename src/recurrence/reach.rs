@@ -12,6 +12,7 @@ use super::barrier::barred;
 use super::classes::Classes;
 use super::comes_round::comes_round;
 use super::descent::descends;
+use super::far::far;
 use super::late::{late, rising};
 use super::modular::modular;
 use super::numeric::Numeric;
@@ -135,8 +136,13 @@ fn of_numbers(
     {
         return found;
     }
-    match (by_terms((recurrence, solved), wanted, tail, known, stop), reason) {
+    match (by_terms((recurrence, solved), wanted, &tail, known, stop), reason) {
         (Reach::Unknown(_), Some(reason)) if symbolic(recurrence, wanted) => Reach::Unknown(reason),
+        (Reach::Unknown(why), _) => far(recurrence, wanted, &tail, stop).unwrap_or_else(|count| {
+            let (Tail::Unknown(late) | Tail::Never(_, late)) = &tail;
+            let later = recurrence.from.checked_add_unsigned(count).filter(|_| count > MOST_TERMS);
+            Reach::Unknown(later.map_or(why, |at| format!("not before {} = {at}; {late}", recurrence.index)))
+        }),
         (found, _) => found,
     }
 }
@@ -145,13 +151,13 @@ fn of_numbers(
 fn by_terms(
     (recurrence, solved): (&Recurrence, Option<&Solved>),
     wanted: Wanted<'_>,
-    tail: Tail,
+    tail: &Tail,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Reach {
     let by_halves = || solved.and_then(|solved| rising(solved, wanted, stop));
     let at_once = |at: u64| Reach::At(Value::rational(num_rational::BigRational::from_integer(at.into())), Vec::new());
-    let all = || tried(recurrence, wanted, &tail, known, stop, MOST_TERMS);
+    let all = || tried(recurrence, wanted, tail, known, stop, MOST_TERMS);
     // Where no late term is met the early ones say all.
     match tail {
         Tail::Never(..) => match all() {

@@ -6,6 +6,7 @@ mod timed;
 use std::borrow::Cow;
 
 use num_rational::BigRational;
+use num_traits::Signed;
 
 use super::always::claim_of;
 use super::beside::{BESIDE, relevant};
@@ -326,6 +327,9 @@ fn event<'e>(
         })?,
     };
     let time = time.as_rational().ok_or_else(|| vec![format!("the time {time} must be a number")])?;
+    if time.is_negative() {
+        return Err(vec![format!("the time {} is past: times count from the start, which is 0", rational(&time))]);
+    }
     let question = Question { first, time, names: pattern.variables.iter().cloned().collect() };
     let relevant = relevant(system, &pattern.terms, environment);
     Ok((relevant.map_or(Cow::Borrowed(system), Cow::Owned), claim_of(&pattern), question))

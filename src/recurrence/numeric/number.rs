@@ -16,7 +16,7 @@ const MOST_EXPONENT: i64 = 4_096;
 
 /// A rational number; numerator and denominator have no common factor, and the denominator is positive.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+pub(in super::super) enum Number {
     Small(i64, i64),
     Large(BigRational),
 }
