@@ -15,6 +15,7 @@ mod exercise;
 mod flow;
 mod graph;
 mod iterate;
+mod leading;
 mod marking;
 mod network;
 mod process;

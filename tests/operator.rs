@@ -482,3 +482,15 @@ fn a_clearance_rests_on_the_kernel_where_the_same_claim_does() {
     assert!(said.contains("the kernel has checked every way of the phases"), "{said}");
     assert!(!said.contains("are all that the system does"), "{said}");
 }
+
+#[test]
+fn the_least_change_is_found_where_larger_ones_step_over() {
+    let text = "observer Ahead(q)\nparam gap = 2, pace = 1, lead = 1/2\n\
+                proc Two_{a,b} = (Delay_1 # At_a # Ahead_b) ; Two_{min(a+pace,20),b+lead}\nsystem Chase = Two_{0,gap+8}\n\
+                criteria Apart for Chase { goals At_15 radius 1/2 clearance 5 between At, Ahead round within 12 }\n";
+    let said = out(&pars(folder(text).path(), &["run", "mission.pars"]));
+    // At 29/24 a round it is within 1/2 of 15 after 12 rounds; from 31/24 on it is past that.
+    assert!(said.contains("round: pace = 29/24 in place of 1 gives round = 12, margin 0"), "{said}");
+    // By hand: after 17 rounds the one is at 20 for good, and the other at gap + 33/2.
+    assert!(said.contains("all: pace = 29/24 in place of 1 and gap = 17/2 in place of 2 meets every"), "{said}");
+}

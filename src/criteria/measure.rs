@@ -242,6 +242,14 @@ impl Scene<'_> {
             }
             reached = end.as_ref() == Some(&until);
         }
+        // What is always used at one rate is known whatever the run does.
+        if let (false, Some(end)) = (reached, &end)
+            && let Some(left) = evenly(rates).and_then(|rate| drained(&full, &rate, &Value::zero(), end))
+        {
+            least.0 = if self.holds(Relation::Gtr, &left, &full) { full.clone() } else { left };
+            least.1 = end.clone();
+            reached = true;
+        }
         let margin = self.room(&keep, &least.0);
         let low = self.holds(Relation::Lss, &least.0, &keep);
         finding.standing = match (low, reached) {
@@ -308,6 +316,13 @@ impl Scene<'_> {
             if outcome.speaks == Some(false) {
                 finding.notes.push("the two are never shown together".to_string());
             }
+            // What is seen of the run is as near as the proof allows.
+            if let Some(Measure::AtMost(seen)) = &finding.value
+                && *seen == exact(limit)
+            {
+                finding.value = Some(Measure::Exact(seen.clone()));
+                finding.margin = Some(Measure::Exact(Value::zero()));
+            }
             finding.trusted.extend(safe.trusted().iter().cloned());
         } else {
             finding.notes.extend(outcome.remaining);
@@ -369,4 +384,9 @@ fn drained(charge: &Value, rate: &BigRational, from: &Value, until: &Value) -> O
 fn rate(rates: &[(BigRational, Option<Name>)], shown: &[Term]) -> BigRational {
     let counts = |observer: &Option<Name>| observer.as_ref().is_none_or(|name| values_of(shown, name).next().is_some());
     rates.iter().filter(|(_, observer)| counts(observer)).map(|(rate, _)| rate.clone()).sum()
+}
+
+/// What is used in a unit of time whatever is shown; none where that matters.
+fn evenly(rates: &[(BigRational, Option<Name>)]) -> Option<BigRational> {
+    rates.iter().all(|(_, observer)| observer.is_none()).then(|| rate(rates, &[]))
 }

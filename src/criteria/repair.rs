@@ -12,7 +12,7 @@ use num_traits::{One, Signed, Zero};
 
 use super::nearby::{Formula, nearby};
 use super::{Chances, Finding, Judge, Judged, Measure, Standing};
-use crate::lower::{Ask, Criteria, Environment, Likelihood};
+use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood};
 use crate::name::Name;
 use crate::simplest::simplest;
 use crate::value::{Relation, Value};
@@ -26,6 +26,8 @@ const MOST_DENOMINATOR: i64 = 10_000;
 const HALVINGS: usize = 20;
 /// Parameters that are tried, at most.
 pub const MOST_PARAMETERS: usize = 10;
+/// The parts of a change in which a smaller one is looked for.
+const PARTS: i64 = 12;
 /// Stretches of a run that are followed while a change is looked for that is proved in the end.
 const MOST_SEARCHED: usize = 200;
 /// Pairs of parameters that are tried, at most.
@@ -179,7 +181,12 @@ impl<'a> Workshop<'a> {
         }
         match goal {
             Some(name) => judge.one(&criteria, &environment, name).map(|finding| finding.standing),
-            None => judge.judge(&criteria, &environment).findings.iter().map(|finding| finding.standing).min(),
+            None => {
+                // A clearance of a run that only goes on is proved once, at the end.
+                let later = |finding: &Finding| finding.standing == Standing::Open && self.goes_on(Some(&finding.name));
+                let standing = |finding: &Finding| if later(finding) { Standing::Met } else { finding.standing };
+                judge.judge(&criteria, &environment).findings.iter().map(standing).min()
+            }
         }
     }
 
@@ -313,6 +320,13 @@ impl<'a> Workshop<'a> {
                 break;
             }
         }
+        if let Some((before, nearer)) = self.nearer(goal, parameter, value, &works) {
+            (fails, works) = (before, nearer);
+            for _ in 0..HALVINGS / 2 {
+                let middle = (&fails + &works) / BigRational::from_integer(2.into());
+                if met(&middle) { works = middle } else { fails = middle }
+            }
+        }
         let simple = simplest(&fails, &works);
         if simple != fails && met(&simple) {
             works = simple.clone();
@@ -334,6 +348,25 @@ impl<'a> Workshop<'a> {
             }
         }
         repair.or_else(|| self.further(goal, parameter, value, &works)).or_else(|| self.repair(goal, &at(&works)))
+    }
+
+    /// A place nearer to the present value at which the criterion is met, with one before it at which it is not: what is counted
+    /// in rounds, or steps over a place, is met in several stretches. Chances are not looked for so often.
+    fn nearer(
+        &self,
+        goal: Goal<'_>,
+        parameter: &Name,
+        value: &BigRational,
+        works: &BigRational,
+    ) -> Option<(BigRational, BigRational)> {
+        let chance = |one: &&Criterion| goal.is_none_or(|name| one.name == *name);
+        let chance = self.criteria.all.iter().filter(chance).any(|one| matches!(one.kind, Ask::Probability { .. }));
+        if chance {
+            return None;
+        }
+        let place = |part: i64| value + (works - value) * BigRational::new(part.into(), PARTS.into());
+        let met = |part: &i64| !(self.judge.interrupted)() && self.met(goal, &[(parameter.clone(), place(*part))]);
+        (1..PARTS).find(met).map(|first| (place(first - 1), place(first)))
     }
 
     /// The simplest number at which the criterion is met, a hundredth further from the present value at most: a

@@ -1,6 +1,7 @@
 //! Recurrences: equations between terms of sequences, and their first values.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_traits::ToPrimitive;
 
@@ -36,7 +37,7 @@ pub struct Question {
 struct Equations<'a> {
     index: Option<Ident>,
     /// For each name the offset on the left, and the right side.
-    steps: Vec<(Ident, i64, &'a Written)>,
+    steps: Vec<(Ident, i64, Cow<'a, Written>)>,
     /// For each name its first values by index.
     starts: BTreeMap<Name, BTreeMap<i64, &'a Written>>,
 }
@@ -50,8 +51,10 @@ impl Lowerer<'_> {
         if let Some((left, _)) = solve.equations.get(MOST_EQUATIONS) {
             return self.wrong(left.span, format!("there are more than {MOST_EQUATIONS} equations"));
         }
+        let names: BTreeSet<Name> = solve.equations.iter().filter_map(|(left, _)| begun(left)).collect();
         for (left, right) in &solve.equations {
-            self.equation(left, right, &mut equations)?;
+            let (left, led) = self.led(left, right, &names)?;
+            self.equation(&left, (right, led), &mut equations)?;
         }
         let Some(index) = equations.index.clone() else {
             return self.without_step(solve);
@@ -147,7 +150,12 @@ impl Lowerer<'_> {
     }
 
     /// Sorts one equation: a step, or a first value.
-    fn equation<'a>(&mut self, left: &Written, right: &'a Written, found: &mut Equations<'a>) -> Option<()> {
+    fn equation<'a>(
+        &mut self,
+        left: &Written,
+        (start, right): (&'a Written, Cow<'a, Written>),
+        found: &mut Equations<'a>,
+    ) -> Option<()> {
         let call = match &left.kind {
             ValueKind::Name(name) => subscripted(name).map(|(call, _)| call),
             _ => None,
@@ -161,7 +169,7 @@ impl Lowerer<'_> {
         let (variable, offset) = self.place(place)?;
         match variable {
             None => {
-                if found.starts.entry(name.name.clone()).or_default().insert(offset, right).is_some() {
+                if found.starts.entry(name.name.clone()).or_default().insert(offset, start).is_some() {
                     return self.wrong(left.span, format!("`{}({offset})` is given twice", name.name));
                 }
             }
@@ -337,4 +345,17 @@ pub(super) fn subscripted(ident: &Ident) -> Option<(Written, &str)> {
     let place = Argument { label: None, value: Written { span, kind } };
     let name = Ident { name: Name::new(base), span };
     Some((Written { span, kind: ValueKind::Call(name, vec![place]) }, suffix))
+}
+
+/// The sequence of which an equation gives a first value: `r` of `r(0)`.
+fn begun(left: &Written) -> Option<Name> {
+    let call = match &left.kind {
+        ValueKind::Name(name) => subscripted(name).map(|(call, _)| call),
+        _ => None,
+    };
+    let ValueKind::Call(name, arguments) = &call.as_ref().unwrap_or(left).kind else { return None };
+    let [Argument { label: None, value: Written { kind, .. } }] = arguments.as_slice() else { return None };
+    let number = |kind: &ValueKind| matches!(kind, ValueKind::Number(_));
+    let first = number(kind) || matches!(kind, ValueKind::Negative(inner) if number(&inner.kind));
+    first.then(|| name.name.clone())
 }

@@ -1,11 +1,13 @@
 //! A bound that terms keep once they have come to it: `u(n+1) = f(n)*u(n) + g(n)` with `f(n) >= 0` and
-//! `f(n)*b + g(n) <= b` from some index on stays at most b. So a goal beyond the bound is met before, or never.
+//! `f(n)*b + g(n) <= b` from some index on stays at most b, and so does any other map of which the assumptions decide it.
+//! So a goal beyond the bound is met before, or never.
 
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 
 use super::numeric::Numeric;
 use super::reach::Wanted;
+use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{Tail, throughout};
@@ -16,10 +18,9 @@ use crate::value::{Relation, Value};
 const LATEST: u64 = 512;
 
 /// From which index on a bound keeps the terms of a single sequence away from what is wanted.
-pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>) -> Option<Tail> {
+pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>, known: &Assumptions) -> Option<Tail> {
     let [sequence] = recurrence.sequences.as_slice() else { return None };
     let ([start], name) = (sequence.start.as_slice(), recurrence.term(&sequence.name, 0)) else { return None };
-    let (factor, rest) = sequence.next.linear_in(&name)?;
     let (relation, left, right) = wanted;
     let (weight, offset) = left.sub(right).ok()?.linear_in(&name)?;
     let (weight, offset) = (weight.as_rational()?, offset.as_rational()?);
@@ -33,7 +34,7 @@ pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>) -> Option<Tail
         Relation::Lss | Relation::Lte => &[true],
         _ => &[false, true],
     };
-    let map = Map { factor, rest, index: &recurrence.index };
+    let map = Map { next: &sequence.next, name: &name, index: &recurrence.index, known };
     let mut numbers: Numeric = Numeric::of(recurrence, wanted)?;
     let (mut term, first, mut next) = (start.as_rational()?, recurrence.from.to_u64()?, recurrence.from.to_u64()?);
     for at in first..=first.checked_add(LATEST)? {
@@ -49,7 +50,7 @@ pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>) -> Option<Tail
                 let kept = |bound: &&BigRational| {
                     let (short, within) =
                         if *above { (*bound >= &goal, &term >= *bound) } else { (*bound <= &goal, &term <= *bound) };
-                    short && within && !(strict && **bound == goal) && map.keeps(bound, *above, at).is_some()
+                    short && within && !(strict && **bound == goal) && map.keeps(bound, *above, at)
                 };
                 if let Some(bound) = bounds.iter().find(kept) {
                     let sign = if *above { ">=" } else { "<=" };
@@ -66,22 +67,38 @@ pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>) -> Option<Tail
 }
 
 struct Map<'a> {
-    factor: Value,
-    rest: Value,
+    next: &'a Value,
+    name: &'a Name,
     index: &'a Name,
+    known: &'a Assumptions,
 }
 
 impl Map<'_> {
     fn image(&self, term: &BigRational, at: u64) -> Option<BigRational> {
         let at = Value::rational(BigRational::from_integer(at.into()));
-        let [factor, rest] = [&self.factor, &self.rest].map(|value| value.with(self.index, &at).ok()?.as_rational());
-        Some(factor? * term + rest?)
+        self.next.with(self.index, &at).ok()?.with(self.name, &Value::rational(term.clone())).ok()?.as_rational()
     }
 
     /// That every term from an index on is on one side of a bound if the term before is.
-    fn keeps(&self, bound: &BigRational, above: bool, from: u64) -> Option<()> {
+    fn keeps(&self, bound: &BigRational, above: bool, from: u64) -> bool {
         let bound = Value::rational(bound.clone());
-        let beyond = self.factor.mul(&bound).ok()?.add(&self.rest).ok()?.sub(&bound).ok()?;
+        self.keeps_linearly(&bound, above, from) == Some(true) || self.keeps_somehow(&bound, above, from)
+    }
+
+    /// By what is assumed of a term and its index.
+    fn keeps_somehow(&self, bound: &Value, above: bool, from: u64) -> bool {
+        let relation = if above { Relation::Gte } else { Relation::Lte };
+        let mut known = self.known.without_name(self.name).without_name(self.index);
+        known.assume_natural(self.index);
+        let from = Value::rational(BigRational::from_integer(from.into()));
+        known.assume(Relation::Gte, &Value::variable(self.index), &from);
+        known.assume(relation, &Value::variable(self.name), bound);
+        known.decide(relation, &known.simplify(self.next), bound) == Some(true)
+    }
+
+    fn keeps_linearly(&self, bound: &Value, above: bool, from: u64) -> Option<bool> {
+        let (factor, rest) = self.next.linear_in(self.name)?;
+        let beyond = factor.mul(bound).ok()?.add(&rest).ok()?.sub(bound).ok()?;
         let beyond = if above { beyond } else { beyond.neg().ok()? };
         let sure = |value: &Value| {
             // A quotient has the sign of the product of what stands above and below, which is not 0 where it is defined.
@@ -94,9 +111,8 @@ impl Map<'_> {
                 [_, true] => Relation::Lte,
                 _ => return None,
             };
-            throughout(&sum, relation, from, None).then_some(())
+            Some(throughout(&sum, relation, from, None))
         };
-        sure(&self.factor)?;
-        sure(&beyond)
+        Some(sure(&factor)? && sure(&beyond)?)
     }
 }

@@ -129,7 +129,7 @@ fn of_numbers(
         (None, None) => Tail::Unknown("nothing bounds its later terms".to_string()),
     };
     if let Tail::Unknown(_) = tail {
-        tail = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted)).unwrap_or(tail);
+        tail = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted, known)).unwrap_or(tail);
     }
     if let Tail::Unknown(_) = tail
         && let Some(found) = descends(recurrence, wanted, known, stop)
