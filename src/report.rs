@@ -170,6 +170,8 @@ pub struct Answer {
     pub expected: Vec<Expected>,
     /// `yes`, `no` or `unknown`, where the question asks for that.
     pub verdict: Option<&'static str>,
+    /// The probability, where one is asked for.
+    pub chance: Option<Chance>,
     /// The sides of what shows a `no`, for the stepper.
     pub apart: Option<Arc<Apart>>,
     /// Pictures, where the surroundings want them.
@@ -377,6 +379,7 @@ impl Report {
         put("kind", json!(self.kind));
         put("verdict", json!(self.verdict.spelling()));
         put("expected", json!(expected(&self.expected)));
+        put("unmet", json!(unmet(&self.expected)));
         put("values", pairs(&self.values));
         put("steady", pairs(&self.steady));
         if let Some(chance) = &self.chance {
@@ -396,6 +399,11 @@ impl Report {
 
 fn expected(expected: &[Expected]) -> String {
     expected.iter().map(|expected| expected.text.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// What was expected and is not so.
+fn unmet(expected: &[Expected]) -> Vec<&str> {
+    expected.iter().filter(|expected| !expected.met).map(|expected| expected.text.as_str()).collect()
 }
 
 /// Both sides of a run that tells them apart, each with what it refers to.
@@ -450,6 +458,12 @@ impl Answer {
         });
         if let (false, Some(map)) = (self.expected.is_empty(), object.as_object_mut()) {
             map.insert("expected".to_string(), json!(expected(&self.expected)));
+            if self.expected.iter().any(|expected| !expected.met) {
+                map.insert("unmet".to_string(), json!(unmet(&self.expected)));
+            }
+        }
+        if let (Some(chance), Some(map)) = (&self.chance, object.as_object_mut()) {
+            map.insert("probability".to_string(), chance.json());
         }
         if let (Some(verdict), Some(map)) = (self.verdict, object.as_object_mut()) {
             map.insert("verdict".to_string(), json!(verdict));

@@ -82,10 +82,11 @@ impl Run<'_, '_> {
         found
     }
 
-    pub(super) fn probability(&mut self, likelihood: &Likelihood, waiting: &Waiting) -> Vec<String> {
+    /// What is said of a probability, and between what it lies; nothing where that is not known.
+    pub(super) fn probability(&mut self, likelihood: &Likelihood, waiting: &Waiting) -> (Vec<String>, Option<Chance>) {
         match answer(likelihood, None, &waiting.environment) {
-            Ok(answer) => answer.lines,
-            Err(reasons) => reasons,
+            Ok(answer) => (answer.lines, Some(answer.chance)),
+            Err(reasons) => (reasons, None),
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::term::{Node, Term};
 impl Run<'_, '_> {
     pub(super) fn question(&mut self, waiting: &Waiting) -> Output {
         let mut answered = Answered::default();
-        let mut pictures = Vec::new();
+        let (mut pictures, mut chance) = (Vec::new(), None);
         let (kind, lines, expected) = match &waiting.question {
             Question::Simplify(term) => self.simplified("simplify", term, waiting),
             Question::Project(subject, shown) => {
@@ -36,7 +36,9 @@ impl Run<'_, '_> {
             }
             Question::Probability(likelihood) => {
                 pictures = self.pictures_of(likelihood, &waiting.environment);
-                ("probability", self.probability(likelihood, waiting), Run::unmet(&waiting.expected))
+                let (lines, found) = self.probability(likelihood, waiting);
+                chance = found;
+                ("probability", lines, Run::unmet(&waiting.expected))
             }
             Question::Claim(_) | Question::Criteria(_) | Question::Sweep(_) => ("claim", Vec::new(), Vec::new()),
             Question::Lts(subject, limits) => {
@@ -58,7 +60,18 @@ impl Run<'_, '_> {
             return Output::Trouble(waiting.source.clone(), answered.diagnostics);
         }
         let (verdict, apart) = (answered.verdict, answered.apart);
-        Output::Answer(Box::new(Answer { file, line, kind, question, lines, expected, verdict, apart, pictures }))
+        Output::Answer(Box::new(Answer {
+            file,
+            line,
+            kind,
+            question,
+            lines,
+            expected,
+            verdict,
+            chance,
+            apart,
+            pictures,
+        }))
     }
 
     fn simplified(

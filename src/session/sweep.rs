@@ -330,6 +330,7 @@ impl Run<'_, '_> {
             lines,
             expected,
             verdict: None,
+            chance: None,
             apart: None,
             pictures: Vec::new(),
         }
