@@ -476,3 +476,18 @@ fn what_calls_a_process_with_errors_is_refused_with_it() {
     let right = wrong.replace(" ; Stop", "");
     assert!(out(&script(format!("{world}{right}{tour}"))).contains("phase 1"));
 }
+
+#[test]
+fn json_tells_what_was_expected_and_is_not_so_and_what_is_only_asked_for() {
+    let text = "solve r(n+1) = 2*r(n), r(0) = 1\nexpect r(5) = 7, r(1) = 2\n\
+                proc E_r = (Delay_1 # At_r) ; Ran_{Normal(0, sd: 1)}<e> ; E_{r+e}\nsystem S = E_0\n\
+                probability of S showing At_p where p <= 0 at 4\n";
+    let (_folder, path) = file("asked.pars", text);
+    let output = pars().args(["run", "--json"]).arg(&path).output().expect("pars runs");
+    assert_eq!(code(&output), 1);
+    let said = out(&output);
+    let objects: Vec<serde_json::Value> = said.lines().map(|line| serde_json::from_str(line).expect(line)).collect();
+    assert_eq!(objects[0]["unmet"], serde_json::json!(["r(5) = 7"]), "{said}");
+    assert_eq!(objects[1]["probability"]["low"], 0.5, "{said}");
+    assert_eq!(objects[1]["probability"]["method"], "exact", "{said}");
+}

@@ -1,10 +1,13 @@
 //! The phases of a system as linear moves: what happens in a round, as a linear function of the state and the draws.
 
+mod plain;
+
 use std::collections::BTreeSet;
 
 use num_rational::BigRational;
 use num_traits::Zero;
 
+use self::plain::plain;
 use super::disc::{Disc, round};
 use crate::assumption::Assumptions;
 use crate::distribution::Distribution;
@@ -129,8 +132,8 @@ fn made(period: &Period, event: &Claim, assumptions: &Assumptions, curved: bool)
     let sizes: Vec<&[Name]> = period.phases.iter().map(|phase| phase.variables.as_slice()).collect();
     let all = |edges: &[Edge], variables: &[Name]| -> Result<Vec<Move>, String> {
         let mut moves = Vec::new();
-        for edge in edges {
-            moves.extend(moves_of(edge, (variables, curved), &sizes, event, assumptions)?);
+        for edge in edges.iter().flat_map(|edge| plain(edge, variables)) {
+            moves.extend(moves_of(&edge, (variables, curved), &sizes, event, assumptions)?);
         }
         Ok(moves)
     };
