@@ -479,7 +479,7 @@ fn what_calls_a_process_with_errors_is_refused_with_it() {
 
 #[test]
 fn json_tells_what_was_expected_and_is_not_so_and_what_is_only_asked_for() {
-    let text = "solve r(n+1) = 2*r(n), r(0) = 1\nexpect r(5) = 7, r(1) = 2\n\
+    let text = "solve r(n+1) = 2*r(n), r(0) = 1\nexpect r(5) = 7\nexpect r(1) = 2\n\
                 proc E_r = (Delay_1 # At_r) ; Ran_{Normal(0, sd: 1)}<e> ; E_{r+e}\nsystem S = E_0\n\
                 probability of S showing At_p where p <= 0 at 4\n";
     let (_folder, path) = file("asked.pars", text);

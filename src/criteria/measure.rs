@@ -242,8 +242,8 @@ impl Scene<'_> {
             }
             reached = end.as_ref() == Some(&until);
         }
-        // What is always used at one rate is known whatever the run does.
-        if let (false, Some(end)) = (reached, &end)
+        // What is always used at one rate is known where the run is not, such as beside noise.
+        if let (false, Ending::Unknown(_), Some(end)) = (reached, &self.run.ending, &end)
             && let Some(left) = evenly(rates).and_then(|rate| drained(&full, &rate, &Value::zero(), end))
         {
             least.0 = if self.holds(Relation::Gtr, &left, &full) { full.clone() } else { left };

@@ -29,7 +29,7 @@ const MOST_LISTED: u64 = 300;
 /// How often differences are taken to see that a sum moves one way only.
 const MOST_DIFFERENCES: usize = 3;
 /// The furthest from its first term that a first index is looked for by halves.
-const MOST_FAR: u64 = 1 << 40;
+const MOST_FAR: u64 = 1 << 22;
 /// The bits of the terms that are enclosed, one attempt after the other, before they are computed.
 const LENGTHS: [u64; 3] = [128, 512, 2_048];
 /// The latest index of a term that is computed before it is enclosed.

@@ -2,10 +2,8 @@
 //!
 //! The chance V(s) of success within n more rounds from state s satisfies V_0 = 0 and
 //! V_n(s) = D(s) + ∫ k(s,x) V_(n-1)(x) dx, summed over the ways of a round, with a kernel that is a product over the axes
-//! of a normal density times the chance of the guard. Integrals become sums over points, and these sums of sums are added
-//! up from the start on: with the mass of each point of a round, of which D(s) is won in that round and the rest goes on by
-//! the weighted kernel. Four errors are bounded, none by experience:
-//!
+//! of a normal density times the chance of the guard. Integrals become sums over points, added up from the start on: with the
+//! mass of each point of a round, of which D(s) is won there and the rest goes on. Four errors are bounded, none by experience:
 //! * *discretisation*: [`super::grid`] says how;
 //! * *truncation*: whatever the sums leave out (states outside the window of their round, densities far out) is what
 //!   the chances of going on exceed the masses by that are found in the next round; it may have led anywhere;

@@ -212,7 +212,8 @@ mod tests {
             assert!((found.low - low).abs() <= 1e-5 * low, "{happened} of {runs}: {found:?}");
             assert!((found.high - high).abs() <= 1e-5 * high, "{happened} of {runs}: {found:?}");
             let mirrored = interval(runs - happened, runs);
-            assert!((1.0 - mirrored.high - low).abs() < 1e-12 && (1.0 - mirrored.low - high).abs() < 1e-12);
+            assert!((1.0 - mirrored.high - found.low).abs() < 1e-12, "{mirrored:?} {found:?}");
+            assert!((1.0 - mirrored.low - found.high).abs() < 1e-12, "{mirrored:?} {found:?}");
         }
     }
 }

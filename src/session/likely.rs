@@ -134,7 +134,7 @@ fn work(answer: &Answer, threshold: &Value) -> String {
             // Where all runs end alike, an interval for as many runs of that kind ends at the threshold.
             let alike = [(interval.low <= 0.0, target), (interval.high >= 1.0, 1.0 - target)];
             if let Some((_, far)) = alike.into_iter().find(|(alike, far)| *alike && *far > 0.0) {
-                let needed = estimated::QUANTILE.powi(2) * (1.0 / far - 1.0);
+                let needed = (((1.0 - estimated::CONFIDENCE) / 2.0).ln() / (-far).ln_1p()).ceil();
                 return format!(
                     "{here}: it would take some {needed:.0} runs to tell them apart, if all end as these did"
                 );
