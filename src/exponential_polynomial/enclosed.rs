@@ -115,7 +115,9 @@ impl Enclosed {
 
     /// The whole number that it is, if it is one for certain.
     pub fn whole(&self) -> Option<i64> {
-        let floor = self.floor().filter(|_| self.low == self.high)?;
+        // A whole number is not written with more places than that, and no others are shifted back to be compared.
+        let short = self.exponent >= 0 || self.exponent.unsigned_abs() <= 4 * self.bits;
+        let floor = self.floor().filter(|_| self.low == self.high && short)?;
         let shift = floor.exponent.to_usize().filter(|shift| *shift < 64)?;
         let exact = self.exponent >= 0 || (&floor.low << self.exponent.unsigned_abs().to_usize()?) == self.low;
         (&floor.low << shift).to_i64().filter(|_| exact)

@@ -34,7 +34,11 @@ pub(in super::super) fn closer(
         return found;
     }
     match (found, passages(chain, question)) {
-        (Ok(found), Some(bounds)) => Ok(Enclosed::within(found.interval.common(bounds).unwrap_or(found.interval))),
+        // Were they apart, one of them would be wrong, and nothing closer than both be known.
+        (Ok(found), Some(bounds)) => {
+            let apart = || found.interval.hull(bounds);
+            Ok(Enclosed::within(found.interval.common(bounds).unwrap_or_else(apart)))
+        }
         (Err(_), Some(bounds)) if bounds.high <= RARE => Ok(Enclosed::within(bounds)),
         (found, _) => found,
     }
