@@ -5,6 +5,7 @@
 mod alike;
 mod always;
 mod beside;
+mod cases;
 mod claim;
 mod compare;
 mod contradiction;
@@ -14,6 +15,7 @@ mod drawn;
 mod illustrate;
 mod instances;
 mod likely;
+mod matched;
 mod orders;
 mod phases;
 mod question;

@@ -25,6 +25,7 @@ use crate::period::{self, End, Failure, Period};
 use crate::term::Term;
 use crate::value::Value;
 
+pub use cases::Apart;
 pub(crate) use cases::Merge;
 pub use orbit::Orbit;
 pub use round::Endless;
@@ -81,6 +82,8 @@ pub struct Outcome {
     pub diagnostics: Vec<Failure>,
     /// The phase that the run never leaves, where two values would have to be equal for that.
     pub endless: Option<Endless>,
+    /// What was found in either case, where this was made of two.
+    pub apart: Option<Box<Apart>>,
 }
 
 impl Outcome {
@@ -100,6 +103,7 @@ impl Outcome {
             period: None,
             diagnostics: Vec::new(),
             endless: None,
+            apart: None,
         }
     }
 }

@@ -15,7 +15,7 @@ pub use draw::{draws, due, goes_on};
 pub use end::{End, ends};
 use num_traits::ToPrimitive;
 use shape::{alike, told_apart};
-pub use split::{passes, runs};
+pub use split::{either, passes, runs, runs_where};
 pub use turn::interval;
 
 use crate::advance::{Instant, stretch};

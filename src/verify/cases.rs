@@ -16,16 +16,20 @@ use crate::value::{Relation, Value};
 /// Pairs of parameters whose order is looked at either way.
 const MOST_SPLITS: usize = 3;
 
+/// What was found for either order of two values, from which what is found as one was made.
+#[derive(Clone, Debug)]
+pub struct Apart {
+    /// Of the two values, the one less the other.
+    pub difference: Value,
+    /// Where it is more than 0.
+    pub above: Outcome,
+    /// Where it is less than 0; it is known not to be 0.
+    pub below: Outcome,
+}
+
 /// The outcome under assumptions, in cases where it is open without.
 pub(super) fn in_cases(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome) -> Outcome {
-    let found = split(assumptions, look, MOST_SPLITS);
-    if !matches!(found.verdict, Verdict::Proved) || matches!(look(assumptions).verdict, Verdict::Proved) {
-        return found;
-    }
-    // A proof is under one set of assumptions; these are several.
-    let said = "the run matches in every order of the parameters, each looked at for itself; one proof is of one order: \
-                assume one, such as `param p0 < a`";
-    Outcome { verdict: Verdict::Open { remaining: vec![said.to_string()] }, ..found }
+    split(assumptions, look, MOST_SPLITS)
 }
 
 fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most: usize) -> Outcome {
@@ -85,6 +89,8 @@ impl Merge {
             (Some(one), Some(other)) => self.terms(one, other),
             _ => None,
         };
+        let (above, below) = (one.clone(), other.clone());
+        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below }));
         if one.legs.len() != other.legs.len() {
             return None;
         }

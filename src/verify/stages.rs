@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Leg, Outcome};
 use crate::name::Name;
-use crate::period::Phase;
+use crate::period::{Period, Phase};
 use crate::prove::run::Stage;
 use crate::substitution::substitute_values;
 use crate::term::Term;
@@ -13,7 +13,11 @@ use crate::value::Value;
 impl Outcome {
     /// How the system stands when each of the rounds of a leg begins, piece by piece of its closed forms.
     pub fn stages(&self) -> Vec<Stage> {
-        let Some(period) = &self.period else { return Vec::new() };
+        self.period.as_ref().map_or_else(Vec::new, |period| self.stages_of(period))
+    }
+
+    /// The same of a run of this period.
+    pub fn stages_of(&self, period: &Period) -> Vec<Stage> {
         let mut found = Vec::new();
         for leg in self.legs.iter().filter(|leg| !leg.closed.is_empty()) {
             let Some(phase) = period.phases.get(leg.phase) else { continue };

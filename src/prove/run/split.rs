@@ -24,7 +24,20 @@ const MOST_DECISIONS: usize = 4;
 /// # Errors
 /// Where the run is not of stretches, rounds and one loop, or the system cannot be followed.
 pub fn runs(theory: &Theory, (system, run): (&Term, &Term), stages: &[Stage]) -> Result<Proof, Lost> {
-    in_cases(theory, &[], (system, run, stages), MOST_SPLITS)
+    runs_where(theory, &[], (system, run), stages)
+}
+
+/// The same under hypotheses.
+///
+/// # Errors
+/// As for [`runs`].
+pub fn runs_where(
+    theory: &Theory,
+    hypotheses: &[Condition],
+    (system, run): (&Term, &Term),
+    stages: &[Stage],
+) -> Result<Proof, Lost> {
+    in_cases(theory, hypotheses, (system, run, stages), MOST_SPLITS)
 }
 
 fn in_cases(
@@ -45,7 +58,10 @@ fn in_cases(
 
 /// A proof that one network shows what another does, from one for where a value is more than another and one for where it
 /// is not.
-fn either(
+///
+/// # Errors
+/// What is wrong with either proof, and where.
+pub fn either(
     hypotheses: &[Condition],
     (left, right): (&Term, &Term),
     (value, bound): (&Value, &Value),

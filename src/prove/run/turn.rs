@@ -82,12 +82,15 @@ type Three = [Value; 3];
 /// What moves: its name, where it begins, and its first three values.
 type Followed = (Name, Value, Three);
 
+/// The number of a value in a state, and of a component in it if that is what is meant.
+type Place = (usize, Option<usize>);
+
 /// What moves on, in which three turns it was seen, and what is supposed of it.
 struct Base {
     moving: Moving,
     seen: Three,
     /// Where the value stands by itself in the states, if it is no value of the run.
-    place: Option<usize>,
+    place: Option<Place>,
 }
 
 fn odd(error: ValueError) -> Lost {
@@ -160,6 +163,7 @@ impl Follower<'_> {
         for base in &bases {
             hypotheses.extend(supposed(base)?);
         }
+        hypotheses.extend(in_step(&bases));
         let inner = bases.iter().filter(|base| base.place.is_none());
         let own = inner.map(|base| (base.moving.name.clone(), Value::variable(&base.moving.variable))).collect();
         let parts: Result<Vec<Term>, _> = turn.parts.iter().map(|part| substitute_values(part, &own)).collect();
@@ -174,8 +178,12 @@ impl Follower<'_> {
         })
         .ok_or_else(|| Lost("a turn leads to another state".to_string()))?;
         for base in &mut bases {
-            if let Some(place) = base.place {
-                base.moving.next = places[place].clone();
+            if let Some((place, part)) = base.place {
+                let whole = places[place].clone();
+                let component = |number| whole.component(number);
+                base.moving.next = part.map_or(Some(whole.clone()), component).ok_or_else(|| {
+                    Lost(format!("{whole} is no vector"))
+                })?;
             }
         }
         let nexts = bases.iter().map(|base| (base.moving.variable.clone(), base.moving.next.clone())).collect();
@@ -246,7 +254,7 @@ impl Follower<'_> {
         }
         let mut values = Vec::with_capacity(all.len());
         for (place, three) in all.into_iter().enumerate() {
-            values.push(self.by_bases(&mut bases, three, place, (carried, &mut taken))?);
+            values.push(self.by_bases(&mut bases, three, (place, None), (carried, &mut taken))?);
         }
         let mut values = values.into_iter();
         let general = joined(&states[0], &states[0], &mut |_, _| values.next()).ok_or_else(shape)?;
@@ -258,7 +266,7 @@ impl Follower<'_> {
         &self,
         bases: &mut Vec<Base>,
         three: Three,
-        place: usize,
+        place: Place,
         (carried, taken): (bool, &mut Taken),
     ) -> Result<Value, Lost> {
         let equal = |one: &Value, other: &Value| {
@@ -266,6 +274,13 @@ impl Follower<'_> {
         };
         if equal(&three[0], &three[1]) && equal(&three[1], &three[2]) {
             return Ok(three[0].clone());
+        }
+        if let [Some(one), Some(two), Some(last)] = [0, 1, 2].map(|turn: usize| three[turn].components()) {
+            let parts = one.into_iter().zip(two).zip(last).enumerate();
+            let parts = parts.map(|(part, ((one, two), last))| {
+                self.by_bases(bases, [one, two, last], (place.0, Some(part)), (carried, taken))
+            });
+            return Value::vector(parts.collect::<Result<_, _>>()?).map_err(odd);
         }
         let (step, second) = (three[1].sub(&three[0]).map_err(odd)?, three[2].sub(&three[1]).map_err(odd)?);
         for base in bases.iter() {
@@ -319,6 +334,22 @@ fn supposed(base: &Base) -> Result<Vec<Condition>, Lost> {
     let low = low.min(numbers[0].clone()).min(numbers[1].clone());
     let high = high.max(numbers[0].clone()).max(numbers[1].clone());
     Ok(vec![compare(Relation::Gte, low), compare(Relation::Lte, high)])
+}
+
+/// What moves in step with something before it: the one follows from the other, in all turns.
+fn in_step(bases: &[Base]) -> Vec<Condition> {
+    let with = |one: &Base, other: &Base| -> Option<Condition> {
+        let moved = |base: &Base, turn: usize| base.seen[turn + 1].sub(&base.seen[turn]).ok();
+        let ratio = moved(one, 0)?.div(&moved(other, 0)?).ok().filter(|ratio| ratio.as_rational().is_some())?;
+        if moved(other, 1)?.mul(&ratio).ok()? != moved(one, 1)? {
+            return None;
+        }
+        let from = Value::variable(&other.moving.variable).sub(&other.seen[0]).and_then(|from| from.mul(&ratio)).ok()?;
+        let wanted = from.add(&one.seen[0]).ok()?;
+        Some(Condition::Compare(Relation::Eq, Value::variable(&one.moving.variable), wanted))
+    };
+    let found = bases.iter().enumerate().map(|(place, one)| bases[..place].iter().find_map(|other| with(one, other)));
+    found.flatten().collect()
 }
 
 /// Names that may not be used any more.
