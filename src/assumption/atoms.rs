@@ -2,6 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::Signed;
+
 use super::Assumptions;
 use super::linear::{Bound, Constraint};
 use super::refute::{Form, MOST_CONSTRAINTS};
@@ -9,6 +13,21 @@ use super::sign::Signs;
 use crate::name::Name;
 use crate::polynomial::Polynomial;
 use crate::value::{Atom, Value};
+
+/// The parts of 1 to which roots of numbers are bounded.
+const ROOT_PARTS: i64 = 1 << 24;
+
+/// Numbers that the root of a number lies between, close to each other.
+fn root_between(square: &BigRational) -> Option<(BigRational, BigRational)> {
+    if square.is_negative() {
+        return None;
+    }
+    let scale = BigInt::from(ROOT_PARTS);
+    let parts = (square * BigRational::from_integer(&scale * &scale)).floor().to_integer().sqrt();
+    let of = |parts: BigInt| BigRational::new(parts, scale.clone());
+    let (low, high) = (of(parts.clone()), of(parts + 1));
+    (&low * &low <= *square && *square <= &high * &high).then_some((low, high))
+}
 
 impl Assumptions {
     /// What holds of an atom by its meaning.
@@ -39,6 +58,10 @@ impl Assumptions {
                 if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
                     // A root is defined only where its square is what stands under it.
                     found.push(Constraint { form: square.minus(&inner), bound: Bound::Zero });
+                }
+                if let Some((low, high)) = inner.as_rational().and_then(|square| root_between(&square)) {
+                    found.push(least(own.minus(&Polynomial::constant(low))));
+                    found.push(least(Polynomial::constant(high).minus(&own)));
                 }
                 found
             }
