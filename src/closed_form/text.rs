@@ -31,7 +31,10 @@ impl Solved {
         }
         for (relation, left, right) in &self.conditions {
             let [left, right] = [left, right].map(|side| chosen(side.to_string()));
-            lines.push(format!("if {left} {} {right}", relation.symbol()));
+            let line = format!("if {left} {} {right}", relation.symbol());
+            if !lines.contains(&line) {
+                lines.push(line);
+            }
         }
         lines
     }

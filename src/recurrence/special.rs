@@ -1,15 +1,21 @@
 //! What a closed form leaves out: where it needs `a != b`, the recurrence is solved once more with b in place of a.
 
+use num_rational::BigRational;
+use num_traits::Zero;
+
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::univariate::Univariate;
+use crate::value::{Atom, Relation, Value, View};
 
 use super::solve_until;
 
 /// The most cases, and the most equations that one may need.
 const MOST_CASES: usize = 6;
 const MOST_EQUATIONS: usize = 2;
+/// The highest degree of an equation in one parameter of which the roots are looked for.
+const MOST_DEGREE: usize = 12;
 
 /// A recurrence with values in place of parameters, and its forms.
 #[derive(Clone, Debug)]
@@ -32,18 +38,19 @@ pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bo
             if !matches!(relation, Relation::Neq | Relation::Gtr) || found.len() >= MOST_CASES {
                 continue;
             }
-            let Some((name, image)) = parameter(left, right, general.recurrence()) else { continue };
-            let mut known = known.clone();
-            known.assume(Relation::Eq, &Value::variable(&name), &image);
-            let mut equations = equations.clone();
-            equations.push((Value::variable(&name), image.clone()));
-            let Some(special) = with(general.recurrence(), &name, &image) else { continue };
-            if found.iter().any(|other| other.solved.recurrence() == &special) {
-                continue;
-            }
-            if let Ok(solved) = solve_until(special, &known, stop) {
-                open.push((equations.clone(), solved.clone(), known));
-                found.push(Special { equations, solved });
+            for (name, image) in parameters(left, right, general.recurrence(), &known) {
+                let mut known = known.clone();
+                known.assume(Relation::Eq, &Value::variable(&name), &image);
+                let mut equations = equations.clone();
+                equations.push((Value::variable(&name), image.clone()));
+                let Some(special) = with(general.recurrence(), &name, &image) else { continue };
+                if found.iter().any(|other| other.solved.recurrence() == &special) {
+                    continue;
+                }
+                if let Ok(solved) = solve_until(special, &known, stop) {
+                    open.push((equations.clone(), solved.clone(), known));
+                    found.push(Special { equations, solved });
+                }
             }
         }
     }
@@ -51,17 +58,50 @@ pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bo
     found
 }
 
-/// The parameter that an equation gives, and its value.
-fn parameter(left: &Value, right: &Value, recurrence: &Recurrence) -> Option<(Name, Value)> {
-    let difference = left.sub(right).ok()?;
+/// The parameters that an equation gives, each with a value: the first of which it is linear in with a factor that is not
+/// 0, or the rational roots of an equation in one alone.
+fn parameters(left: &Value, right: &Value, recurrence: &Recurrence, known: &Assumptions) -> Vec<(Name, Value)> {
+    let Ok(difference) = left.sub(right) else { return Vec::new() };
+    let whole = difference.denominator().and_then(|below| difference.mul(&below).ok()).unwrap_or(difference);
     let terms = recurrence.terms();
     let free = |name: &Name| *name != recurrence.index && terms.iter().all(|(term, ..)| term != name);
     let solved = |name: &Name| {
-        let (factor, rest) = difference.linear_in(name)?;
-        factor.as_rational()?;
+        let (factor, rest) = whole.linear_in(name)?;
+        if known.decide(Relation::Neq, &factor, &Value::zero()) != Some(true) {
+            return None;
+        }
         Some((name.clone(), rest.neg().ok()?.div(&factor).ok()?))
     };
-    difference.variables().iter().filter(|name| free(name)).find_map(solved)
+    let names: Vec<Name> = whole.variables().into_iter().filter(free).collect();
+    // With a number as factor before one with a parameter.
+    let plain = |name: &Name| whole.linear_in(name).is_some_and(|(factor, _)| factor.as_rational().is_some());
+    let found = names.iter().filter(|name| plain(name)).find_map(solved).or_else(|| names.iter().find_map(solved));
+    let possible = |(name, image): &(Name, Value)| {
+        known.decide(Relation::Eq, &Value::variable(name), image) != Some(false)
+    };
+    found.map_or_else(|| roots(&whole), |one| vec![one]).into_iter().filter(possible).collect()
+}
+
+/// The rational roots of a polynomial in one variable.
+fn roots(polynomial: &Value) -> Vec<(Name, Value)> {
+    let names = polynomial.variables();
+    let (Some(name), View::Real(terms, _)) = (names.first(), polynomial.view()) else { return Vec::new() };
+    let mut coefficients: Vec<BigRational> = Vec::new();
+    for (number, factors) in terms {
+        let power = match factors.as_slice() {
+            [] => 0,
+            [(Atom::Variable(own), power)] if own == name => *power as usize,
+            _ => return Vec::new(),
+        };
+        if power > MOST_DEGREE {
+            return Vec::new();
+        }
+        coefficients.resize(coefficients.len().max(power + 1), BigRational::zero());
+        coefficients[power] += number;
+    }
+    let linear = Univariate::new(coefficients).factors().into_iter().filter(|(factor, _)| factor.degree() == 1);
+    let root = |factor: Univariate| -factor.coefficient(0) / factor.coefficient(1);
+    linear.map(|(factor, _)| (name.clone(), Value::rational(root(factor)))).collect()
 }
 
 /// A recurrence with a value in place of a parameter.
