@@ -2,6 +2,7 @@
 //! that is proved, else estimated by simulation with a stated confidence.
 
 pub mod axes;
+pub mod boxes;
 pub mod branches;
 pub mod chain;
 pub mod direct;
@@ -79,7 +80,7 @@ pub(crate) fn late(time: &BigRational, question: &Question) -> bool {
     *time > question.time
 }
 
-/// A chance that surely lies in an interval. Only [`exact`], [`branches`], [`enclosed`], [`linear`], [`races`] and [`schedule`] make one, and only with one is a threshold proved or refuted: a simulation has none.
+/// A chance that surely lies in an interval. Only [`exact`], [`branches`], [`boxes`], [`enclosed`], [`linear`], [`races`] and [`schedule`] make one, and only with one is a threshold proved or refuted: a simulation has none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Enclosed {
     interval: Interval,

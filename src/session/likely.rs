@@ -21,6 +21,7 @@ use crate::interval::Interval;
 use crate::invariant::{Claim, PERIOD};
 use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
 use crate::period;
+use crate::probability::boxes::boxes;
 use crate::probability::chain::{Chain, chain, curved};
 use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
@@ -223,7 +224,8 @@ fn sought(
         let found = by_method(*method, &chain, &question, threshold, simulated);
         let exactly = |reason| match method {
             Method::Exact => followed(likelihood, environment).ok_or(reason),
-            _ => Err(reason),
+            Method::Enclosed => boxed(likelihood, environment).ok_or(reason),
+            Method::Estimated => Err(reason),
         };
         match found.or_else(exactly) {
             Ok(mut answer) => {
@@ -251,6 +253,17 @@ fn around(
     Some(by_method(Method::Enclosed, &chain, &question, threshold, (RUNS, SEED)))
 }
 
+/// The answer for a system that draws a few numbers in all; none where it draws more, or too much stays open.
+fn boxed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
+    if !matches!(likelihood.method, None | Some(Method::Enclosed)) {
+        return None;
+    }
+    let (system, event, question) = event(likelihood, environment).ok()?;
+    let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
+    let found = boxes(&period, &event, &question).ok()?;
+    Some(surely(found, Method::Enclosed, Vec::new(), PERIOD))
+}
+
 /// Why there is no answer, method by method.
 type Reasons = Vec<String>;
 
@@ -263,6 +276,9 @@ fn without_rounds(
     unraced: Option<String>,
 ) -> Result<Answer, Reasons> {
     if let Some(answer) = followed(likelihood, environment) {
+        return Ok(answer);
+    }
+    if let Some(answer) = boxed(likelihood, environment) {
         return Ok(answer);
     }
     let raced = unraced.is_some();

@@ -1,0 +1,148 @@
+//! Values over drawn numbers, in interval arithmetic.
+
+use crate::interval::Interval;
+use crate::name::Name;
+use crate::period::Test;
+use crate::value::{Atom, Relation, Sum, Value, View};
+
+const ZERO: Interval = Interval::exactly(0.0);
+const ONE: Interval = Interval::exactly(1.0);
+
+/// A value over drawn numbers.
+#[derive(Clone, Debug)]
+enum Form {
+    Number(Interval),
+    /// The number that is drawn at this place.
+    Drawn(usize),
+    /// Terms, each a number and powers of others.
+    Sum(Vec<(Interval, Vec<(Form, u32)>)>),
+    Quotient(Box<[Form; 2]>),
+    /// The greatest, which is at least 0.
+    Maximum(Vec<Form>),
+    /// 1 where it is more than 0, else 0.
+    Positive(Box<Form>),
+    Floor(Box<Form>),
+    Root(Box<Form>),
+}
+
+/// A comparison with 0.
+#[derive(Clone, Debug)]
+pub(super) struct Look {
+    form: Form,
+    relation: Relation,
+    /// The draws that it depends on.
+    pub(super) places: Vec<usize>,
+}
+
+impl Look {
+    /// A test over numbers that are drawn, each named by its place among `names`.
+    ///
+    /// # Errors
+    /// What stands in it that is no number then.
+    pub(super) fn of(test: &Test, names: &[Name]) -> Result<Look, String> {
+        let difference = test.left.sub(&test.right).map_err(|error| error.0)?;
+        let places = (0..names.len()).filter(|place| difference.mentions(&names[*place])).collect();
+        Ok(Look { form: Form::of(&difference, names)?, relation: test.relation, places })
+    }
+
+    /// Whether it holds of all numbers of these ranges, or of none; nothing where that is open.
+    pub(super) fn holds(&self, ranges: &[Interval]) -> Option<bool> {
+        let Interval { low, high } = self.form.at(ranges);
+        let (below, above) = (high < 0.0, low > 0.0);
+        let zero = low == 0.0 && high == 0.0;
+        match self.relation {
+            Relation::Gtr if above => Some(true),
+            Relation::Gtr if high <= 0.0 => Some(false),
+            Relation::Gte if low >= 0.0 => Some(true),
+            Relation::Gte if below => Some(false),
+            Relation::Lss if below => Some(true),
+            Relation::Lss if low >= 0.0 => Some(false),
+            Relation::Lte if high <= 0.0 => Some(true),
+            Relation::Lte if above => Some(false),
+            Relation::Eq | Relation::Neq if zero => Some(self.relation == Relation::Eq),
+            Relation::Eq | Relation::Neq if below || above => Some(self.relation == Relation::Neq),
+            _ => None,
+        }
+    }
+}
+
+impl Form {
+    fn of(value: &Value, names: &[Name]) -> Result<Form, String> {
+        let View::Real(top, below) = value.view() else { return Err(format!("{value} is not a number")) };
+        let sum = |sum: &Sum| -> Result<Form, String> {
+            let terms = sum.iter().map(|(number, factors)| {
+                let factors = factors.iter().map(|(atom, power)| Ok((Form::of_atom(atom, names)?, *power)));
+                Ok((Interval::of(number), factors.collect::<Result<_, String>>()?))
+            });
+            let terms: Vec<(Interval, Vec<(Form, u32)>)> = terms.collect::<Result<_, String>>()?;
+            Ok(match terms.as_slice() {
+                [] => Form::Number(ZERO),
+                [(number, factors)] if factors.is_empty() => Form::Number(*number),
+                _ => Form::Sum(terms),
+            })
+        };
+        let (top, below) = (sum(&top)?, sum(&below)?);
+        Ok(match below {
+            Form::Number(one) if one == ONE => top,
+            below => Form::Quotient(Box::new([top, below])),
+        })
+    }
+
+    fn of_atom(atom: &Atom, names: &[Name]) -> Result<Form, String> {
+        let of = |value: &Value| Form::of(value, names).map(Box::new);
+        match atom {
+            Atom::Variable(name) => {
+                let place = names.iter().position(|known| known == name);
+                place.map(Form::Drawn).ok_or_else(|| format!("{name} is not a number"))
+            }
+            Atom::Maximum(parts) => {
+                Ok(Form::Maximum(parts.iter().map(|part| Form::of(part, names)).collect::<Result<_, _>>()?))
+            }
+            Atom::Positive(part) => Ok(Form::Positive(of(part)?)),
+            Atom::Floor(part) => Ok(Form::Floor(of(part)?)),
+            Atom::Root(part) => Ok(Form::Root(of(part)?)),
+            Atom::Power(..) | Atom::Apply(..) => {
+                Err("powers with drawn exponents, and functions that are left open, are not followed".to_string())
+            }
+        }
+    }
+
+    fn at(&self, ranges: &[Interval]) -> Interval {
+        match self {
+            Form::Number(number) => *number,
+            Form::Drawn(place) => ranges.get(*place).copied().unwrap_or(Interval::between(f64::MIN, f64::MAX)),
+            Form::Sum(terms) => terms.iter().fold(ZERO, |sum, (number, factors)| {
+                let term = factors.iter().fold(*number, |product, (factor, exponent)| {
+                    product.times(power(factor.at(ranges), *exponent))
+                });
+                sum.plus(term)
+            }),
+            Form::Quotient(both) => both[0].at(ranges).over(both[1].at(ranges)),
+            Form::Maximum(parts) => parts.iter().map(|part| part.at(ranges)).fold(ZERO, |most, one| {
+                Interval::between(most.low.max(one.low), most.high.max(one.high))
+            }),
+            Form::Positive(part) => {
+                let part = part.at(ranges);
+                let of = |positive: bool| if positive { 1.0 } else { 0.0 };
+                Interval::between(of(part.low > 0.0), of(part.high > 0.0))
+            }
+            Form::Floor(part) => {
+                let part = part.at(ranges);
+                Interval::between(part.low.floor(), part.high.floor())
+            }
+            Form::Root(part) => part.at(ranges).root(),
+        }
+    }
+}
+
+/// A power, which of an even exponent is not negative.
+fn power(base: Interval, exponent: u32) -> Interval {
+    let (even, across) = (exponent % 2 == 0, base.low < 0.0 && base.high > 0.0);
+    if even && (across || base.high <= 0.0) {
+        let most = base.high.max(-base.low);
+        let least = if across { 0.0 } else { -base.high };
+        return power(Interval::between(least, most), exponent);
+    }
+    let product = (1..exponent).fold(base, |product, _| product.times(base));
+    if even { Interval::between(product.low.max(0.0), product.high) } else { product }
+}
