@@ -46,7 +46,7 @@ pub enum Distribution {
 }
 
 /// The largest mean of a Poisson distribution whose chances are summed; beyond it they are only known to be chances.
-const MOST_MEAN: f64 = 600.0;
+const MOST_MEAN: f64 = 100_000.0;
 
 /// Chances of which nothing is known.
 const ANY: Interval = Interval { low: 0.0, high: 1.0 };
@@ -357,15 +357,17 @@ fn poisson_sum(mean: &BigRational, from: u64, to: Option<u64>) -> Interval {
     if rate.high > MOST_MEAN {
         return ANY;
     }
-    let mut term = rate.opposite().exponential();
+    let mut arrivals = Arrivals::none(rate);
     for place in 1..=from {
-        term = term.times(rate).over(Interval::exactly(place as f64));
+        arrivals.next(rate, place);
     }
+    let mut term = arrivals.chance();
     let mut sum = term;
     let mut place = from;
     while to.is_none_or(|to| place < to) {
         place += 1;
-        term = term.times(rate).over(Interval::exactly(place as f64));
+        arrivals.next(rate, place);
+        term = arrivals.chance();
         sum = sum.plus(term);
         // From twice the mean on each term is less than half of the one before: the rest is less than this term.
         if place as f64 > 2.0 * rate.high && (term.high < sum.low * 1e-18 || term.high < 1e-300) {
@@ -374,6 +376,56 @@ fn poisson_sum(mean: &BigRational, from: u64, to: Option<u64>) -> Interval {
         }
     }
     sum.probability()
+}
+
+/// The chance of so many arrivals, which may be less than a machine number is: times a power of two.
+struct Arrivals {
+    times: Interval,
+    exponent: i32,
+}
+
+/// The power of two by which it is scaled.
+const SCALED: i32 = 512;
+
+impl Arrivals {
+    /// Of none.
+    fn none(rate: Interval) -> Arrivals {
+        // The exponential of a rate that is large is that of equal parts of it, multiplied.
+        let parts = (rate.high / 300.0).ceil().max(1.0);
+        let part = rate.over(Interval::exactly(parts)).opposite().exponential();
+        let mut found = Arrivals { times: Interval::exactly(1.0), exponent: 0 };
+        for _ in 0..parts as u64 {
+            found.times = found.times.times(part);
+            found.scale();
+        }
+        found
+    }
+
+    /// Of this number, from that of one fewer.
+    fn next(&mut self, rate: Interval, place: u64) {
+        self.times = self.times.times(rate).over(Interval::exactly(place as f64));
+        self.scale();
+    }
+
+    fn scale(&mut self) {
+        let power = |exponent: i32| Interval::exactly(2.0f64.powi(exponent));
+        if self.times.high < 2.0f64.powi(-SCALED) {
+            self.times = self.times.times(power(SCALED));
+            self.exponent -= SCALED;
+        } else if self.times.low > 1.0 && self.exponent < 0 {
+            self.times = self.times.times(power(-SCALED));
+            self.exponent += SCALED;
+        }
+    }
+
+    fn chance(&self) -> Interval {
+        match self.exponent {
+            0 => self.times,
+            exponent if exponent >= -SCALED => self.times.times(Interval::exactly(2.0f64.powi(exponent))),
+            // Less than 2^512 times 2^-1024.
+            _ => Interval::between(0.0, 2.0f64.powi(-SCALED)),
+        }
+    }
 }
 
 /// The whole number up to which arrivals count.

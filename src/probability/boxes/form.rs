@@ -1,5 +1,8 @@
 //! Values over drawn numbers, in interval arithmetic.
 
+use num_rational::BigRational;
+use num_traits::Signed;
+
 use crate::interval::Interval;
 use crate::name::Name;
 use crate::period::Test;
@@ -17,8 +20,9 @@ enum Form {
     /// Terms, each a number and powers of others.
     Sum(Vec<(Interval, Vec<(Form, u32)>)>),
     Quotient(Box<[Form; 2]>),
-    /// The greatest, which is at least 0.
-    Maximum(Vec<Form>),
+    /// The greatest, or the least.
+    Greatest(Vec<Form>),
+    Least(Vec<Form>),
     /// 1 where it is more than 0, else 0.
     Positive(Box<Form>),
     Floor(Box<Form>),
@@ -69,6 +73,9 @@ impl Look {
 impl Form {
     fn of(value: &Value, names: &[Name]) -> Result<Form, String> {
         let View::Real(top, below) = value.view() else { return Err(format!("{value} is not a number")) };
+        if let Some(chosen) = chosen(value, &top) {
+            return chosen_of(chosen, names);
+        }
         let sum = |sum: &Sum| -> Result<Form, String> {
             let terms = sum.iter().map(|(number, factors)| {
                 let factors = factors.iter().map(|(atom, power)| Ok((Form::of_atom(atom, names)?, *power)));
@@ -96,7 +103,8 @@ impl Form {
                 place.map(Form::Drawn).ok_or_else(|| format!("{name} is not a number"))
             }
             Atom::Maximum(parts) => {
-                Ok(Form::Maximum(parts.iter().map(|part| Form::of(part, names)).collect::<Result<_, _>>()?))
+                let parts = parts.iter().map(|part| Form::of(part, names));
+                Ok(Form::Greatest(std::iter::once(Ok(Form::Number(ZERO))).chain(parts).collect::<Result<_, _>>()?))
             }
             Atom::Positive(part) => Ok(Form::Positive(of(part)?)),
             Atom::Floor(part) => Ok(Form::Floor(of(part)?)),
@@ -113,14 +121,19 @@ impl Form {
             Form::Drawn(place) => ranges.get(*place).copied().unwrap_or(Interval::between(f64::MIN, f64::MAX)),
             Form::Sum(terms) => terms.iter().fold(ZERO, |sum, (number, factors)| {
                 let term = factors.iter().fold(*number, |product, (factor, exponent)| {
-                    product.times(power(factor.at(ranges), *exponent))
+                    let factor = power(factor.at(ranges), *exponent);
+                    if product == ONE { factor } else { product.times(factor) }
                 });
-                sum.plus(term)
+                together(sum, term)
             }),
             Form::Quotient(both) => both[0].at(ranges).over(both[1].at(ranges)),
-            Form::Maximum(parts) => parts.iter().map(|part| part.at(ranges)).fold(ZERO, |most, one| {
-                Interval::between(most.low.max(one.low), most.high.max(one.high))
-            }),
+            Form::Greatest(parts) | Form::Least(parts) => {
+                let greatest = matches!(self, Form::Greatest(_));
+                let both = |one: f64, other: f64| if greatest { one.max(other) } else { one.min(other) };
+                let all = parts.iter().map(|part| part.at(ranges));
+                let found = all.reduce(|a, b| Interval::between(both(a.low, b.low), both(a.high, b.high)));
+                found.unwrap_or(ZERO)
+            }
             Form::Positive(part) => {
                 let part = part.at(ranges);
                 let of = |positive: bool| if positive { 1.0 } else { 0.0 };
@@ -133,6 +146,43 @@ impl Form {
             Form::Root(part) => part.at(ranges).root(),
         }
     }
+}
+
+/// A value with one maximum in it, as the greatest (or the least) of values without: `x + max(0,y-x)` is that of x and y,
+/// which says more in interval arithmetic.
+fn chosen(value: &Value, terms: &Sum) -> Option<(bool, Vec<Value>)> {
+    if terms.len() < 2 || value.denominator()? != Value::one() {
+        return None;
+    }
+    let maximum = |(number, factors): &(BigRational, Vec<(Atom, u32)>)| match factors.as_slice() {
+        [(atom @ Atom::Maximum(parts), 1)] => Some((number.clone(), atom.clone(), parts.clone())),
+        _ => None,
+    };
+    let mut all = terms.iter().filter_map(maximum);
+    let (Some((number, atom, parts)), None) = (all.next(), all.next()) else { return None };
+    let factor = Value::rational(number.clone());
+    let rest = value.sub(&factor.mul(&atom.value().ok()?).ok()?).ok()?;
+    let with = |part: &Value| factor.mul(part).and_then(|part| part.add(&rest)).ok();
+    let parts = parts.iter().map(with).collect::<Option<Vec<_>>>()?;
+    Some((number.is_positive(), std::iter::once(rest.clone()).chain(parts).collect()))
+}
+
+fn chosen_of((greatest, values): (bool, Vec<Value>), names: &[Name]) -> Result<Form, String> {
+    let parts = values.iter().map(|value| Form::of(value, names)).collect::<Result<Vec<_>, _>>()?;
+    Ok(if greatest { Form::Greatest(parts) } else { Form::Least(parts) })
+}
+
+/// A sum, whose ends are exact where the machine adds them exactly: so what lies up to a bound reaches it.
+fn together(one: Interval, other: Interval) -> Interval {
+    let wide = one.plus(other);
+    let exact = |a: f64, b: f64, rounded: f64| {
+        let sum = a + b;
+        // What is lost in the sum, by Knuth.
+        let own = sum - a;
+        let lost = (a - (sum - own)) + (b - own);
+        if lost == 0.0 { sum } else { rounded }
+    };
+    Interval::between(exact(one.low, other.low, wide.low), exact(one.high, other.high, wide.high))
 }
 
 /// A power, which of an even exponent is not negative.
