@@ -15,6 +15,12 @@ fn as_command(diagnostic: Diagnostic, text: &str, span: Span) -> Diagnostic {
 /// Commands of the prompt that may be typed where an item is expected.
 const COMMANDS: [&str; 9] = ["step", "why", "show", "undo", "load", "save", "help", "quit", "lint"];
 
+/// The word that begins an item and is spelled nearly so.
+fn begins_item_like(text: &str) -> Option<&'static str> {
+    let words = Keyword::ALL.iter().map(|(_, word)| *word);
+    crate::diagnostic::nearest(text, words.filter(|word| Keyword::of(word).is_some_and(Keyword::begins_item)))
+}
+
 impl Parser<'_> {
     /// The next item, up to where another one begins.
     pub(super) fn item(&mut self) -> Parse<Item> {
@@ -124,11 +130,7 @@ impl Parser<'_> {
 
     fn no_item<T>(&mut self) -> Parse<T> {
         let text = self.spelling().to_string();
-        let words = Keyword::ALL
-            .iter()
-            .map(|(_, word)| *word)
-            .filter(|word| Keyword::of(word).is_some_and(Keyword::begins_item));
-        let near = crate::diagnostic::nearest(&text, words);
+        let near = begins_item_like(&text);
         let span = self.token().span;
         let diagnostic = self.wrong("an item");
         let diagnostic = match near {
@@ -176,6 +178,10 @@ impl Parser<'_> {
             Kind::Lower if ["assume", "given", "let", "const"].contains(&text) => {
                 diagnostic.edit("what is known of parameters is declared", self.token().span, "param")
             }
+            Kind::Lower => match begins_item_like(text) {
+                Some(word) => diagnostic.edit(format!("did you mean `{word}`?"), self.token().span, word),
+                None => diagnostic,
+            },
             _ => diagnostic,
         };
         self.fail(diagnostic)

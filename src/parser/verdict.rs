@@ -5,6 +5,9 @@ use crate::ast::{ClaimKind, Comparison, Event, How, Ident, Likelihood, Restricti
 use crate::lexer::{Keyword, Kind, Token};
 use crate::value::Relation;
 
+/// The ways to find a chance.
+const METHODS: [&str; 3] = ["exact", "enclosed", "estimated"];
+
 impl Parser<'_> {
     /// Whether `probability` behind this token is no item of its own.
     pub(super) fn leads_to_probability(&self, before: Token) -> bool {
@@ -99,7 +102,10 @@ impl Parser<'_> {
         let first = match self.spelling() {
             "reaching" => true,
             "showing" => false,
-            _ => return self.unexpected("`reaching` (at some time up to then) or `showing` (at that time)"),
+            _ => {
+                let what = "`reaching` (at some time up to then) or `showing` (at that time)";
+                return self.unexpected_near(what, &["reaching", "showing"]);
+            }
         };
         self.advance();
         let shown = self.patterns()?;
@@ -121,8 +127,8 @@ impl Parser<'_> {
         if !self.accept(Kind::Word(Keyword::By)) {
             return Ok(None);
         }
-        if !matches!(self.spelling(), "exact" | "enclosed" | "estimated") {
-            return self.unexpected("a method: `exact`, `enclosed` or `estimated`");
+        if !METHODS.contains(&self.spelling()) {
+            return self.unexpected_near("a method: `exact`, `enclosed` or `estimated`", &METHODS);
         }
         let simulated = self.spelling() == "estimated";
         let mut how = How { name: self.ident(), runs: None, seed: None };
@@ -141,10 +147,24 @@ impl Parser<'_> {
     /// A word that has a meaning here alone.
     pub(super) fn word(&mut self, word: &str) -> Parse<()> {
         if self.spelling() != word {
-            return self.unexpected(&format!("`{word}`"));
+            return self.unexpected_near(&format!("`{word}`"), &[word]);
         }
         self.advance();
         Ok(())
+    }
+
+    /// The error that `what` was expected, with the word of these that is spelled nearly as what stands there.
+    fn unexpected_near<T>(&mut self, what: &str, words: &[&str]) -> Parse<T> {
+        let near = crate::diagnostic::nearest(self.spelling(), words.iter().copied()).map(str::to_string);
+        let span = self.token().span;
+        let diagnostic = self.wrong(what);
+        match near {
+            Some(near) => {
+                let said = format!("did you mean `{near}`?");
+                self.fail(diagnostic.edit(said, span, near))
+            }
+            None => self.fail(diagnostic),
+        }
     }
 
     fn comparisons(&mut self) -> Parse<Vec<Comparison>> {

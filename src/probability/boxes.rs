@@ -170,10 +170,19 @@ impl Follower<'_> {
             Found::Open(places) => self.halve(cell, &places),
             Found::Onward => {
                 let onward = match self.ways[cell.way].onward.clone() {
-                    Some(onward) => onward,
-                    None => self.behind(cell.way)?,
+                    Some(onward) => Ok(onward),
+                    None => self.behind(cell.way),
                 };
-                self.enter(&cell, &onward);
+                match onward {
+                    Ok(onward) => self.enter(&cell, &onward),
+                    // What is too far off to be followed stays open, if it is unlikely.
+                    Err(reason) => {
+                        self.rest += cell.chance.high;
+                        if self.rest > WIDE {
+                            return Err(reason);
+                        }
+                    }
+                }
             }
         }
         Ok(())

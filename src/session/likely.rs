@@ -183,11 +183,22 @@ fn answer(
     if let Some(found) = several::several(likelihood, environment) {
         return Ok(found);
     }
-    let mut found = sought(likelihood, threshold, environment)?;
+    let mut found = sought(likelihood, threshold, environment).map_err(without_value)?;
     if let Ok((Cow::Owned(_), ..)) = event(likelihood, environment) {
         found.trusted.push(BESIDE.to_string());
     }
     Ok(found)
+}
+
+/// Where a parameter has no value, that is the reason.
+fn without_value(reasons: Vec<String>) -> Vec<String> {
+    let missing = reasons.iter().find_map(|reason| reason.strip_suffix(" has no value here"));
+    let Some(name) = missing.and_then(|line| line.rsplit(' ').next()) else { return reasons };
+    let example = name.trim_matches('`');
+    vec![
+        format!("{name} has no value, and a chance is computed where every parameter that matters is a number:"),
+        format!("declare one with `param {example} = …`, or look at several with `sweep {example} in …`"),
+    ]
 }
 
 /// Finds a chance: by the method that is named, or by the first that applies.

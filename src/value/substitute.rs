@@ -158,8 +158,8 @@ impl Value {
             }
             total = total.zip(number).map(|(total, number)| total + number);
         }
-        if total.is_some_and(|total| !total.is_one()) {
-            return Err(ValueError::new("the weights of Mix must add up to 1"));
+        if let Some(total) = total.filter(|total| !total.is_one()) {
+            return Err(ValueError(format!("the weights of Mix must add up to 1, and these add up to {total}")));
         }
         Value::new(Content::Distribution("Mix".to_string(), arguments))
     }
