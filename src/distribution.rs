@@ -409,9 +409,9 @@ impl Arrivals {
 
     fn scale(&mut self) {
         let power = |exponent: i32| Interval::exactly(2.0f64.powi(exponent));
-        if self.times.high < 2.0f64.powi(-SCALED) {
+        if self.times.high > 0.0 && self.times.high < 2.0f64.powi(-SCALED) {
             self.times = self.times.times(power(SCALED));
-            self.exponent -= SCALED;
+            self.exponent = self.exponent.saturating_sub(SCALED);
         } else if self.times.low > 1.0 && self.exponent < 0 {
             self.times = self.times.times(power(-SCALED));
             self.exponent += SCALED;

@@ -277,7 +277,6 @@ fn what_conditions_leave_out_is_solved() {
         ("param a, b solve u(n+2) = (a+b)*u(n+1) - a*b*u(n), u(0) = 0, u(1) = 1", vec!["a = b", "a = b, b = 0"]),
         ("param p, q solve u(n+2) = p*u(n+1) + q*u(n), u(0) = 2, u(1) = p", vec!["q = -1/4*p^2"]),
         ("param a > 1 solve u(n+1) = a*u(n) + 1, u(0) = 1", vec![]),
-        ("param a > 0 solve u(n+1) = u(n)/a + n, u(0) = 1", vec!["a = 1"]),
         ("param a > 0 solve u(n+1) = a^2*u(n) + a^n, u(0) = 0", vec!["a = 1"]),
         ("param a > 0, b > 0 solve u(n+2) = u(n)*a*b + 1, u(0) = 0, u(1) = 1", vec!["a = 1/b"]),
     ] {

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Finding, Judged, Leg, Moment};
+use super::{Finding, Judged, Leg, Measure, Moment};
 use crate::definition::Definitions;
 use crate::lower::{Ask, Criteria, Environment};
 use crate::name::Name;
@@ -129,7 +129,10 @@ pub fn blame(criteria: &Criteria, finding: &Finding, judged: &Judged, parts: &Pa
         let name = &parts.ports.names[writer];
         let command = finding.moment.as_ref().and_then(|moment| last_command(&judged.run, moment, &port));
         lines.push(match command {
-            Some((time, value)) => format!("commanded by {name} on port {port}: {value} at {time}"),
+            Some((time, value)) => {
+                let value = Measure::Exact(value).readable();
+                format!("commanded by {name} on port {port}: {value} at {time}")
+            }
             None => format!("commanded by {name} on port {port}"),
         });
     }

@@ -129,13 +129,7 @@ pub fn boxes(period: &Period, event: &Claim, question: &Question) -> Result<Encl
     let (ways, open) = (Vec::new(), BinaryHeap::new());
     let mut follower =
         Follower { period, event, question, ways, open, left: 0.0, low: nothing, rest: 0.0, most: MOST_BOXES[0] };
-    let start = State {
-        phase: 0,
-        values: BTreeMap::new(),
-        time: Value::zero(),
-        names: Vec::new(),
-        timely: Vec::new(),
-    };
+    let start = State { phase: 0, values: BTreeMap::new(), time: Value::zero(), names: Vec::new(), timely: Vec::new() };
     let first = follower.ways_from(&start, &period.initial)?;
     let sure = Cell { way: 0, ranges: Vec::new(), chance: Interval::exactly(1.0) };
     follower.enter(&sure, &first);
@@ -146,9 +140,10 @@ pub fn boxes(period: &Period, event: &Claim, question: &Question) -> Result<Encl
         count += 1;
         follower.look(cell)?;
     }
-    let rest = follower.open.iter().fold(Interval::exactly(follower.rest), |sum, cell| {
-        sum.plus(Interval::between(0.0, cell.chance.high))
-    });
+    let rest = follower
+        .open
+        .iter()
+        .fold(Interval::exactly(follower.rest), |sum, cell| sum.plus(Interval::between(0.0, cell.chance.high)));
     if rest.high > WIDE {
         return Err(format!("too much stays open after {count} boxes of numbers: {:.1e}", rest.high));
     }

@@ -105,6 +105,8 @@ pub fn schedule(
 const ROUNDS: [usize; 5] = [3, 8, 30, 100, 300];
 const FEW: usize = 2;
 const LATER: f64 = 1e-9;
+/// The chance of lasting no time that leaves what follows open.
+const HARDLY: f64 = 1e-3;
 
 impl Length {
     /// Whether it depends on a draw.
@@ -170,7 +172,7 @@ impl<'a> Reader<'a> {
             };
             let begun = self.ended(&lengths[..*place], &question.time)?;
             let some = self.some(*place, &shown)?;
-            return Ok(Found { chance: begun.chance.and(&some), wide: begun.wide });
+            return Ok(Found { chance: begun.chance.and(&some), wide: begun.wide || some.width() > LATER });
         }
         for (place, end) in shown {
             let begun = self.ended(&lengths[..place], &question.time)?;
@@ -205,7 +207,11 @@ impl<'a> Reader<'a> {
                     return Err("what is shown lasts as long as something before it".to_string());
                 }
                 if !certain && (self.cut || shown != [(place, place + 1)]) {
-                    return Err(SEVERAL_TIMES.to_string());
+                    // Where it lasts no time it may still be shown later, or not.
+                    let most = none.chance.high;
+                    let either =
+                        Enclosed::within(Interval::exactly(1.0).minus(Interval::between(0.0, most)).probability());
+                    return if most <= HARDLY { Ok(either) } else { Err(SEVERAL_TIMES.to_string()) };
                 }
                 Ok(one().less(&none.chance))
             }

@@ -76,9 +76,8 @@ fn parameters(left: &Value, right: &Value, recurrence: &Recurrence, known: &Assu
     // With a number as factor before one with a parameter.
     let plain = |name: &Name| whole.linear_in(name).is_some_and(|(factor, _)| factor.as_rational().is_some());
     let found = names.iter().filter(|name| plain(name)).find_map(solved).or_else(|| names.iter().find_map(solved));
-    let possible = |(name, image): &(Name, Value)| {
-        known.decide(Relation::Eq, &Value::variable(name), image) != Some(false)
-    };
+    let possible =
+        |(name, image): &(Name, Value)| known.decide(Relation::Eq, &Value::variable(name), image) != Some(false);
     found.map_or_else(|| roots(&whole), |one| vec![one]).into_iter().filter(possible).collect()
 }
 

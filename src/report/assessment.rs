@@ -108,7 +108,7 @@ fn text(number: &BigRational) -> String {
 /// A number as it is, with a decimal beside it where it is long.
 fn readable(number: &BigRational) -> String {
     let exact = text(number);
-    if exact.len() <= 12 {
+    if exact.len() <= 12 && *number.denom() <= 1_000.into() {
         return exact;
     }
     let near = num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN);
@@ -172,10 +172,10 @@ fn advice(feedback: &Feedback) -> Vec<String> {
     for repair in feedback.single.iter().chain(&feedback.pairs) {
         let mut line = format!("{}: {}", feedback.name, changes(repair));
         if let Some(value) = &repair.after.value {
-            line.push_str(&format!(" gives {} = {value}", feedback.name));
+            line.push_str(&format!(" gives {} = {}", feedback.name, value.readable()));
         }
         if let Some(margin) = &repair.after.margin {
-            line.push_str(&format!(", margin {margin}"));
+            line.push_str(&format!(", margin {}", margin.readable()));
         }
         if let Some(formula) = &repair.formula {
             line.push_str(&format!("; solved from the margin {formula}"));

@@ -180,7 +180,8 @@ mod tests {
             assert!(beyond(&first) < 1e-14, "{distribution:?}");
             let mut open: Vec<Range> = first;
             for _ in 0..6 {
-                open = open.iter().flat_map(|one| one.split().map_or(vec![one.clone()], |both| both.to_vec())).collect();
+                open =
+                    open.iter().flat_map(|one| one.split().map_or(vec![one.clone()], |both| both.to_vec())).collect();
             }
             let low: f64 = open.iter().map(|one| one.chance.low).sum();
             let high: f64 = open.iter().map(|one| one.chance.high).sum();

@@ -181,9 +181,8 @@ impl Follower<'_> {
             if let Some((place, part)) = base.place {
                 let whole = places[place].clone();
                 let component = |number| whole.component(number);
-                base.moving.next = part.map_or(Some(whole.clone()), component).ok_or_else(|| {
-                    Lost(format!("{whole} is no vector"))
-                })?;
+                base.moving.next =
+                    part.map_or(Some(whole.clone()), component).ok_or_else(|| Lost(format!("{whole} is no vector")))?;
             }
         }
         let nexts = bases.iter().map(|base| (base.moving.variable.clone(), base.moving.next.clone())).collect();
@@ -344,7 +343,8 @@ fn in_step(bases: &[Base]) -> Vec<Condition> {
         if moved(other, 1)?.mul(&ratio).ok()? != moved(one, 1)? {
             return None;
         }
-        let from = Value::variable(&other.moving.variable).sub(&other.seen[0]).and_then(|from| from.mul(&ratio)).ok()?;
+        let from =
+            Value::variable(&other.moving.variable).sub(&other.seen[0]).and_then(|from| from.mul(&ratio)).ok()?;
         let wanted = from.add(&one.seen[0]).ok()?;
         Some(Condition::Compare(Relation::Eq, Value::variable(&one.moving.variable), wanted))
     };
