@@ -28,6 +28,7 @@ mod nested;
 mod nonlinear;
 mod numeric;
 mod outgrown;
+mod parabola;
 mod parts;
 mod powers;
 mod product;

@@ -16,6 +16,7 @@ use super::far::far;
 use super::late::{late, rising};
 use super::modular::modular;
 use super::numeric::Numeric;
+use super::parabola::past;
 use super::ranges::joined;
 use super::ratio::in_ratio;
 use super::{Closed, Goal, Reach, by_shape};
@@ -196,7 +197,11 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         let pieces = pieces(&solved.forms()[*place], &recurrence.index, recurrence.from)?;
         let closed = Closed { variable: name.clone(), pieces, conditions };
         let goal = Goal::Holds(relation, left.clone(), right.clone());
-        return Some(by_shape(&closed, &recurrence.index, &goal, &natural));
+        let found = by_shape(&closed, &recurrence.index, &goal, &natural);
+        return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
+            (Reach::Unknown(_), Some(pieces)) => past(&pieces, &recurrence.index, relation, &natural).unwrap_or(found),
+            _ => found,
+        });
     }
     let variable = Name::new("[difference]");
     if let Some((one, [left, right])) = through_one((left, right), &used, &variable)
@@ -217,6 +222,9 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
             Reach::Unknown(_) => {}
             found => return Some(found),
         }
+    }
+    if let Some(found) = past(&pieces, &recurrence.index, relation, &natural) {
+        return Some(found);
     }
     let closed = Closed { variable: variable.clone(), pieces, conditions };
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());

@@ -5,7 +5,7 @@ use num_traits::Signed;
 
 use super::solve::found_lines;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Recurrence, Solved};
+use crate::closed_form::{Comparison, Recurrence, Sequence, Solved};
 use crate::lower::Question;
 use crate::recurrence::{Reach, reach, solve_until};
 use crate::value::{Atom, Relation, Sort, Value};
@@ -119,7 +119,21 @@ fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptio
             }
         }
     }
+    found.extend(steps(recurrence, known));
     found
+}
+
+/// What is added in every step, and 0, where it is symbolic and its sign is not known.
+fn steps(recurrence: &Recurrence, known: &Assumptions) -> Vec<(Value, Value)> {
+    let terms: Vec<_> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    let zero = Value::zero();
+    let of = |sequence: &Sequence| {
+        let step = sequence.next.sub(&Value::variable(&recurrence.term(&sequence.name, 0))).ok()?;
+        let free = step.variables().iter().all(|name| *name != recurrence.index && !terms.contains(name));
+        let open = [Relation::Lss, Relation::Eq].iter().any(|relation| known.decide(*relation, &step, &zero).is_none());
+        (sequence.start.len() == 1 && free && open).then_some((step, zero.clone()))
+    };
+    recurrence.sequences.iter().filter_map(of).collect()
 }
 
 /// Numbers that a maximum of the recurrence speaks of, at which it stays: where a clamped motion goes to.
