@@ -392,3 +392,23 @@ fn hidden_factors_give_signs() {
     known.assume(Relation::Gtr, &length, &v);
     assert_eq!(known.decide(Relation::Lss, &step, &a), Some(true));
 }
+
+/// A root of a number lies between two rationals, so a multiple of it between what these allow; and it is no rational.
+#[test]
+fn roots_of_numbers_times_what_is_bounded() {
+    let n = var("n");
+    let root = int(8321).sqrt().unwrap();
+    let value = root.mul(&n.add(&int(16380)).unwrap().abs().unwrap()).unwrap().div(&int(17_039_360)).unwrap();
+    let known = assume(&[(n.clone(), Gte, int(0)), (n.clone(), Lte, int(1))]);
+    let bound = |top: i64, below: i64| Value::fraction(top, below).unwrap();
+    assert_eq!(known.decide(Gtr, &value, &bound(1, 10)), Some(false));
+    assert_eq!(known.decide(Gtr, &value, &bound(8, 100)), Some(true));
+    // sqrt(8321)*16380/17039360 = 0.087690…, and 0.087695… for n = 1: between these it depends on n.
+    assert_eq!(known.decide(Gtr, &value, &bound(87_692, 1_000_000)), None);
+    let two = int(2).sqrt().unwrap();
+    assert_eq!(known.decide(Gtr, &two, &bound(14_142_135, 10_000_000)), Some(true));
+    assert_eq!(known.decide(Gtr, &two, &bound(14_142_136, 10_000_000)), Some(false));
+    let times = two.mul(&n).unwrap();
+    assert_eq!(known.decide(Lte, &times, &bound(3, 2)), Some(true));
+    assert_eq!(known.decide(Lte, &times, &bound(7, 5)), None);
+}
