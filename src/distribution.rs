@@ -370,7 +370,7 @@ fn poisson_sum(mean: &BigRational, from: u64, to: Option<u64>) -> Interval {
         term = arrivals.chance();
         sum = sum.plus(term);
         // From twice the mean on each term is less than half of the one before: the rest is less than this term.
-        if place as f64 > 2.0 * rate.high && (term.high < sum.low * 1e-18 || term.high < 1e-300) {
+        if place as f64 > 2.0 * rate.high && (term.high < sum.low * 1e-18 || term.high <= 2.0f64.powi(-SCALED)) {
             sum = sum.plus(Interval::between(0.0, term.high));
             break;
         }

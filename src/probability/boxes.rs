@@ -28,8 +28,8 @@ use crate::value::{Relation, Value, ValueError};
 const MOST_DRAWS: usize = 3;
 /// Ways through rounds that are followed.
 const MOST_WAYS: usize = 3_000;
-/// Boxes that are looked at, with one number, and with several.
-const MOST_BOXES: [usize; 2] = [20_000, 400_000];
+/// Boxes that are looked at, with so many numbers.
+const MOST_BOXES: [usize; MOST_DRAWS] = [20_000, 400_000, 150_000];
 /// The chance that may stay open, and that is too much.
 const ENOUGH: f64 = 1e-14;
 const WIDE: f64 = 1e-3;
@@ -42,8 +42,12 @@ struct Showing {
 
 /// One way through a round, and what came before it.
 struct Way {
+    /// What must hold for the tests to have a meaning.
+    first: Vec<Look>,
     /// When it is taken.
     tests: Vec<Look>,
+    /// What must hold for all else on it to have a meaning.
+    then: Vec<Look>,
     /// What is shown on it, in order.
     shown: Vec<Showing>,
     /// What comes after it; none at the end.
@@ -102,6 +106,8 @@ enum Found {
     Never,
     /// It depends on these draws.
     Open(Vec<usize>),
+    /// It has no meaning.
+    Meaningless,
     /// It goes on with the ways behind it.
     Onward,
 }
@@ -116,7 +122,7 @@ struct Follower<'a> {
     left: f64,
     low: Interval,
     /// What may happen as well.
-    rest: f64,
+    rest: Interval,
     most: usize,
 }
 
@@ -128,7 +134,7 @@ pub fn boxes(period: &Period, event: &Claim, question: &Question) -> Result<Encl
     let nothing = Interval::exactly(0.0);
     let (ways, open) = (Vec::new(), BinaryHeap::new());
     let mut follower =
-        Follower { period, event, question, ways, open, left: 0.0, low: nothing, rest: 0.0, most: MOST_BOXES[0] };
+        Follower { period, event, question, ways, open, left: 0.0, low: nothing, rest: nothing, most: MOST_BOXES[0] };
     let start = State { phase: 0, values: BTreeMap::new(), time: Value::zero(), names: Vec::new(), timely: Vec::new() };
     let first = follower.ways_from(&start, &period.initial)?;
     let sure = Cell { way: 0, ranges: Vec::new(), chance: Interval::exactly(1.0) };
@@ -140,10 +146,7 @@ pub fn boxes(period: &Period, event: &Claim, question: &Question) -> Result<Encl
         count += 1;
         follower.look(cell)?;
     }
-    let rest = follower
-        .open
-        .iter()
-        .fold(Interval::exactly(follower.rest), |sum, cell| sum.plus(Interval::between(0.0, cell.chance.high)));
+    let rest = follower.open.iter().fold(follower.rest, |sum, cell| sum.plus(Interval::between(0.0, cell.chance.high)));
     if rest.high > WIDE {
         return Err(format!("too much stays open after {count} boxes of numbers: {:.1e}", rest.high));
     }
@@ -162,6 +165,7 @@ impl Follower<'_> {
         match self.ways[cell.way].found(&over) {
             Found::Happens => self.low = self.low.plus(cell.chance),
             Found::Never => {}
+            Found::Meaningless => self.keep(cell.chance.high),
             Found::Open(places) => self.halve(cell, &places),
             Found::Onward => {
                 let onward = match self.ways[cell.way].onward.clone() {
@@ -172,8 +176,8 @@ impl Follower<'_> {
                     Ok(onward) => self.enter(&cell, &onward),
                     // What is too far off to be followed stays open, if it is unlikely.
                     Err(reason) => {
-                        self.rest += cell.chance.high;
-                        if self.rest > WIDE {
+                        self.keep(cell.chance.high);
+                        if self.rest.high > WIDE {
                             return Err(reason);
                         }
                     }
@@ -183,13 +187,18 @@ impl Follower<'_> {
         Ok(())
     }
 
+    /// What may happen or not, for good.
+    fn keep(&mut self, chance: f64) {
+        self.rest = self.rest.plus(Interval::between(0.0, chance));
+    }
+
     /// The two halves of a cell, by the widest of the ranges that it depends on.
     fn halve(&mut self, cell: Cell, places: &[usize]) {
         let width = |place: &&usize| cell.ranges.get(**place).map_or(0.0, Range::width);
         let widest = places.iter().max_by(|one, other| width(one).total_cmp(&width(other)));
         let both = widest.and_then(|place| Some((*place, cell.ranges.get(*place)?.split()?)));
         let Some((place, both)) = both else {
-            self.rest += cell.chance.high;
+            self.keep(cell.chance.high);
             return;
         };
         for half in both {
@@ -211,8 +220,10 @@ impl Follower<'_> {
     fn enter(&mut self, cell: &Cell, ways: &[usize]) {
         for way in ways {
             let draws = self.ways[*way].draws.clone();
-            let out: f64 = draws.iter().map(|all| beyond(all)).sum();
-            self.rest += out * cell.chance.high;
+            for all in &draws {
+                let out = Interval::exactly(beyond(all)).times(cell.chance);
+                self.keep(out.high);
+            }
             let mut all = vec![cell.ranges.clone()];
             for draw in &draws {
                 let longer = |ranges: &Vec<Range>| -> Vec<Vec<Range>> {
@@ -264,9 +275,7 @@ impl Follower<'_> {
         if names.len() > MOST_DRAWS {
             return Err(format!("more than {MOST_DRAWS} numbers are drawn on one way"));
         }
-        if names.len() > 1 {
-            self.most = MOST_BOXES[1];
-        }
+        self.most = self.most.max(MOST_BOXES[names.len().saturating_sub(1)]);
         let here = |value: &Value| value.substitute(&values).map_err(odd);
         let look = |test: &Test| -> Result<Look, String> {
             let (left, right) = (here(&test.left)?, here(&test.right)?);
@@ -274,6 +283,12 @@ impl Follower<'_> {
         };
         let mut tests: Vec<Look> = state.timely.clone();
         tests.extend(edge.tests.iter().map(look).collect::<Result<Vec<_>, _>>()?);
+        let needs = |values: Vec<&Value>| -> Result<Vec<Look>, String> {
+            let each = values.into_iter().map(|value| Look::needs(&here(value)?, &names));
+            Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
+        };
+        let first = needs(edge.tests.iter().flat_map(|test| [&test.left, &test.right]).collect())?;
+        let then = needs(values_of(edge))?;
         let (mut time, mut shown) = (state.time.clone(), Vec::new());
         for segment in &edge.segments {
             let mut lasts = here(&segment.duration)?;
@@ -297,7 +312,7 @@ impl Follower<'_> {
             }
             Next::End(_) => None,
         };
-        Ok(Way { tests, shown, after, draws, onward: None })
+        Ok(Way { first, tests, then, shown, after, draws, onward: None })
     }
 
     /// What is shown for a while, from a time to another (none: for ever); nothing where it is not what is asked for.
@@ -330,6 +345,20 @@ impl Follower<'_> {
     }
 }
 
+/// All values of a way but those that are compared when it is taken.
+fn values_of(edge: &Edge) -> Vec<&Value> {
+    let mut all: Vec<&Value> = edge.map.values().collect();
+    for segment in &edge.segments {
+        all.push(&segment.duration);
+        all.extend(segment.observed.iter().flat_map(Term::values));
+    }
+    if let Next::End(End::Silent { observed, .. }) = &edge.next {
+        all.extend(observed.iter().flat_map(Term::values));
+    }
+    all.extend(edge.communications.iter().map(|(_, value)| value));
+    all
+}
+
 /// Whether a time is not too late.
 fn in_time(time: &Value, latest: &BigRational) -> Test {
     Test { relation: Relation::Lte, left: time.clone(), right: Value::rational(latest.clone()) }
@@ -351,10 +380,14 @@ fn all<'a>(looks: impl Iterator<Item = &'a Look>, over: &[Interval]) -> Result<b
 impl Way {
     /// What numbers in these ranges come to on this way.
     fn found(&self, over: &[Interval]) -> Found {
-        match all(self.tests.iter(), over) {
-            Ok(true) => {}
-            Ok(false) => return Found::Never,
-            Err(open) => return Found::Open(open),
+        for (looks, otherwise) in
+            [(&self.first, Found::Meaningless), (&self.tests, Found::Never), (&self.then, Found::Meaningless)]
+        {
+            match all(looks.iter(), over) {
+                Ok(true) => {}
+                Ok(false) => return otherwise,
+                Err(open) => return Found::Open(open),
+            }
         }
         let mut open = Vec::new();
         for showing in &self.shown {

@@ -44,7 +44,12 @@ pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bo
                 let mut equations = equations.clone();
                 equations.push((Value::variable(&name), image.clone()));
                 let Some(special) = with(general.recurrence(), &name, &image) else { continue };
-                if found.iter().any(|other| other.solved.recurrence() == &special) {
+                // One recurrence may come of several equations in turn, and of two values of one parameter.
+                let known_already = |other: &Special| {
+                    let alone = other.equations.len() == 1 && equations.len() == 1;
+                    other.solved.recurrence() == &special && (!alone || other.equations == equations)
+                };
+                if found.iter().any(known_already) {
                     continue;
                 }
                 if let Ok(solved) = solve_until(special, &known, stop) {

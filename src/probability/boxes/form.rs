@@ -6,7 +6,7 @@ use num_traits::Signed;
 use crate::interval::Interval;
 use crate::name::Name;
 use crate::period::Test;
-use crate::value::{Atom, Relation, Sum, Value, View};
+use crate::value::{Atom, Need, Relation, Sum, Value, View};
 
 const ZERO: Interval = Interval::exactly(0.0);
 const ONE: Interval = Interval::exactly(1.0);
@@ -47,6 +47,23 @@ impl Look {
         let difference = test.left.sub(&test.right).map_err(|error| error.0)?;
         let places = (0..names.len()).filter(|place| difference.mentions(&names[*place])).collect();
         Ok(Look { form: Form::of(&difference, names)?, relation: test.relation, places })
+    }
+
+    /// What must hold for a value to be one, each as a comparison: it divides by nothing that is 0, and takes no root of what
+    /// is negative.
+    ///
+    /// # Errors
+    /// As for [`Look::of`], and for exponents that are drawn.
+    pub(super) fn needs(value: &Value, names: &[Name]) -> Result<Vec<Look>, String> {
+        let test = |need: Need| {
+            let relation = match &need {
+                Need::Nonzero(_) => Relation::Neq,
+                Need::Nonnegative(_) => Relation::Gte,
+                Need::Natural(_) => return Err(need.to_string()),
+            };
+            Look::of(&Test { relation, left: need.value().clone(), right: Value::zero() }, names)
+        };
+        value.needs().into_iter().map(test).collect()
     }
 
     /// Whether it holds of all numbers of these ranges, or of none; nothing where that is open.
@@ -122,7 +139,7 @@ impl Form {
             Form::Sum(terms) => terms.iter().fold(ZERO, |sum, (number, factors)| {
                 let term = factors.iter().fold(*number, |product, (factor, exponent)| {
                     let factor = power(factor.at(ranges), *exponent);
-                    if product == ONE { factor } else { product.times(factor) }
+                    multiplied(product, factor)
                 });
                 together(sum, term)
             }),
@@ -185,14 +202,30 @@ fn together(one: Interval, other: Interval) -> Interval {
     Interval::between(exact(one.low, other.low, wide.low), exact(one.high, other.high, wide.high))
 }
 
+/// A product, exact where both are single numbers whose product the machine has exactly.
+fn multiplied(one: Interval, other: Interval) -> Interval {
+    if one == ONE {
+        return other;
+    }
+    let point = |interval: Interval| (interval.low == interval.high).then_some(interval.low);
+    if let (Some(one), Some(other)) = (point(one), point(other)) {
+        let product = one * other;
+        // Where nothing is lost in the product; a very small one might have lost what does not show.
+        if product.abs() > 1e-200 && product.is_finite() && one.mul_add(other, -product) == 0.0 {
+            return Interval::exactly(product);
+        }
+    }
+    one.times(other)
+}
+
 /// A power, which of an even exponent is not negative.
 fn power(base: Interval, exponent: u32) -> Interval {
-    let (even, across) = (exponent % 2 == 0, base.low < 0.0 && base.high > 0.0);
-    if even && (across || base.high <= 0.0) {
+    let (even, across) = (exponent.is_multiple_of(2), base.low < 0.0 && base.high > 0.0);
+    if even && base.low < 0.0 && (across || base.high <= 0.0) {
         let most = base.high.max(-base.low);
         let least = if across { 0.0 } else { -base.high };
         return power(Interval::between(least, most), exponent);
     }
-    let product = (1..exponent).fold(base, |product, _| product.times(base));
+    let product = (1..exponent).fold(base, |product, _| multiplied(product, base));
     if even { Interval::between(product.low.max(0.0), product.high) } else { product }
 }
