@@ -378,6 +378,22 @@ fn poisson_sum(mean: &BigRational, from: u64, to: Option<u64>) -> Interval {
     sum.probability()
 }
 
+/// The chances of `from`, `from + 1`, …, `to` arrivals, each by itself; none where the mean is too large.
+pub(crate) fn arrivals_of_each(mean: &BigRational, from: u64, to: u64) -> Option<Vec<Interval>> {
+    let rate = Interval::of(mean);
+    if rate.high > MOST_MEAN {
+        return None;
+    }
+    let mut arrivals = Arrivals::none(rate);
+    (1..=from).for_each(|place| arrivals.next(rate, place));
+    let mut all = vec![arrivals.chance()];
+    for place in from + 1..=to {
+        arrivals.next(rate, place);
+        all.push(arrivals.chance());
+    }
+    Some(all)
+}
+
 /// The chance of so many arrivals, which may be less than a machine number is: times a power of two.
 struct Arrivals {
     times: Interval,

@@ -1,10 +1,11 @@
 //! Ranges of a drawn number, with the chance of each.
 
-use num_bigint::BigInt;
+use std::rc::Rc;
+
 use num_rational::BigRational;
 use num_traits::Zero;
 
-use crate::distribution::Distribution;
+use crate::distribution::{Distribution, arrivals_of_each};
 use crate::interval::{Interval, normal_between};
 
 /// Standard deviations, and mean lengths, beyond which a number is left out; what is left out is counted with what is open.
@@ -34,8 +35,8 @@ enum Kind {
     Uniform([Interval; 2], Interval),
     /// A rate, and the weight.
     Exponential(Interval, Interval),
-    /// Whole numbers.
-    Counts(BigRational, Interval),
+    /// Whole numbers: the first, the sums of the chances up to each, and the weight.
+    Counts(u64, Rc<[Interval]>, Interval),
 }
 
 /// The ranges that a number may be in, at first.
@@ -74,7 +75,13 @@ pub(super) fn ranges(distribution: &Distribution) -> Result<Vec<Range>, String> 
             Distribution::Poisson { mean: rate } => {
                 let (low, high) = about(FAR_COUNTS);
                 let (low, high) = (low.floor().max(0.0), (high + FAR_COUNTS).ceil());
-                all.push(range(Kind::Counts(rate.clone(), weight), low, high));
+                let each = arrivals_of_each(rate, low as u64, high as u64).ok_or("there are too many arrivals")?;
+                let mut sum = Interval::exactly(0.0);
+                let sums = each.into_iter().map(|chance| {
+                    sum = sum.plus(chance);
+                    sum
+                });
+                all.push(range(Kind::Counts(low as u64, sums.collect(), weight), low, high));
             }
             _ => return Err("a distribution that is not followed is drawn from".to_string()),
         }
@@ -106,10 +113,12 @@ impl Kind {
                 let left = |end: Interval| end.times(*rate).opposite().exponential();
                 weight.times(left(low).minus(left(high)).probability())
             }
-            Kind::Counts(rate, weight) => {
-                let whole = |number: f64| BigRational::from_integer(BigInt::from(number as i64));
-                let counts = Distribution::Poisson { mean: rate.clone() };
-                weight.times(counts.between(&whole(over.low), &whole(over.high)))
+            Kind::Counts(first, sums, weight) => {
+                let upto = |number: u64| sums.get(number.checked_sub(*first)? as usize).copied();
+                let (from, to) = (over.low as u64, over.high as u64);
+                let before = from.checked_sub(1).and_then(upto).unwrap_or(Interval::exactly(0.0));
+                let chance = upto(to).unwrap_or(Interval::between(0.0, 1.0)).minus(before);
+                weight.times(Interval::between(chance.low.max(0.0), chance.high.clamp(0.0, 1.0)))
             }
         }
     }
