@@ -38,6 +38,8 @@ const WIDE: f64 = 1e-3;
 struct Showing {
     timely: Vec<Look>,
     cases: Vec<Vec<Look>>,
+    /// What must hold for the question to have a meaning of it.
+    needs: Vec<Look>,
 }
 
 /// One way through a round, and what came before it.
@@ -68,6 +70,33 @@ struct State {
     names: Vec<Name>,
     /// When there is still time.
     timely: Vec<Look>,
+}
+
+/// How values of a way read over what was drawn.
+struct Reading {
+    values: BTreeMap<Name, Value>,
+    names: Vec<Name>,
+}
+
+impl Reading {
+    fn value(&self, value: &Value) -> Result<Value, String> {
+        value.substitute(&self.values).map_err(odd)
+    }
+
+    fn look(&self, test: &Test) -> Result<Look, String> {
+        let (left, right) = (self.value(&test.left)?, self.value(&test.right)?);
+        Look::of(&Test { relation: test.relation, left, right }, &self.names)
+    }
+
+    fn looks<'t>(&self, tests: impl IntoIterator<Item = &'t Test>) -> Result<Vec<Look>, String> {
+        tests.into_iter().map(|test| self.look(test)).collect()
+    }
+
+    /// What must hold for these values to have a meaning.
+    fn needs<'v>(&self, values: impl IntoIterator<Item = &'v Value>) -> Result<Vec<Look>, String> {
+        let each = values.into_iter().map(|value| Look::needs(&self.value(value)?, &self.names));
+        Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
+    }
 }
 
 /// Numbers, each in a range, on a way.
@@ -276,39 +305,31 @@ impl Follower<'_> {
             return Err(format!("more than {MOST_DRAWS} numbers are drawn on one way"));
         }
         self.most = self.most.max(MOST_BOXES[names.len().saturating_sub(1)]);
-        let here = |value: &Value| value.substitute(&values).map_err(odd);
-        let look = |test: &Test| -> Result<Look, String> {
-            let (left, right) = (here(&test.left)?, here(&test.right)?);
-            Look::of(&Test { relation: test.relation, left, right }, &names)
-        };
+        let here = Reading { values, names };
         let mut tests: Vec<Look> = state.timely.clone();
-        tests.extend(edge.tests.iter().map(look).collect::<Result<Vec<_>, _>>()?);
-        let needs = |values: Vec<&Value>| -> Result<Vec<Look>, String> {
-            let each = values.into_iter().map(|value| Look::needs(&here(value)?, &names));
-            Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
-        };
-        let first = needs(edge.tests.iter().flat_map(|test| [&test.left, &test.right]).collect())?;
-        let then = needs(values_of(edge))?;
+        tests.extend(here.looks(&edge.tests)?);
+        let first = here.needs(edge.tests.iter().flat_map(|test| [&test.left, &test.right]))?;
+        let mut then = here.needs(values_of(edge))?;
         let (mut time, mut shown) = (state.time.clone(), Vec::new());
         for segment in &edge.segments {
-            let mut lasts = here(&segment.duration)?;
+            let mut lasts = here.value(&segment.duration)?;
             if lasts.as_rational().is_none_or(|number| number.is_negative()) {
                 lasts = Value::maximum(&[Value::zero(), lasts]).map_err(odd)?;
             }
             let end = time.add(&lasts).map_err(odd)?;
-            shown.extend(self.showing(&segment.observed, (&time, Some(&end)), &here, &names)?);
+            shown.extend(self.showing(&segment.observed, (&time, Some(&end)), &here)?);
             time = end;
         }
+        if let Next::End(End::Silent { observed, .. }) = &edge.next {
+            shown.extend(self.showing(observed, (&time, None), &here)?);
+        }
+        then.extend(shown.iter().flat_map(|showing| showing.needs.iter().cloned()));
         let after = match &edge.next {
             Next::Phase(phase) => {
-                let image = |(name, value): (&Name, &Value)| Ok((name.clone(), here(value)?));
+                let image = |(name, value): (&Name, &Value)| Ok((name.clone(), here.value(value)?));
                 let values = edge.map.iter().map(image).collect::<Result<_, String>>()?;
-                let timely = vec![Look::of(&in_time(&time, &self.question.time), &names)?];
-                Some(State { phase: *phase, values, time, names, timely })
-            }
-            Next::End(End::Silent { observed, .. }) => {
-                shown.extend(self.showing(observed, (&time, None), &here, &names)?);
-                None
+                let timely = vec![Look::of(&in_time(&time, &self.question.time), &here.names)?];
+                Some(State { phase: *phase, values, time, names: here.names, timely })
             }
             Next::End(_) => None,
         };
@@ -320,16 +341,13 @@ impl Follower<'_> {
         &self,
         observed: &[Term],
         (start, end): (&Value, Option<&Value>),
-        here: &dyn Fn(&Value) -> Result<Value, String>,
-        names: &[Name],
+        here: &Reading,
     ) -> Result<Option<Showing>, String> {
-        let mut cases = Vec::new();
+        let (mut cases, mut needs) = (Vec::new(), Vec::new());
         for duty in self.event.duties(observed).map_err(odd)? {
-            let look = |test: &Test| -> Result<Look, String> {
-                let (left, right) = (here(&test.left)?, here(&test.right)?);
-                Look::of(&Test { relation: test.relation, left, right }, names)
-            };
-            cases.push(duty.premises.iter().chain(&duty.tests).map(look).collect::<Result<Vec<_>, _>>()?);
+            let tests: Vec<&Test> = duty.premises.iter().chain(&duty.tests).collect();
+            needs.extend(here.needs(tests.iter().flat_map(|test| [&test.left, &test.right]))?);
+            cases.push(here.looks(tests)?);
         }
         if cases.is_empty() {
             return Ok(None);
@@ -340,8 +358,9 @@ impl Follower<'_> {
             let right = if self.question.first { start.clone() } else { Value::rational(self.question.time.clone()) };
             timely.push(Test { relation, left, right });
         }
-        let timely = timely.iter().map(|test| Look::of(test, names)).collect::<Result<_, _>>()?;
-        Ok(Some(Showing { timely, cases }))
+        // Times are over what was drawn already.
+        let timely = timely.iter().map(|test| Look::of(test, &here.names)).collect::<Result<_, _>>()?;
+        Ok(Some(Showing { timely, cases, needs }))
     }
 }
 
