@@ -79,6 +79,10 @@ impl Measure {
             Measure::Between(..) => return self.to_string(),
         };
         match near(value) {
+            // Of what is nearly 0 the first digits, so that it is not taken for 0.
+            Some(near) if value.to_string().len() > LONGEST && near != 0.0 && near.abs() < 1e-4 => {
+                format!("{word}{near:.3e} (rounded)")
+            }
             Some(near) if value.to_string().len() > LONGEST => format!("{word}{near:.6} (rounded)"),
             _ => self.to_string(),
         }

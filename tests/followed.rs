@@ -139,9 +139,11 @@ fn missions_are_proved_with_nothing_on_trust_and_their_files_check() {
         }
         assert!(files > 0, "{example} has no proof file");
     }
-    // In either order of two places, each with a proof of its own.
-    let text = pars(&["run", "tests/cases/missions/either_order.pars"]);
-    assert!(text.contains("proved: ") && !text.contains("on trust"), "{text}");
+    // In either order of two places, each with a proof of its own; and in the plane, to within a distance.
+    for mission in ["either_order", "plane_tolerance"] {
+        let text = pars(&["run", &format!("tests/cases/missions/{mission}.pars")]);
+        assert!(text.contains("proved: ") && !text.contains("on trust"), "{mission}: {text}");
+    }
     // Where the kernel cannot follow, the trust stays and is said, with the reason.
     let text = pars(&["run", "tests/cases/missions/on_trust.pars"]);
     assert!(text.contains("the kernel could not follow the run: "), "{text}");

@@ -433,6 +433,8 @@ fn a_limited_speed_in_the_plane_is_simulated_and_a_likelier_deadline_is_found() 
     let walk = "proc World_r = (Delay_1 # At_r) ; Ran_{Normal(1/10, sd: 1/2)}<e> ; World_{r+e}\nsystem S = World_0\n\
         criteria C for S { probability of reaching At_p where p > 2 within 10 >= 1/2 }\n";
     says(walk, &["try: probability: or ask for a deadline of 15"]);
+    let open = walk.replace("sd: 1/2", "sd: s").replace("proc World", "param s > 0\nproc World");
+    says(&open, &["`s` has no value, and a chance is computed where every parameter that matters is a number:"]);
 }
 
 #[test]

@@ -221,3 +221,16 @@ fn little(least: &BigRational) -> String {
     }
     format!("some amount below {}", Value::rational(bound))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_numbers_have_a_decimal_beside_them() {
+        let read = |top: i64, below: i64| readable(&BigRational::new(top.into(), below.into()));
+        assert_eq!(read(29, 4), "29/4");
+        assert_eq!(read(1781, 4826), "1781/4826 (rounded: 0.369043)");
+        assert_eq!(read(1_000_000_000_001, 1), "1000000000001 (rounded: 1000000000001.000000)");
+    }
+}
