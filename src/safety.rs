@@ -8,33 +8,36 @@ mod condition;
 mod curves;
 pub mod drawn;
 mod equality;
+mod generalised;
 mod later;
+mod learned;
 pub mod orbit;
+mod points;
+mod prefix;
+mod search;
 
 use std::collections::BTreeSet;
 
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
-use crate::invariant::cases::cases;
-use crate::invariant::{Claim, Rejected, Safe, check, check_states, check_visited, goals, premises};
+use crate::invariant::{Claim, Safe, check_states, check_visited};
 use crate::name::Name;
 use crate::period::{End, Failure, Next, Period, Test, analyse};
 use crate::term::Term;
-use crate::value::{Relation, Value, ValueError, View};
+use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
-use candidates::candidates;
-use condition::{Clause, exclusion, sufficient, weakest};
-use curves::{Kind, curves};
-use equality::equalities;
+use curves::Kind;
 use later::{later, reached};
+use learned::learned;
 use orbit::{Limits, Orbit, Run, extreme, follow};
+pub use points::Instance;
+use points::Points;
+use search::{Short, by_curves, by_invariant};
 
 /// States of a run that is followed to decide a claim.
 const MOST_STATES: usize = 20_000;
 /// States of a run that is followed only to say more of it.
 const FEW_STATES: usize = 1_000;
-/// Tests of an invariant of which each is tried to be left out.
-const MOST_TESTS: usize = 60;
 /// Rounds that are followed before an invariant is looked for again.
 const ROUNDS: [usize; 3] = [4, 16, 64];
 
@@ -68,6 +71,8 @@ pub struct Outcome {
     pub diagnostics: Vec<Failure>,
     /// Why it was not decided.
     pub remaining: Vec<String>,
+    /// Invariants for which something is missing.
+    short: Vec<Short>,
 }
 
 impl Outcome {
@@ -82,6 +87,7 @@ impl Outcome {
             period: None,
             diagnostics: Vec::new(),
             remaining: Vec::new(),
+            short: Vec::new(),
         }
     }
 }
@@ -97,6 +103,9 @@ pub struct Asked<'a> {
     pub definitions: &'a Definitions,
     /// What is assumed.
     pub assumptions: &'a Assumptions,
+    /// Numbers for the parameters that meet these tests, and whether the claim holds with them, as far as that was found
+    /// out: they guide the search for conditions, and prove nothing.
+    pub instances: &'a dyn Fn(&[Test]) -> Vec<Instance>,
     /// Whether the user wants it to stop.
     pub interrupted: &'a dyn Fn() -> bool,
 }
@@ -108,8 +117,8 @@ pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
     let limits = |states: usize| Limits { states, interrupted };
     let short = follow(system, definitions, assumptions, claim, &limits(FEW_STATES));
     let search = if matches!(short, Orbit::Unknown(..)) { Search::Wide } else { Search::Narrow };
-    let mut outcome = of_phases(asked, search);
-    outcome.conditions = fewer(asked, std::mem::take(&mut outcome.conditions));
+    let points = Points::new(asked);
+    let mut outcome = of_phases(asked, search, &points);
     // Where it is proved, the run is followed for what it shows alone, and not as far.
     let longer = search == Search::Wide && matches!(outcome.verdict, Verdict::Open);
     match if longer { follow(system, definitions, assumptions, claim, &limits(MOST_STATES)) } else { short } {
@@ -136,12 +145,15 @@ pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
         }
         Orbit::Unknown(..) => {}
     }
+    if let Some(period) = outcome.period.as_ref().filter(|_| !matches!(outcome.verdict, Verdict::Proved(_))) {
+        outcome.conditions = learned(asked, points, period, &outcome.short);
+    }
     outcome
 }
 
 /// The same by the phases of the system alone, for a run that was followed already: proved or open.
 pub fn always_of_phases(asked: Asked<'_>) -> Outcome {
-    of_phases(asked, Search::Wide)
+    of_phases(asked, Search::Wide, &Points::new(asked))
 }
 
 /// How much is looked for.
@@ -153,23 +165,20 @@ enum Search {
     Wide,
 }
 
-impl Search {
-    fn kinds(self) -> &'static [Kind] {
-        match self {
-            Search::Narrow => &[],
-            Search::Wide => &Kind::EACH,
-        }
-    }
-}
-
-fn of_phases(asked: Asked<'_>, search: Search) -> Outcome {
+fn of_phases(asked: Asked<'_>, search: Search, points: &Points<'_>) -> Outcome {
     let Asked { components, claim, definitions, assumptions, .. } = asked;
     let mut outcome = Outcome::open();
     match analyse(components, definitions, assumptions) {
         Ok(period) => {
             outcome.diagnostics.extend(period.warnings.iter().cloned());
             outcome.speaks = (!may_speak(&period, claim)).then_some(false);
-            by_invariant(&period, claim, assumptions, search.kinds(), &mut outcome);
+            by_invariant(&period, claim, assumptions, &mut outcome);
+            // What an instance breaks is not proved, however far one looks.
+            let open = matches!(outcome.verdict, Verdict::Open);
+            let search = if open && search == Search::Wide && points.break_it() { Search::Narrow } else { search };
+            if open && search == Search::Wide {
+                by_curves(&period, claim, assumptions, &Kind::EACH, &mut outcome);
+            }
             by_what_matters(&period, asked, search, &mut outcome);
             if search == Search::Wide {
                 from_later_on(&period, asked, &mut outcome);
@@ -199,7 +208,6 @@ fn by_what_matters(period: &Period, asked: Asked<'_>, search: Search, outcome: &
     let enough = |states: usize| states > most || interrupted();
     if let Ok(safe) = check_visited(period, assumptions, claim, &followed, None, &enough) {
         outcome.verdict = Verdict::Proved(safe);
-        outcome.conditions.clear();
         outcome.remaining.clear();
     }
 }
@@ -222,7 +230,10 @@ fn from_later_on(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
         }
         let Some(later) = later(period, assumptions, rounds) else { return };
         let mut found = Outcome::open();
-        by_invariant(&later, claim, assumptions, kinds, &mut found);
+        by_invariant(&later, claim, assumptions, &mut found);
+        if matches!(found.verdict, Verdict::Open) {
+            by_curves(&later, claim, assumptions, kinds, &mut found);
+        }
         if !matches!(found.verdict, Verdict::Proved(_)) {
             continue;
         }
@@ -235,7 +246,6 @@ fn from_later_on(period: &Period, asked: Asked<'_>, outcome: &mut Outcome) {
         if let Ok(safe) = checked {
             outcome.verdict = Verdict::Proved(safe);
             outcome.invariant = found.invariant;
-            outcome.conditions.clear();
             outcome.remaining.clear();
         }
     }
@@ -255,179 +265,4 @@ fn may_speak(period: &Period, claim: &Claim) -> bool {
         let silent = matches!(&edge.next, Next::End(End::Silent { observed, .. }) if speaks(observed));
         silent || edge.segments.iter().any(|segment| speaks(&segment.observed))
     })
-}
-
-/// Leaves out of several conditions that are asked for together those without which the claim is proved, too: the system is
-/// looked at as if the others were assumed.
-fn fewer(asked: Asked<'_>, mut conditions: Vec<Vec<Test>>) -> Vec<Vec<Test>> {
-    let Asked { components, claim, definitions, assumptions, interrupted } = asked;
-    let enough = |tests: &[Test]| {
-        let mut with = assumptions.clone();
-        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
-        let mut found = Outcome::open();
-        if !interrupted()
-            && let Ok(period) = analyse(components, definitions, &with)
-        {
-            by_invariant(&period, claim, &with, &Kind::EACH, &mut found);
-        }
-        matches!(found.verdict, Verdict::Proved(_))
-    };
-    for tests in &mut conditions {
-        for place in (0..tests.len()).rev() {
-            let mut others = tests.clone();
-            others.remove(place);
-            if !others.is_empty() && enough(&others) {
-                *tests = others;
-            }
-        }
-    }
-    weakest(assumptions, conditions)
-}
-
-/// Looks for an invariant of the phases: with parts of what is claimed, one after the other, then with all of it.
-fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumptions, kinds: &[Kind], outcome: &mut Outcome) {
-    let parts = cases(&Assumptions::default(), &claim.tests).unwrap_or_default();
-    let stronger = parts.into_iter().filter(|part| !part.tests.is_empty());
-    let stronger = stronger.map(|part| Claim { tests: part.tests, ..claim.clone() });
-    let mut reasons = BTreeSet::new();
-    let mut tried: Vec<Vec<Vec<Test>>> = Vec::new();
-    let equal: Vec<BTreeSet<Test>> = (0..period.phases.len()).map(|phase| equalities(period, phase)).collect();
-    let nothing = vec![BTreeSet::new(); equal.len()];
-    // Equalities are told apart, as most proofs do without.
-    let ways = [(false, &nothing), (true, &nothing), (false, &equal), (true, &equal)];
-    for candidate in stronger.chain([claim.clone()]) {
-        for (kept, known) in ways {
-            let missing = candidates(period, &candidate, assumptions, kept, known).and_then(|invariant| {
-                if tried.contains(&invariant) {
-                    return Ok(None);
-                }
-                tried.push(invariant.clone());
-                Ok(Some((missing(period, claim, assumptions, &invariant)?, invariant)))
-            });
-            match missing {
-                Ok(None) => {}
-                Ok(Some((missing, invariant))) if missing.is_empty() => {
-                    match prove(period, claim, assumptions, invariant, outcome) {
-                        Ok(()) => return,
-                        Err(rejected) => reasons.insert(rejected.0),
-                    };
-                }
-                Ok(Some((missing, _))) if missing.iter().any(Vec::is_empty) => {}
-                Ok(Some((missing, invariant))) => {
-                    for tests in sufficient(assumptions, &missing) {
-                        let mut with = assumptions.clone();
-                        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
-                        let empty = drawable(period, &with).contradictory();
-                        if !empty
-                            && !outcome.conditions.contains(&tests)
-                            && check(period, &with, claim, &invariant).is_ok()
-                        {
-                            outcome.conditions.push(tests);
-                        }
-                    }
-                }
-                Err(error) => {
-                    reasons.insert(error.0);
-                }
-            }
-        }
-    }
-    for kind in kinds {
-        for invariant in round(period, claim, assumptions, &equal, *kind) {
-            match prove(period, claim, assumptions, invariant, outcome) {
-                Ok(()) => return needed(period, claim, assumptions, outcome),
-                Err(rejected) => reasons.insert(rejected.0),
-            };
-        }
-    }
-    outcome.conditions = weakest(assumptions, std::mem::take(&mut outcome.conditions));
-    outcome.remaining.extend(reasons);
-}
-
-/// What is assumed, and that what is drawn from has its lower bound first.
-fn drawable(period: &Period, assumptions: &Assumptions) -> Assumptions {
-    let mut known = assumptions.clone();
-    let edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
-    for (_, distribution) in edges.flat_map(|edge| &edge.draws) {
-        if let View::Distribution(kind, ends) = distribution.view()
-            && let ("Uniform", [low, high]) = (kind.as_str(), ends.as_slice())
-        {
-            known.assume(Relation::Lte, low, high);
-        }
-    }
-    known
-}
-
-/// Has an invariant checked, and notes that it proves the claim.
-fn prove(
-    period: &Period,
-    claim: &Claim,
-    assumptions: &Assumptions,
-    invariant: Vec<Vec<Test>>,
-    outcome: &mut Outcome,
-) -> Result<(), Rejected> {
-    outcome.verdict = Verdict::Proved(check(period, assumptions, claim, &invariant)?);
-    outcome.invariant = invariant;
-    outcome.conditions.clear();
-    Ok(())
-}
-
-/// Leaves out of an invariant what the proof does without.
-fn needed(period: &Period, claim: &Claim, assumptions: &Assumptions, outcome: &mut Outcome) {
-    let all: usize = outcome.invariant.iter().map(Vec::len).sum();
-    if all > MOST_TESTS {
-        return;
-    }
-    for phase in 0..outcome.invariant.len() {
-        for place in (0..outcome.invariant[phase].len()).rev() {
-            let mut fewer = outcome.invariant.clone();
-            fewer[phase].remove(place);
-            // The proof that is kept is the one that was found without it.
-            let _ = prove(period, claim, assumptions, fewer, outcome);
-        }
-    }
-}
-
-/// Of half planes in place of circles, and of curves that a map keeps, all that hold: by themselves, and with the claim.
-fn round(
-    period: &Period,
-    claim: &Claim,
-    assumptions: &Assumptions,
-    equal: &[BTreeSet<Test>],
-    kind: Kind,
-) -> Vec<Vec<Vec<Test>>> {
-    let Some(mut known) = curves(period, claim, assumptions, kind) else { return Vec::new() };
-    known.iter_mut().zip(equal).for_each(|(known, equal)| known.extend(equal.iter().cloned()));
-    let nothing = Claim { tests: Vec::new(), ..claim.clone() };
-    let both = [&nothing, claim].map(|claim| candidates(period, claim, assumptions, false, &known));
-    both.into_iter().flatten().collect()
-}
-
-/// What parameters must be for an invariant to be one.
-fn missing(
-    period: &Period,
-    claim: &Claim,
-    assumptions: &Assumptions,
-    invariant: &[Vec<Test>],
-) -> Result<Vec<Clause>, ValueError> {
-    let mut clauses = Vec::new();
-    let nothing = Vec::new();
-    let starts = period.initial.iter().map(|edge| (edge, &nothing, BTreeSet::new()));
-    let rounds = period.phases.iter().zip(invariant).flat_map(|(phase, known)| {
-        let variables: BTreeSet<Name> = phase.variables.iter().cloned().collect();
-        phase.edges.iter().map(move |edge| (edge, known, variables.clone()))
-    });
-    for (edge, known, mut variables) in starts.chain(rounds) {
-        variables.extend(edge.draws.iter().map(|(name, _)| name.clone()));
-        for goal in goals(period, claim, invariant, edge)? {
-            let mut tests = premises(edge, known);
-            tests.extend(goal.premises.iter().cloned());
-            for test in goal.tests.iter().filter(|test| !tests.contains(test)) {
-                clauses.extend(exclusion(assumptions, &[&tests[..], &[test.negated()]].concat(), &variables)?);
-            }
-        }
-    }
-    clauses.sort();
-    clauses.dedup();
-    Ok(clauses)
 }

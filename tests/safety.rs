@@ -46,7 +46,17 @@ fn judged(text: &str) -> Outcome {
     let term = system.term(&environment.definitions);
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     let components = &system.components;
-    always(&term, Asked { components, claim: &claim, definitions, assumptions, interrupted: &|| false })
+    always(
+        &term,
+        Asked {
+            components,
+            claim: &claim,
+            definitions,
+            assumptions,
+            instances: &|_| Vec::new(),
+            interrupted: &|| false,
+        },
+    )
 }
 
 /// The paper's set-up with numbers: from 0 towards 10 by half steps, an obstacle at 5.

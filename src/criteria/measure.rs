@@ -308,6 +308,7 @@ impl Scene<'_> {
             claim: &claim,
             definitions: &self.environment.definitions,
             assumptions: &self.environment.assumptions,
+            instances: &|_| Vec::new(),
             interrupted: self.judge.interrupted,
         });
         if let safety::Verdict::Proved(safe) = &outcome.verdict {

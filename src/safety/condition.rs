@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use num_traits::{One, Signed};
 
+use super::points::Points;
+use super::search::supposed;
 use crate::assumption::Assumptions;
 use crate::invariant::cases::{Case, cases};
 use crate::name::Name;
@@ -19,6 +21,10 @@ const MOST_CONSTRAINTS: usize = 400;
 const MOST_LITERALS: usize = 40;
 /// Pairs of them.
 const MOST_PAIRS: usize = 200;
+
+/// Guesses that are mended, and clauses by which one is mended at once.
+const MOST_MENDED: usize = 10;
+const MOST_OPEN: usize = 4;
 
 /// Tests of parameters, at least one of which must hold.
 pub type Clause = Vec<Test>;
@@ -38,11 +44,14 @@ pub fn exclusion(
     assumptions: &Assumptions,
     tests: &[Test],
     variables: &BTreeSet<Name>,
+    points: &Points<'_>,
 ) -> Result<Vec<Clause>, ValueError> {
     let mut clauses = Vec::new();
     for case in cases(assumptions, tests)? {
         clauses.extend(by_signs(assumptions, &case, variables, MOST_SPLITS)?);
     }
+    // What some numbers do not meet need not be shown not to follow.
+    clauses.retain(|clause| points.beyond(clause) || !excluded(assumptions, clause));
     Ok(clauses)
 }
 
@@ -117,7 +126,7 @@ fn exclude(assumptions: &Assumptions, case: &Case, variables: &BTreeSet<Name>) -
             None => clause.push(Test { relation: one.relation, left: one.form, right: Value::zero() }.negated()),
         }
     }
-    Ok((!excluded(assumptions, &clause)).then_some(clause))
+    Ok(Some(clause))
 }
 
 fn constraint(test: &Test) -> Result<Option<Constraint>, ValueError> {
@@ -199,26 +208,24 @@ fn excluded(assumptions: &Assumptions, clause: &[Test]) -> bool {
     all.plainly_contradictory() || all.contradictory()
 }
 
+/// What makes clauses hold.
+#[derive(Default)]
+pub struct Sufficient {
+    /// Tests that do.
+    pub found: Vec<Vec<Test>>,
+    /// Tests that were guessed first, and with which no instance breaks the claim.
+    pub guess: Option<Vec<Test>>,
+}
+
 /// Single tests, and pairs of others, that make all clauses hold, none of which follows from another: the weakest first.
-pub fn sufficient(assumptions: &Assumptions, clauses: &[Clause]) -> Vec<Vec<Test>> {
-    let mut literals: Vec<Test> = clauses.iter().flatten().map(solved).collect();
-    literals.sort_by_key(|test| test.left.size() + test.right.size());
-    literals.dedup();
-    let mut seen: Vec<Test> = Vec::new();
-    for literal in literals {
-        if !seen.contains(&literal) {
-            seen.push(literal);
-        }
-    }
-    seen.truncate(MOST_LITERALS);
-    let with = |tests: &[Test]| {
-        let mut with = assumptions.clone();
-        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
-        with
-    };
+/// Where there are none, more tests, that tell the points in which all clauses hold from the others.
+pub fn sufficient(assumptions: &Assumptions, clauses: &[Clause], points: &Points<'_>) -> Sufficient {
+    let all = literals(assumptions, clauses.iter().flatten());
+    let within = points.within_all(clauses);
+    let mut seen: Vec<Test> = all.iter().take(MOST_LITERALS).cloned().collect();
     let holds = |tests: &[Test]| {
-        let with = with(tests);
-        !with.contradictory() && clauses.iter().all(|clause| excluded(&with, clause))
+        let with = supposed(assumptions, tests);
+        points.only(tests, &within) && !with.contradictory() && clauses.iter().all(|clause| excluded(&with, clause))
     };
     let singles: Vec<Vec<Test>> = seen.iter().map(|test| vec![test.clone()]).filter(|tests| holds(tests)).collect();
     seen.retain(|test| !singles.iter().any(|single| single.contains(test)));
@@ -227,18 +234,40 @@ pub fn sufficient(assumptions: &Assumptions, clauses: &[Clause]) -> Vec<Vec<Test
         .enumerate()
         .flat_map(|(place, one)| seen.iter().skip(place + 1).map(move |other| vec![one.clone(), other.clone()]));
     let pairs: Vec<Vec<Test>> = pairs.take(MOST_PAIRS).filter(|tests| holds(tests)).collect();
-    weakest(assumptions, singles.into_iter().chain(pairs))
+    let found = weakest(assumptions, singles.into_iter().chain(pairs));
+    if found.is_empty() { by_points(assumptions, clauses, &all, points) } else { Sufficient { found, guess: None } }
+}
+
+/// Tests that tell the points in which all clauses hold from the others; where a clause does not follow from them, points
+/// are asked for in which it does not hold.
+fn by_points(assumptions: &Assumptions, clauses: &[Clause], literals: &[Test], points: &Points<'_>) -> Sufficient {
+    let mut told = Sufficient::default();
+    for _ in 0..MOST_MENDED {
+        let within = points.within_all(clauses);
+        let beyond: Vec<bool> = within.iter().map(|inside| !inside).collect();
+        let Some(tests) = points.cover(literals, &within, &beyond).filter(|tests| !tests.is_empty()) else { break };
+        let with = supposed(assumptions, &tests);
+        if told.guess.is_none() && points.allow(&tests) {
+            told.guess = Some(tests.clone());
+        }
+        let open: Vec<&Clause> = clauses.iter().filter(|clause| !excluded(&with, clause)).take(MOST_OPEN).collect();
+        if open.is_empty() {
+            told.found = vec![tests];
+            break;
+        }
+        let against =
+            |clause: &Clause| tests.iter().cloned().chain(clause.iter().map(Test::negated)).collect::<Vec<_>>();
+        if !open.iter().fold(false, |more, clause| points.sample(&against(clause)) || more) {
+            break;
+        }
+    }
+    told
 }
 
 /// Those conditions of which none follows from another.
 pub fn weakest(assumptions: &Assumptions, found: impl IntoIterator<Item = Vec<Test>>) -> Vec<Vec<Test>> {
-    let with = |tests: &[Test]| {
-        let mut with = assumptions.clone();
-        tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
-        with
-    };
     let implies = |one: &[Test], other: &[Test]| {
-        let with = with(one);
+        let with = supposed(assumptions, one);
         other.iter().all(|test| test.decide(&with) == Some(true))
     };
     let mut weakest: Vec<Vec<Test>> = Vec::new();
@@ -252,22 +281,50 @@ pub fn weakest(assumptions: &Assumptions, found: impl IntoIterator<Item = Vec<Te
     weakest
 }
 
-/// `h >= 1 + v*t` for `h - 1 - v*t >= 0`: a variable alone on the left, where one stands alone.
-pub fn solved(test: &Test) -> Test {
-    let Ok(difference) = test.left.sub(&test.right) else { return test.clone() };
-    let mut best: Option<(bool, Test)> = None;
+/// Tests in the form in which they are printed, each once, the shortest first.
+pub fn literals<'a>(assumptions: &Assumptions, tests: impl Iterator<Item = &'a Test>) -> Vec<Test> {
+    let all: BTreeSet<Test> = tests.map(|test| solved(assumptions, test)).collect();
+    let mut all: Vec<Test> = all.into_iter().collect();
+    all.sort_by_key(|test| test.left.size() + test.right.size());
+    all
+}
+
+/// `h >= 1 + v*t` for `h - 1 - v*t >= 0`: a variable alone on the left, where one stands alone, of those that leave the
+/// fewest minus signs behind. A factor that is known to be positive is left out.
+pub fn solved(assumptions: &Assumptions, test: &Test) -> Test {
+    let Ok(difference) = test.left.sub(&test.right).map(|difference| without_factors(assumptions, difference)) else {
+        return test.clone();
+    };
+    let mut best: Option<((usize, bool), Test)> = None;
     for name in difference.variables() {
         let Some((factor, rest)) = difference.linear_in(&name) else { continue };
         let Some(number) = factor.as_rational() else { continue };
-        let (Ok(right), negative) = (rest.neg().and_then(|rest| rest.div(&factor)), number.is_negative()) else {
-            continue;
-        };
-        let relation = if negative { test.relation.mirrored() } else { test.relation };
-        let candidate = Test { relation, left: Value::variable(&name), right };
-        let better = !negative && number.abs().is_one();
-        if best.as_ref().is_none_or(|(good, _)| better && !good) {
-            best = Some((better, candidate));
+        let Ok(right) = rest.neg().and_then(|rest| rest.div(&factor)) else { continue };
+        let relation = if number.is_negative() { test.relation.mirrored() } else { test.relation };
+        let rank = (minus_signs(&right), !number.abs().is_one());
+        if best.as_ref().is_none_or(|(good, _)| rank < *good) {
+            best = Some((rank, Test { relation, left: Value::variable(&name), right }));
         }
     }
-    best.map_or_else(|| test.clone(), |(_, test)| test)
+    let plain = || Test { relation: test.relation, left: difference.clone(), right: Value::zero() };
+    best.map_or_else(plain, |(_, test)| test)
+}
+
+fn minus_signs(value: &Value) -> usize {
+    value.to_string().matches('-').count()
+}
+
+/// The value without the variables that are positive and stand in each of its products: of the same sign.
+fn without_factors(assumptions: &Assumptions, mut value: Value) -> Value {
+    for name in value.variables() {
+        let variable = Value::variable(&name);
+        while let Some((factor, rest)) = value.linear_in(&name)
+            && rest == Value::zero()
+            && !factor.variables().is_empty()
+            && assumptions.decide(Relation::Gtr, &variable, &Value::zero()) == Some(true)
+        {
+            value = factor;
+        }
+    }
+    value
 }

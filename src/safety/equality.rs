@@ -11,7 +11,7 @@ use crate::value::{Relation, Value};
 /// Variables of a phase that are looked at.
 const MOST_VARIABLES: usize = 12;
 
-/// Sums and differences of up to three variables that are the same value of the parameters on every way into a phase.
+/// Variables, and sums and differences of up to three, that are the same value of the parameters on every way into a phase.
 pub fn equalities(period: &Period, number: usize) -> BTreeSet<Test> {
     let ways: Vec<&Edge> = entries(period, number).collect();
     let variables: Vec<Value> =
@@ -28,9 +28,9 @@ pub fn equalities(period: &Period, number: usize) -> BTreeSet<Test> {
     found
 }
 
-/// `x - y`, `x + y`, `x - y - z`, …: the first sign is always plus.
+/// `x`, `x - y`, `x + y`, `x - y - z`, …: the first sign is always plus.
 fn forms(variables: &[Value]) -> Vec<Value> {
-    let mut forms = Vec::new();
+    let mut forms = variables.to_vec();
     for (place, one) in variables.iter().enumerate() {
         for (at, two) in variables.iter().enumerate().skip(place + 1) {
             let pairs = [one.sub(two), one.add(two)];

@@ -2,7 +2,7 @@
 
 use super::beside::{BESIDE, relevant};
 use super::claim::Found;
-use super::instances::broken_instance;
+use super::instances::{broken_instance, labelled};
 use super::reading::{Run, Waiting};
 use super::rounds::{Grounds, how_far};
 use super::satisfies::{phase_lines, said};
@@ -48,7 +48,9 @@ impl Run<'_, '_> {
         }
         let term = system.term(&environment.definitions);
         let interrupted = || self.surroundings.interrupted();
+        let instances = |tests: &[Test]| labelled(&term, &claim, environment, tests, &interrupted);
         let asked = safety::Asked {
+            instances: &instances,
             components: &system.components,
             claim: &claim,
             definitions: &environment.definitions,
@@ -59,8 +61,10 @@ impl Run<'_, '_> {
         let open = matches!(outcome.verdict, safety::Verdict::Open);
         let part = if open { relevant(system, &claim.shown, environment) } else { None };
         if let Some(part) = &part {
-            let asked = safety::Asked { components: &part.components, ..asked };
-            let alone = safety::always(&part.term(&environment.definitions), asked);
+            let term = part.term(&environment.definitions);
+            let instances = |tests: &[Test]| labelled(&term, &claim, environment, tests, &interrupted);
+            let asked = safety::Asked { components: &part.components, instances: &instances, ..asked };
+            let alone = safety::always(&term, asked);
             if matches!(alone.verdict, safety::Verdict::Proved(_)) {
                 outcome = alone;
                 found.trusted.push(BESIDE.to_string());

@@ -8,8 +8,8 @@ use crate::invariant::Claim;
 use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::Test;
-use crate::safety::drawn;
 use crate::safety::orbit::{self, Limits, Orbit, follow};
+use crate::safety::{self, drawn};
 use crate::sample::{Closed, close};
 use crate::scope::read_names;
 use crate::substitution::substitute_values;
@@ -25,6 +25,14 @@ const MIXED: [(i64, i64); 10] = [(1, 3), (1, 2), (2, 3), (1, 1), (3, 2), (2, 1),
 const MOST_DRAWN: usize = 4;
 /// States of one instance.
 const MOST_STATES: usize = 600;
+/// Instances by which conditions are looked for, those of them that meet a guess, and the values that are drawn for them.
+const MOST_LABELLED: usize = 200;
+const MOST_WITHIN: usize = 10;
+const MOST_DRAWS: u64 = 600;
+/// States of all of them.
+const ALL_STATES: usize = 20_000;
+/// States of one of them.
+const FEW_STATES: usize = 200;
 
 /// A run of an instance that breaks a claim.
 pub(super) struct Instance {
@@ -66,38 +74,20 @@ fn broken_among(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Box<Instance>, usize> {
-    // The parameters of the claim need values too; beside the system they are found with its own.
-    let beside = Term::par([system.clone(), Term::new(Node::Observe(Name::new("Asked"), asked(claim, environment)))]);
-    let Ok(first) = close(&beside, environment, &[]) else { return Err(0) };
-    let chosen: Vec<(Name, Value)> =
-        first.values.iter().map(|(name, value, _)| (name.clone(), value.clone())).collect();
-    if chosen.is_empty() {
-        return Err(0);
-    }
-    let half = Value::fraction(1, 2).unwrap_or_else(|_| Value::one());
-    let others = || [Value::integer(2), half.clone(), Value::integer(3), Value::integer(10), Value::zero()].into_iter();
-    let changed = others().flat_map(|value| chosen.iter().map(move |(name, _)| vec![(name.clone(), value.clone())]));
-    let bounds = bounds(&chosen, &environment.assumptions);
-    let mut tried: BTreeSet<Vec<(Name, Value)>> = BTreeSet::new();
-    let mixed = (1..=MOST_MIXED).map(|turn| mixed(&chosen, turn));
-    let all = std::iter::once(Vec::new()).chain(bounds.into_iter().chain(changed).take(MOST_INSTANCES)).chain(mixed);
-    for given in all {
+    let Some(mut choices) = Choices::of(system, claim, environment) else { return Err(0) };
+    let others = choices.changed(environment, MOST_INSTANCES);
+    let mixed: Vec<_> = (1..=MOST_MIXED).map(|turn| mixed(&choices.chosen, turn)).collect();
+    for given in std::iter::once(Vec::new()).chain(others).chain(mixed) {
         if interrupted() {
             break;
         }
-        // One value may ask for others than those found at first.
-        let Ok(values) = close(&beside, environment, &given).map(|closed| closed.values) else { continue };
-        let values: Vec<(Name, Value)> = values.into_iter().map(|(name, value, _)| (name, value)).collect();
-        if !tried.insert(values.clone()) {
+        let Some(Followed { closed, claim, orbit }) = choices.follow(environment, &given, MOST_STATES, interrupted)
+        else {
             continue;
-        }
-        let Some(claim) = with_values(claim, &values.iter().cloned().collect()) else { continue };
-        let Ok(closed) = close(system, environment, &values) else { continue };
-        let limits = Limits { states: MOST_STATES, interrupted };
-        let found = follow(&closed.term, &closed.definitions, &Assumptions::default(), &claim, &limits);
-        let run = match found {
+        };
+        let run = match orbit {
             Orbit::Broken(run) => Some(run),
-            Orbit::Unknown(..) if tried.len() <= MOST_DRAWN => {
+            Orbit::Unknown(..) if choices.tried.len() <= MOST_DRAWN => {
                 drawn::broken(&closed.term, &closed.definitions, &Assumptions::default(), &claim, interrupted)
             }
             _ => None,
@@ -106,7 +96,112 @@ fn broken_among(
             return Ok(Box::new(Instance { closed, claim, run }));
         }
     }
-    Err(tried.len())
+    Err(choices.tried.len())
+}
+
+/// Instances that meet these tests, and whether the claim holds in each as far as it was followed. They guide a search.
+pub(super) fn labelled(
+    system: &Term,
+    claim: &Claim,
+    environment: &Environment,
+    tests: &[Test],
+    interrupted: &dyn Fn() -> bool,
+) -> Vec<safety::Instance> {
+    let mut within = environment.clone();
+    tests.iter().for_each(|test| within.assumptions.assume(test.relation, &test.left, &test.right));
+    let Some(mut choices) = Choices::of(system, claim, &within) else { return Vec::new() };
+    let meets = |given: &Vec<(Name, Value)>| {
+        let values: BTreeMap<Name, Value> = given.iter().cloned().collect();
+        let known = Assumptions::default();
+        let holds = |test: &Test| test.substitute(&values).ok().and_then(|test| test.decide(&known)) == Some(true);
+        tests.iter().all(holds)
+    };
+    let most = if tests.is_empty() { MOST_LABELLED } else { MOST_WITHIN };
+    let others = choices.changed(&within, most / 2);
+    let mixed = (1..=MOST_DRAWS).map(|turn| fine(&choices.chosen, turn)).filter(meets).take(most);
+    let given: Vec<_> = std::iter::once(Vec::new()).chain(others).chain(mixed).collect();
+    let (mut all, mut states) = (Vec::new(), 0);
+    for given in given {
+        if interrupted() || all.len() >= most || states > ALL_STATES {
+            break;
+        }
+        let Some(Followed { closed, orbit, .. }) = choices.follow(&within, &given, FEW_STATES, interrupted) else {
+            continue;
+        };
+        let (holds, ended, followed) = match orbit {
+            Orbit::Closed(all) => (true, all.len(), all.len()),
+            Orbit::Broken(run) => (false, run.shown.len(), run.shown.len()),
+            // Nothing broke it for long.
+            Orbit::Unknown(_, states) if states >= FEW_STATES => (true, 0, states),
+            Orbit::Unknown(..) => continue,
+        };
+        states += followed;
+        let values = closed.values.iter().map(|(name, value, _)| (name.clone(), value.clone())).collect();
+        all.push(safety::Instance { values, holds, states: ended });
+    }
+    all
+}
+
+/// Values of the parameters of a system and of what is claimed of it.
+struct Choices<'a> {
+    system: &'a Term,
+    claim: &'a Claim,
+    /// The system with the parameters of the claim beside it: they need values too, and are found with its own.
+    beside: Term,
+    /// The first choice.
+    chosen: Vec<(Name, Value)>,
+    /// What was tried.
+    tried: BTreeSet<Vec<(Name, Value)>>,
+}
+
+/// An instance that was followed.
+struct Followed {
+    closed: Closed,
+    claim: Claim,
+    orbit: Orbit,
+}
+
+impl<'a> Choices<'a> {
+    /// None where there is nothing to choose.
+    fn of(system: &'a Term, claim: &'a Claim, environment: &Environment) -> Option<Choices<'a>> {
+        let asked = Term::new(Node::Observe(Name::new("Asked"), asked(claim, environment)));
+        let beside = Term::par([system.clone(), asked]);
+        let first = close(&beside, environment, &[]).ok()?;
+        let chosen: Vec<(Name, Value)> =
+            first.values.iter().map(|(name, value, _)| (name.clone(), value.clone())).collect();
+        (!chosen.is_empty()).then_some(Choices { system, claim, beside, chosen, tried: BTreeSet::new() })
+    }
+
+    /// One parameter with another value: those that bound it come first.
+    fn changed(&self, environment: &Environment, most: usize) -> Vec<Vec<(Name, Value)>> {
+        let half = Value::fraction(1, 2).unwrap_or_else(|_| Value::one());
+        let others = [Value::integer(2), half, Value::integer(3), Value::integer(10), Value::zero()];
+        let changed = others
+            .iter()
+            .flat_map(|value| self.chosen.iter().map(move |(name, _)| vec![(name.clone(), value.clone())]));
+        bounds(&self.chosen, &environment.assumptions).into_iter().chain(changed).take(most).collect()
+    }
+
+    /// The instance with these values and others that go with them; none where there is none, or it was tried.
+    fn follow(
+        &mut self,
+        environment: &Environment,
+        given: &[(Name, Value)],
+        states: usize,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Option<Followed> {
+        // One value may ask for others than those found at first.
+        let values = close(&self.beside, environment, given).ok()?.values;
+        let values: Vec<(Name, Value)> = values.into_iter().map(|(name, value, _)| (name, value)).collect();
+        if !self.tried.insert(values.clone()) {
+            return None;
+        }
+        let claim = with_values(self.claim, &values.iter().cloned().collect())?;
+        let closed = close(self.system, environment, &values).ok()?;
+        let limits = Limits { states, interrupted };
+        let orbit = follow(&closed.term, &closed.definitions, &Assumptions::default(), &claim, &limits);
+        Some(Followed { closed, claim, orbit })
+    }
 }
 
 /// For each parameter the numbers that bound it, where these are assumed.
@@ -125,13 +220,34 @@ fn bounds(chosen: &[(Name, Value)], assumptions: &Assumptions) -> Vec<Vec<(Name,
 
 /// Other values for all parameters at once, different ones in each turn.
 fn mixed(chosen: &[(Name, Value)], turn: u64) -> Vec<(Name, Value)> {
-    let mut dice = turn;
+    let mut dice = Dice(turn);
     let mut value = || {
-        dice = dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let (numerator, denominator) = MIXED[usize::try_from(dice >> 33).unwrap_or(0) % MIXED.len()];
+        let (numerator, denominator) = MIXED[dice.below(MIXED.len())];
         Value::fraction(numerator, denominator).unwrap_or_else(|_| Value::one())
     };
     chosen.iter().map(|(name, _)| (name.clone(), value())).collect()
+}
+
+/// The same of more values.
+fn fine(chosen: &[(Name, Value)], turn: u64) -> Vec<(Name, Value)> {
+    let mut dice = Dice(turn);
+    let mut value = || {
+        let whole = dice.below(12) as i64 + 1;
+        let part = [1, 1, 2, 2, 3, 4][dice.below(6)];
+        let sign = if dice.below(10) == 0 { -1 } else { 1 };
+        Value::fraction(sign * whole, part).unwrap_or_else(|_| Value::one())
+    };
+    chosen.iter().map(|(name, _)| (name.clone(), value())).collect()
+}
+
+/// Numbers that are the same on every run.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        usize::try_from(self.0 >> 33).unwrap_or(0) % most
+    }
 }
 
 /// The parameters that a claim reads.
