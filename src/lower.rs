@@ -11,6 +11,7 @@ mod declare;
 mod define;
 mod direction;
 mod distribution;
+mod exclusive;
 mod exercise;
 mod flow;
 mod graph;

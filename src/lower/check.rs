@@ -6,6 +6,8 @@ use crate::ast::{Ident, Term, TermKind};
 use crate::diagnostic::Diagnostic;
 use crate::name::Name;
 
+const BESIDE: &str = "another process runs beside it under `|`, and no guards keep one of the two from running";
+
 impl Lowerer<'_> {
     /// Checks the bindings and loops of a process; `flows` has those that are being defined.
     pub(super) fn check_flow(&mut self, term: &Term, flows: Option<&Flows>) -> Flow {
@@ -65,11 +67,9 @@ impl Lowerer<'_> {
                     rest.push((second, why));
                 }
                 TermKind::Par(parts) => {
-                    let inner = if self.all_exclusive(parts) {
-                        why
-                    } else {
-                        why.or(Some("another process runs beside it under `|`"))
-                    };
+                    let none = Flows::new();
+                    let exclusive = Walk { lowerer: self, flows: &none, report: false }.all_exclusive(parts);
+                    let inner = if exclusive { why } else { why.or(Some(BESIDE)) };
                     rest.extend(parts.iter().map(|part| (part, inner)));
                 }
                 TermKind::Disable(parts) => {
@@ -86,24 +86,17 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Whether of these parts at most one can pass its guard.
-    fn all_exclusive(&mut self, parts: &[Term]) -> bool {
-        let none = Flows::new();
-        let mut walk = Walk { lowerer: self, flows: &none, report: false };
-        // More than three guards on one comparison always overlap.
-        parts.len() <= 3
-            && parts
-                .iter()
-                .enumerate()
-                .all(|(index, left)| parts.iter().skip(index + 1).all(|right| walk.exclusive(Some(left), Some(right))))
-    }
-
     fn not_last(&mut self, name: &Ident, why: &str) {
+        let help = if why == BESIDE {
+            "where only one of the two shall run, begin each with guards of which at most one passes: `(Lte_{x,3} ; P | Gtr_{x,3} ; Q)`".to_string()
+        } else {
+            format!("end the definition with it: `P ; {}`; to repeat a part use `loop(P)`", name.name)
+        };
         self.report(
             Diagnostic::error("P0601", format!("`{}` calls itself here, but not as the last thing it does", name.name))
                 .label(name.span, why.to_string())
                 .note("a process that calls itself is a loop, so the call must come last")
-                .help(format!("end the definition with it: `P ; {}`; to repeat a part use `loop(P)`", name.name)),
+                .help(help),
         );
     }
 }

@@ -8,7 +8,7 @@ use super::{Entity, Quantity};
 use crate::ast::{Ident, Term, TermKind, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::Value;
 
 /// How a process can end. Every part errs to the side of "it may".
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -267,56 +267,13 @@ impl Walk<'_, '_> {
                             .label(second.span, "bound in this part")
                             .label(first.span, "and in this part")
                             .note("if both parts stop, it would not be clear which value counts")
-                            .help("give the results different names, or begin the parts with opposite guards, such as `Eq_{x,y}` and `Neq_{x,y}`; of three parts, put two in brackets: `(Gte_{x,9} ; A | Lss_{x,9} ; (Lte_{x,6} ; B | Gtr_{x,6} ; C))`"),
+                            .help("give the results different names, or begin the parts with guards that exclude each other, such as `Eq_{x,y}` and `Neq_{x,y}`, or `Lss_{x,6}`, `Gte_{x,6} ; Lss_{x,9}` and `Gte_{x,9}`"),
                     );
                     return;
                 }
                 others.push(index);
             }
         }
-    }
-
-    /// Whether two parts begin with guards that cannot both pass.
-    pub(super) fn exclusive(&mut self, left: Option<&Term>, right: Option<&Term>) -> bool {
-        let (Some(left), Some(right)) =
-            (left.and_then(|term| self.first_guard(term)), right.and_then(|term| self.first_guard(term)))
-        else {
-            return false;
-        };
-        let negative = right.1.neg();
-        let relation = if right.1 == left.1 {
-            right.0
-        } else if negative.is_ok_and(|negative| negative == left.1) {
-            right.0.mirrored()
-        } else {
-            return false;
-        };
-        outcomes(left.0).iter().zip(outcomes(relation)).all(|(one, other)| !(*one && other))
-    }
-
-    /// The guard that a process begins with: how it compares a difference with 0.
-    fn first_guard(&mut self, term: &Term) -> Option<(Relation, Value)> {
-        match &term.kind {
-            TermKind::Seq(parts) => self.first_guard(parts.first()?),
-            TermKind::Apply { name, arguments, .. } => {
-                let relation = guard(name.name.as_str())?;
-                let [left, right] = arguments.as_slice() else {
-                    return None;
-                };
-                let difference = self.quiet(left)?.sub(&self.quiet(right)?);
-                Some((relation, difference.ok()?))
-            }
-            _ => None,
-        }
-    }
-
-    /// A value, if it can be had without errors; they have been reported before.
-    fn quiet(&mut self, written: &Written) -> Option<Value> {
-        let count = self.lowerer.errors.len();
-        let value = self.lowerer.number(written);
-        let fine = self.lowerer.errors.len() == count;
-        self.lowerer.errors.truncate(count);
-        value.filter(|_| fine)
     }
 
     /// Reports what a value reads that is not bound whenever control gets there.
@@ -414,18 +371,6 @@ fn gather(whole: &mut Flow, parts: Vec<Flow>) {
     for part in parts {
         whole.binds.extend(part.binds);
         whole.reaches.extend(part.reaches);
-    }
-}
-
-/// Whether a comparison holds of less, of equal and of greater.
-fn outcomes(relation: Relation) -> [bool; 3] {
-    match relation {
-        Relation::Eq => [false, true, false],
-        Relation::Neq => [true, false, true],
-        Relation::Gtr => [false, false, true],
-        Relation::Gte => [false, true, true],
-        Relation::Lss => [true, false, false],
-        Relation::Lte => [true, true, false],
     }
 }
 

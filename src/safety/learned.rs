@@ -144,31 +144,34 @@ impl Learner<'_> {
         Some(guess)
     }
 
-    /// Tests under which the claim is proved: these, or more where that is found to be needed.
-    fn proved_with(&mut self, tests: Vec<Test>) -> Option<Vec<Test>> {
-        let Asked { components, claim, definitions, assumptions, .. } = self.asked;
-        let with = supposed(assumptions, &tests);
-        if with.contradictory() || self.ended() || !self.tried.insert(tests.clone()) {
+    /// What comes of the claim if these tests are supposed; nothing where they were before, or enough was tried.
+    fn under(&mut self, tests: &[Test], with: &Assumptions, kinds: &[Kind]) -> Option<(Period, Outcome)> {
+        let Asked { components, claim, definitions, .. } = self.asked;
+        if with.contradictory() || self.ended() || !self.tried.insert(tests.to_vec()) {
             return None;
         }
-        let period = analyse(components, definitions, &with).ok()?;
-        let asked = Asked { assumptions: &with, ..self.asked };
-        let points = self.points.within(asked, &tests);
+        let period = analyse(components, definitions, with).ok()?;
         let mut outcome = Outcome::open();
-        by_invariant(&period, claim, &with, &mut outcome);
+        by_invariant(&period, claim, with, &mut outcome);
         if matches!(outcome.verdict, Verdict::Open) {
-            by_curves(&period, claim, &with, &Kind::EACH, &mut outcome);
+            by_curves(&period, claim, with, kinds, &mut outcome);
         }
+        Some((period, outcome))
+    }
+
+    /// Tests under which the claim is proved: these, or more where that is found to be needed.
+    fn proved_with(&mut self, tests: Vec<Test>) -> Option<Vec<Test>> {
+        let with = supposed(self.asked.assumptions, &tests);
+        let (period, outcome) = self.under(&tests, &with, &Kind::EACH)?;
         if matches!(outcome.verdict, Verdict::Proved(_)) {
             return Some(tests);
         }
+        let asked = Asked { assumptions: &with, ..self.asked };
+        let points = self.points.within(asked, &tests);
         let held = |more: &[Test]| points.meeting(more).into_iter().filter(|meets| *meets).count();
         let more = conditions(asked, &period, &outcome.short, &points).found;
-        let best = more.into_iter().max_by_key(|more| held(more)).filter(|more| held(more) > 0);
-        if let Some(best) = best {
-            return Some(tests.into_iter().chain(best).collect());
-        }
-        None
+        let best = more.into_iter().max_by_key(|more| held(more)).filter(|more| held(more) > 0)?;
+        Some(tests.into_iter().chain(best).collect())
     }
 
     /// Leaves out tests without which the claim is proved, too.
@@ -176,10 +179,12 @@ impl Learner<'_> {
         for place in (0..tests.len()).rev() {
             let mut others = tests.clone();
             others.remove(place);
-            let broken =
-                self.points.meeting(&others).iter().zip(self.points.holding()).any(|(meets, holds)| *meets && !holds);
-            if !others.is_empty() && !broken && self.proved_with(others.clone()).is_some_and(|proved| proved == others)
-            {
+            if others.is_empty() || !self.points.allow(&others) {
+                continue;
+            }
+            let with = supposed(self.asked.assumptions, &others);
+            let proved = self.under(&others, &with, &[]);
+            if proved.is_some_and(|(_, outcome)| matches!(outcome.verdict, Verdict::Proved(_))) {
                 tests = others;
             }
         }
