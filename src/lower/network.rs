@@ -29,8 +29,18 @@ impl System {
                 }
             }
         }
+        self.behind(shared)
+    }
+
+    /// The components by themselves: every port is private, as nobody else is there.
+    pub fn alone(&self, definitions: &Definitions) -> Term {
+        let ports = self.components.iter().flat_map(|component| super::graph::ports(component, definitions));
+        self.behind(ports.collect())
+    }
+
+    fn behind(&self, ports: BTreeSet<Name>) -> Term {
         let whole = Term::par(self.components.iter().cloned());
-        shared.into_iter().rev().fold(whole, |body, port| Term::new(Node::New(port, body)))
+        ports.into_iter().rev().fold(whole, |body, port| Term::new(Node::New(port, body)))
     }
 }
 

@@ -141,7 +141,20 @@ fn settle(edge: &mut Edge, known: &Assumptions) -> bool {
     edge.tests.retain(|_| place.next().is_none_or(open));
     let mut place = 0..;
     edge.after.retain(|_| place.next().is_none_or(open));
-    !decided.contains(&Some(false))
+    !decided.contains(&Some(false)) && possible(edge, known)
+}
+
+/// Whether its tests may hold together: `n = 2` in one round and `n = 5` in the next do not.
+fn possible(edge: &Edge, known: &Assumptions) -> bool {
+    if edge.tests.len() < 2 {
+        return true;
+    }
+    let mut with = known.clone();
+    edge.tests.iter().all(|test| {
+        let decided = test.decide(&with);
+        with.assume(test.relation, &test.left, &test.right);
+        decided != Some(false)
+    })
 }
 
 /// One round after another.

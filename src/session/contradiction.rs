@@ -29,7 +29,7 @@ pub(super) fn contradict(
 ) {
     let Some(body) = &property.body else { return };
     let Ok(wanted) = Wanted::of(body, &property.name) else { return };
-    let whole = system.term(&environment.definitions);
+    let whole = system.alone(&environment.definitions);
     // The parameters of the property need values too; beside the system they are found with its own.
     let asked = property_parameters(body, environment);
     let beside = Term::new(Node::Observe(Name::new("Asked"), asked));

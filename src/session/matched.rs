@@ -42,7 +42,7 @@ impl Run<'_, '_> {
             Answer::Proved(_, proof) => {
                 found.trace.push(format!("match: {}", short(&wanted.to_string())));
                 found.it = Some(run.clone());
-                let whole = system.term(&theory.definitions);
+                let whole = system.alone(&theory.definitions);
                 let Some(tried) = tried((&whole, run), environment, found) else { return };
                 let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
                 let followed = followed(&theory, (&whole, run), &proof, &outcome.stages());
@@ -76,7 +76,7 @@ impl Run<'_, '_> {
     ) {
         let (Some(apart), Some(period)) = (&outcome.apart, &outcome.period) else { return };
         let theory = theory(environment);
-        let whole = system.term(&theory.definitions);
+        let whole = system.alone(&theory.definitions);
         found.trace.push(format!("match: {}", short(&wanted.to_string())));
         let Some(tried) = tried((&whole, run), environment, found) else { return };
         let interrupted = || self.surroundings.interrupted();

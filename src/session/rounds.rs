@@ -124,7 +124,7 @@ struct Count {
 fn count(period: &Period, system: &System, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Count {
     let theory = theory(environment);
     let mut ports = Vec::new();
-    let whole = system.term(&theory.definitions);
+    let whole = system.alone(&theory.definitions);
     let mut body = &whole;
     while let Node::New(port, inner) = body.node() {
         ports.push(port.clone());
