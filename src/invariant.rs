@@ -6,6 +6,7 @@
 pub mod cases;
 pub mod circle;
 mod curved;
+mod sheared;
 mod visited;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -23,6 +24,7 @@ use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value, ValueError, View};
 use cases::impossible;
 use circle::{Planes, Round};
+pub use sheared::sheared;
 pub use visited::check_visited;
 
 /// Whenever all of these are shown for some time, the tests hold of the values shown.

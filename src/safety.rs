@@ -6,6 +6,7 @@ mod candidates;
 mod carried;
 mod condition;
 mod curves;
+mod differences;
 pub mod drawn;
 mod equality;
 mod generalised;
@@ -27,6 +28,7 @@ use crate::term::Term;
 use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
 use curves::Kind;
+use differences::by_differences;
 use later::{later, reached};
 use learned::learned;
 use orbit::{Limits, Orbit, Run, extreme, follow};
@@ -200,13 +202,16 @@ fn by_what_matters(period: &Period, asked: Asked<'_>, search: Search, outcome: &
     if !matches!(outcome.verdict, Verdict::Open) {
         return;
     }
-    let (followed, most) = match reduced(period, &Term::par(claim.shown.iter().cloned())) {
-        Some(reduced) => (variables(&reduced), MOST_STATES),
-        None if search == Search::Wide => (variables(period), FEW_STATES),
+    let enough = |most: usize| move |states: usize| states > most || interrupted();
+    let visited = |followed: &[BTreeSet<Name>], most: usize| {
+        check_visited(period, assumptions, claim, followed, None, &enough(most)).ok()
+    };
+    let safe = match reduced(period, &Term::par(claim.shown.iter().cloned())) {
+        Some(reduced) => visited(&variables(&reduced), MOST_STATES),
+        None if search == Search::Wide => visited(&variables(period), FEW_STATES),
         None => return,
     };
-    let enough = |states: usize| states > most || interrupted();
-    if let Ok(safe) = check_visited(period, assumptions, claim, &followed, None, &enough) {
+    if let Some(safe) = safe.or_else(|| by_differences(period, asked)) {
         outcome.verdict = Verdict::Proved(safe);
         outcome.remaining.clear();
     }

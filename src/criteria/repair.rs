@@ -1,6 +1,7 @@
 //! What would repair a criterion: one parameter, to which value, or two; each tried by judging again.
 
 mod deadline;
+mod narrow;
 mod pairs;
 mod sensitivity;
 mod wider;
@@ -12,9 +13,8 @@ use num_traits::{One, Signed, Zero};
 
 use super::nearby::{Formula, nearby};
 use super::{Chances, Finding, Judge, Judged, Measure, Standing};
-use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood};
+use crate::lower::{Ask, Criteria, Environment, Likelihood};
 use crate::name::Name;
-use crate::simplest::simplest;
 use crate::value::{Relation, Value};
 
 pub use sensitivity::Sensitivity;
@@ -230,12 +230,13 @@ impl<'a> Workshop<'a> {
             }
         }
         let several = failing.len() > 1;
-        let feedback: Vec<Feedback> = failing
+        let mut feedback: Vec<Feedback> = failing
             .into_iter()
             .zip(singles)
             .map(|((finding, blame), single)| self.feedback(finding, blame, single))
             .collect();
         let all = if several { self.all_at_once(&feedback) } else { Vec::new() };
+        self.brought_nearer(&mut feedback, &all);
         Advice { feedback, all }
     }
 
@@ -305,77 +306,7 @@ impl<'a> Workshop<'a> {
             }
             fails = next;
         }
-        let mut works = found?;
-        let met = |value: &BigRational| self.met(goal, &at(value));
-        for round in 0..2 {
-            for _ in 0..HALVINGS / 2 {
-                let middle = (&fails + &works) / BigRational::from_integer(2.into());
-                if met(&middle) { works = middle } else { fails = middle }
-            }
-            // A simple number may be just the place: met there, and not a little before.
-            let simple = simplest(&fails, &works);
-            let before = &simple + (value - &simple) * small();
-            if round == 0 && simple != fails && met(&simple) && !met(&before) {
-                (fails, works) = (before, simple);
-                break;
-            }
-        }
-        if let Some((before, nearer)) = self.nearer(goal, parameter, value, &works) {
-            (fails, works) = (before, nearer);
-            for _ in 0..HALVINGS / 2 {
-                let middle = (&fails + &works) / BigRational::from_integer(2.into());
-                if met(&middle) { works = middle } else { fails = middle }
-            }
-        }
-        let simple = simplest(&fails, &works);
-        if simple != fails && met(&simple) {
-            works = simple.clone();
-        }
-        // Where it is open it may be met after all.
-        let not_met = |value: &BigRational| self.standing(goal, &at(value)) == Some(Standing::NotMet);
-        let mut repair = None;
-        if simple.denom() < &MOST_DENOMINATOR.into() && simple != works {
-            // The place itself does not count: a little further then.
-            let further = self.further(goal, parameter, value, &works);
-            repair = further.or_else(|| self.repair(goal, &at(&works)));
-            if let Some(repair) = repair.as_mut().filter(|_| not_met(&simple)) {
-                repair.not_at = Some(simple);
-            }
-        } else if works.denom() < &MOST_DENOMINATOR.into() {
-            repair = self.repair(goal, &at(&works));
-            if let Some(repair) = repair.as_mut().filter(|_| not_met(&fails)) {
-                repair.least = Some((&works - &fails).abs());
-            }
-        }
-        repair.or_else(|| self.further(goal, parameter, value, &works)).or_else(|| self.repair(goal, &at(&works)))
-    }
-
-    /// A place nearer to the present value at which the criterion is met, with one before it at which it is not: what is counted
-    /// in rounds, or steps over a place, is met in several stretches. Chances are not looked for so often.
-    fn nearer(
-        &self,
-        goal: Goal<'_>,
-        parameter: &Name,
-        value: &BigRational,
-        works: &BigRational,
-    ) -> Option<(BigRational, BigRational)> {
-        let chance = |one: &&Criterion| goal.is_none_or(|name| one.name == *name);
-        let chance = self.criteria.all.iter().filter(chance).any(|one| matches!(one.kind, Ask::Probability { .. }));
-        if chance {
-            return None;
-        }
-        let place = |part: i64| value + (works - value) * BigRational::new(part.into(), PARTS.into());
-        let met = |part: &i64| !(self.judge.interrupted)() && self.met(goal, &[(parameter.clone(), place(*part))]);
-        (1..PARTS).find(met).map(|first| (place(first - 1), place(first)))
-    }
-
-    /// The simplest number at which the criterion is met, a hundredth further from the present value at most: a
-    /// hundredth of the change, or of the value itself where hardly any change is needed.
-    fn further(&self, goal: Goal<'_>, parameter: &Name, present: &BigRational, works: &BigRational) -> Option<Repair> {
-        let (change, hundredth) = (works - present, BigRational::new(1.into(), 100.into()));
-        let far = if change.abs() < works.abs() * &hundredth { works.abs() } else { change.abs() };
-        let further = works + change.signum() * far * hundredth;
-        self.repair(goal, &[(parameter.clone(), simplest(works, &further))])
+        self.narrowed(goal, parameter, value, (fails, found?))
     }
 
     /// The limit at which the criterion would be met as everything is.

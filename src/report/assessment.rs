@@ -181,7 +181,7 @@ fn advice(feedback: &Feedback) -> Vec<String> {
             line.push_str(&format!("; solved from the margin {formula}"));
         }
         if let Some(least) = &repair.least {
-            line.push_str(&format!("; a change smaller by {} this way is not enough", little(least)));
+            line.push_str(&format!("; with a change that is smaller by {} it is not met", little(least)));
         }
         if let Some(place) = &repair.not_at {
             line.push_str(&format!("; {} itself is not enough", text(place)));
@@ -209,7 +209,7 @@ fn advice(feedback: &Feedback) -> Vec<String> {
     lines
 }
 
-/// A small number, or one that it is below.
+/// A small number, or a round one that it is less than.
 fn little(least: &BigRational) -> String {
     let mut bound = BigRational::new(1.into(), 1_000_000.into());
     if *least >= bound {
@@ -219,7 +219,7 @@ fn little(least: &BigRational) -> String {
     while least.is_positive() && *least < &bound * &tenth && bound.denom().bits() < 400 {
         bound *= &tenth;
     }
-    format!("some amount below {}", Value::rational(bound))
+    format!("less than {}", Value::rational(bound))
 }
 
 #[cfg(test)]

@@ -52,7 +52,9 @@ impl Workshop<'_> {
                 short = middle;
             }
         }
-        let simple = simplest(&((&short + &long) / BigRational::from_integer(2.into())), &long);
-        [simple, long].into_iter().find(|time| chances(self.judge.chances, time) == Some(true))
+        // What comes in rounds comes at a simple time, if it is that by which it is enough.
+        let middle = (&short + &long) / BigRational::from_integer(2.into());
+        let simple = [simplest(&short, &long), simplest(&middle, &long)].into_iter().filter(|time| *time != short);
+        simple.chain([long.clone()]).find(|time| chances(self.judge.chances, time) == Some(true))
     }
 }

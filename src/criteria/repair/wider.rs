@@ -38,7 +38,7 @@ impl Repair {
     }
 
     /// Which parameters it changes, and which way.
-    fn ways(&self) -> Vec<(Name, bool)> {
+    pub(super) fn ways(&self) -> Vec<(Name, bool)> {
         let mut ways: Vec<(Name, bool)> =
             self.changes.iter().map(|(name, before, after)| (name.clone(), after > before)).collect();
         ways.sort();
