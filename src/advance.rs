@@ -53,7 +53,7 @@ fn stuck<T>(why: impl Into<String>) -> Result<T, Stuck> {
 }
 
 fn open_port(port: &Name) -> String {
-    format!("the port {port} is open: no two components share it, and it is under no `new {port}.`")
+    format!("the port {port} is open: no two components share it, and no `new {port}.` stands around all of them")
 }
 
 /// A network at the end of an instant: no communication is possible any more.

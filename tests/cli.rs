@@ -337,8 +337,8 @@ criteria Trip for Sys {
     assert_eq!(code(&output), 1);
     let text = out(&output);
     for line in [
-        "round: speed = 18/7 in place of 2 gives round = 12, margin 0; a change smaller by",
-        "round: b = 12 in place of 15 gives round = 12, margin 0; a change smaller by",
+        "round: speed = 18/7 in place of 2 gives round = 12, margin 0; with a change that is smaller by",
+        "round: b = 12 in place of 15 gives round = 12, margin 0; with a change that is smaller by",
         "battery: drain = 4/3 in place of 3/2 gives battery = 10, margin 0; solved from the margin 20-15*drain",
         "margin of battery by drain: +1 % changes it by -9/40, -1 % changes it by 9/40, slope -15 while",
     ] {

@@ -68,7 +68,8 @@ fn what_is_advised_is_proved_when_it_is_declared() {
 
 #[test]
 fn a_factor_that_is_positive_is_left_out_and_the_larger_side_comes_first() {
-    let script = "param a > 0, w > 0, h > 0
+    let script = "observer Gap(g)
+param a > 0, w > 0, h > 0
 proc World_g = (Delay_1 # Odo_g # Gap_g) ; In_c<u> ; World_{g-u}
 proc Odo_g = Out_{p,g} ; Odo_g
 proc Go = In_p<g> ; ((Gtr_{g,h} ; Out_{c,w}) | (Lte_{g,h} ; Out_{c,0})) ; Go

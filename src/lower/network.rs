@@ -20,15 +20,9 @@ pub struct System {
 impl System {
     /// The components in parallel, with every port that two of them share made private.
     pub fn term(&self, definitions: &Definitions) -> Term {
-        let mut seen = BTreeSet::new();
-        let mut shared = BTreeSet::new();
-        for component in &self.components {
-            for port in super::graph::ports(component, definitions) {
-                if !seen.insert(port.clone()) {
-                    shared.insert(port);
-                }
-            }
-        }
+        let unshared = self.unshared(definitions);
+        let ports = self.components.iter().flat_map(|component| super::graph::ports(component, definitions));
+        let shared = ports.filter(|port| !unshared.contains(port)).collect();
         self.behind(shared)
     }
 
@@ -36,6 +30,20 @@ impl System {
     pub fn alone(&self, definitions: &Definitions) -> Term {
         let ports = self.components.iter().flat_map(|component| super::graph::ports(component, definitions));
         self.behind(ports.collect())
+    }
+
+    /// The ports that one component alone uses.
+    pub fn unshared(&self, definitions: &Definitions) -> BTreeSet<Name> {
+        let mut once = BTreeSet::new();
+        let mut again = BTreeSet::new();
+        for component in &self.components {
+            for port in super::graph::ports(component, definitions) {
+                if !once.insert(port.clone()) {
+                    again.insert(port);
+                }
+            }
+        }
+        once.difference(&again).cloned().collect()
     }
 
     fn behind(&self, ports: BTreeSet<Name>) -> Term {

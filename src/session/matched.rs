@@ -6,6 +6,7 @@ use super::claim::Found;
 use super::compare::theory;
 use super::reading::Run;
 use super::satisfies::{said, short};
+use crate::definition::Definitions;
 use crate::kernel::{Rejected, Theory, Thm, check};
 use crate::law::Connective;
 use crate::lower::{Environment, System};
@@ -43,6 +44,7 @@ impl Run<'_, '_> {
                 found.trace.push(format!("match: {}", short(&wanted.to_string())));
                 found.it = Some(run.clone());
                 let whole = system.alone(&theory.definitions);
+                found.trace.extend(closed(system, &theory.definitions));
                 let Some(tried) = tried((&whole, run), environment, found) else { return };
                 let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
                 let followed = followed(&theory, (&whole, run), &proof, &outcome.stages());
@@ -77,6 +79,7 @@ impl Run<'_, '_> {
         let (Some(apart), Some(period)) = (&outcome.apart, &outcome.period) else { return };
         let theory = theory(environment);
         let whole = system.alone(&theory.definitions);
+        found.trace.extend(closed(system, &theory.definitions));
         found.trace.push(format!("match: {}", short(&wanted.to_string())));
         let Some(tried) = tried((&whole, run), environment, found) else { return };
         let interrupted = || self.surroundings.interrupted();
@@ -220,4 +223,10 @@ pub(super) fn with_run(system: Term, run: &Term, matched: Proof, trusting: &str)
     let trusted = script.push(Step::Trust(system, Connective::WeaklyRefines, run.clone(), trusting.to_string()));
     script.push(Step::Transitive(vec![trusted, last]));
     script.finish(statement)
+}
+
+/// Which ports are taken as private though only one component uses them.
+fn closed(system: &System, definitions: &Definitions) -> Option<String> {
+    let ports: Vec<String> = system.unshared(definitions).iter().map(ToString::to_string).collect();
+    (!ports.is_empty()).then(|| format!("closed, as nobody else is there: port {}", ports.join(", ")))
 }
