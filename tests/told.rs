@@ -400,7 +400,8 @@ fn a_clearance_on_a_run_that_only_goes_on_is_repaired() {
         proc Near_r = Out_{p,r} ; Near_r\nproc Far_o = Out_{b,o} ; Far_o\n\
         proc Follow = (In_p<r> | In_b<o>) ; ((Gtr_{o-r,apart} ; Out_{v,1}) | (Lte_{o-r,apart} ; Out_{v,0})) ; Follow\n\
         system Trail = Away_{0,4} | Follow\ncriteria Behind for Trail { clearance 1 between At, Rock }\n";
-    let repair = "try: clearance: apart = 7/4 in place of 1 gives clearance = at most 5/4, margin at most 1/4";
+    // Gaps go 4, 13/4, …, 1 and come back by quarters: any smaller margin lets the gap of 3/2 shrink to 3/4.
+    let repair = "try: clearance: apart = 3/2 in place of 1 gives clearance = 1, margin 0; with a change that is smaller by less than 1/1000000 it is not met";
     says(text, &[repair]);
 }
 
