@@ -13,7 +13,7 @@ use crate::value::{Value, ValueError};
 /// one value of the other.
 ///
 /// # Errors
-/// When a value has no normal form.
+/// When a value has no normal form, or a way leaves a variable without one.
 pub fn sheared(period: &Period, base: &Name, others: &BTreeSet<Name>) -> Result<Period, ValueError> {
     let within = |phase: &Phase| -> Vec<Name> {
         let both = phase.variables.contains(base);
@@ -26,14 +26,14 @@ pub fn sheared(period: &Period, base: &Name, others: &BTreeSet<Name>) -> Result<
     };
     let turned = |edge: &Edge, from: &BTreeMap<Name, Value>| -> Result<Edge, ValueError> {
         let mut edge = written(edge, from)?;
-        if let Next::Phase(next) = edge.next
-            && let Some(names) = moved.get(next)
-            && let Some(image) = edge.map.get(base).cloned()
-        {
+        let Next::Phase(next) = edge.next else { return Ok(edge) };
+        let names = moved.get(next).map_or(&[][..], Vec::as_slice);
+        if !names.is_empty() {
+            let lost = || ValueError("a way gives no value to a variable".to_string());
+            let image = edge.map.get(base).cloned().ok_or_else(lost)?;
             for name in names {
-                if let Some(value) = edge.map.get_mut(name) {
-                    *value = value.sub(&image)?;
-                }
+                let value = edge.map.get_mut(name).ok_or_else(lost)?;
+                *value = value.sub(&image)?;
             }
         }
         Ok(edge)

@@ -257,7 +257,9 @@ fn by_points(assumptions: &Assumptions, clauses: &[Clause], literals: &[Test], p
         }
         let against =
             |clause: &Clause| tests.iter().cloned().chain(clause.iter().map(Test::negated)).collect::<Vec<_>>();
-        if !open.iter().fold(false, |more, clause| points.sample(&against(clause)) || more) {
+        // Each is asked for, whatever came of the others.
+        let fresh = open.iter().filter(|clause| points.sample(&against(clause))).count();
+        if fresh == 0 {
             break;
         }
     }

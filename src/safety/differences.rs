@@ -1,5 +1,6 @@
 //! What depends on differences alone: two that go on for ever, and of which only the gap counts.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use super::Asked;
@@ -9,8 +10,9 @@ use crate::period::Period;
 
 /// Variables of all phases among which differences are looked for.
 const MOST_VARIABLES: usize = 6;
-/// States that are visited.
+/// States that are visited in one choice of differences, and in all.
 const MOST_STATES: usize = 5_000;
+const ALL_STATES: usize = 20_000;
 
 /// Follows the phases in the differences of some variables from one, which is not followed itself.
 pub(super) fn by_differences(period: &Period, asked: Asked<'_>) -> Option<Safe> {
@@ -19,7 +21,11 @@ pub(super) fn by_differences(period: &Period, asked: Asked<'_>) -> Option<Safe> 
     if all.len() < 2 || all.len() > MOST_VARIABLES {
         return None;
     }
-    let enough = |states: usize| states > MOST_STATES || interrupted();
+    let visited = Cell::new(0);
+    let enough = |states: usize| {
+        visited.set(visited.get() + 1);
+        states > MOST_STATES || visited.get() > ALL_STATES || interrupted()
+    };
     for base in &all {
         let rest: Vec<&Name> = all.iter().filter(|name| *name != base).collect();
         // The larger sets first: what drifts mostly drifts with all that is a position.
@@ -35,7 +41,7 @@ pub(super) fn by_differences(period: &Period, asked: Asked<'_>) -> Option<Safe> 
             if let Ok(safe) = check_visited(&sheared, assumptions, claim, &followed, None, &enough) {
                 return Some(safe);
             }
-            if interrupted() {
+            if visited.get() > ALL_STATES || interrupted() {
                 return None;
             }
         }
