@@ -100,7 +100,11 @@ impl Learner<'_> {
                 let guess = more.guess.and_then(|guess| self.proved_with(guess));
                 let more = guess.map_or(more.found, |tests| vec![self.fewer(tests)]);
                 found = weakest(assumptions, found.into_iter().chain(more));
-                let within = self.points.within_all(short.clauses(self.asked, period, &self.points));
+                let clauses = short.clauses(self.asked, period, &self.points);
+                if clauses.is_empty() {
+                    continue;
+                }
+                let within = self.points.within_all(clauses);
                 done.extend(within.iter().enumerate().filter(|(_, within)| **within).map(|(place, _)| place));
             }
         }
