@@ -32,8 +32,9 @@ use differences::by_differences;
 use later::{later, reached};
 use learned::learned;
 use orbit::{Limits, Orbit, Run, extreme, follow};
-pub use points::Instance;
 use points::Points;
+pub use points::{Instance, meets};
+pub use search::supposed;
 use search::{Short, by_curves, by_invariant};
 
 /// States of a run that is followed to decide a claim.

@@ -1,19 +1,10 @@
 //! What parameters must be: conditions that are learned from instances, checked, and said under a claim that some break.
 
-use std::io::Write;
-use std::process::{Command, Stdio};
+mod common;
 
 /// What the program advises about a script.
 fn advice(script: &str) -> Vec<String> {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_pars"))
-        .args(["run", "--color", "never", "-"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("pars runs");
-    child.stdin.take().expect("an input").write_all(script.as_bytes()).expect("it reads");
-    let told = String::from_utf8_lossy(&child.wait_with_output().expect("it ends").stdout).into_owned();
+    let told = String::from_utf8_lossy(&common::ran(script).stdout).into_owned();
     told.lines().filter_map(|line| line.trim().strip_prefix("try: ")).map(str::to_string).collect()
 }
 

@@ -1,24 +1,13 @@
 //! What is said beside a verdict is true: of rounds that pass in several ways, of values that come by turns, of what moves
 //! what, and under which conditions.
 
-use std::io::Write;
-use std::process::{Command, Stdio};
+mod common;
+
+use common::ran;
 
 /// What the program says to a script.
 fn told(script: &str) -> String {
     String::from_utf8_lossy(&ran(script).stdout).into_owned()
-}
-
-fn ran(script: &str) -> std::process::Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_pars"))
-        .args(["run", "--color", "never", "-"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("pars runs");
-    child.stdin.take().expect("an input").write_all(script.as_bytes()).expect("it reads");
-    child.wait_with_output().expect("it ends")
 }
 
 #[track_caller]

@@ -281,7 +281,9 @@ impl<'a> Workshop<'a> {
             return None;
         }
         let mut repair = self.repair(Some(name), &[(parameter.clone(), root)])?;
-        repair.least = repair.changes.first().map(|(.., after)| (after - nearer).abs());
+        if self.standing(Some(name), &[(parameter.clone(), nearer.clone())]) == Some(Standing::NotMet) {
+            repair.least = repair.changes.first().map(|(.., after)| (after - nearer).abs());
+        }
         repair.formula = formula.value(parameter);
         Some(repair)
     }

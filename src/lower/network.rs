@@ -21,29 +21,28 @@ impl System {
     /// The components in parallel, with every port that two of them share made private.
     pub fn term(&self, definitions: &Definitions) -> Term {
         let unshared = self.unshared(definitions);
-        let ports = self.components.iter().flat_map(|component| super::graph::ports(component, definitions));
-        let shared = ports.filter(|port| !unshared.contains(port)).collect();
-        self.behind(shared)
+        self.behind(self.ports(definitions).filter(|port| !unshared.contains(port)).collect())
     }
 
     /// The components by themselves: every port is private, as nobody else is there.
     pub fn alone(&self, definitions: &Definitions) -> Term {
-        let ports = self.components.iter().flat_map(|component| super::graph::ports(component, definitions));
-        self.behind(ports.collect())
+        self.behind(self.ports(definitions).collect())
     }
 
     /// The ports that one component alone uses.
     pub fn unshared(&self, definitions: &Definitions) -> BTreeSet<Name> {
-        let mut once = BTreeSet::new();
-        let mut again = BTreeSet::new();
-        for component in &self.components {
-            for port in super::graph::ports(component, definitions) {
-                if !once.insert(port.clone()) {
-                    again.insert(port);
-                }
+        let (mut once, mut again) = (BTreeSet::new(), BTreeSet::new());
+        for port in self.ports(definitions) {
+            if !once.insert(port.clone()) {
+                again.insert(port);
             }
         }
-        once.difference(&again).cloned().collect()
+        &once - &again
+    }
+
+    /// The ports of the components, one component after the other.
+    fn ports(&self, definitions: &Definitions) -> impl Iterator<Item = Name> {
+        self.components.iter().flat_map(|component| super::graph::ports(component, definitions))
     }
 
     fn behind(&self, ports: BTreeSet<Name>) -> Term {

@@ -4,12 +4,13 @@ use std::collections::BTreeSet;
 
 use super::candidates::candidates;
 use super::equality::equalities;
+use super::later::reached;
 use super::points::Instance;
 use super::search::supposed;
 use crate::assumption::Assumptions;
 use crate::invariant::cases::{cases, impossible};
 use crate::invariant::{Claim, check, premises};
-use crate::period::{Edge, Next, Period, Test};
+use crate::period::{Edge, Period, Test};
 use crate::value::{Relation, Value};
 
 /// How often ways are left out that an invariant does not leave open.
@@ -92,22 +93,6 @@ fn restricted(period: &Period, with: &Assumptions, invariant: Option<&Invariant>
     let gone = open.phases.iter_mut().enumerate().filter(|(number, _)| !reached.contains(number));
     gone.for_each(|(_, phase)| phase.edges.clear());
     open
-}
-
-/// The phases that are reached from the start.
-fn reached(period: &Period) -> BTreeSet<usize> {
-    let next = |edges: &[Edge]| -> Vec<usize> {
-        let phases = edges.iter().filter_map(|edge| if let Next::Phase(next) = edge.next { Some(next) } else { None });
-        phases.collect()
-    };
-    let mut reached = BTreeSet::new();
-    let mut open = next(&period.initial);
-    while let Some(phase) = open.pop() {
-        if reached.insert(phase) {
-            open.extend(period.phases.get(phase).map(|phase| next(&phase.edges)).unwrap_or_default());
-        }
-    }
-    reached
 }
 
 /// Leaves out of an invariant what the proof in this instance does without.

@@ -25,10 +25,9 @@ pub struct Instance {
     pub states: usize,
 }
 
-impl Instance {
-    fn meets(&self, test: &Test) -> bool {
-        test.substitute(&self.values).ok().and_then(|test| test.decide(&Assumptions::default())) == Some(true)
-    }
+/// Whether a test holds of these numbers.
+pub fn meets(values: &BTreeMap<Name, Value>, test: &Test) -> bool {
+    test.substitute(values).ok().and_then(|test| test.decide(&Assumptions::default())) == Some(true)
 }
 
 /// For each instance, whether a test holds in it.
@@ -105,7 +104,7 @@ impl<'a> Points<'a> {
             Some(known) if known.len() == all.len() => known,
             known => {
                 let mut longer = known.map_or_else(Vec::new, |known| known.to_vec());
-                longer.extend(all[longer.len()..].iter().map(|point| point.meets(test)));
+                longer.extend(all[longer.len()..].iter().map(|point| meets(&point.values, test)));
                 let longer = Rc::new(longer);
                 self.truth.borrow_mut().insert(test.clone(), Rc::clone(&longer));
                 longer

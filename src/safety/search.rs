@@ -134,7 +134,7 @@ fn is_thin(with: &Assumptions, tests: &[Test]) -> bool {
 }
 
 /// What is assumed, and these tests.
-pub(super) fn supposed(assumptions: &Assumptions, tests: &[Test]) -> Assumptions {
+pub fn supposed(assumptions: &Assumptions, tests: &[Test]) -> Assumptions {
     let mut with = assumptions.clone();
     tests.iter().for_each(|test| with.assume(test.relation, &test.left, &test.right));
     with

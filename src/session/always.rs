@@ -170,6 +170,11 @@ fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     }
     if safe.states() > 0 && safe.inequalities() > 0 {
         lines.push(format!("it holds in the first {} states, behind which the invariant does", safe.states()));
+    } else if safe.states() > 0 && !safe.trusted().is_empty() {
+        let states = safe.states();
+        lines.push(format!(
+            "what it depends on repeats: it holds in each of the {states} states that the phases come to"
+        ));
     } else if safe.states() > 0 {
         lines.push(format!("the run repeats: it holds in each of the {} states that can be reached", safe.states()));
     }

@@ -108,13 +108,11 @@ pub(super) fn labelled(
     interrupted: &dyn Fn() -> bool,
 ) -> Vec<safety::Instance> {
     let mut within = environment.clone();
-    tests.iter().for_each(|test| within.assumptions.assume(test.relation, &test.left, &test.right));
+    within.assumptions = safety::supposed(&environment.assumptions, tests);
     let Some(mut choices) = Choices::of(system, claim, &within) else { return Vec::new() };
     let meets = |given: &Vec<(Name, Value)>| {
-        let values: BTreeMap<Name, Value> = given.iter().cloned().collect();
-        let known = Assumptions::default();
-        let holds = |test: &Test| test.substitute(&values).ok().and_then(|test| test.decide(&known)) == Some(true);
-        tests.iter().all(holds)
+        let values = given.iter().cloned().collect();
+        tests.iter().all(|test| safety::meets(&values, test))
     };
     let most = if tests.is_empty() { MOST_LABELLED } else { MOST_WITHIN };
     let others = choices.changed(&within, most / 2);

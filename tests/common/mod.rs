@@ -1,6 +1,9 @@
 //! Short ways to write terms in tests.
 #![allow(dead_code)]
 
+use std::io::Write;
+use std::process::{Command, Output, Stdio};
+
 use pars::assumption::Assumptions;
 use pars::definition::{Definition, Definitions};
 use pars::law::{Condition, Connective};
@@ -135,4 +138,17 @@ pub fn mul(a: &Value, b: &Value) -> Value {
 
 pub fn div(a: &Value, b: &Value) -> Value {
     a.div(b).unwrap()
+}
+
+/// Runs the program on a script.
+pub fn ran(script: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_pars"))
+        .args(["run", "--color", "never", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("pars runs");
+    child.stdin.take().expect("an input").write_all(script.as_bytes()).expect("it reads");
+    child.wait_with_output().expect("it ends")
 }
