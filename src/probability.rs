@@ -51,6 +51,7 @@ mod spread;
 mod step;
 mod stretches;
 mod sums;
+mod tabled;
 mod unlikely;
 mod unrolled;
 mod ways;

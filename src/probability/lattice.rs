@@ -5,10 +5,11 @@
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use num_traits::{Signed, Zero};
 
-use super::chain::{Chain, Linear, Move, Region, Side};
+use super::chain::{Chain, Move};
 use super::plan::{plus, times};
+use super::tabled::{Here, Tables};
 use super::{Enclosed, Question};
 use crate::distribution::Distribution;
 use crate::interval::Interval;
@@ -25,9 +26,10 @@ const MOST_WORK: u64 = 20_000_000;
 /// Numbers with their chances, and what those that are left out amount to.
 type Numbers = (Vec<(BigRational, Interval)>, f64);
 
-/// All that is drawn on one way.
+/// All that is drawn on one way, what the forms make of it, and the chance of what is left out.
 struct Drawn {
-    all: Vec<(Vec<BigRational>, Interval)>,
+    chances: Vec<Interval>,
+    tables: Tables,
     lost: f64,
 }
 
@@ -56,18 +58,18 @@ pub fn lattice(chain: &Chain, question: &Question) -> Result<Enclosed, String> {
         };
         lost += chance.high * drawn.iter().map(|drawn| drawn.lost).fold(0.0, f64::max);
         for (one, drawn) in moves.iter().zip(drawn) {
-            for (numbers, own) in &drawn.all {
+            let here = drawn.tables.at(&state);
+            for (number, own) in drawn.chances.iter().enumerate() {
                 work += 1;
-                let here = Here { state: &state, drawn: numbers };
-                if !one.tests.iter().all(|side| here.holds(side)) {
+                if !here.taken(number) {
                     continue;
                 }
                 let chance = times(chance, *own);
-                match here.passes(one, &time, question)? {
+                match passes(&here, number, one, &time, question)? {
                     Passed::Decided(true) => won = plus(won, chance),
                     Passed::Decided(false) => {}
                     Passed::Until(later) => {
-                        let next = one.image.iter().map(|form| here.value(form)).collect();
+                        let next = here.image(number);
                         let entry = open.entry((later, one.next, next)).or_insert(Interval::exactly(0.0));
                         *entry = plus(*entry, chance);
                     }
@@ -83,22 +85,23 @@ pub fn lattice(chain: &Chain, question: &Question) -> Result<Enclosed, String> {
 
 /// All that is drawn on one way, with the chances.
 fn draws(one: &Move) -> Result<Drawn, String> {
-    let mut found = Drawn { all: vec![(Vec::new(), Interval::exactly(1.0))], lost: 0.0 };
+    let (mut all, mut lost) = (vec![(Vec::new(), Interval::exactly(1.0))], 0.0);
     for distribution in &one.draws {
-        let (numbers, lost) = numbers(distribution)?;
-        found.lost += lost;
-        if found.all.len().saturating_mul(numbers.len()) > MOST_DRAWS {
+        let (numbers, rest) = numbers(distribution)?;
+        lost += rest;
+        if all.len().saturating_mul(numbers.len()) > MOST_DRAWS {
             return Err("too many numbers may be drawn in a round".to_string());
         }
-        let longer = found.all.iter().flat_map(|(drawn, chance)| {
+        let longer = all.iter().flat_map(|(drawn, chance): &(Vec<BigRational>, Interval)| {
             let with = |(number, own): &(BigRational, Interval)| {
                 (drawn.iter().cloned().chain([number.clone()]).collect(), times(*chance, *own))
             };
             numbers.iter().map(with).collect::<Vec<_>>()
         });
-        found.all = longer.collect();
+        all = longer.collect();
     }
-    Ok(found)
+    let (drawn, chances): (Vec<Vec<BigRational>>, Vec<Interval>) = all.into_iter().unzip();
+    Ok(Drawn { tables: Tables::of(one, &drawn), chances, lost })
 }
 
 /// The numbers of a distribution.
@@ -144,50 +147,27 @@ enum Passed {
     Until(BigRational),
 }
 
-/// A state and what is drawn in it.
-struct Here<'a> {
-    state: &'a [BigRational],
-    drawn: &'a [BigRational],
-}
-
-impl Here<'_> {
-    fn value(&self, form: &Linear) -> BigRational {
-        let products = form.state.iter().zip(self.state).chain(form.draws.iter().zip(self.drawn));
-        products.filter(|(factor, _)| !factor.is_zero()).fold(form.constant.clone(), |sum, (factor, number)| {
-            if factor.is_one() { sum + number } else { sum + factor * number }
-        })
-    }
-
-    fn holds(&self, side: &Side) -> bool {
-        side.disc.is_none() && side.relation.holds(self.value(&side.form).cmp(&BigRational::zero()))
-    }
-
-    fn shows(&self, region: &Region) -> bool {
-        region.iter().any(|sides| sides.iter().all(|side| self.holds(side)))
-    }
-
-    /// What is seen on the way from this time on.
-    fn passes(&self, one: &Move, time: &BigRational, question: &Question) -> Result<Passed, String> {
-        let mut now = time.clone();
-        for stretch in &one.stretches {
-            if now > question.time {
-                return Ok(Passed::Decided(false));
-            }
-            let end = match &stretch.duration {
-                None => None,
-                Some(length) if length.is_positive() => Some(&now + length),
-                Some(_) => return Err("a round takes no time".to_string()),
-            };
-            let asked = question.first || end.as_ref().is_none_or(|end| question.time < *end);
-            if asked && self.shows(&stretch.shown) {
-                return Ok(Passed::Decided(true));
-            }
-            match end {
-                Some(end) if question.first || end <= question.time => now = end,
-                _ => return Ok(Passed::Decided(false)),
-            }
+/// What is seen on the way from this time on, where this one of what may be drawn is drawn.
+fn passes(here: &Here, drawn: usize, one: &Move, time: &BigRational, question: &Question) -> Result<Passed, String> {
+    let mut now = time.clone();
+    for (number, stretch) in one.stretches.iter().enumerate() {
+        if now > question.time {
+            return Ok(Passed::Decided(false));
         }
-        let over = now > question.time || one.next.is_none();
-        Ok(if over { Passed::Decided(false) } else { Passed::Until(now) })
+        let end = match &stretch.duration {
+            None => None,
+            Some(length) if length.is_positive() => Some(&now + length),
+            Some(_) => return Err("a round takes no time".to_string()),
+        };
+        let asked = question.first || end.as_ref().is_none_or(|end| question.time < *end);
+        if asked && here.shows(number, drawn) {
+            return Ok(Passed::Decided(true));
+        }
+        match end {
+            Some(end) if question.first || end <= question.time => now = end,
+            _ => return Ok(Passed::Decided(false)),
+        }
     }
+    let over = now > question.time || one.next.is_none();
+    Ok(if over { Passed::Decided(false) } else { Passed::Until(now) })
 }
