@@ -6,6 +6,7 @@
 //! to variables only where they differ between two visits of the same control point, so the graph is finite
 //! whenever the control points are.
 
+pub mod course;
 pub mod graph;
 pub mod ports;
 mod blocked;

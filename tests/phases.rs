@@ -107,3 +107,36 @@ fn work_that_is_interrupted_says_so() {
     assert_eq!(found.err(), Some(vec![Failure::Interrupted]));
     assert!(asked.get() < 20, "the wish to stop is heard at once");
 }
+
+/// Where the phases lead, followed from the start: the times are symbols, what the guards look at are numbers.
+#[test]
+fn a_mission_is_followed_to_its_end() {
+    use pars::period::course::Course;
+    use pars::value::Value;
+
+    let counting = |k: &str| {
+        format!(
+            "observer At(r)\nparam t > 0, k\nproc Go_k = Gtr_{{k,0}} ; Out_{{v,1}} ; Delay_t ; Go_{{k-1}}\n\
+             proc World_r = (Delay_t # At_r) ; In_v<u> ; World_{{r+u}}\nsystem Sys = Go_{{{k}}} | World_0\n"
+        )
+    };
+    let course = |k: &str| {
+        let (environment, period) = period(&counting(k));
+        period.course(&environment.assumptions, &|| false)
+    };
+    let after = |rounds: i64| Value::integer(rounds).mul(&Value::variable(&Name::new("t"))).expect("a product");
+    for rounds in [1, 2, 6, 40] {
+        let Some(Course::Ends(_, time)) = course(&rounds.to_string()) else { panic!("{rounds} rounds come to an end") };
+        // Nothing is to be read any more when the last place has been shown for its time.
+        assert_eq!(time, after(rounds + 1));
+    }
+    assert_eq!(course("k"), None, "how often it goes round is not known");
+    let (environment, period) = period(&counting("1000000"));
+    let asked = Cell::new(0);
+    let interrupted = || {
+        asked.set(asked.get() + 1);
+        asked.get() > 3
+    };
+    assert_eq!(period.course(&environment.assumptions, &interrupted), None);
+    assert_eq!(asked.get(), 4, "it stops when it is asked to");
+}

@@ -1,8 +1,5 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
-use num_rational::BigRational;
-use num_traits::Zero;
-
 use super::digits::rational;
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
@@ -12,6 +9,7 @@ use crate::flow::flows;
 use crate::lasso::Lasso;
 use crate::lower::{Environment, Expectation, System};
 use crate::name::Name;
+use crate::period::course::Course;
 use crate::period::{self, Failure, Period, graph, in_case};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
@@ -29,23 +27,20 @@ impl Run<'_, '_> {
         let interrupted = || self.surroundings.interrupted();
         let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
         let period = period::analyse_until(&found.components, definitions, assumptions, &interrupted);
-        let round = period.as_ref().ok().and_then(|period| run_of(period, found, environment, &interrupted));
+        let course = period.as_ref().ok().and_then(|period| course_of(period, found, environment, &interrupted));
         let lines = match &period {
             Ok(period) => {
                 let mut lines = components(found, environment);
                 let rounds = period.repetitions(definitions, assumptions, &interrupted);
                 lines.extend(told(period, rounds, definitions));
-                lines.extend(round.iter().map(|(time, start)| {
-                    let start = if start.is_zero() { String::new() } else { format!(" from {} on", rational(start)) };
-                    format!("lasting: {} in all, as the system runs{start}", rational(time))
-                }));
+                lines.extend(course.iter().map(whole));
                 lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
                 lines
             }
             Err(failures) => failures.iter().map(ToString::to_string).collect(),
         };
         let expected = waiting.expected.iter().map(|(expectation, text)| {
-            let met = is_met(expectation, (&period, round.as_ref().map(|(time, _)| time)), waiting);
+            let met = is_met(expectation, (&period, course.as_ref()), waiting);
             Expected { text: text.clone(), met }
         });
         (lines, expected.collect())
@@ -75,27 +70,49 @@ fn told(period: &Period, rounds: Option<Vec<(String, u64)>>, definitions: &Defin
     lines
 }
 
-/// How long it takes until the system is again as it was, and from when on: where it is gone through several phases, as
-/// its run in the executable meaning shows.
-fn run_of(
+/// Where a system that is gone through several phases comes to: as its run in the executable meaning shows, or where times
+/// are symbols or it ends, as the phases follow each other.
+fn course_of(
     period: &Period,
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> Option<(BigRational, BigRational)> {
-    let term = system.term(&environment.definitions);
-    if period.lasting().is_some() || term.size() > MOST_TERM {
+) -> Option<Course> {
+    let ways = period.phases.iter().map(|phase| phase.edges.len());
+    if period.lasting().is_some() || ways.sum::<usize>() < 2 {
         return None;
     }
-    Lasso::of(&term, &environment.definitions, interrupted).round()
+    let term = system.term(&environment.definitions);
+    let run = (term.size() <= MOST_TERM).then(|| Lasso::of(&term, &environment.definitions, interrupted).round());
+    match run.flatten() {
+        Some((lasting, from)) => {
+            Some(Course::Repeats { lasting: Value::rational(lasting), from: Value::rational(from) })
+        }
+        None => period.course(&environment.assumptions, interrupted),
+    }
+}
+
+fn whole(course: &Course) -> String {
+    let time = |time: &Value| time.as_rational().map_or_else(|| time.to_string(), |number| rational(&number));
+    match course {
+        Course::Repeats { lasting, from } => {
+            let from = if *from == Value::zero() { String::new() } else { format!(" from {} on", time(from)) };
+            format!("lasting: {} in all, as the system runs{from}", time(lasting))
+        }
+        Course::Ends(end, after) => format!("after {} in all: {}", time(after), graph::ending(end)),
+    }
 }
 
 fn is_met(
     expectation: &Expectation,
-    (period, round): (&Result<Period, Vec<Failure>>, Option<&BigRational>),
+    (period, course): (&Result<Period, Vec<Failure>>, Option<&Course>),
     waiting: &Waiting,
 ) -> bool {
     let repeats = period.as_ref().is_ok_and(Period::repeats);
+    let round = course.and_then(|course| match course {
+        Course::Repeats { lasting, .. } => Some(lasting.clone()),
+        Course::Ends(..) => None,
+    });
     let is = |found: Option<Value>, wanted: &Value| {
         let decide = |found: &Value| waiting.environment.assumptions.decide(Relation::Eq, found, wanted);
         found.is_some_and(|found| decide(&found) == Some(true))
@@ -103,7 +120,7 @@ fn is_met(
     match expectation {
         Expectation::Answer(word) => word.as_str() == if repeats { "yes" } else { "no" },
         Expectation::Values(values) => values.iter().all(|(name, wanted)| match (name.as_str(), period) {
-            ("lasting", Ok(period)) => is(period.lasting().or_else(|| round.cloned().map(Value::rational)), wanted),
+            ("lasting", Ok(period)) => is(period.lasting().or_else(|| round.clone()), wanted),
             ("phases", Ok(period)) => is(i64::try_from(period.phases.len()).ok().map(Value::integer), wanted),
             _ => false,
         }),
