@@ -10,6 +10,9 @@ use crate::value::Value;
 
 /// Rounds that a course is followed for.
 const MOST_ROUNDS: usize = 10_000;
+/// The bits and the nodes that a value may grow to: one that grows on and on does not come again.
+const MOST_BITS: u64 = 1_024;
+const MOST_SIZE: usize = 200;
 
 /// What comes of following the phases from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -53,7 +56,7 @@ fn way<'a>(edges: &'a [Edge], state: &BTreeMap<Name, Value>, assumptions: &Assum
 
 impl Period {
     /// Where the system comes to from the start. None where the assumptions do not say which way it takes, something is
-    /// drawn, or it goes on for too long.
+    /// drawn, or it goes on for too long or with values that grow too long.
     pub fn course(&self, assumptions: &Assumptions, interrupted: &dyn Fn() -> bool) -> Option<Course> {
         let (mut edges, mut state, mut time) = (self.initial.as_slice(), BTreeMap::new(), Value::zero());
         let mut seen: HashMap<(usize, BTreeMap<Name, Value>), Value> = HashMap::new();
@@ -69,6 +72,9 @@ impl Period {
             };
             let next = edge.map.iter().map(|(name, value)| Some((name.clone(), value.substitute(&state).ok()?)));
             state = next.collect::<Option<BTreeMap<Name, Value>>>()?;
+            if state.values().any(|value| value.bits() > MOST_BITS || value.size() > MOST_SIZE) {
+                return None;
+            }
             if let Some(from) = seen.insert((number, state.clone()), time.clone()) {
                 return Some(Course::Repeats { lasting: time.sub(&from).ok()?, from });
             }
