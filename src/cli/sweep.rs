@@ -59,21 +59,21 @@ pub(super) fn sweep(file: &Path, request: &Request, watch: Rc<Watch>, colour: bo
         return 3;
     }
     let base = base(request.output.as_deref(), file);
-    let many = plans.len() > 1;
+    let (many, mut worst) = (plans.len() > 1, 0);
     for (number, plan) in plans.iter().enumerate() {
         let own = if many { beside(&base, &format!("-{}", number + 1)) } else { base.clone() };
         let number = (number + 1).to_string();
         let input = hash(texts.iter().map(String::as_str).chain([number.as_str(), crate::sweep::FORMAT]));
         match one(plan, &plan.head(input, request.shard), &own, request, &world) {
-            Ok(0) => {}
-            Ok(code) => return code,
+            Ok(4) => return 4,
+            Ok(code) => worst = worst.max(code),
             Err(why) => {
                 complain(&format!("{why}\n"));
                 return 2;
             }
         }
     }
-    0
+    worst
 }
 
 fn one(plan: &Plan, head: &Head, base: &Path, request: &Request, world: &World) -> Result<u8, String> {
@@ -101,7 +101,12 @@ fn one(plan: &Plan, head: &Head, base: &Path, request: &Request, world: &World) 
         return Ok(0);
     }
     write(head, &rows, base, &mut printer)?;
-    Ok(0)
+    let mut code = 0;
+    for expected in plan.expectations(head, &rows).iter().filter(|expected| !expected.met) {
+        printer.print(&format!("  but expected {}\n", expected.text));
+        code = 1;
+    }
+    Ok(code)
 }
 
 /// Puts parts together.

@@ -63,6 +63,11 @@ pub(super) struct Waiting {
     pub(super) expected: Vec<(Expectation, String)>,
 }
 
+/// What is expected, as it is written behind the word.
+pub(super) fn expected_text(source: &Source, span: Span) -> String {
+    span.of(&source.text).trim().trim_start_matches("expect").trim().to_string()
+}
+
 /// One text, or one input, being run.
 pub(super) struct Run<'r, 'e> {
     pub(super) state: &'r mut State,
@@ -197,7 +202,7 @@ impl<'r, 'e> Run<'r, 'e> {
     }
 
     fn expect(&mut self, environment: &Environment, source: &Source, span: Span, expectation: Expectation) {
-        let text = span.of(&source.text).trim().trim_start_matches("expect").trim().to_string();
+        let text = expected_text(source, span);
         if let Some(waiting) = &mut self.waiting {
             waiting.expected.push((expectation, text));
             return;

@@ -7,6 +7,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use super::likely::chances;
+use super::reading::expected_text;
 use super::reading::{Run, Waiting};
 use super::roughly::closely;
 use super::{State, Surroundings};
@@ -30,6 +31,7 @@ pub struct Plan {
     environment: Environment,
     own: Laws,
     columns: Vec<Column>,
+    expected: Vec<(Expectation, String)>,
 }
 
 /// What a point answers to one question.
@@ -41,8 +43,13 @@ struct Part {
 impl Plan {
     /// A plan.
     pub fn new(sweep: &Sweep, environment: &Environment, own: &Laws) -> Plan {
-        let mut plan =
-            Plan { sweep: sweep.clone(), environment: environment.clone(), own: own.clone(), columns: Vec::new() };
+        let mut plan = Plan {
+            sweep: sweep.clone(),
+            environment: environment.clone(),
+            own: own.clone(),
+            columns: Vec::new(),
+            expected: Vec::new(),
+        };
         plan.columns = plan.headings();
         plan
     }
@@ -55,6 +62,11 @@ impl Plan {
         let axes = self.sweep.axes.iter().map(|(name, values)| (name.to_string(), text(values))).collect();
         let format = FORMAT.to_string();
         Head { format, input, points: self.sweep.points(), shard, axes, columns: self.columns.clone() }
+    }
+
+    /// What came of the expectations that stand behind it, once all points are answered.
+    pub fn expectations(&self, head: &Head, rows: &[Row]) -> Vec<Expected> {
+        expectations(&self.expected, head, rows)
     }
 
     fn headings(&self) -> Vec<Column> {
@@ -277,6 +289,24 @@ fn criteria(
     Some(Part { verdict: Some(word), cells })
 }
 
+/// `expect feasible = 5, infeasible = 3, open = 0`
+fn expectations(expected: &[(Expectation, String)], head: &Head, rows: &[Row]) -> Vec<Expected> {
+    let (yes, no, open) = counts(head, rows);
+    let met = |expectation: &Expectation| match expectation {
+        Expectation::Values(values) if head.judges() => values.iter().all(|(name, value)| {
+            let found = match name.as_str() {
+                "feasible" => yes,
+                "infeasible" => no,
+                "open" => open,
+                _ => return false,
+            };
+            *value == Value::integer(i64::try_from(found).unwrap_or(i64::MAX))
+        }),
+        _ => false,
+    };
+    expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) }).collect()
+}
+
 /// How many points are answered at a time.
 pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
@@ -295,7 +325,6 @@ impl Run<'_, '_> {
             Ok(())
         });
         rows.sort_by_key(|row| row.point);
-        let (yes, no, open) = counts(&head, &rows);
         let mut lines = vec![summary(&head, &rows)];
         lines.extend(region::lines(&head, &rows));
         if let Err(error) = ran {
@@ -304,23 +333,7 @@ impl Run<'_, '_> {
         if rows.len() < head.points {
             lines.push(format!("interrupted: {} points were not asked", head.points - rows.len()));
         }
-        let met = |expectation: &Expectation| match expectation {
-            Expectation::Values(values) if head.judges() => values.iter().all(|(name, value)| {
-                let found = match name.as_str() {
-                    "feasible" => yes,
-                    "infeasible" => no,
-                    "open" => open,
-                    _ => return false,
-                };
-                *value == Value::integer(i64::try_from(found).unwrap_or(i64::MAX))
-            }),
-            _ => false,
-        };
-        let expected = waiting
-            .expected
-            .iter()
-            .map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) })
-            .collect();
+        let expected = expectations(&waiting.expected, &head, &rows);
         let (file, line, question) = (waiting.file.clone(), waiting.line, waiting.text.clone());
         Answer {
             file,
@@ -362,17 +375,25 @@ pub fn plans(source: &Source, surroundings: &dyn Surroundings) -> Result<Plans, 
         Some(source) => Ok(Source::new(source.name, "")),
         None => surroundings.find(importer, path).inspect(|found| texts.borrow_mut().push(found.text.to_string())),
     });
-    let (mut plans, mut refused) = (Vec::new(), Vec::new());
-    let mut failures = reader.read(&mut environment, source, &mut |environment, source, item, lowered| match lowered {
-        Lowered::Sweep(sweep) => plans.push(Plan::new(&sweep, environment, &own)),
-        Lowered::Law(law) => match admit(&laws, &law, item.span, &|| surroundings.interrupted()) {
-            Ok(_) => laws = environment.laws.clone(),
-            Err(diagnostic) => {
-                environment.laws = laws.clone();
-                refused.push(Failure { source: source.clone(), diagnostics: vec![*diagnostic] });
+    let (mut plans, mut refused, mut behind) = (Vec::<Plan>::new(), Vec::new(), false);
+    let mut failures = reader.read(&mut environment, source, &mut |environment, source, item, lowered| {
+        let follows = std::mem::replace(&mut behind, matches!(lowered, Lowered::Sweep(_)));
+        match lowered {
+            Lowered::Sweep(sweep) => plans.push(Plan::new(&sweep, environment, &own)),
+            Lowered::Expect(expectation) if follows => {
+                behind = true;
+                let text = expected_text(source, item.span);
+                plans.last_mut().into_iter().for_each(|plan| plan.expected.push((expectation.clone(), text.clone())));
             }
-        },
-        _ => {}
+            Lowered::Law(law) => match admit(&laws, &law, item.span, &|| surroundings.interrupted()) {
+                Ok(_) => laws = environment.laws.clone(),
+                Err(diagnostic) => {
+                    environment.laws = laws.clone();
+                    refused.push(Failure { source: source.clone(), diagnostics: vec![*diagnostic] });
+                }
+            },
+            _ => {}
+        }
     });
     drop(reader);
     failures.extend(refused);

@@ -51,10 +51,11 @@ pub(super) enum Missed {
 }
 
 impl Missed {
-    /// That something must be known, which may be said already.
+    /// Why something is not known: a sentence, or `whether x > 0`.
     pub(super) fn unknown(reason: &str) -> Missed {
-        let said = reason.starts_with("it must be known");
-        Missed::Unsure(if said { reason.to_string() } else { format!("it must be known {reason}") })
+        let question =
+            ["whether ", "if ", "how ", "which ", "where ", "when "].iter().any(|word| reason.starts_with(word));
+        Missed::Unsure(if question { format!("it must be known {reason}") } else { reason.to_string() })
     }
 }
 
