@@ -69,13 +69,15 @@ fn rows(assessment: &Assessment) -> Vec<[String; 4]> {
     assessment.findings.iter().map(row).collect()
 }
 
-/// What limits criteria: the one with the least room, and what decides it.
+/// What limits criteria: each that stands in the way, and what decides it.
 fn limiting(assessment: &Assessment) -> Vec<String> {
-    let Some(finding) = assessment.limiting() else { return Vec::new() };
-    let mut lines = vec![finding.text.clone()];
-    lines.extend(finding.notes.iter().cloned());
-    let feedback = assessment.advice.feedback.iter().find(|feedback| feedback.name == finding.name);
-    lines.extend(feedback.into_iter().flat_map(|feedback| feedback.blame.clone()));
+    let mut lines = Vec::new();
+    for finding in assessment.limiting() {
+        lines.push(finding.text.clone());
+        lines.extend(finding.notes.iter().cloned());
+        let feedback = assessment.advice.feedback.iter().find(|feedback| feedback.name == finding.name);
+        lines.extend(feedback.into_iter().flat_map(|feedback| feedback.blame.clone()));
+    }
     lines
 }
 
@@ -161,6 +163,7 @@ impl Page<'_> {
                 Output::Answer(answer) => {
                     let _ = writeln!(out, "<h2>{}</h2>", escaped(&answer.question));
                     html_lines(&mut out, "", &answer.lines);
+                    html_table(&mut out, &answer.table);
                     html_pictures(&mut out, &answer.pictures);
                 }
                 Output::Trouble(source, diagnostics) => {
@@ -227,6 +230,7 @@ impl Page<'_> {
                 Output::Answer(answer) => {
                     let _ = writeln!(out, "\n## `{}`\n", one_line(&answer.question));
                     fence(&mut out, &answer.lines.join("\n"));
+                    markdown_table(&mut out, &answer.table);
                     markdown_pictures(&mut out, &answer.pictures);
                 }
                 Output::Trouble(source, diagnostics) => {
@@ -282,6 +286,42 @@ impl Page<'_> {
             }
         }
         out
+    }
+}
+
+/// The most rows of a table on a page.
+const MOST_ROWS: usize = 500;
+
+fn html_table(out: &mut String, table: &[Vec<String>]) {
+    let Some((heading, rows)) = table.split_first() else { return };
+    let line = |cells: &Vec<String>, kind: &str| {
+        let cells = cells.iter().map(|cell| format!("<{kind}>{}</{kind}>", escaped(cell)));
+        format!("<tr>{}</tr>\n", cells.collect::<String>())
+    };
+    let body: String = rows.iter().take(MOST_ROWS).map(|row| line(row, "td")).collect();
+    let heading = line(heading, "th");
+    let _ = writeln!(
+        out,
+        "<div class=\"table\"><table><thead>{heading}</thead><tbody>\n{body}</tbody></table></div>{}",
+        left_out(rows)
+    );
+}
+
+fn markdown_table(out: &mut String, table: &[Vec<String>]) {
+    let Some((heading, rows)) = table.split_first() else { return };
+    let line =
+        |cells: &Vec<String>| format!("| {} |", cells.iter().map(|text| cell(text)).collect::<Vec<_>>().join(" | "));
+    let _ = writeln!(out, "\n{}\n|{}", line(heading), "---|".repeat(heading.len()));
+    for row in rows.iter().take(MOST_ROWS) {
+        let _ = writeln!(out, "{}", line(row));
+    }
+    out.push_str(&left_out(rows));
+}
+
+fn left_out(rows: &[Vec<String>]) -> String {
+    match rows.len().saturating_sub(MOST_ROWS) {
+        0 => String::new(),
+        more => format!("\n{more} further points are left out here; `pars sweep` writes all of them.\n"),
     }
 }
 

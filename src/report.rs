@@ -166,6 +166,8 @@ pub struct Answer {
     pub question: String,
     /// The answer.
     pub lines: Vec<String>,
+    /// A table for a page, its headings first; empty where there is none.
+    pub table: Vec<Vec<String>>,
     /// What was expected of it.
     pub expected: Vec<Expected>,
     /// `yes`, `no` or `unknown`, where the question asks for that.

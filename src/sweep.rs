@@ -113,6 +113,15 @@ pub fn hash<'t>(texts: impl IntoIterator<Item = &'t str>) -> String {
     hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// The points as a table to read, headings first: exact values, no rounded ones.
+pub fn readable(head: &Head, rows: &[Row]) -> Vec<Vec<String>> {
+    let kept = |place: &usize| head.columns.get(*place).is_some_and(|column| column.kind != Kind::Number);
+    let line = |cells: Vec<String>| (0..cells.len()).filter(kept).map(|place| cells[place].clone()).collect();
+    let heading = head.columns.iter().map(|column| column.name.clone()).collect();
+    let points = rows.iter().map(|row| row.cells.iter().map(Cell::text).collect());
+    std::iter::once(heading).chain(points).map(line).collect()
+}
+
 /// How many points are feasible, are not, and were left open.
 pub fn counts(head: &Head, rows: &[Row]) -> (usize, usize, usize) {
     let Some(place) = head.feasible() else { return (0, 0, 0) };

@@ -42,3 +42,25 @@ fn an_expectation_behind_a_sweep_is_looked_at() {
     assert_eq!(swept, Some(1), "{told}");
     assert!(told.contains("but expected open = 1"), "{told}");
 }
+
+#[test]
+fn a_report_has_a_table_of_the_points_and_all_that_stands_in_the_way() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let more = "criteria Both for Sys { goals At_1 round within 1/2 leg to At_1 within 1/3 }\n";
+    std::fs::write(folder.path().join("mission.pars"), script(more, "")).expect("written");
+    assert_eq!(pars(folder.path(), &["report", "mission.pars"]).status.code(), Some(1));
+    let page = std::fs::read_to_string(folder.path().join("mission.md")).expect("a page");
+    let lines: Vec<&str> = page.lines().collect();
+    // A round of k: `Fast` is met up to 3.
+    for (k, verdict) in [(1, "yes"), (2, "yes"), (3, "yes"), (4, "no"), (5, "no"), (7, "no")] {
+        let row = lines.iter().find(|line| line.starts_with(&format!("| {k} | ")));
+        assert!(row.is_some_and(|row| row.contains(&format!("| {verdict} |"))), "k = {k}: {page}");
+    }
+    let limits = page.split("### What limits it").nth(1).and_then(|rest| rest.split("###").next()).expect("limits");
+    for criterion in ["round within 1/2", "leg to At_1 within 1/3"] {
+        assert!(limits.contains(criterion), "{criterion}: {limits}");
+    }
+    let html = std::fs::read_to_string(folder.path().join("mission.html")).expect("a page");
+    assert_eq!(html.matches("<tr>").count(), html.matches("</tr>").count());
+    assert!(html.contains("<td>7</td>"), "{html}");
+}

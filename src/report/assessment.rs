@@ -27,9 +27,10 @@ pub struct Assessment {
 }
 
 impl Assessment {
-    /// The criterion with the least room: the first that is not met, then the first that is open.
-    pub fn limiting(&self) -> Option<&Finding> {
-        self.findings.iter().min_by_key(|finding| finding.standing).filter(|one| one.standing != Standing::Met)
+    /// What stands in the way: all criteria that are not met; where there are none, those that are open.
+    pub fn limiting(&self) -> impl Iterator<Item = &Finding> {
+        let worst = self.findings.iter().map(|finding| finding.standing).min();
+        self.findings.iter().filter(move |one| Some(one.standing) == worst && one.standing != Standing::Met)
     }
 
     /// One line a criterion: its standing, what was asked, what was measured, the margin.

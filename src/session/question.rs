@@ -66,6 +66,7 @@ impl Run<'_, '_> {
             kind,
             question,
             lines,
+            table: Vec::new(),
             expected,
             verdict,
             chance,

@@ -19,7 +19,7 @@ use crate::law::Laws;
 use crate::library::{self, Failure, Reader};
 use crate::lower::{Environment, Expectation, Lowered, Sweep};
 use crate::report::{Answer, Expected};
-use crate::sweep::{Cell, Column, FEASIBLE, FORMAT, Head, Kind, Row, counts, region, summary};
+use crate::sweep::{Cell, Column, FEASIBLE, FORMAT, Head, Kind, Row, counts, readable, region, summary};
 use crate::value::Value;
 
 /// The stack of a worker, as large as that of the program.
@@ -341,6 +341,7 @@ impl Run<'_, '_> {
             kind: "sweep",
             question,
             lines,
+            table: readable(&head, &rows),
             expected,
             verdict: None,
             chance: None,
