@@ -1,5 +1,8 @@
 //! The processes of one text, defined together.
 
+mod quick;
+
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
 use super::declare::Opening;
@@ -14,6 +17,7 @@ use crate::definition::Definition;
 use crate::diagnostic::Diagnostic;
 use crate::name::Name;
 use crate::term::Term;
+use quick::Quick;
 
 /// A process that binds more names than this, itself and by what it calls, is refused.
 const MOST_RESULTS: usize = 200;
@@ -55,7 +59,7 @@ impl Environment {
         }
         let loops = self.enter(&drafts);
         settle_flows(&mut drafts, &loops, &until);
-        check(&mut drafts, &loops, &until);
+        check(&mut drafts, &loops, &|| seen.supposing(items, &until), &until);
         check_calls(&mut drafts, &seen);
         refuse_callers(&mut drafts, opening);
         if until() {
@@ -141,6 +145,18 @@ impl Environment {
             self.definitions.insert(definition);
         }
         loops
+    }
+
+    /// The same with all that the text says of parameters, wherever it stands.
+    fn supposing(&self, items: &[Item], interrupted: &dyn Fn() -> bool) -> Environment {
+        let mut all = self.clone();
+        for item in items {
+            if let ItemKind::Param(parameters) = &item.kind {
+                // What is wrong with it is reported in its turn.
+                let _ = all.assume_all(parameters, interrupted);
+            }
+        }
+        all
     }
 
     /// Takes back a definition that has errors; what the name stood for before the text holds again.
@@ -240,16 +256,19 @@ fn settle_flows(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>, interrupted
 }
 
 /// Reports loops that take no time, calls that are not last, and names that are read before they are bound.
-fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>, interrupted: &dyn Fn() -> bool) {
-    let edges: BTreeMap<Name, BTreeSet<Name>> =
-        drafts.iter().map(|draft| (draft.header.name.name.clone(), draft.flow.reaches.clone())).collect();
-    let quick = cycles(&edges);
+fn check(
+    drafts: &mut [Draft],
+    loops: &BTreeMap<Name, usize>,
+    supposing: &dyn Fn() -> Environment,
+    interrupted: &dyn Fn() -> bool,
+) {
     let flows: Flows = drafts
         .iter()
         .map(|draft| {
             (draft.header.name.name.clone(), draft.flow.clone().called(loops.contains_key(&draft.header.name.name)))
         })
         .collect();
+    let quick = in_no_time(drafts, &flows, supposing);
     for draft in drafts.iter_mut() {
         if interrupted() {
             return;
@@ -258,12 +277,12 @@ fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>, interrupted: &dyn 
         let own = loops.get(name);
         let on_loop = |called: &Name| own.is_some() && loops.get(called) == own;
         draft.lowerer.check_tails(draft.written, &on_loop);
-        if quick.contains_key(name) {
+        if quick.contains(name) {
             draft.lowerer.report(
                 Diagnostic::error("P0603", format!("`{name}` can go round without waiting or communicating"))
                     .label(draft.header.name.span, "calls itself again in no time")
                     .note("a loop that takes no time never lets anything else happen")
-                    .help("put a `Delay_t`, an `In` or an `Out` before the call"),
+                    .help("put a `Delay_t`, an `In` or an `Out` before the call, or guards that cannot all pass in one round"),
             );
         }
         // A wrong name would only be reported a second time.
@@ -273,6 +292,25 @@ fn check(drafts: &mut [Draft], loops: &BTreeMap<Name, usize>, interrupted: &dyn 
         }
         draft.flow = draft.flow.clone().called(own.is_some());
     }
+}
+
+/// The processes that may call themselves again and again in no time.
+fn in_no_time(drafts: &[Draft], flows: &Flows, supposing: &dyn Fn() -> Environment) -> BTreeSet<Name> {
+    let edges: BTreeMap<Name, BTreeSet<Name>> =
+        drafts.iter().map(|draft| (draft.header.name.name.clone(), draft.flow.reaches.clone())).collect();
+    let round = cycles(&edges);
+    if round.is_empty() {
+        return BTreeSet::new();
+    }
+    let seen = supposing();
+    let on_round = drafts.iter().filter(|draft| round.contains_key(&draft.header.name.name));
+    let bodies = on_round.filter_map(|draft| {
+        let parameters = draft.header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        Some((&draft.header.name.name, (parameters, draft.body.as_ref()?)))
+    });
+    let results = flows.values().flat_map(|flow| &flow.binds).collect();
+    let quick = Quick { bodies: bodies.collect(), flows, seen: &seen, results, looks: Cell::default() };
+    round.keys().filter(|name| !quick.ends(name)).cloned().collect()
 }
 
 /// Reports arguments that are numbers where the process needs a distribution, and the other way round.

@@ -228,7 +228,9 @@ impl<'e> Lowerer<'e> {
         let wrong = ident.name.as_str();
         let diagnostic =
             Diagnostic::error(code, format!("there is no {what} `{wrong}`")).label(ident.span, "not declared");
-        self.report(match nearest(wrong, known) {
+        let known: Vec<&str> = known.collect();
+        let meant = elsewhere(wrong).filter(|name| known.contains(name));
+        self.report(match meant.or_else(|| nearest(wrong, known.iter().copied())) {
             Some(name) => diagnostic.edit(format!("did you mean `{name}`?"), ident.span, name),
             None => diagnostic.help(otherwise),
         });
@@ -275,4 +277,21 @@ pub(super) fn words(class: Class) -> &'static str {
         Class::Number => "a number",
         Class::Distribution => "a distribution",
     }
+}
+
+/// The basic process that goes by this name in other languages.
+fn elsewhere(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "Leq" | "Le" | "LessEqual" => "Lte",
+        "Geq" | "Ge" | "GreaterEqual" => "Gte",
+        "Lt" | "Less" => "Lss",
+        "Gt" | "Greater" => "Gtr",
+        "Ne" | "NotEqual" => "Neq",
+        "Equal" => "Eq",
+        "Wait" | "Sleep" => "Delay",
+        "Skip" => "Stop",
+        "Send" | "Write" => "Out",
+        "Receive" | "Read" => "In",
+        _ => return None,
+    })
 }

@@ -1,0 +1,159 @@
+//! Calls in no time that guards bring to an end: `Inner_{n,0}` calls `Outer_{n-1}` at once, which calls `Inner_{n-1,3}`,
+//! and there `Eq_{m,0}` does not pass.
+
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::flow::{Flow, Flows};
+use super::super::{Entity, Environment};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::term::{Node, Term};
+use crate::value::Value;
+
+/// Calls in no time that one way goes through; far fewer than an execution unfolds at once.
+const MOST_CALLS: usize = 16;
+/// Calls that are looked at for one process, and for all of a text.
+const MOST_LOOKS: usize = 200;
+const MOST_IN_ALL: usize = 2000;
+
+/// The definitions that are looked at, and what is known of their parameters.
+pub(super) struct Quick<'q> {
+    /// The parameters and the body of each.
+    pub(super) bodies: BTreeMap<&'q Name, (Vec<Name>, &'q Term)>,
+    /// How each process ends.
+    pub(super) flows: &'q Flows,
+    /// What was known before this text, its assumptions among it.
+    pub(super) seen: &'q Environment,
+    /// The names that some process binds.
+    pub(super) results: BTreeSet<&'q Name>,
+    /// The calls that were looked at so far.
+    pub(super) looks: Cell<usize>,
+}
+
+/// What is known at a place: the guards that passed, and what each name of the definition stands for.
+#[derive(Clone)]
+struct Here {
+    guards: Assumptions,
+    values: BTreeMap<Name, Value>,
+}
+
+/// A call that is reached in no time, with its arguments and what holds there.
+struct Reached {
+    name: Name,
+    arguments: Vec<Value>,
+    guards: Assumptions,
+}
+
+/// One look at what a process calls in no time.
+struct Look<'l, 'q> {
+    quick: &'l Quick<'q>,
+    unknowns: usize,
+    looks: usize,
+}
+
+impl Quick<'_> {
+    /// Whether from this process, whatever its arguments, no more than some calls are gone through in no time.
+    pub(super) fn ends(&self, name: &Name) -> bool {
+        let Some((parameters, _)) = self.bodies.get(name) else { return false };
+        let mut look = Look { quick: self, unknowns: 0, looks: 0 };
+        let arguments = parameters.iter().map(|_| look.unknown()).collect();
+        let first = Reached { name: name.clone(), arguments, guards: self.seen.assumptions.clone() };
+        let mut waiting = vec![(first, 0)];
+        while let Some((call, depth)) = waiting.pop() {
+            look.looks += 1;
+            self.looks.set(self.looks.get() + 1);
+            if depth > MOST_CALLS || look.looks > MOST_LOOKS || self.looks.get() > MOST_IN_ALL {
+                return false;
+            }
+            let Some((parameters, body)) = self.bodies.get(&call.name) else { continue };
+            let values = parameters.iter().cloned().zip(call.arguments).collect();
+            let mut calls = Vec::new();
+            look.walk(body, Here { guards: call.guards, values }, &mut calls);
+            waiting.extend(calls.into_iter().map(|call| (call, depth + 1)));
+        }
+        true
+    }
+
+    fn flow(&self, name: &Name) -> Option<&Flow> {
+        self.flows.get(name).or_else(|| match self.seen.entity(name) {
+            Some(Entity::Process(signature)) => Some(&signature.flow),
+            _ => None,
+        })
+    }
+}
+
+impl Look<'_, '_> {
+    /// What is known where the process has stopped in no time, if it may; the calls on the way are added.
+    fn walk(&mut self, term: &Term, mut here: Here, calls: &mut Vec<Reached>) -> Option<Here> {
+        match term.node() {
+            Node::Guard(relation, left, right) => {
+                let (left, right) = (self.resolved(left, &here), self.resolved(right, &here));
+                here.guards.assume(*relation, &left, &right);
+                (!here.guards.plainly_contradictory() && !here.guards.contradictory()).then_some(here)
+            }
+            Node::Set(value, name) => {
+                let value = self.resolved(value, &here);
+                here.values.insert(name.clone(), value);
+                Some(here)
+            }
+            Node::Delay(time) => (*time == Value::zero()).then_some(here),
+            Node::In(..) | Node::Out(..) | Node::Idle | Node::Abort | Node::Observe(..) => None,
+            Node::Call(name, arguments) => {
+                let arguments = arguments.iter().map(|argument| self.resolved(argument, &here)).collect();
+                calls.push(Reached { name: name.clone(), arguments, guards: here.guards.clone() });
+                let stops = self.quick.flow(name).is_none_or(|flow| flow.quick_stop);
+                stops.then(|| self.after(term, here))
+            }
+            Node::Seq(parts) => parts.iter().try_fold(here, |here, part| self.walk(part, here, calls)),
+            // Of the rest it is only taken that each part may begin, and that it may stop if a part may.
+            _ => {
+                let here = self.after(term, here);
+                let mut stops = matches!(term.node(), Node::Stop | Node::Ran(..) | Node::Power(..) | Node::Loop(_));
+                for part in term.children() {
+                    stops |= self.walk(part, here.clone(), calls).is_some();
+                }
+                stops.then_some(here)
+            }
+        }
+    }
+
+    /// What is known behind a process, whatever it bound: of the names that it may bind nothing.
+    fn after(&mut self, term: &Term, mut here: Here) -> Here {
+        let mut bound = BTreeSet::new();
+        self.bound(term, &mut bound);
+        for name in bound {
+            let unknown = self.unknown();
+            here.values.insert(name, unknown);
+        }
+        here
+    }
+
+    fn bound(&self, term: &Term, found: &mut BTreeSet<Name>) {
+        match term.node() {
+            Node::Set(_, name) | Node::Ran(_, name) | Node::In(_, name) | Node::Power(_, _, Some(name)) => {
+                found.insert(name.clone());
+            }
+            Node::Call(name, _) => {
+                found.extend(self.quick.flow(name).into_iter().flat_map(|flow| flow.binds.iter().cloned()));
+            }
+            _ => {}
+        }
+        term.children().for_each(|child| self.bound(child, found));
+    }
+
+    /// The value with what its names stand for; what is not known to be one value all the way is a new unknown.
+    fn resolved(&mut self, value: &Value, here: &Here) -> Value {
+        let lost = |name: &Name| !here.values.contains_key(name) && self.quick.results.contains(name);
+        if value.variables().iter().any(lost) {
+            return self.unknown();
+        }
+        value.substitute(&here.values).unwrap_or_else(|_| self.unknown())
+    }
+
+    /// A name that nothing is known of.
+    fn unknown(&mut self) -> Value {
+        self.unknowns += 1;
+        Value::variable(&Name::new(&format!("unknown {}", self.unknowns)))
+    }
+}
