@@ -1,15 +1,18 @@
 //! The course of a system through its phases, where the values that its guards look at are numbers: durations may be
 //! symbols.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::{Edge, End, Next, Period};
 use crate::assumption::Assumptions;
 use crate::name::Name;
+use crate::term::Node;
 use crate::value::Value;
 
 /// Rounds that a course is followed for.
 const MOST_ROUNDS: usize = 10_000;
+/// How often the phases may come again before all that is beside them does.
+const MOST_TURNS: usize = 20;
 /// The bits and the nodes that a value may grow to: one that grows on and on does not come again.
 const MOST_BITS: u64 = 1_024;
 const MOST_SIZE: usize = 200;
@@ -23,6 +26,8 @@ pub enum Course {
         lasting: Value,
         /// When it is so for the first time.
         from: Value,
+        /// What no way and no duration depends on, and may be another each time.
+        beside: BTreeSet<Name>,
     },
     /// It ends so, after this time.
     Ends(End, Value),
@@ -54,13 +59,74 @@ fn way<'a>(edges: &'a [Edge], state: &BTreeMap<Name, Value>, assumptions: &Assum
     found.filter(|edge| edge.draws.is_empty())
 }
 
+/// The variables of the phase it leaves that a way depends on, where it leads to phases that depend on these.
+fn steering(edge: &Edge, after: &[BTreeSet<Name>]) -> BTreeSet<Name> {
+    let mut names = BTreeSet::new();
+    for test in &edge.tests {
+        names.extend(test.left.variables());
+        names.extend(test.right.variables());
+    }
+    // Where a time is not known the course is not, either.
+    names.extend(edge.duration().iter().flat_map(Value::variables));
+    let shown = edge.segments.iter().flat_map(|segment| &segment.observed).flat_map(|term| match term.node() {
+        Node::Observe(_, values) => values.as_slice(),
+        _ => &[],
+    });
+    let passed = edge.communications.iter().map(|(_, value)| value);
+    let with_needs = shown.chain(passed).chain(edge.map.values()).filter(|value| !value.needs().is_empty());
+    names.extend(with_needs.flat_map(Value::variables));
+    if let Next::Phase(next) = &edge.next {
+        let counts = |name: &Name| after.get(*next).is_some_and(|names| names.contains(name));
+        names.extend(edge.map.iter().filter(|(name, _)| counts(name)).flat_map(|(_, value)| value.variables()));
+    }
+    names
+}
+
 impl Period {
+    /// For each phase the variables that what comes, how long it takes, or whether it has a meaning depends on.
+    fn steering(&self) -> Vec<BTreeSet<Name>> {
+        let mut all: Vec<BTreeSet<Name>> = vec![BTreeSet::new(); self.phases.len()];
+        loop {
+            let mut grown = false;
+            for (number, phase) in self.phases.iter().enumerate() {
+                let names: BTreeSet<Name> = phase.edges.iter().flat_map(|edge| steering(edge, &all)).collect();
+                if let Some(own) = all.get_mut(number) {
+                    grown |= names.iter().any(|name| !own.contains(name));
+                    own.extend(names);
+                }
+            }
+            if !grown {
+                return all;
+            }
+        }
+    }
+
     /// Where the system comes to from the start. None where the assumptions do not say which way it takes, something is
     /// drawn, or it goes on for too long or with values that grow too long.
     pub fn course(&self, assumptions: &Assumptions, interrupted: &dyn Fn() -> bool) -> Option<Course> {
+        let steering = self.steering();
+        let kept = |number: usize, name: &Name| steering.get(number).is_some_and(|names| names.contains(name));
+        let (course, rounds) = self.follow(&kept, MOST_ROUNDS, assumptions, interrupted)?;
+        if matches!(&course, Course::Repeats { beside, .. } if !beside.is_empty()) {
+            let most = rounds.saturating_mul(MOST_TURNS).min(MOST_ROUNDS);
+            if let Some((whole, _)) = self.follow(&|_, _| true, most, assumptions, interrupted) {
+                return Some(whole);
+            }
+        }
+        Some(course)
+    }
+
+    /// Where it comes to, when in each phase only these variables are kept; and after how many rounds.
+    fn follow(
+        &self,
+        kept: &dyn Fn(usize, &Name) -> bool,
+        most: usize,
+        assumptions: &Assumptions,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Option<(Course, usize)> {
         let (mut edges, mut state, mut time) = (self.initial.as_slice(), BTreeMap::new(), Value::zero());
         let mut seen: HashMap<(usize, BTreeMap<Name, Value>), Value> = HashMap::new();
-        for _ in 0..MOST_ROUNDS {
+        for round in 0..most {
             if interrupted() {
                 return None;
             }
@@ -68,15 +134,17 @@ impl Period {
             time = time.add(&edge.duration().ok()?.substitute(&state).ok()?).ok()?;
             let number = match &edge.next {
                 Next::Phase(number) => *number,
-                Next::End(end) => return Some(Course::Ends(end.clone(), time)),
+                Next::End(end) => return Some((Course::Ends(end.clone(), time), round)),
             };
-            let next = edge.map.iter().map(|(name, value)| Some((name.clone(), value.substitute(&state).ok()?)));
+            let next = edge.map.iter().filter(|(name, _)| kept(number, name));
+            let next = next.map(|(name, value)| Some((name.clone(), value.substitute(&state).ok()?)));
             state = next.collect::<Option<BTreeMap<Name, Value>>>()?;
             if state.values().any(|value| value.bits() > MOST_BITS || value.size() > MOST_SIZE) {
                 return None;
             }
             if let Some(from) = seen.insert((number, state.clone()), time.clone()) {
-                return Some(Course::Repeats { lasting: time.sub(&from).ok()?, from });
+                let beside = edge.map.keys().filter(|name| !kept(number, name)).cloned().collect();
+                return Some((Course::Repeats { lasting: time.sub(&from).ok()?, from, beside }, round));
             }
             edges = &self.phases.get(number)?.edges;
         }

@@ -1,5 +1,7 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
+use std::collections::BTreeSet;
+
 use super::digits::rational;
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
@@ -86,7 +88,8 @@ fn course_of(
     let run = (term.size() <= MOST_TERM).then(|| Lasso::of(&term, &environment.definitions, interrupted).round());
     match run.flatten() {
         Some((lasting, from)) => {
-            Some(Course::Repeats { lasting: Value::rational(lasting), from: Value::rational(from) })
+            let (lasting, from) = (Value::rational(lasting), Value::rational(from));
+            Some(Course::Repeats { lasting, from, beside: BTreeSet::new() })
         }
         None => period.course(&environment.assumptions, interrupted),
     }
@@ -95,9 +98,15 @@ fn course_of(
 fn whole(course: &Course) -> String {
     let time = |time: &Value| time.as_rational().map_or_else(|| time.to_string(), |number| rational(&number));
     match course {
-        Course::Repeats { lasting, from } => {
+        Course::Repeats { lasting, from, beside } => {
             let from = if *from == Value::zero() { String::new() } else { format!(" from {} on", time(from)) };
-            format!("lasting: {} in all, as the system runs{from}", time(lasting))
+            let names: Vec<&str> = beside.iter().map(Name::as_str).collect();
+            let beside = match names.as_slice() {
+                [] => String::new(),
+                [name] => format!(", whatever {name} is then"),
+                names => format!(", whatever {} are then", names.join(", ")),
+            };
+            format!("lasting: {} in all, as the system runs{from}{beside}", time(lasting))
         }
         Course::Ends(end, after) => format!("after {} in all: {}", time(after), graph::ending(end)),
     }
