@@ -2,6 +2,20 @@
 //!
 //! The modules stand in the order in which each builds on the others: a module imports only what stands above it.
 
+// Outside tests no answer is given up by a panic that is written down, nor by a letter cut in two.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented,
+        clippy::string_slice
+    )
+)]
+
 pub mod digest;
 pub mod name;
 mod rational;

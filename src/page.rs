@@ -300,11 +300,11 @@ fn html_table(out: &mut String, table: &[Vec<String>]) {
     };
     let body: String = rows.iter().take(MOST_ROWS).map(|row| line(row, "td")).collect();
     let heading = line(heading, "th");
-    let _ = writeln!(
-        out,
-        "<div class=\"table\"><table><thead>{heading}</thead><tbody>\n{body}</tbody></table></div>{}",
-        left_out(rows)
-    );
+    out.push_str("<div class=\"table\"><table><thead>");
+    let _ = writeln!(out, "{heading}</thead><tbody>\n{body}</tbody></table></div>");
+    if let Some(more) = left_out(rows) {
+        let _ = writeln!(out, "<p>{more}</p>");
+    }
 }
 
 fn markdown_table(out: &mut String, table: &[Vec<String>]) {
@@ -315,14 +315,15 @@ fn markdown_table(out: &mut String, table: &[Vec<String>]) {
     for row in rows.iter().take(MOST_ROWS) {
         let _ = writeln!(out, "{}", line(row));
     }
-    out.push_str(&left_out(rows));
+    if let Some(more) = left_out(rows) {
+        let _ = writeln!(out, "\n{more}");
+    }
 }
 
-fn left_out(rows: &[Vec<String>]) -> String {
-    match rows.len().saturating_sub(MOST_ROWS) {
-        0 => String::new(),
-        more => format!("\n{more} further points are left out here; `pars sweep` writes all of them.\n"),
-    }
+/// What is said of points for which a page has no room.
+fn left_out(rows: &[Vec<String>]) -> Option<String> {
+    let more = rows.len().checked_sub(MOST_ROWS).filter(|more| *more > 0)?;
+    Some(format!("Points that are left out here: {more}. The command pars sweep writes all of them."))
 }
 
 fn html_pictures(out: &mut String, pictures: &[Picture]) {

@@ -140,3 +140,38 @@ fn a_mission_is_followed_to_its_end() {
     assert_eq!(period.course(&environment.assumptions, &interrupted), None);
     assert_eq!(asked.get(), 4, "it stops when it is asked to");
 }
+
+/// What grows beside a mission does not keep it from coming again, but where a time or a meaning depends on it.
+#[test]
+fn what_nothing_asks_for_is_beside() {
+    use pars::period::course::Course;
+    use pars::value::Value;
+
+    let course = |world: &str, start: &str| {
+        let (environment, period) = period(&format!(
+            "observer At(r)\nparam t > 0\n\
+             proc On_k = (Gtr_{{k,0}} ; Out_{{v,1}} ; Delay_t ; On_{{k-1}}) | (Eq_{{k,0}} ; Delay_{{2*t}} ; On_5)\n\
+             proc World_r = {world}\nsystem Sys = On_5 | World_{{{start}}}\n"
+        ));
+        period.course(&environment.assumptions, &|| false)
+    };
+    let turns = |count: i64| Value::integer(7 * count).mul(&Value::variable(&Name::new("t"))).expect("a product");
+    let round = |found: Option<Course>| match found {
+        Some(Course::Repeats { lasting, beside, .. }) => Some((lasting, beside.len())),
+        _ => None,
+    };
+    // A turn is five steps of t and a rest of 2t.
+    assert_eq!(round(course("In_v<u> ; World_{r+u}", "0")), Some((turns(1), 1)));
+    // Five changes of sign in a turn: all is as it was after two.
+    assert_eq!(round(course("In_v<u> ; World_{-r}", "1")), Some((turns(2), 0)));
+    // What is shown is not asked for, but it may lose its meaning.
+    assert_eq!(round(course("In_v<u> ; (Delay_t # At_{r+u}) ; World_{r+u}", "0")), Some((turns(1), 1)));
+    assert_eq!(course("In_v<u> ; (Delay_t # At_{1/(r-77)}) ; World_{r+u}", "1/2"), None);
+    assert_eq!(course("In_v<u> ; World_{1/(r+u)}", "1"), None);
+    let (environment, slower) = period(
+        "param t > 0\n\
+         proc On_k = (Gtr_{k,0} ; In_p<y> ; Out_{v,1} ; Delay_{t+y^2*t} ; On_{k-1}) | (Eq_{k,0} ; Delay_{2*t} ; On_5)\n\
+         proc World_r = Out_{p,r} ; In_v<u> ; World_{r+u}\nsystem Sys = On_5 | World_0\n",
+    );
+    assert_eq!(slower.course(&environment.assumptions, &|| false), None, "it takes longer each time");
+}

@@ -102,7 +102,7 @@ fn complex(real: &Value, imaginary: &Value, unit: &str) -> String {
     if imaginary.is_zero() {
         return real.to_string();
     }
-    let negative = imaginary.to_string().starts_with('-') && !is_sum(&imaginary.to_string()[1..]);
+    let negative = imaginary.to_string().strip_prefix('-').is_some_and(|rest| !is_sum(rest));
     let part = match (negative, imaginary.neg()) {
         (true, Ok(opposite)) => format!("-{}", unit(&opposite)),
         _ => format!("+{}", unit(imaginary)),

@@ -20,13 +20,13 @@ const MOST_SIZE: usize = 200;
 /// What comes of following the phases from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Course {
-    /// The system is again as it was: after this time, from that time on.
+    /// The system is again as it was, but for what is beside: after this time, from that time on.
     Repeats {
         /// From one state to the same again.
         lasting: Value,
         /// When it is so for the first time.
         from: Value,
-        /// What no way and no duration depends on, and may be another each time.
+        /// The variables that no way and no duration depends on and that may be others each time; none where all is as it was.
         beside: BTreeSet<Name>,
     },
     /// It ends so, after this time.

@@ -147,9 +147,9 @@ fn at_own_index(NoClosedForm(mut text): NoClosedForm, recurrence: &Recurrence, p
     let mut parts = text.split(&equals);
     let mut whole = parts.next().unwrap_or_default().to_string();
     for part in parts {
-        let digits = part.chars().take_while(char::is_ascii_digit).count();
-        match part[..digits].parse::<i64>() {
-            Ok(number) => whole += &format!("{index} = {}{}", number.saturating_add(from), &part[digits..]),
+        let after = part.trim_start_matches(|letter: char| letter.is_ascii_digit());
+        match part.strip_suffix(after).unwrap_or_default().parse::<i64>() {
+            Ok(number) => whole += &format!("{index} = {}{after}", number.saturating_add(from)),
             Err(_) => whole += &format!("{equals}{part}"),
         }
     }

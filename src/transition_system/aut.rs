@@ -93,7 +93,8 @@ impl<'t> Reader<'t> {
         if length == 0 {
             return self.wrong(what);
         }
-        let number = rest[..length].parse::<u64>().ok().filter(|number| *number <= MOST);
+        let digits = rest.get(..length).unwrap_or_default();
+        let number = digits.parse::<u64>().ok().filter(|number| *number <= MOST);
         let Some(number) = number else {
             return Err((self.at, format!("{what} of more than {MOST} is not read")));
         };
@@ -137,13 +138,13 @@ impl<'t> Reader<'t> {
         }
         // Not quoted: up to the last comma of the line, as other tools read it.
         let line = rest.split('\n').next().unwrap_or("");
-        let end = line.rfind(')').and_then(|close| line.get(..close)).and_then(|inside| inside.rfind(','));
-        match end {
-            Some(end) if !line[..end].trim().is_empty() => {
-                self.at += end;
-                Ok(line[..end].trim().to_string())
+        let before = line.rsplit_once(')').and_then(|(inside, _)| inside.rsplit_once(','));
+        match before.filter(|(label, _)| !label.trim().is_empty()) {
+            Some((label, _)) => {
+                self.at += label.len();
+                Ok(label.trim().to_string())
             }
-            _ => self.wrong("a label, a comma and the state it leads to"),
+            None => self.wrong("a label, a comma and the state it leads to"),
         }
     }
 

@@ -23,7 +23,7 @@ pub(super) struct Quick<'q> {
     pub(super) bodies: BTreeMap<&'q Name, (Vec<Name>, &'q Term)>,
     /// How each process ends.
     pub(super) flows: &'q Flows,
-    /// What was known before this text, its assumptions among it.
+    /// What was declared before the text, with all that is assumed of parameters before it and in it.
     pub(super) seen: &'q Environment,
     /// The names that some process binds.
     pub(super) results: BTreeSet<&'q Name>,
@@ -49,23 +49,22 @@ struct Reached {
 struct Look<'l, 'q> {
     quick: &'l Quick<'q>,
     unknowns: usize,
-    looks: usize,
 }
 
 impl Quick<'_> {
     /// Whether from this process, whatever its arguments, no more than some calls are gone through in no time.
     pub(super) fn ends(&self, name: &Name) -> bool {
         let Some((parameters, _)) = self.bodies.get(name) else { return false };
-        let mut look = Look { quick: self, unknowns: 0, looks: 0 };
+        let mut look = Look { quick: self, unknowns: 0 };
+        let until = MOST_IN_ALL.min(self.looks.get() + MOST_LOOKS);
         let arguments = parameters.iter().map(|_| look.unknown()).collect();
         let first = Reached { name: name.clone(), arguments, guards: self.seen.assumptions.clone() };
         let mut waiting = vec![(first, 0)];
         while let Some((call, depth)) = waiting.pop() {
-            look.looks += 1;
-            self.looks.set(self.looks.get() + 1);
-            if depth > MOST_CALLS || look.looks > MOST_LOOKS || self.looks.get() > MOST_IN_ALL {
+            if depth > MOST_CALLS || self.looks.get() >= until {
                 return false;
             }
+            self.looks.set(self.looks.get() + 1);
             let Some((parameters, body)) = self.bodies.get(&call.name) else { continue };
             let values = parameters.iter().cloned().zip(call.arguments).collect();
             let mut calls = Vec::new();
