@@ -16,6 +16,8 @@ use crate::value::{Relation, Value};
 
 /// The latest index at which a term is compared with a bound.
 const LATEST: u64 = 512;
+/// The most bits of a term: of a square the terms double in length, and a bound that long decides nothing in time.
+const LONGEST: u64 = 4_096;
 
 /// From which index on a bound keeps the terms of a single sequence away from what is wanted.
 pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>, known: &Assumptions) -> Option<Tail> {
@@ -62,6 +64,9 @@ pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>, known: &Assump
         }
         numbers.advance()?;
         term = map.image(&term, at)?;
+        if term.numer().bits() + term.denom().bits() > LONGEST {
+            return None;
+        }
     }
     None
 }
