@@ -78,15 +78,26 @@ impl Measure {
             Measure::AtMost(value) => ("at most ", value),
             Measure::Between(..) => return self.to_string(),
         };
-        match near(value) {
-            // Of what is nearly 0 the first digits, so that it is not taken for 0.
-            Some(near) if value.to_string().len() > LONGEST && near != 0.0 && near.abs() < 1e-4 => {
-                format!("{word}{near:.3e} (rounded)")
-            }
-            Some(near) if value.to_string().len() > LONGEST => format!("{word}{near:.6} (rounded)"),
-            _ => self.to_string(),
+        if value.to_string().len() <= LONGEST {
+            return self.to_string();
         }
+        match value.components() {
+            Some(parts) => rounded_vector(&parts).map(|vector| format!("{word}{vector} (rounded)")),
+            None => rounded(value).map(|number| format!("{word}{number} (rounded)")),
+        }
+        .unwrap_or_else(|| self.to_string())
     }
+}
+
+fn rounded(value: &Value) -> Option<String> {
+    let near = near(value)?;
+    // Of what is nearly 0 the first digits, so that it is not taken for 0.
+    Some(if near != 0.0 && near.abs() < 1e-4 { format!("{near:.3e}") } else { format!("{near:.6}") })
+}
+
+fn rounded_vector(parts: &[Value]) -> Option<String> {
+    let parts = parts.iter().map(rounded).collect::<Option<Vec<_>>>()?;
+    Some(format!("({})", parts.join(",")))
 }
 
 /// The longest exact number that is read as it is, in letters.

@@ -117,8 +117,7 @@ fn explore(
 }
 
 pub(super) fn is_long(state: &State) -> bool {
-    let bits = |value: &Value| value.as_rational().map_or(0, |number| number.numer().bits().max(number.denom().bits()));
-    state.observations().iter().any(|(_, values)| values.iter().any(|value| bits(value) > MOST_BITS))
+    state.observations().iter().any(|(_, values)| values.iter().any(|value| value.bits() > MOST_BITS))
 }
 
 fn drawn(label: &Label) -> Option<Drawn> {

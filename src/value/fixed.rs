@@ -10,6 +10,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::{Atom, Real, Value};
+use crate::polynomial::Monomial;
 
 /// The bits behind the point.
 const BITS: usize = 192;
@@ -22,13 +23,17 @@ const MOST_NESTED: usize = 3;
 /// Between these, over `2^BITS`, a number lies.
 type Range = (BigInt, BigInt);
 
+/// A number, not in lowest terms; what is below is positive.
+pub(super) type Quotient = (BigInt, BigInt);
+
 impl Value {
     /// Whether a number with roots of numbers is less or greater than 0; none of anything else, or where that takes
     /// more digits.
     pub(crate) fn coarse_order(&self) -> Option<Ordering> {
         let (numerator, denominator) = self.parts()?;
-        let roots = roots(numerator.atoms().into_iter().chain(denominator.atoms()), MOST_NESTED)?;
-        if roots.is_empty() {
+        let atoms: Vec<&Atom> = numerator.atoms().into_iter().chain(denominator.atoms()).collect();
+        let roots = roots(&atoms, MOST_NESTED)?;
+        if atoms.is_empty() {
             return None;
         }
         let top = sign(&between(numerator, &roots)?)?;
@@ -39,22 +44,22 @@ impl Value {
 
 /// The same of a polynomial.
 pub(crate) fn coarse_order(polynomial: &Real) -> Option<Ordering> {
-    let roots = roots(polynomial.atoms().into_iter(), MOST_NESTED)?;
-    if roots.is_empty() { None } else { sign(&between(polynomial, &roots)?) }
+    let atoms: Vec<&Atom> = polynomial.atoms().into_iter().collect();
+    let roots = roots(&atoms, MOST_NESTED)?;
+    if atoms.is_empty() { None } else { sign(&between(polynomial, &roots)?) }
 }
 
 fn sign((low, high): &Range) -> Option<Ordering> {
     if low.is_positive() { Some(Ordering::Greater) } else { high.is_negative().then_some(Ordering::Less) }
 }
 
-/// The ranges of roots, and of the roots in them so many deep.
-fn roots<'a>(atoms: impl Iterator<Item = &'a Atom>, nested: usize) -> Option<BTreeMap<&'a Atom, Range>> {
+/// The ranges of the roots of numbers with roots, so many deep; nothing where there is anything else but roots.
+fn roots<'a>(atoms: &[&'a Atom], nested: usize) -> Option<BTreeMap<&'a Atom, Range>> {
     let mut roots = BTreeMap::new();
     for atom in atoms {
         let Atom::Root(inner) = atom else { return None };
-        if !roots.contains_key(atom) {
-            let range = inner.as_rational().map_or_else(|| root_of_roots(inner, nested), |number| root(&number))?;
-            roots.insert(atom, range);
+        if inner.as_rational().is_none() && !roots.contains_key(atom) {
+            roots.insert(*atom, root_of_roots(inner, nested)?);
         }
     }
     Some(roots)
@@ -63,16 +68,17 @@ fn roots<'a>(atoms: impl Iterator<Item = &'a Atom>, nested: usize) -> Option<BTr
 /// The range of the root of a number with roots, if that is surely not negative.
 fn root_of_roots(inner: &Value, nested: usize) -> Option<Range> {
     let (numerator, _) = inner.parts().filter(|(_, denominator)| denominator.is_one())?;
-    let inside = roots(numerator.atoms().into_iter(), nested.checked_sub(1)?)?;
+    let atoms: Vec<&Atom> = numerator.atoms().into_iter().collect();
+    let inside = roots(&atoms, nested.checked_sub(1)?)?;
     let (low, high) = between(numerator, &inside)?;
     (!low.is_negative()).then(|| ((low << BITS).sqrt(), (high << BITS).sqrt() + BigInt::one()))
 }
 
-fn root(number: &BigRational) -> Option<Range> {
-    if number.is_negative() {
+fn root((above, below): &Quotient) -> Option<Range> {
+    if above.is_negative() {
         return None;
     }
-    let low = ((number.numer() << (2 * BITS)) / number.denom()).sqrt();
+    let low = ((above << (2 * BITS)) / below).sqrt();
     let high = &low + BigInt::one();
     Some((low, high))
 }
@@ -87,17 +93,46 @@ fn range(number: &BigRational) -> Range {
 fn between(polynomial: &Real, roots: &BTreeMap<&Atom, Range>) -> Option<Range> {
     let mut sum = (BigInt::zero(), BigInt::zero());
     for (monomial, number) in polynomial.terms() {
-        let mut term = range(number);
-        for (atom, exponent) in monomial.factors() {
-            (*exponent <= MOST_EXPONENT).then_some(())?;
+        let (square, nested) = squared(monomial, number)?;
+        let mut term = match square {
+            None => range(number),
+            Some(square) => signed(root(&square)?, number.is_negative()),
+        };
+        for (atom, exponent) in nested {
             let factor = roots.get(atom)?;
-            for _ in 0..*exponent {
+            for _ in 0..exponent {
                 term = times(&term, factor);
             }
         }
         sum = (sum.0 + term.0, sum.1 + term.1);
     }
     Some(sum)
+}
+
+/// The square of a number times roots of numbers, nothing where there are none, and the roots of roots behind it: a
+/// small number times the root of a large one has all its digits behind the point.
+pub(super) fn squared<'a>(
+    monomial: &'a Monomial<Atom>,
+    number: &BigRational,
+) -> Option<(Option<Quotient>, Vec<(&'a Atom, u32)>)> {
+    let mut square: Option<Quotient> = None;
+    let mut nested = Vec::new();
+    for (atom, exponent) in monomial.factors() {
+        (*exponent <= MOST_EXPONENT).then_some(())?;
+        match atom {
+            Atom::Root(inner) if let Some(inner) = inner.as_rational() => {
+                let (above, below) =
+                    square.unwrap_or_else(|| (number.numer() * number.numer(), number.denom() * number.denom()));
+                square = Some((above * inner.numer().pow(*exponent), below * inner.denom().pow(*exponent)));
+            }
+            _ => nested.push((atom, *exponent)),
+        }
+    }
+    Some((square, nested))
+}
+
+fn signed((low, high): Range, negative: bool) -> Range {
+    if negative { (-high, -low) } else { (low, high) }
 }
 
 /// The product with a range that is not negative.
@@ -136,6 +171,28 @@ mod tests {
         assert!(decided > 900, "{decided}");
         let near = roots[0].sub(&number(665_857, 470_832)).unwrap();
         assert_eq!(near.coarse_order(), Some(Ordering::Less));
+    }
+
+    #[test]
+    fn small_numbers_times_large_roots() {
+        // A way of sqrt(104), of which 999/1000 are left in each step: 2.0005 after 1,630 steps, 1.9985 after the next.
+        let share = Value::fraction(999, 1000).unwrap();
+        for steps in [10, 300, 1_629, 1_630, 1_700] {
+            let left = share.power(&Value::integer(steps)).unwrap();
+            let parts = [10, 2].map(|part| left.mul(&Value::integer(part)).unwrap());
+            let squares = parts[0].mul(&parts[0]).unwrap().add(&parts[1].mul(&parts[1]).unwrap()).unwrap();
+            let added = squares.add(&left.mul(&left).unwrap()).unwrap();
+            for (square, more) in [(squares, 0.0), (added, 1.0)] {
+                let difference = square.sqrt().unwrap().sub(&Value::integer(2)).unwrap();
+                let near = (104.0f64 + more).sqrt() * 0.999f64.powi(i32::try_from(steps).unwrap()) - 2.0;
+                assert!(near.abs() > 1e-4);
+                let wanted = if near > 0.0 { Ordering::Greater } else { Ordering::Less };
+                assert_eq!(difference.coarse_order(), Some(wanted), "{steps}");
+                if let Some((low, high)) = difference.enclosure() {
+                    assert!(low < high && (low.is_positive() == (near > 0.0)));
+                }
+            }
+        }
     }
 
     #[test]

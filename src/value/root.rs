@@ -1,7 +1,6 @@
 //! Roots, integer parts, lengths.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
 
 use num_bigint::BigInt;
 use num_integer::Integer;
@@ -55,16 +54,10 @@ impl Value {
     /// Numbers between which a number with roots of numbers lies; none of anything else.
     pub(crate) fn enclosure(&self) -> Option<Bounds> {
         let (numerator, denominator) = self.real().ok()?;
-        let atoms = numerator.atoms().into_iter().chain(denominator.atoms());
-        let mut roots = BTreeMap::new();
-        for atom in atoms {
-            let Atom::Root(inner) = atom else { return None };
-            roots.insert(atom, root_between(&inner.as_rational()?)?);
-        }
-        if roots.is_empty() {
+        if numerator.atoms().is_empty() && denominator.atoms().is_empty() {
             return None;
         }
-        let (top, below) = (between(numerator, &roots)?, between(denominator, &roots)?);
+        let (top, below) = (between(numerator)?, between(denominator)?);
         let crosses = !below.0.is_positive() && !below.1.is_negative();
         (!crosses).then(|| product(&top, &(below.1.recip(), below.0.recip())))
     }
@@ -168,18 +161,21 @@ impl Atom {
 /// The bits behind the point of the bounds of a root.
 const PRECISION: u64 = 256;
 
+/// The most bits of a number whose root is enclosed.
+const LONGEST: u64 = 1 << 16;
+
 /// The most terms of a sum in which squares are looked for.
 const MOST_TERMS: usize = 60;
 
 /// A lower and an upper bound.
 type Bounds = (BigRational, BigRational);
 
-fn root_between(number: &BigRational) -> Option<Bounds> {
-    if number.is_negative() || number.numer().bits() + number.denom().bits() > 4 * PRECISION {
+fn root_between((above, below): &super::fixed::Quotient) -> Option<Bounds> {
+    if above.is_negative() || above.bits() + below.bits() > LONGEST {
         return None;
     }
+    let low = ((above << (2 * PRECISION)) / below).sqrt();
     let unit = BigInt::one() << PRECISION;
-    let low = (number * BigRational::from_integer(&unit * &unit)).floor().to_integer().sqrt();
     Some((BigRational::new(low.clone(), unit.clone()), BigRational::new(low + BigInt::one(), unit)))
 }
 
@@ -193,16 +189,17 @@ fn product(one: &Bounds, other: &Bounds) -> Bounds {
     (low, high)
 }
 
-fn between(polynomial: &Real, roots: &BTreeMap<&Atom, Bounds>) -> Option<Bounds> {
+fn between(polynomial: &Real) -> Option<Bounds> {
     let mut sum = (BigRational::zero(), BigRational::zero());
     for (monomial, number) in polynomial.terms() {
-        let mut term = (number.clone(), number.clone());
-        for (atom, exponent) in monomial.factors() {
-            for _ in 0..(*exponent).min(64) {
-                term = product(&term, roots.get(atom)?);
+        let term = match (super::fixed::squared(monomial, number)?, number.is_negative()) {
+            ((None, nested), _) if nested.is_empty() => (number.clone(), number.clone()),
+            ((Some(square), nested), false) if nested.is_empty() => root_between(&square)?,
+            ((Some(square), nested), true) if nested.is_empty() => {
+                root_between(&square).map(|(low, high)| (-high, -low))?
             }
-            (*exponent <= 64).then_some(())?;
-        }
+            _ => return None,
+        };
         sum = (sum.0 + term.0, sum.1 + term.1);
     }
     Some(sum)
