@@ -173,10 +173,15 @@ impl Lowerer<'_> {
         let stands = self.unused(shower);
         variables.insert(stands.clone());
         let shown = Value::variable(&stands);
-        let solution = value.linear_in(&unknown).and_then(|(factor, rest)| {
-            let number = factor.as_rational().is_some();
-            number.then(|| shown.sub(&rest).and_then(|left| left.div(&factor)).ok()).flatten()
-        });
+        let read = match length {
+            Some(length) => self.components_of(&stands, length)?,
+            None => shown.clone(),
+        };
+        let solution = match (value.components(), read.components()) {
+            (None, None) => solved_for(&value, &unknown, &read),
+            (Some(_), Some(read)) => solved_for_vector(&value, &unknown, &read),
+            _ => None,
+        };
         let Some(solution) = solution else {
             return self.fail(
                 Diagnostic::error("P0422", format!("this cannot be solved for `{unknown}`"))
@@ -242,4 +247,24 @@ pub(super) fn names_in(value: &Number, found: &mut impl FnMut(&Ident)) {
             }
         }
     }
+}
+
+/// What a name is where a form in which it has a number as factor is equal to what is shown.
+fn solved_for(value: &Value, unknown: &Name, shown: &Value) -> Option<Value> {
+    let (factor, rest) = value.linear_in(unknown)?;
+    factor.as_rational()?;
+    shown.sub(&rest).and_then(|left| left.div(&factor)).ok()
+}
+
+/// The same of a vector, component by component.
+fn solved_for_vector(value: &Value, unknown: &Name, shown: &[Value]) -> Option<Value> {
+    let names: Vec<Name> = (1..=shown.len()).map(|place| Name::new(&format!("[{unknown} {place}]"))).collect();
+    let spread = Value::vector(names.iter().map(Value::variable).collect()).ok()?;
+    let parts = value.with(unknown, &spread).ok()?.components()?;
+    let each = parts.iter().zip(&names).zip(shown).map(|((part, name), shown)| {
+        let other = |other: &Name| other != name && part.mentions(other);
+        if names.iter().any(other) { None } else { solved_for(part, name, shown) }
+    });
+    let solution = Value::vector(each.collect::<Option<Vec<_>>>()?).ok()?;
+    (parts.len() == shown.len()).then_some(solution)
 }
