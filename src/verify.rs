@@ -74,6 +74,8 @@ pub struct Outcome {
     pub trajectory_term: Option<Term>,
     /// The property with the durations found.
     pub property_term: Option<Term>,
+    /// Why there is neither of these two.
+    pub unwritten: Option<String>,
     /// The part of the run that repeats.
     pub period_term: Option<Term>,
     /// The period, where there is one.
@@ -99,6 +101,7 @@ impl Outcome {
             orbit: None,
             trajectory_term: None,
             property_term: None,
+            unwritten: None,
             period_term: None,
             period: None,
             diagnostics: Vec::new(),

@@ -118,6 +118,16 @@ fn parts_of(item: &Term) -> Option<(Value, Vec<Term>)> {
     Some((time?, shown))
 }
 
+/// What is shown for ever, where it is nothing else.
+fn observers(term: &Term) -> Option<Vec<Term>> {
+    let all = match term.node() {
+        Node::Disable(parts) => parts.clone(),
+        _ => vec![term.clone()],
+    };
+    let shown = all.iter().filter(|part| !matches!(part.node(), Node::Idle));
+    shown.map(|part| matches!(part.node(), Node::Observe(..)).then(|| part.clone())).collect()
+}
+
 fn items(term: &Term) -> Vec<Term> {
     match term.node() {
         Node::Seq(parts) => parts.clone(),
@@ -177,8 +187,11 @@ impl<'t> Follower<'t> {
     /// Proves that a state is weakly equal to what it shows for ever, or that it goes on for ever.
     fn at_rest(&mut self, state: &Term, shown: &Term) -> Result<StepId, Lost> {
         let instant = self.instant(state)?;
-        if self.forgets && *shown == Term::idle() && !instant.delays().is_empty() {
-            return self.for_ever(state);
+        if self.forgets
+            && !instant.delays().is_empty()
+            && let Some(shown) = observers(shown)
+        {
+            return self.for_ever(state, &shown);
         }
         let rest = instant.rest().map_err(|stuck| Lost(stuck.0))?;
         let step = self.script.push(Step::Advance(state.clone(), None));

@@ -49,7 +49,7 @@ impl InEach<'_> {
             return self.both(apart, hypotheses, lost);
         }
         let (Some(run), Some(own)) = (&outcome.trajectory_term, &outcome.property_term) else {
-            return Err("the run or the property could not be written as a process".to_string());
+            return Err(unwritten(outcome));
         };
         let (left, right) = (run.clone(), own.clone());
         let statement = Statement { hypotheses: hypotheses.to_vec(), left, connective: Connective::Refines, right };
@@ -80,4 +80,10 @@ impl InEach<'_> {
         }
         proof
     }
+}
+
+/// Why the run and the property, which agree, are no terms.
+pub(super) fn unwritten(outcome: &Outcome) -> String {
+    let why = outcome.unwritten.iter().map(|why| format!(": {why}"));
+    format!("the run could not be written as a process, for the kernel to follow it{}", why.collect::<String>())
 }

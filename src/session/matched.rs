@@ -1,7 +1,7 @@
 //! The match of a run with a property, as a theorem about the system.
 
 use super::Evidence;
-use super::cases::InEach;
+use super::cases::{InEach, unwritten};
 use super::claim::Found;
 use super::compare::theory;
 use super::reading::Run;
@@ -25,7 +25,7 @@ impl Run<'_, '_> {
     /// The match of the run with the property, as a theorem.
     pub(super) fn matched(&mut self, system: &System, outcome: &Outcome, environment: &Environment, found: &mut Found) {
         let (Some(run), Some(wanted)) = (&outcome.trajectory_term, &outcome.property_term) else {
-            found.remains = vec!["the run or the property could not be written as a process".to_string()];
+            found.remains = vec![unwritten(outcome)];
             return;
         };
         let theory = theory(environment);

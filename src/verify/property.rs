@@ -229,6 +229,12 @@ impl Matcher<'_> {
             },
             None => (laid.rest.clone(), cycle),
         };
+        if endless && let Some(shown) = self.shown_for_ever(&rest) {
+            let run = Term::seq(laid.terms().into_iter().chain([Term::disable(shown)]));
+            let property = Some(Term::seq(laid.property));
+            let found = Outcome { remark, values: laid.values, ..Outcome::new(Verdict::Proved) };
+            return Ok(Outcome { trajectory_term: Some(run), property_term: property, ..found });
+        }
         let mut run: Vec<Term> = laid.terms();
         let mut property = laid.property.clone();
         run.extend(rest.iter().map(Unit::term));
@@ -257,12 +263,16 @@ impl Matcher<'_> {
         outcome.values = laid.values;
         // A run that is not known to its end has no term.
         let forever = |unit: &Unit| matches!(unit, Unit::Repeat { count: None, .. });
-        let known = trajectory.open.is_empty()
-            && !matches!(trajectory.end, Some(End::Livelock { .. }))
-            && !laid.run.iter().any(forever)
-            && (!endless || !laid.rest.iter().any(forever));
-        outcome.trajectory_term = known.then(|| Term::seq(run));
-        outcome.property_term = known.then(|| Term::seq(property));
+        let changes = laid.run.iter().any(forever) || (endless && laid.rest.iter().any(forever));
+        outcome.unwritten = match (&trajectory.open.first(), &trajectory.end) {
+            (Some(open), _) => Some((*open).clone()),
+            (None, Some(End::Livelock { .. })) => Some("it ends in a loop that takes no time".to_string()),
+            _ => changes.then(|| CHANGES.to_string()),
+        };
+        if outcome.unwritten.is_none() {
+            outcome.trajectory_term = Some(Term::seq(run));
+            outcome.property_term = Some(Term::seq(property));
+        }
         Ok(outcome)
     }
 
@@ -270,6 +280,19 @@ impl Matcher<'_> {
     fn asked_last(&self, shown: &Term) -> bool {
         let wanted = self.wanted.wants.last().into_iter().flat_map(|want| &want.shown);
         wanted.cloned().any(|one| shows(std::slice::from_ref(shown), &[one], self.assumptions) == Ok(true))
+    }
+
+    /// What is shown to the end as the last segment asks, where rounds that change follow one another for ever.
+    fn shown_for_ever(&self, rest: &[Unit]) -> Option<Vec<Term>> {
+        let Some(Unit::Repeat { count: None, index, .. }) = rest.last() else { return None };
+        let kept = only(rest, &|term| self.asked_last(term));
+        let mut segments = kept.iter().flat_map(|unit| match unit {
+            Unit::Single(segment) => std::slice::from_ref(segment),
+            Unit::Repeat { segments, .. } => segments.as_slice(),
+        });
+        let shown = segments.next()?.observed.clone();
+        let steady = shown.iter().all(|term| term.values().all(|value| !value.mentions(index)));
+        (!shown.is_empty() && steady && segments.all(|segment| segment.observed == shown)).then_some(shown)
     }
 
     /// Stretches as one in which nothing is shown.
@@ -311,11 +334,16 @@ impl Matcher<'_> {
     }
 }
 
+/// Why a run has no term.
+const CHANGES: &str = "what is shown changes in every round of a phase that goes on for ever";
+
 /// A property that is met by what is known of a run that goes on for ever: nothing is said of the rest of it.
 fn going_on(laid: Laid) -> Outcome {
     let mut outcome = Outcome::new(Verdict::Proved);
     let forever = |unit: &Unit| matches!(unit, Unit::Repeat { count: None, .. });
-    if !laid.run.iter().any(forever) {
+    if laid.run.iter().any(forever) {
+        outcome.unwritten = Some(CHANGES.to_string());
+    } else {
         let idle = || std::iter::once(Term::idle());
         outcome.trajectory_term = Some(Term::seq(laid.terms().into_iter().chain(idle())));
         outcome.property_term = Some(Term::seq(laid.property.iter().cloned().chain(idle())));

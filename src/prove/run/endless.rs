@@ -1,8 +1,10 @@
-//! What comes behind all that a property asks for, where the run is not written out: time passes for ever.
+//! What comes behind all that a property asks for, where the run is not written out: time passes for ever, and what is
+//! asked for to the end is shown.
 
 use super::shape::joined;
 use super::turn::Turn;
 use super::{Follower, Lost, lost};
+use crate::advance::stretch;
 use crate::name::Name;
 use crate::proof::{Step, StepId, hole};
 use crate::substitution::Substitution;
@@ -48,8 +50,9 @@ impl Ahead {
 }
 
 impl Follower<'_> {
-    /// Proves that a state is weakly refined by `Idle`: it neither ends nor stands still, as turns follow one another.
-    pub(super) fn for_ever(&mut self, state: &Term) -> Result<StepId, Lost> {
+    /// Proves that a state is weakly refined by what it goes on to show, `Idle` where that is nothing: it neither ends nor
+    /// stands still, as turns follow one another.
+    pub(super) fn for_ever(&mut self, state: &Term, shown: &[Term]) -> Result<StepId, Lost> {
         let ahead = self.ahead(state)?;
         let (mut tried, mut first) = (0, None);
         for (from, turn) in
@@ -63,7 +66,7 @@ impl Follower<'_> {
             }
             tried += turn * weight(state);
             let (steps, lemmas) = (self.script.steps.len(), self.lemmas.len());
-            match self.turns_from(&ahead, from, turn) {
+            match self.turns_from(&ahead, (from, turn), shown) {
                 Ok(step) => return Ok(step),
                 Err(why) => first = first.or(Some(why)),
             }
@@ -90,44 +93,48 @@ impl Follower<'_> {
         if ahead.times.is_empty() { lost("no time passes") } else { Ok(ahead) }
     }
 
-    /// `X <~ Delay_s ; loop(Delay_t) = Idle`, with turns of length t behind what takes s.
-    fn turns_from(&mut self, ahead: &Ahead, from: usize, turn: usize) -> Result<StepId, Lost> {
+    /// `X <~ (Delay_s # O) ; loop(Delay_t # O) = O`, with turns of length t behind what takes s.
+    fn turns_from(&mut self, ahead: &Ahead, (from, turn): (usize, usize), shown: &[Term]) -> Result<StepId, Lost> {
         let time = ahead.time(from, turn)?;
-        let again = self.turning(&Turn::plain(vec![Term::delay(time.clone())]), &[], &ahead.states[from])?;
-        let idle = self.loop_is_idle(&time);
-        let again = self.script.chain(vec![again, idle]);
+        let turn = Turn::plain(vec![stretch(&time, shown)]);
+        let again = self.turning(&turn, &[], &ahead.states[from])?;
+        let all = self.loop_is_one(&time, shown);
+        let again = self.script.chain(vec![again, all]);
         if from == 0 {
             return Ok(again);
         }
         let time = ahead.time(0, from)?;
-        let before = [Term::delay(time.clone())];
+        let before = [stretch(&time, shown)];
         let (first, next) = self.along(&before, ahead.states[0].clone())?;
         if next != ahead.states[from] {
             return lost("a turn begins elsewhere");
         }
         let again = self.behind(&before, again);
-        let idle = self.loop_is_idle(&time);
-        let back = self.script.push(Step::Symmetric(idle));
+        let all = self.loop_is_one(&time, shown);
+        let back = self.script.push(Step::Symmetric(all));
         let unrolled = self.behind(&before, back);
         let processes = [(Name::new("?P"), before[0].clone())].into();
         let with = Substitution { processes, ..Substitution::default() };
         let fold = self.script.push(Step::Law(Name::new("loop-fold"), with));
-        Ok(self.script.chain(vec![first, again, unrolled, fold, idle]))
+        Ok(self.script.chain(vec![first, again, unrolled, fold, all]))
     }
 
-    /// `loop(Delay_t) = Idle`.
-    fn loop_is_idle(&mut self, time: &Value) -> StepId {
+    /// `loop(Delay_t # O) = O`; of nothing, `loop(Delay_t) = Idle`.
+    fn loop_is_one(&mut self, time: &Value, shown: &[Term]) -> StepId {
+        let with = Substitution {
+            values: [(Name::new("?a"), time.clone())].into(),
+            processes: [(Name::new("?O"), Term::disable(shown.iter().cloned()))].into(),
+            ..Substitution::default()
+        };
+        if !shown.is_empty() {
+            return self.script.push(Step::Law(Name::new("loop-forever"), with));
+        }
         let processes = [(Name::new("?P"), Term::delay(time.clone()))].into();
-        let with = Substitution { processes, ..Substitution::default() };
-        let alone = self.script.push(Step::Law(Name::new("disable-idle"), with));
+        let idle = Substitution { processes, ..Substitution::default() };
+        let alone = self.script.push(Step::Law(Name::new("disable-idle"), idle));
         let shape = Term::new(Node::Loop(Term::meta(&hole(1))));
         let alone = self.script.push(Step::Congruence(shape, vec![alone]));
         let observed = self.script.push(Step::Symmetric(alone));
-        let with = Substitution {
-            values: [(Name::new("?a"), time.clone())].into(),
-            processes: [(Name::new("?O"), Term::idle())].into(),
-            ..Substitution::default()
-        };
         let forever = self.script.push(Step::Law(Name::new("loop-forever"), with));
         self.script.chain(vec![observed, forever])
     }
