@@ -14,7 +14,13 @@ impl Lowerer<'_> {
     pub(super) fn distribution(&mut self, written: &Written) -> Option<Value> {
         match &written.kind {
             ValueKind::Name(name) => self.name(name, Class::Distribution),
-            ValueKind::Call(name, arguments) if name.name.as_str() == "N" => self.which_spread(name, arguments.len()),
+            ValueKind::Call(name, arguments) if name.name.as_str() == "N" => {
+                if arguments.get(1).is_none_or(|spread| spread.label.is_none()) {
+                    return self.which_spread(name, arguments.len());
+                }
+                let parts = self.normal(arguments, written.span)?;
+                self.valid(Value::distribution("Normal", parts), written.span)
+            }
             ValueKind::Call(name, arguments) if DISTRIBUTIONS.contains(&name.name.as_str()) => {
                 let parts = match name.name.as_str() {
                     "Normal" => self.normal(arguments, written.span),

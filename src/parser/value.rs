@@ -267,6 +267,15 @@ impl Parser<'_> {
         let arguments = self.list(Kind::CloseRound, "`,` or `)`", |parser| {
             let value = parser.value()?;
             if !parser.at(Kind::Colon) {
+                if let ValueKind::Name(label) = &value.kind
+                    && ["sd", "var", "rate"].contains(&label.name.as_str())
+                    && !parser.at(Kind::Comma)
+                    && !parser.at(Kind::CloseRound)
+                {
+                    let wrong =
+                        parser.wrong("`:`").help(format!("write `{0}: ` and its value, as in `{0}: 1/10`", label.name));
+                    return parser.fail(wrong);
+                }
                 return Ok(Argument { label: None, value });
             }
             parser.take(Role::Closing);

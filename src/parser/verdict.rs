@@ -115,7 +115,14 @@ impl Parser<'_> {
         } else {
             Vec::new()
         };
-        self.word(if first { "within" } else { "at" })?;
+        let (word, other) = if first { ("within", "at") } else { ("at", "within") };
+        if self.spelling() == other {
+            let wrong = self.wrong(&format!("`{word}`"));
+            return self.fail(wrong.help(
+                "`reaching … within 10` asks for some time up to 10, and `showing … at 10` for that time alone",
+            ));
+        }
+        self.word(word)?;
         let time = self.value()?;
         let method = self.method()?;
         let event = Event::Shown { first, shown, conditions, time };

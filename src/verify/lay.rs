@@ -86,7 +86,11 @@ impl Matcher<'_> {
         for unit in units {
             match unit.duration()? {
                 Some(duration) => sum = sum.add(&duration)?,
-                None => return Err(Missed::Unsure("a leg never ends".to_string())),
+                None => {
+                    return Err(Missed::Unsure(
+                        "what would have to pass before lasts for ever: a phase is never left".to_string(),
+                    ));
+                }
             }
         }
         Ok(self.assumptions.simplify(&sum))
