@@ -142,8 +142,15 @@ pub fn verify(
             let plain = solved::plain(&period, assumptions);
             let run = plain.as_ref().unwrap_or(&period);
             let whole = look(run);
-            match influence::reduced(run, property.1) {
+            let whole = match influence::reduced(run, property.1) {
                 Some(reduced) if !matches!(whole.verdict, Verdict::Proved) => better(whole, look(&reduced)),
+                _ => whole,
+            };
+            match run.by_cycles(assumptions) {
+                Ok(Some(together)) if matches!(whole.verdict, Verdict::Open { .. }) => {
+                    let found = look(&together);
+                    if matches!(found.verdict, Verdict::Open { .. }) { whole } else { found }
+                }
                 _ => whole,
             }
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Edge, Next, Phase, Segment};
+use super::{Edge, Next, Period, Phase, Segment};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::substitution::substitute_values;
@@ -12,6 +12,8 @@ use crate::value::{Value, ValueError};
 const MOST_PRODUCTS: usize = 32;
 /// Phases up to which merging looks for more than chains.
 const MOST_COMPARED: usize = 400;
+/// The same where cycles are looked for.
+const MOST_TOGETHER: usize = 100;
 
 /// Initial edges, phases, and the number that each phase had.
 type Merged = (Vec<Edge>, Vec<Phase>, Vec<usize>);
@@ -42,6 +44,52 @@ pub(super) fn merge(initial: Vec<Edge>, phases: Vec<Phase>, known: &Assumptions)
         }
     }
     Ok((initial, kept, numbers))
+}
+
+impl Period {
+    /// The same period with phases that follow one another in a cycle taken together, also where behaviour changes, so that
+    /// their rounds can be counted: of two goals that are visited in turn, a visit of both is one round. The other
+    /// phases keep their numbers. Nothing where there are no such phases.
+    ///
+    /// # Errors
+    /// When a value has no normal form.
+    pub fn by_cycles(&self, known: &Assumptions) -> Result<Option<Period>, ValueError> {
+        let mut phases: Vec<Option<Phase>> = self.phases.iter().cloned().map(Some).collect();
+        let merges = |number: &usize, phases: &[Option<Phase>]| {
+            enters_alone(*number, &self.initial, phases).is_some() && comes_back(*number, phases)
+        };
+        let mut merged = self.clone();
+        let mut some = false;
+        while self.phases.len() <= MOST_TOGETHER
+            && let Some(number) = (0..phases.len()).rev().find(|number| merges(number, &phases))
+        {
+            let Some(gone) = phases.get_mut(number).and_then(Option::take) else { break };
+            for phase in phases.iter_mut().flatten() {
+                phase.edges = through(std::mem::take(&mut phase.edges), number, &gone, known)?;
+            }
+            some = true;
+        }
+        for (phase, found) in merged.phases.iter_mut().zip(phases) {
+            *phase = found.unwrap_or_else(|| phase.clone());
+        }
+        Ok(some.then_some(merged))
+    }
+}
+
+/// Whether some way leads from a phase back to it.
+fn comes_back(number: usize, phases: &[Option<Phase>]) -> bool {
+    let mut seen = vec![false; phases.len()];
+    let mut stack = vec![number];
+    while let Some(from) = stack.pop() {
+        for edge in phases[from].iter().flat_map(|phase| &phase.edges) {
+            match edge.next {
+                Next::Phase(next) if next == number => return true,
+                Next::Phase(next) if !std::mem::replace(&mut seen[next], true) => stack.push(next),
+                _ => {}
+            }
+        }
+    }
+    false
 }
 
 /// Takes away the phases that nothing leads to.
@@ -101,17 +149,19 @@ fn chains(phases: &mut [Option<Phase>], initial: &[Edge], known: &Assumptions) -
 
 /// A phase merges if it is entered from other phases only, never by a change of behaviour, nor at the very start.
 fn merges(number: usize, initial: &[Edge], phases: &[Option<Phase>]) -> bool {
-    let Some(phase) = phases.get(number).and_then(Option::as_ref) else {
-        return false;
-    };
+    enters_alone(number, initial, phases).is_some_and(|entries| entries.iter().all(|edge| !edge.switches))
+}
+
+/// The ways into a phase, where it is entered from other phases only, and not at the very start.
+fn enters_alone<'p>(number: usize, initial: &[Edge], phases: &'p [Option<Phase>]) -> Option<Vec<&'p Edge>> {
+    let phase = phases.get(number).and_then(Option::as_ref)?;
     let enters = |edge: &&Edge| edge.next == Next::Phase(number);
     if phase.rounds(number).next().is_some() || initial.iter().any(|edge| enters(&edge)) {
-        return false;
+        return None;
     }
     let entries: Vec<&Edge> = phases.iter().flatten().flat_map(|phase| &phase.edges).filter(enters).collect();
-    !entries.is_empty()
-        && entries.iter().all(|edge| !edge.switches)
-        && entries.len() * phase.edges.len() <= MOST_PRODUCTS
+    let few = entries.len() * phase.edges.len() <= MOST_PRODUCTS;
+    (!entries.is_empty() && few).then_some(entries)
 }
 
 fn through(edges: Vec<Edge>, number: usize, gone: &Phase, known: &Assumptions) -> Result<Vec<Edge>, ValueError> {
