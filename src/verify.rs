@@ -14,6 +14,7 @@ mod stages;
 mod stretch;
 pub mod trajectory;
 mod turning;
+mod undecided;
 pub mod unit;
 
 use std::collections::BTreeMap;

@@ -7,14 +7,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::count::Count;
 use super::orbit::{Orbit, observers, without_moving};
 use super::round::{is_known, is_long};
+use super::undecided;
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::period::{Edge, End, Next, Period, Phase, Segment, Test, in_case};
+use crate::period::{Edge, End, Next, Period, Phase, Segment, Test};
 use crate::recurrence::{Closed, NoClosedForm};
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
-use crate::value::{Relation, Value, ValueError};
+use crate::value::{Value, ValueError};
 
 /// Legs that a run may have before it repeats.
 const MOST_LEGS: usize = 1_000;
@@ -448,27 +449,7 @@ impl Walker<'_> {
             [] => Err(Unsure(vec!["no way on was found".to_string()])),
             // The edges cover all cases, so the one that is not ruled out is taken.
             [(edge, _)] => Ok(edge),
-            _ => {
-                let mut reasons = Vec::new();
-                for (edge, open) in &possible {
-                    if let Next::End(End::Livelock { cycle }) = &edge.next {
-                        let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
-                        reasons.push(format!(
-                            "the program goes round in no time ({}){}",
-                            cycle.join(", "),
-                            in_case(open)
-                        ));
-                    }
-                }
-                let tests: BTreeSet<String> = possible
-                    .iter()
-                    .flat_map(|(_, open)| open)
-                    .map(|test| if test.relation == Relation::Neq { test.negated() } else { test.clone() })
-                    .map(|test| format!("it must be known whether {test}"))
-                    .collect();
-                reasons.extend(tests);
-                Err(Unsure(reasons))
-            }
+            _ => Err(Unsure(undecided::reasons(&possible, assumptions))),
         }
     }
 

@@ -1,0 +1,56 @@
+//! What would have to be known for a run to go on, where several ways may be taken.
+
+use std::collections::BTreeSet;
+
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::period::{Edge, End, Next, Test, in_case};
+use crate::value::Relation;
+
+/// Ways that may be taken, each with the tests that are not decided.
+type Possible<'e> = [(&'e Edge, Vec<Test>)];
+
+/// In words: which tests are not decided, each once, and an assumption about parameters that would tell.
+pub(super) fn reasons(possible: &Possible<'_>, assumptions: &Assumptions) -> Vec<String> {
+    let mut reasons = Vec::new();
+    for (edge, open) in possible {
+        if let Next::End(End::Livelock { cycle }) = &edge.next {
+            let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
+            let case = in_case(open);
+            reasons.push(format!("the program goes round in no time ({}){case}", cycle.join(", ")));
+        }
+    }
+    let mut tests: Vec<Test> = Vec::new();
+    let all: BTreeSet<&Test> = possible.iter().flat_map(|(_, open)| open).collect();
+    for test in all {
+        let test = if test.relation == Relation::Neq { test.negated() } else { test.clone() };
+        if !tests.contains(&test) && !tests.contains(&test.negated()) {
+            tests.push(test);
+        }
+    }
+    let telling = tests.iter().find_map(|test| telling(test, possible, assumptions));
+    let count = tests.len();
+    reasons.extend(tests.iter().enumerate().map(|(place, test)| {
+        let help = telling.as_ref().filter(|_| place + 1 == count);
+        let help = help.map(|test| format!("; an assumption such as `param {test}` tells")).unwrap_or_default();
+        format!("it must be known whether {test}{help}")
+    }));
+    reasons
+}
+
+/// A test, or its opposite, with which one way alone is left; of both the one that leaves values out, not most of them.
+fn telling(test: &Test, possible: &Possible<'_>, assumptions: &Assumptions) -> Option<Test> {
+    let declared = assumptions.variables();
+    let names = test.left.variables().into_iter().chain(test.right.variables());
+    if !names.into_iter().all(|name| declared.contains(&name)) {
+        return None;
+    }
+    let narrow = [Relation::Eq, Relation::Lte, Relation::Lss].contains(&test.relation);
+    let both = if narrow { [test.negated(), test.clone()] } else { [test.clone(), test.negated()] };
+    both.into_iter().find(|test| {
+        let mut known = assumptions.clone();
+        known.assume(test.relation, &test.left, &test.right);
+        let left = |open: &Vec<Test>| open.iter().all(|test| test.decide(&known) != Some(false));
+        possible.iter().filter(|(_, open)| left(open)).count() == 1
+    })
+}
