@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use super::system::{Refused, declared, read, written};
 use crate::lower::{Entity, System};
 use crate::name::Name;
+use crate::period::course::Course;
 use crate::period::{Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
@@ -37,7 +38,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     watch.begins("the period");
     let made = make(request, watch, colour);
     watch.ends();
-    let found = match made {
+    let (found, ends) = match made {
         Ok(Ok(found)) => found,
         Ok(Err(failures)) => {
             complain(&failures.iter().map(|failure| format!("{failure}\n")).collect::<String>());
@@ -48,7 +49,8 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             return 3;
         }
     };
-    let warnings: String = graph::remarks(&found).iter().map(|line| format!("{line}\n")).collect();
+    let end = ends.then(|| "no period: the run ends".to_string());
+    let warnings: String = graph::remarks(&found).into_iter().chain(end).map(|line| format!("{line}\n")).collect();
     let text = match request.format {
         Format::Text => graph::lines(&found).iter().map(|line| format!("{line}\n")).collect::<String>() + &warnings,
         Format::Dot => dot(&graph::system(&found)),
@@ -75,10 +77,11 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             }
         }
     }
-    u8::from(!found.repeats())
+    u8::from(ends || !found.repeats())
 }
 
-type Analysed = Result<Period, Vec<crate::period::Failure>>;
+/// A period, and whether the run comes to an end all the same, or why there is none.
+type Analysed = Result<(Period, bool), Vec<crate::period::Failure>>;
 
 fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, Refused> {
     let source = read(&request.file, colour)?;
@@ -99,5 +102,9 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, 
         },
     };
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
-    Ok(analyse_until(&system.components, definitions, assumptions, &|| watch.interrupted()))
+    let interrupted = || watch.interrupted();
+    Ok(analyse_until(&system.components, definitions, assumptions, &interrupted).map(|period| {
+        let ends = period.repeats() && matches!(period.course(assumptions, &interrupted), Some(Course::Ends(..)));
+        (period, ends)
+    }))
 }

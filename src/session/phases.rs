@@ -36,6 +36,9 @@ impl Run<'_, '_> {
                 let rounds = period.repetitions(definitions, assumptions, &interrupted);
                 lines.extend(told(period, rounds, definitions));
                 lines.extend(course.iter().map(whole));
+                if period.repeats() && comes_to_an_end(course.as_ref()) {
+                    lines.push("no period: the run ends".to_string());
+                }
                 lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
                 lines
             }
@@ -86,13 +89,23 @@ fn course_of(
     }
     let term = system.term(&environment.definitions);
     let run = (term.size() <= MOST_TERM).then(|| Lasso::of(&term, &environment.definitions, interrupted).round());
-    match run.flatten() {
-        Some((lasting, from)) => {
-            let (lasting, from) = (Value::rational(lasting), Value::rational(from));
-            Some(Course::Repeats { lasting, from, beside: BTreeSet::new() })
+    let phases = || period.course(&environment.assumptions, interrupted);
+    let Some((lasting, from)) = run.flatten() else { return phases() };
+    let (lasting, from) = (Value::rational(lasting), Value::rational(from));
+    match phases() {
+        // What was read last and is read by nobody again does not make one state another.
+        Some(Course::Repeats { lasting: same, from: earlier, beside })
+            if same == lasting && beside.is_empty() && earlier.as_rational() < from.as_rational() =>
+        {
+            Some(Course::Repeats { lasting, from: earlier, beside })
         }
-        None => period.course(&environment.assumptions, interrupted),
+        _ => Some(Course::Repeats { lasting, from, beside: BTreeSet::new() }),
     }
+}
+
+/// Whether it is known that nothing comes again: the phases may, but the run does not.
+fn comes_to_an_end(course: Option<&Course>) -> bool {
+    matches!(course, Some(Course::Ends(..)))
 }
 
 fn whole(course: &Course) -> String {
@@ -117,7 +130,7 @@ fn is_met(
     (period, course): (&Result<Period, Vec<Failure>>, Option<&Course>),
     waiting: &Waiting,
 ) -> bool {
-    let repeats = period.as_ref().is_ok_and(Period::repeats);
+    let repeats = period.as_ref().is_ok_and(Period::repeats) && !comes_to_an_end(course);
     let round = course.and_then(|course| match course {
         Course::Repeats { lasting, .. } => Some(lasting.clone()),
         Course::Ends(..) => None,

@@ -80,6 +80,16 @@ fn too_short(shown: &[Term], time: &Value) -> Missed {
     })
 }
 
+/// What is missed, where something else may be found.
+fn unsure(missed: Missed) -> Missed {
+    match missed {
+        Missed::Never(reason) => {
+            Missed::Unsure(format!("{reason}, and whether another value would be was not looked at"))
+        }
+        other => other,
+    }
+}
+
 impl Matcher<'_> {
     pub(super) fn durations(&self, units: &[Unit]) -> Result<Value, Missed> {
         let mut sum = Value::zero();
@@ -134,8 +144,16 @@ impl Matcher<'_> {
                     let taken = self.longest(&mut laid, &want.shown)?;
                     self.take(&mut laid, Some(name), taken, &want.shown)?;
                 }
-                _ if has_unknowns(&want.shown) => {
-                    return Err(Missed::Unsure("what is shown for a known time must be known".to_string()));
+                Length::Known(time) if has_unknowns(&want.shown) => {
+                    self.seek(&mut laid, free.take(), &want)?;
+                    want.shown = with_values(&want.shown, &laid.values)?;
+                    // Of what is shown first it is known how long; another may be shown for longer.
+                    self.known(&mut laid, None, time, &want, trajectory).map_err(unsure)?;
+                }
+                Length::Endless if has_unknowns(&want.shown) => {
+                    let shown: Vec<String> = want.shown.iter().map(Term::to_string).collect();
+                    let why = "has no `Delay`, so it would be shown for ever, and then its values must be given";
+                    return Err(Missed::Unsure(format!("{} {why}", shown.join(" with "))));
                 }
                 Length::Known(time) => self.known(&mut laid, free.take(), time, &want, trajectory)?,
                 Length::Endless => self.endless(&mut laid, free.take(), &want, (cycle, trajectory))?,
