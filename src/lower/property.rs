@@ -76,6 +76,9 @@ impl Lowerer<'_> {
         };
         let (mut terms, mut variables, mut solved) = (Vec::new(), BTreeSet::new(), Solved::new());
         for part in parts {
+            if let TermKind::Apply { name, .. } = &part.kind {
+                self.once(name, &terms, part.span)?;
+            }
             terms.push(self.shown_part(part, &mut variables, &mut solved)?);
         }
         let mut lowered = Vec::new();

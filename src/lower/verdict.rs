@@ -7,7 +7,7 @@ use num_traits::ToPrimitive;
 use super::scope::Lowerer;
 use super::value::count_of;
 use super::{ClaimKind, Entity, Event, Likelihood, Method, Pattern};
-use crate::ast::{self, Comparison, TermKind, ValueKind};
+use crate::ast::{self, Comparison, Ident, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::{Node, Term};
@@ -40,6 +40,20 @@ impl Lowerer<'_> {
         Some(ClaimKind::Always { system: system?, pattern, property: None })
     }
 
+    /// That no part before shows by the same name.
+    pub(super) fn once(&mut self, name: &Ident, before: &[Term], span: Span) -> Option<()> {
+        let same = |other: &Term| matches!(other.node(), Node::Observe(known, _) if *known == name.name);
+        if !before.iter().any(same) {
+            return Some(());
+        }
+        self.fail(
+            Diagnostic::error("P0324", format!("`{}` stands here twice", name.name))
+                .label(span, "again here")
+                .note("two things that one observer shows cannot be told apart")
+                .help("declare one observer for each: `observer First(r), Second(r)`"),
+        )
+    }
+
     /// Observers whose parameters are names for what is shown in a system, or values that must be shown, and what is said
     /// of them.
     pub(super) fn pattern(
@@ -52,14 +66,7 @@ impl Lowerer<'_> {
         let mut terms = Vec::new();
         for term in shown {
             let TermKind::Apply { name, arguments, results } = &term.kind else { continue };
-            if terms.iter().any(|other: &Term| matches!(other.node(), Node::Observe(known, _) if *known == name.name)) {
-                return self.fail(
-                    Diagnostic::error("P0324", format!("`{}` stands here twice", name.name))
-                        .label(term.span, "again here")
-                        .note("two things that one observer shows cannot be told apart")
-                        .help("declare one observer for each: `observer First(r), Second(r)`"),
-                );
-            }
+            self.once(name, &terms, term.span)?;
             let arity = match self.environment.entity(&name.name) {
                 Some(Entity::Observer(arity)) => *arity,
                 _ => {

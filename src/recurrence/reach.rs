@@ -19,12 +19,14 @@ use super::numeric::Numeric;
 use super::parabola::past;
 use super::ranges::joined;
 use super::ratio::in_ratio;
+use super::roots::between_roots;
+use super::sides::{furthest, squared};
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
 use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
-use crate::value::{Atom, Relation, Value, ValueError};
+use crate::value::{Atom, Relation, Value};
 
 /// The terms that are compared one by one, at most, and the bits that they may have together.
 const MOST_TERMS: u64 = 20_000;
@@ -68,19 +70,19 @@ pub fn reach(
                 _ => found,
             }
         }
-        Ok(None) => of_numbers(recurrence, solved, (relation, left, right), known, stop),
+        Ok(None) => {
+            let found = |(relation, left, right): Wanted<'_>| {
+                of_numbers(recurrence, solved, (relation, left, right), known, stop)
+            };
+            let squares = squared((left, right), known);
+            let by_squares = squares.as_ref().map(|[left, right]| found((relation, left, right)));
+            match by_squares {
+                Some(told @ (Reach::At(..) | Reach::Never(_))) => told,
+                _ => found((relation, left, right)),
+            }
+        }
         Err(error) => Reach::Unknown(error.to_string()),
     }
-}
-
-/// The largest difference of two components of vectors: they are equal where it is 0.
-fn furthest(left: &Value, right: &Value) -> Result<Option<Value>, ValueError> {
-    let (Some(left), Some(right)) = (left.components(), right.components()) else { return Ok(None) };
-    let mut distance = Value::zero();
-    for (one, other) in left.iter().zip(&right) {
-        distance = Value::maximum(&[distance, one.sub(other)?.abs()?])?;
-    }
-    Ok(Some(distance))
 }
 
 fn of_numbers(
@@ -107,6 +109,9 @@ fn of_numbers(
             Some(Reach::Unknown(why)) => reason = Some(why),
             Some(found) => return found,
             None => {}
+        }
+        if let Some(found) = by_roots(solved, wanted, known) {
+            return found;
         }
     }
     let classes = solved.filter(|_| recurrence.from >= 0).and_then(|solved| Classes::of(solved, wanted));
@@ -234,6 +239,17 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
         }
         other => Some(other),
     }
+}
+
+/// Where the difference of both sides is a polynomial in the index, piece by piece.
+fn by_roots(solved: &Solved, (relation, left, right): Wanted<'_>, known: &Assumptions) -> Option<Reach> {
+    let terms = solved.recurrence().terms().into_iter();
+    let used: Vec<(Name, usize)> = terms
+        .filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)))
+        .map(|(name, place, _)| (name, place))
+        .collect();
+    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, known)?;
+    between_roots(&pieces, &solved.recurrence().index, relation)
 }
 
 /// Values that are bent in the index, as sizes of values that are not, and what is added to these everywhere: with
