@@ -9,6 +9,9 @@ use crate::name::Name;
 use crate::period::{Edge, Next, Period, Test};
 use crate::value::ValueError;
 
+/// The bits of the longest number in what may hold: a longer one is where the run happens to be after many rounds.
+const LONGEST: u64 = 128;
+
 /// What may hold in each phase: what is claimed there, and what was asked on some way into it. Unless all are kept,
 /// those are left out that do not follow on every way.
 pub(super) fn candidates(
@@ -40,6 +43,7 @@ pub(super) fn candidates(
                 .chain(carried(period, number))
                 .filter(|test| about(test))
                 .chain(equal[number].iter().cloned())
+                .filter(|test| test.left.bits().max(test.right.bits()) <= LONGEST)
                 .collect::<BTreeSet<Test>>(),
         );
     }
