@@ -173,6 +173,9 @@ fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Na
     }
     let ports = |names: BTreeSet<&Name>| names.into_iter().map(Name::as_str).collect::<Vec<_>>().join(", ");
     let actuators = ports(targets.iter().flat_map(|(observer, target)| target.moved_by(observer)).collect());
+    if targets.is_empty() {
+        return Err(format!("{thing} is sensed, and nothing else that is shown moves by what is read"));
+    }
     Err(format!(
         "there is no path from {thing}, which is sensed on {}, through a program to {actuators}, which moves {}",
         ports(carries.iter().map(|(_, port)| port).collect()),

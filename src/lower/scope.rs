@@ -226,8 +226,10 @@ impl<'e> Lowerer<'e> {
         otherwise: &str,
     ) {
         let wrong = ident.name.as_str();
+        // Criteria are several, also where one name stands for all.
+        let is = if what == "criteria" { "are" } else { "is" };
         let diagnostic =
-            Diagnostic::error(code, format!("there is no {what} `{wrong}`")).label(ident.span, "not declared");
+            Diagnostic::error(code, format!("there {is} no {what} `{wrong}`")).label(ident.span, "not declared");
         let known: Vec<&str> = known.collect();
         let meant = elsewhere(wrong).filter(|name| known.contains(name));
         self.report(match meant.or_else(|| nearest(wrong, known.iter().copied())) {

@@ -134,7 +134,8 @@ impl Lowerer<'_> {
                         matches!(quantity, super::Quantity::Parameter { .. }).then_some(name.as_str())
                     });
                     let known: Vec<&str> = known.collect();
-                    self.unknown("P0414", "parameter", ident, known.into_iter(), "declare it: `param k = 1`");
+                    let advice = format!("declare it: `param {} = 1`", ident.name);
+                    self.unknown("P0414", "parameter", ident, known.into_iter(), &advice);
                     return None;
                 }
             }

@@ -1,22 +1,34 @@
 //! Both sides of a comparison of terms, as numbers that are easier to look at: the squares of distances, and the greatest
 //! difference of two vectors.
 
-use crate::assumption::Assumptions;
-use crate::value::{Atom, Relation, Value, ValueError};
+use num_traits::Signed;
 
-/// The squares of both sides, where one is or has a root and both are not negative: they compare alike, and a distance is a
-/// polynomial then.
+use crate::assumption::Assumptions;
+use crate::value::{Atom, Relation, Value, ValueError, View};
+
+/// The squares of both sides, where one is a distance and both are not negative: they compare alike, and the square of a
+/// distance is a polynomial.
 pub(super) fn squared((left, right): (&Value, &Value), known: &Assumptions) -> Option<[Value; 2]> {
-    let has_root = |side: &Value| side.atoms().into_iter().any(|atom| matches!(atom, Atom::Root(_)));
-    let moves = |side: &Value| {
-        side.atoms().into_iter().any(|atom| matches!(atom, Atom::Root(inner) if !inner.variables().is_empty()))
+    let square = |side: &Value| match square_of_distance(side) {
+        None if known.decide(Relation::Gte, side, &Value::zero()) == Some(true) => Some((side.mul(side).ok()?, false)),
+        None => None,
+        Some(square) => Some((square, true)),
     };
-    let positive = |side: &Value| known.decide(Relation::Gte, side, &Value::zero()) == Some(true);
-    if !(moves(left) || moves(right)) || !positive(left) || !positive(right) {
+    let ((left, one), (right, other)) = (square(left)?, square(right)?);
+    (one || other).then_some([left, right])
+}
+
+/// The square of the length of a vector, times a number that is not negative; none of another form. It has a meaning
+/// wherever the vector has one.
+fn square_of_distance(side: &Value) -> Option<Value> {
+    let View::Real(terms, below) = side.view() else { return None };
+    let ([(number, factors)], [(divisor, others)]) = (terms.as_slice(), below.as_slice()) else { return None };
+    let [(Atom::Root(inner), 1)] = factors.as_slice() else { return None };
+    let factor = number / divisor;
+    if !others.is_empty() || factor.is_negative() || inner.variables().is_empty() || !inner.is_sum_of_squares() {
         return None;
     }
-    let squares = [left.mul(left).ok()?, right.mul(right).ok()?];
-    squares.iter().any(|side| !has_root(side)).then_some(squares)
+    inner.mul(&Value::rational(&factor * &factor)).ok()
 }
 
 /// The largest difference of two components of vectors: they are equal where it is 0.

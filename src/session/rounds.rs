@@ -41,6 +41,7 @@ pub(super) fn checked(
     let ways = "ways from start and phases, with their flow functions";
     match why {
         _ if all == 0 => Vec::new(),
+        None if all == 1 => vec!["by the kernel: the one way from the start, with its flow function".to_string()],
         None => vec![format!("by the kernel: all {proved} {ways}")],
         Some(why) => {
             vec![format!("by the kernel: {proved} of {all} {ways}"), format!("not checked by the kernel: {why}")]
