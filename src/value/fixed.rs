@@ -26,6 +26,9 @@ type Range = (BigInt, BigInt);
 /// A number, not in lowest terms; what is below is positive.
 pub(super) type Quotient = (BigInt, BigInt);
 
+/// The square of a number with roots of numbers, if it has any, and its roots of roots with their exponents.
+pub(super) type Squared<'a> = (Option<Quotient>, Vec<(&'a Atom, u32)>);
+
 impl Value {
     /// Whether a number with roots of numbers is less or greater than 0; none of anything else, or where that takes
     /// more digits.
@@ -111,10 +114,7 @@ fn between(polynomial: &Real, roots: &BTreeMap<&Atom, Range>) -> Option<Range> {
 
 /// The square of a number times roots of numbers, nothing where there are none, and the roots of roots behind it: a
 /// small number times the root of a large one has all its digits behind the point.
-pub(super) fn squared<'a>(
-    monomial: &'a Monomial<Atom>,
-    number: &BigRational,
-) -> Option<(Option<Quotient>, Vec<(&'a Atom, u32)>)> {
+pub(super) fn squared<'a>(monomial: &'a Monomial<Atom>, number: &BigRational) -> Option<Squared<'a>> {
     let mut square: Option<Quotient> = None;
     let mut nested = Vec::new();
     for (atom, exponent) in monomial.factors() {
