@@ -8,14 +8,15 @@ use super::Test;
 use super::run::{Env, Halt, Path, Run, Settler, evaluate, fresh};
 use crate::name::Name;
 use crate::scope::read_names;
-use crate::substitution::substitute_values;
+use crate::substitution::{Stuck, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
 /// Copies that `P^n` may have where n is a number.
 const MOST_COPIES: usize = 10_000;
-/// What the number of copies still to come is called.
+/// What the number of copies still to come is called, and the number of the copy that runs.
 const LEFT: &str = "copies";
+const RUNS: &str = "copy";
 
 fn power(body: Term, count: Value, index: Option<&Name>) -> Term {
     Term::new(Node::Power(body, count, index.cloned()))
@@ -83,13 +84,18 @@ impl Settler<'_> {
         let mut inner = env.clone();
         let less = evaluate(count, env)?.sub(&Value::one());
         inner.insert(left.clone(), less.or_else(|error| Halt::because(error.0))?);
-        if let Some(index) = index {
-            let before = env.get(index).filter(|_| begun).cloned();
-            let now = before.map_or(Ok(Value::zero()), |before| before.add(&Value::one()));
-            inner.insert(index.clone(), now.or_else(|error| Halt::because(error.0))?);
-        }
-        let others = power(body.clone(), Value::variable(&left), index);
-        Ok(fresh(&Term::seq([body.clone(), others]), &inner))
+        let (first, others) = match index.filter(|index| read_names(body).contains(*index)) {
+            None => (body.clone(), body.clone()),
+            Some(index) => {
+                let runs = Name::new(&left.as_str().replacen(LEFT, RUNS, 1));
+                let before = env.get(&runs).filter(|_| begun).cloned();
+                let now = before.map_or(Ok(Value::zero()), |before| before.add(&Value::one()));
+                inner.insert(runs.clone(), now.or_else(|error| Halt::because(error.0))?);
+                turned(body, index, &runs, begun).or_else(|stuck| Halt::because(stuck.0))?
+            }
+        };
+        let others = power(others, Value::variable(&left), index);
+        Ok(fresh(&Term::seq([first, others]), &inner))
     }
 
     /// The name of the count, and whether this is one already.
@@ -101,10 +107,23 @@ impl Settler<'_> {
         let read = read_names(body);
         let mut name = Name::new(LEFT);
         let mut number = 1;
-        while self.reserved.contains(&name) || read.contains(&name) || index == Some(&name) {
+        let mut runs = Name::new(RUNS);
+        let taken = |name: &Name| self.reserved.contains(name) || read.contains(name) || index == Some(name);
+        while taken(&name) || taken(&runs) {
             number += 1;
-            name = Name::new(&format!("{LEFT}{number}"));
+            (name, runs) = (Name::new(&format!("{LEFT}{number}")), Name::new(&format!("{RUNS}{number}")));
         }
         (name, false)
     }
+}
+
+/// Of copies that read their number i: the one that runs, which reads the variable r instead, and those after it, which count
+/// from 0 again and so read `r+1+i`, as these do once the first of them has begun.
+fn turned(body: &Term, index: &Name, runs: &Name, begun: bool) -> Result<(Term, Term), Stuck> {
+    let with = |value: Value| substitute_values(body, &BTreeMap::from([(index.clone(), value)]));
+    if begun {
+        return Ok((with(Value::integer(-1))?, body.clone()));
+    }
+    let one = Value::variable(runs).add(&Value::one()).and_then(|next| next.add(&Value::variable(index)));
+    Ok((with(Value::variable(runs))?, with(one.map_err(|error| Stuck(error.0))?)?))
 }

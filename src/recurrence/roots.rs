@@ -125,6 +125,9 @@ mod tests {
             }
             let form = crate::recurrence::product::value_of(&all, &Value::variable(&index)).unwrap();
             let piece = Piece { from: Value::zero(), until: None, form };
+            if all.is_zero() {
+                continue;
+            }
             for relation in relations {
                 let by_hand = (0..200i64).find(|at| relation.holds(sign(&all, &BigInt::from(*at))));
                 match (between_roots(std::slice::from_ref(&piece), &index, relation), by_hand) {

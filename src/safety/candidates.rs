@@ -7,10 +7,22 @@ use crate::assumption::Assumptions;
 use crate::invariant::{Claim, follows, premises};
 use crate::name::Name;
 use crate::period::{Edge, Next, Period, Test};
-use crate::value::ValueError;
+use crate::value::{Relation, ValueError};
 
-/// The bits of the longest number in what may hold: a longer one is where the run happens to be after many rounds.
-const LONGEST: u64 = 128;
+/// The bits from which on a number is long.
+const LONG: u64 = 128;
+
+/// Leaves out that a value is at least and at most one long number: that is where the run happens to be after many rounds.
+fn without_points(tests: &mut BTreeSet<Test>) {
+    let opposite = |test: &Test| match test.relation {
+        Relation::Gte => Some(Test { relation: Relation::Lte, ..test.clone() }),
+        Relation::Lte => Some(Test { relation: Relation::Gte, ..test.clone() }),
+        _ => None,
+    };
+    let long = |test: &Test| test.left.bits().max(test.right.bits()) > LONG;
+    let all = tests.clone();
+    tests.retain(|test| !long(test) || !opposite(test).is_some_and(|opposite| all.contains(&opposite)));
+}
 
 /// What may hold in each phase: what is claimed there, and what was asked on some way into it. Unless all are kept,
 /// those are left out that do not follow on every way.
@@ -43,10 +55,10 @@ pub(super) fn candidates(
                 .chain(carried(period, number))
                 .filter(|test| about(test))
                 .chain(equal[number].iter().cloned())
-                .filter(|test| test.left.bits().max(test.right.bits()) <= LONGEST)
                 .collect::<BTreeSet<Test>>(),
         );
     }
+    asked.iter_mut().for_each(without_points);
     if !kept {
         while drop_one_round(period, assumptions, &claimed, &mut asked)? {}
     }

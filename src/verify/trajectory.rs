@@ -161,7 +161,9 @@ pub(super) type Values = BTreeMap<Name, Value>;
 /// Follows the run until it repeats, ends, or is not known any further. The property tells which names are taken.
 pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term, interrupted: &dyn Fn() -> bool) -> Trajectory {
     let mut taken: BTreeSet<Name> = assumptions.variables();
-    for term in period.components.iter().chain([property]) {
+    // A count of rounds must not be called what copies are numbered by.
+    let states = period.phases.iter().flat_map(|phase| &phase.state);
+    for term in period.components.iter().chain(states).chain([property]) {
         taken.extend(read_names(term));
         taken.extend(bound_names(term));
     }
