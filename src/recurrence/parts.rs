@@ -93,14 +93,15 @@ pub(super) fn each_group(recurrence: &Recurrence, known: &Assumptions, stop: &dy
     Some((forms.into_values().collect(), conditions))
 }
 
-/// The forms of sequences of which some are read off the others: `u(n+1) = g(v(n))` is g of the form of v at the index before.
-/// None where there are no such sequences that no other reads, or the others have no values.
+/// The forms of sequences of which some are read off the others: `u(n+1) = g(v(n))` is g of the form of v at the index before,
+/// and `u(n+1) = u(n)+g(v(n))` a recurrence of u alone, with the form of v put in. None where there are no such sequences that
+/// no other reads, or the others have no values.
 pub(super) fn read_off(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
     let count = recurrence.sequences.len();
     let reads = recurrence.reads();
-    let unread = |place: &usize| (0..count).all(|one| !reads(one, *place));
+    let unread = |place: &usize| (0..count).all(|one| one == *place || !reads(one, *place));
     let (last, first): (BTreeSet<usize>, BTreeSet<usize>) = (0..count).partition(unread);
-    if last.is_empty() {
+    if last.is_empty() || (first.is_empty() && last.iter().any(|place| reads(*place, *place))) {
         return None;
     }
     let index = &recurrence.index;
@@ -118,6 +119,15 @@ pub(super) fn read_off(recurrence: &Recurrence, known: &Assumptions, stop: &dyn 
     }
     for place in last {
         let sequence = &recurrence.sequences[place];
+        if reads(place, place) {
+            let mut alone = recurrence.only(&BTreeSet::from([place]));
+            let own = alone.sequences.first_mut()?;
+            own.next = known.simplify(&own.next.substitute(&images).ok()?);
+            let solved = solve_until(alone, known, stop).ok()?;
+            conditions.extend(solved.conditions().iter().cloned());
+            forms.insert(place, solved.forms().first()?.clone());
+            continue;
+        }
         let before = Value::integer(i64::try_from(sequence.start.len()).ok()?);
         let value = sequence.next.substitute(&images).ok()?;
         let value = value.with(index, &Value::variable(index).sub(&before).ok()?).ok()?;
