@@ -147,13 +147,9 @@ pub fn verify(
                 Some(reduced) if !matches!(whole.verdict, Verdict::Proved) => better(whole, look(&reduced)),
                 _ => whole,
             };
-            match run.by_cycles(assumptions) {
-                Ok(Some(together)) if matches!(whole.verdict, Verdict::Open { .. }) => {
-                    let found = look(&together);
-                    if matches!(found.verdict, Verdict::Open { .. }) { whole } else { found }
-                }
-                _ => whole,
-            }
+            let open = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Open { .. });
+            let together = if open(&whole) { run.by_cycles(assumptions).ok().flatten() } else { None };
+            together.map(|together| look(&together)).filter(|found| !open(found)).unwrap_or(whole)
         }
     };
     outcome.period = Some(period);

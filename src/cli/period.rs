@@ -38,7 +38,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     watch.begins("the period");
     let made = make(request, watch, colour);
     watch.ends();
-    let (found, ends) = match made {
+    let (found, course) = match made {
         Ok(Ok(found)) => found,
         Ok(Err(failures)) => {
             complain(&failures.iter().map(|failure| format!("{failure}\n")).collect::<String>());
@@ -49,8 +49,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             return 3;
         }
     };
-    let end = ends.then(|| "no period: the run ends".to_string());
-    let warnings: String = graph::remarks(&found).into_iter().chain(end).map(|line| format!("{line}\n")).collect();
+    let warnings: String = graph::remarks(&found, course.as_ref()).iter().map(|line| format!("{line}\n")).collect();
     let text = match request.format {
         Format::Text => graph::lines(&found).iter().map(|line| format!("{line}\n")).collect::<String>() + &warnings,
         Format::Dot => dot(&graph::system(&found)),
@@ -77,11 +76,11 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
             }
         }
     }
-    u8::from(ends || !found.repeats())
+    u8::from(!found.comes_again(course.as_ref()))
 }
 
-/// A period, and whether the run comes to an end all the same, or why there is none.
-type Analysed = Result<(Period, bool), Vec<crate::period::Failure>>;
+/// A period, and where the run comes to if that is known and the phases do not say it, or why there is none.
+type Analysed = Result<(Period, Option<Course>), Vec<crate::period::Failure>>;
 
 fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, Refused> {
     let source = read(&request.file, colour)?;
@@ -104,7 +103,8 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, 
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     let interrupted = || watch.interrupted();
     Ok(analyse_until(&system.components, definitions, assumptions, &interrupted).map(|period| {
-        let ends = period.repeats() && matches!(period.course(assumptions, &interrupted), Some(Course::Ends(..)));
-        (period, ends)
+        let follows = period.repeats() && period.lasting().is_none();
+        let course = if follows { period.course(assumptions, &interrupted) } else { None };
+        (period, course)
     }))
 }

@@ -83,6 +83,11 @@ fn steering(edge: &Edge, after: &[BTreeSet<Name>]) -> BTreeSet<Name> {
 }
 
 impl Period {
+    /// Whether a phase comes again, and the run is not known to end all the same.
+    pub fn comes_again(&self, course: Option<&Course>) -> bool {
+        self.repeats() && !matches!(course, Some(Course::Ends(..)))
+    }
+
     /// For each phase the variables that what comes, how long it takes, or whether it has a meaning depends on.
     fn steering(&self) -> Vec<BTreeSet<Name>> {
         let mut all: Vec<BTreeSet<Name>> = vec![BTreeSet::new(); self.phases.len()];

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::course::Course;
 use super::{Edge, End, Failure, Next, Period, Phase, Test, in_case_after, stretch};
 use crate::name::Name;
 use crate::term::Term;
@@ -46,8 +47,9 @@ pub fn lines(period: &Period) -> Vec<String> {
     lines
 }
 
-/// What is to be said of it besides: warnings, and why there is no period where nothing comes back.
-pub fn remarks(period: &Period) -> Vec<String> {
+/// What is to be said of it besides: warnings, and why there is no period where nothing comes back, or where the run is known
+/// to end though its phases come back.
+pub fn remarks(period: &Period, course: Option<&Course>) -> Vec<String> {
     let repeats = period.repeats();
     let stops_time = |warning: &Failure| matches!(warning, Failure::Livelock { when, .. } if when.is_empty());
     let told = |warning: &Failure| {
@@ -58,6 +60,8 @@ pub fn remarks(period: &Period) -> Vec<String> {
     if !repeats && !period.warnings.iter().any(stops_time) {
         let why = if lines.is_empty() { "the run ends" } else { "no phase comes back" };
         lines.push(format!("no period: {why}"));
+    } else if repeats && !period.comes_again(course) {
+        lines.push("no period: the run ends".to_string());
     }
     lines
 }

@@ -188,12 +188,7 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
     let (relation, left, right) = wanted;
     let mut natural = known.clone();
     natural.assume_natural(&recurrence.index);
-    let used: Vec<(Name, usize)> = recurrence
-        .terms()
-        .into_iter()
-        .filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)))
-        .map(|(name, place, _)| (name, place))
-        .collect();
+    let used = compared(recurrence, left, right);
     let conditions: Vec<Comparison> = Vec::new();
     if let [(name, place)] = used.as_slice()
         && !left.mentions(&recurrence.index)
@@ -241,13 +236,16 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
     }
 }
 
+/// The terms that are compared, with the places of their sequences.
+fn compared(recurrence: &Recurrence, left: &Value, right: &Value) -> Vec<(Name, usize)> {
+    let terms = recurrence.terms().into_iter();
+    let read = terms.filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)));
+    read.map(|(name, place, _)| (name, place)).collect()
+}
+
 /// Where the difference of both sides is a polynomial in the index, piece by piece.
 fn by_roots(solved: &Solved, (relation, left, right): Wanted<'_>, known: &Assumptions) -> Option<Reach> {
-    let terms = solved.recurrence().terms().into_iter();
-    let used: Vec<(Name, usize)> = terms
-        .filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)))
-        .map(|(name, place, _)| (name, place))
-        .collect();
+    let used = compared(solved.recurrence(), left, right);
     let pieces = of_difference(solved, &left.sub(right).ok()?, &used, known)?;
     between_roots(&pieces, &solved.recurrence().index, relation)
 }

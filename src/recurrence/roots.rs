@@ -20,6 +20,8 @@ const MOST_BITS: u64 = 1 << 14;
 
 /// The first index at which a value compares with 0, where it is a polynomial with rational coefficients in each piece.
 pub(super) fn between_roots(pieces: &[Piece], index: &Name, relation: Relation) -> Option<Reach> {
+    // All later indices must be looked at before it can be said that none compares so.
+    pieces.last().filter(|last| last.until.is_none())?;
     for piece in pieces {
         let whole = |value: &Value| value.as_rational().filter(BigRational::is_integer).map(|at| at.to_integer());
         let from = whole(&piece.from)?;

@@ -34,11 +34,8 @@ impl Run<'_, '_> {
             Ok(period) => {
                 let mut lines = components(found, environment);
                 let rounds = period.repetitions(definitions, assumptions, &interrupted);
-                lines.extend(told(period, rounds, definitions));
+                lines.extend(told(period, course.as_ref(), rounds, definitions));
                 lines.extend(course.iter().map(whole));
-                if period.repeats() && comes_to_an_end(course.as_ref()) {
-                    lines.push("no period: the run ends".to_string());
-                }
                 lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
                 lines
             }
@@ -52,7 +49,12 @@ impl Run<'_, '_> {
     }
 }
 
-fn told(period: &Period, rounds: Option<Vec<(String, u64)>>, definitions: &Definitions) -> Vec<String> {
+fn told(
+    period: &Period,
+    course: Option<&Course>,
+    rounds: Option<Vec<(String, u64)>>,
+    definitions: &Definitions,
+) -> Vec<String> {
     let mut lines = Vec::new();
     for flow in flows(period, definitions) {
         let periods = flow.periods().into_iter();
@@ -71,7 +73,7 @@ fn told(period: &Period, rounds: Option<Vec<(String, u64)>>, definitions: &Defin
         lines.push("phase graph:".to_string());
         lines.extend(graph::lines(period).into_iter().map(|line| format!("  {line}")));
     }
-    lines.extend(graph::remarks(period));
+    lines.extend(graph::remarks(period, course));
     lines
 }
 
@@ -103,11 +105,6 @@ fn course_of(
     }
 }
 
-/// Whether it is known that nothing comes again: the phases may, but the run does not.
-fn comes_to_an_end(course: Option<&Course>) -> bool {
-    matches!(course, Some(Course::Ends(..)))
-}
-
 fn whole(course: &Course) -> String {
     let time = |time: &Value| time.as_rational().map_or_else(|| time.to_string(), |number| rational(&number));
     match course {
@@ -130,7 +127,7 @@ fn is_met(
     (period, course): (&Result<Period, Vec<Failure>>, Option<&Course>),
     waiting: &Waiting,
 ) -> bool {
-    let repeats = period.as_ref().is_ok_and(Period::repeats) && !comes_to_an_end(course);
+    let repeats = period.as_ref().is_ok_and(|period| period.comes_again(course));
     let round = course.and_then(|course| match course {
         Course::Repeats { lasting, .. } => Some(lasting.clone()),
         Course::Ends(..) => None,

@@ -286,13 +286,11 @@ impl Matcher<'_> {
     fn shown_for_ever(&self, rest: &[Unit]) -> Option<Vec<Term>> {
         let Some(Unit::Repeat { count: None, index, .. }) = rest.last() else { return None };
         let kept = only(rest, &|term| self.asked_last(term));
-        let mut segments = kept.iter().flat_map(|unit| match unit {
-            Unit::Single(segment) => std::slice::from_ref(segment),
-            Unit::Repeat { segments, .. } => segments.as_slice(),
-        });
-        let shown = segments.next()?.observed.clone();
+        let shown = kept.iter().flat_map(segments_of).next()?.observed.clone();
         let steady = shown.iter().all(|term| term.values().all(|value| !value.mentions(index)));
-        (!shown.is_empty() && steady && segments.all(|segment| segment.observed == shown)).then_some(shown)
+        // Rounds that grow shorter and shorter may all be over before some time.
+        let same = |segment: &Segment| segment.observed == shown && !segment.duration.mentions(index);
+        (!shown.is_empty() && steady && kept.iter().flat_map(segments_of).all(same)).then_some(shown)
     }
 
     /// Stretches as one in which nothing is shown.
@@ -331,6 +329,13 @@ impl Matcher<'_> {
             }
             laid => laid,
         }
+    }
+}
+
+fn segments_of(unit: &Unit) -> &[Segment] {
+    match unit {
+        Unit::Single(segment) => std::slice::from_ref(segment),
+        Unit::Repeat { segments, .. } => segments,
     }
 }
 

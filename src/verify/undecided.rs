@@ -38,7 +38,7 @@ pub(super) fn reasons(possible: &Possible<'_>, assumptions: &Assumptions) -> Vec
     reasons
 }
 
-/// A test, or its opposite, with which one way alone is left; of both the one that leaves values out, not most of them.
+/// A test, or its opposite, with which one way alone is left; where both do that, the one that holds of more values.
 fn telling(test: &Test, possible: &Possible<'_>, assumptions: &Assumptions) -> Option<Test> {
     let declared = assumptions.variables();
     let names = test.left.variables().into_iter().chain(test.right.variables());
