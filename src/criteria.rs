@@ -254,6 +254,7 @@ impl Judge<'_> {
             stretches: Vec::new(),
             ending: crate::timeline::Ending::Unknown("it was not followed".to_string()),
             at: BTreeMap::new(),
+            known: crate::assumption::Assumptions::default(),
         };
         let Some(system) = environment.system(&criteria.system) else {
             return Judged { findings: Vec::new(), run: nothing, visits: Visits::default() };
@@ -291,7 +292,7 @@ impl Judge<'_> {
             _ => None,
         });
         let horizon = horizon.max().unwrap_or_else(BigRational::zero);
-        let (mut most, mut asked) = (64, false);
+        let (mut most, mut asked, mut proved) = (64, false, Vec::new());
         loop {
             follower.follow(most.min(self.stretches), self.interrupted);
             let found = visits(follower.run(), &criteria.goals, &Value::rational(criteria.radius.clone()));
@@ -299,19 +300,25 @@ impl Judge<'_> {
             let enough = !all && found.first_round_is_over() && late.is_some_and(|time| time >= horizon);
             let scene =
                 measure::Scene { judge: self, criteria, environment, system, run: follower.run(), visits: &found };
-            let decided = |one: &&Criterion| scene.on_the_run(one).is_some_and(|one| one.standing != Standing::Open);
-            let enough = enough || ((quick || most >= FEW_STRETCHES) && chosen.iter().all(decided));
-            if follower.over() || enough || most >= self.stretches {
-                return (follower.run().clone(), found, Vec::new());
-            }
+            let decided = |one: &&&Criterion| scene.on_the_run(one).is_some_and(|one| one.standing != Standing::Open);
+            let enough = enough || ((quick || most >= FEW_STRETCHES) && chosen.iter().all(|one| decided(&one)));
+            let over = follower.over() || most >= self.stretches;
             // Where nothing else is open a proof is sooner found than more of a run that only goes on.
-            if self.invariants && most >= FEW_STRETCHES && !asked {
+            if !enough && (over || most >= FEW_STRETCHES) && !asked {
                 asked = true;
-                let open = chosen.iter().filter(|one| !decided(one));
-                let proved: Option<Vec<Finding>> = open.map(|one| scene.by_invariant(one)).collect();
-                if let Some(proved) = proved {
-                    return (follower.run().clone(), found, proved);
+                let open: Vec<&Criterion> = chosen.iter().filter(|one| !decided(one)).copied().collect();
+                proved = scene.by_turns(&open);
+                if self.invariants && !over {
+                    let rest = open.iter().filter(|one| proved.iter().all(|found| found.name != one.name));
+                    let rest: Option<Vec<Finding>> = rest.map(|one| scene.by_invariant(one)).collect();
+                    if let Some(rest) = rest {
+                        proved.extend(rest);
+                        return (follower.run().clone(), found, proved);
+                    }
                 }
+            }
+            if over || enough {
+                return (follower.run().clone(), found, proved);
             }
             most *= 2;
         }

@@ -257,6 +257,18 @@ impl Distribution {
         }
     }
 
+    /// Whether nothing below a number is ever drawn.
+    pub fn is_never_below(&self, number: &BigRational) -> bool {
+        match self {
+            Distribution::Point(at) => at >= number,
+            Distribution::Normal { mean, variance } => variance.is_zero() && mean >= number,
+            Distribution::Uniform { low, .. } => low >= number,
+            Distribution::Exponential { start, rising, .. } => *rising && start >= number,
+            Distribution::Poisson { .. } => !number.is_positive(),
+            Distribution::Mixture(parts) => parts.iter().all(|(_, part)| part.is_never_below(number)),
+        }
+    }
+
     /// Whether a number has a positive chance, or lies where the density is positive.
     pub fn supports(&self, number: &BigRational) -> bool {
         match self {

@@ -28,6 +28,7 @@ mod run;
 mod step;
 mod stuck;
 mod suppose;
+mod surroundings;
 mod told;
 
 use std::collections::BTreeMap;
@@ -42,6 +43,7 @@ use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 pub use blocked::{Before, Blocked};
 use explore::{Graph, explore};
+use surroundings::Surroundings;
 pub(crate) use told::{in_case, in_case_after, told_after};
 
 /// A comparison of two values.
@@ -164,8 +166,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Failure::NoCommunication { groups } => {
-                let groups: Vec<String> = groups.iter().map(|group| group.join(" with ")).collect();
-                write!(f, "no communication: {} share no port", groups.join(" and "))
+                write!(f, "no communication: {} share no port", told::groups(groups))
             }
             Failure::Unmatched(blocked) => write!(f, "unmatched communication: {blocked}"),
             Failure::Unanswered(Blocked { component, port, reads, .. }) => {
@@ -359,7 +360,7 @@ impl Period {
         assumptions: &Assumptions,
         interrupted: &dyn Fn() -> bool,
     ) -> Option<Vec<(String, u64)>> {
-        rates::in_one_period(self, &Surroundings { definitions, assumptions, interrupted })
+        rates::in_one_period(self, &Surroundings::new(definitions, assumptions, interrupted))
     }
 
     /// Whether some way through the phases comes back to one of them.
@@ -384,13 +385,6 @@ impl Period {
     }
 }
 
-/// What a run is made with.
-struct Surroundings<'a> {
-    definitions: &'a Definitions,
-    assumptions: &'a Assumptions,
-    interrupted: &'a dyn Fn() -> bool,
-}
-
 /// Finds the period of the system of these components.
 ///
 /// # Errors
@@ -413,7 +407,7 @@ pub fn analyse_until(
     assumptions: &Assumptions,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Period, Vec<Failure>> {
-    analysed(components, &Surroundings { definitions, assumptions, interrupted }, true)
+    analysed(components, &Surroundings::new(definitions, assumptions, interrupted), true)
 }
 
 /// The phases of a system whether it has a period or not, for a question that an end of the run may answer; what stands
@@ -427,7 +421,7 @@ pub fn followed(
     assumptions: &Assumptions,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Period, Vec<Failure>> {
-    analysed(components, &Surroundings { definitions, assumptions, interrupted }, false)
+    analysed(components, &Surroundings::new(definitions, assumptions, interrupted), false)
 }
 
 /// The period; `strict`: what plainly leaves none is looked for first.

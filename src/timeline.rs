@@ -1,6 +1,7 @@
 //! The run of a closed system with numbers, followed exactly in the executable meaning: when what is shown.
 
 pub mod trail;
+pub mod turns;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -56,6 +57,8 @@ pub struct Timeline {
     pub ending: Ending,
     /// The values at which comparisons are decided, where times and places are formulas.
     pub at: BTreeMap<Name, Value>,
+    /// What is known of symbols in it.
+    pub known: Assumptions,
 }
 
 impl Timeline {
@@ -79,7 +82,7 @@ impl Timeline {
             return Some(relation.holds(left.cmp(&right)));
         }
         let (left, right) = (left.substitute(&self.at).ok()?, right.substitute(&self.at).ok()?);
-        Assumptions::default().decide(relation, &left, &right)
+        self.known.decide(relation, &left, &right)
     }
 
     /// The stretches, each with the time at which it begins, `rounds` times round where it repeats.
@@ -104,6 +107,14 @@ impl Timeline {
     }
 }
 
+/// Why a run goes no further, in the words of one who asks about a mission.
+fn told(why: String) -> String {
+    if why == "division by zero" {
+        return "what comes then divides by zero (as `unit` of a vector of length 0 does)".to_string();
+    }
+    why
+}
+
 /// When a stretch ends.
 pub fn end_of(stretch: &Stretch) -> Option<Value> {
     stretch.start.add(stretch.duration.as_ref()?).ok()
@@ -124,11 +135,12 @@ impl<'a> Follower<'a> {
     pub fn new(system: &Term, definitions: &'a Definitions) -> Follower<'a> {
         let model = Model::new(definitions);
         let ending = Ending::Unknown("it was not followed".to_string());
-        let mut run = Timeline { stretches: Vec::new(), ending, at: BTreeMap::new() };
+        let known = Assumptions::default();
+        let mut run = Timeline { stretches: Vec::new(), ending, at: BTreeMap::new(), known };
         let state = match model.state(system) {
             Ok(state) => Some(state),
             Err(error) => {
-                run.ending = Ending::Unknown(error.why);
+                run.ending = Ending::Unknown(told(error.why));
                 None
             }
         };
@@ -183,7 +195,7 @@ impl<'a> Follower<'a> {
         if is_long(&state) {
             return Err(unknown("its numbers grow without end: it only comes closer and closer"));
         }
-        let moves = state.moves().map_err(|error| Ending::Unknown(error.why))?;
+        let moves = state.moves().map_err(|error| Ending::Unknown(told(error.why)))?;
         let patience = state.patience(&moves);
         let duration = match &patience {
             Patience::Until(time) => Some(time.clone()),
@@ -196,7 +208,7 @@ impl<'a> Follower<'a> {
         let lasts = duration.clone().map(Value::rational);
         self.run.stretches.push(Stretch { start, duration: lasts, shown, before, phase });
         let Some(time) = duration else { return Err(Ending::Still) };
-        let next = self.model.wait_state(&state, &time).map_err(|error| Ending::Unknown(error.why))?;
+        let next = self.model.wait_state(&state, &time).map_err(|error| Ending::Unknown(told(error.why)))?;
         self.state = Some(next.ok_or_else(|| unknown("time stops"))?);
         self.time += time;
         Ok(())
@@ -209,14 +221,14 @@ impl<'a> Follower<'a> {
         let mut open = vec![(from, Vec::new())];
         let mut found: Option<(State, Vec<(Name, Value)>)> = None;
         while let Some((state, passed)) = open.pop() {
-            let moves = state.moves().map_err(|error| Ending::Unknown(error.why))?;
+            let moves = state.moves().map_err(|error| Ending::Unknown(told(error.why)))?;
             let mut still = true;
             for step in &moves {
                 match &step.action {
                     Action::Draw(..) => return Err(unknown("it draws from a distribution: ask for a probability")),
                     Action::Tau(port, value) => {
                         still = false;
-                        let next = self.model.state(&step.next).map_err(|error| Ending::Unknown(error.why))?;
+                        let next = self.model.state(&step.next).map_err(|error| Ending::Unknown(told(error.why)))?;
                         if seen.len() > MOST_INSTANT {
                             return Err(unknown("too much happens in one instant: time may stop"));
                         }

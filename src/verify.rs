@@ -134,7 +134,7 @@ pub fn verify(
         Ok(wanted) => {
             let look = |period: &Period| {
                 cases::in_cases(assumptions, &|known| {
-                    let trajectory = trajectory::walk(period, known, property.1, interrupted);
+                    let trajectory = trajectory::walk(period, (definitions, known), property.1, interrupted);
                     let told = |warning| told_of(warning, &trajectory);
                     let diagnostics = period.warnings.iter().filter_map(told).collect();
                     Outcome { diagnostics, ..property::judge(&wanted, trajectory) }

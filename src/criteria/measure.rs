@@ -1,6 +1,7 @@
 //! What each kind of criterion measures, and by what margin it is met.
 
 mod nearest;
+mod turns;
 
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -187,10 +188,15 @@ impl Scene<'_> {
             if waited.as_ref().is_some_and(|waited| self.holds(Relation::Gtr, waited, limit)) {
                 finding.standing = Standing::NotMet;
                 finding.value = waited.clone().map(Measure::AtLeast);
-                finding.margin = waited.and_then(|waited| self.room(&waited, limit)).map(Measure::AtMost);
+                finding.margin = waited.as_ref().and_then(|waited| self.room(waited, limit)).map(Measure::AtMost);
             }
-            if let Ending::Unknown(why) = &self.run.ending {
-                finding.notes.push(format!("{at} is not reached{within} by {until}, and {why}"));
+            if let (Ending::Unknown(why), Some(waited)) = (&self.run.ending, &waited)
+                && (finding.standing == Standing::Open || finding.value == Some(Measure::AtLeast(waited.clone())))
+            {
+                finding.notes.push(match done {
+                    0 => format!("{at} is not reached{within} by {until}, and {why}"),
+                    _ => format!("{at} is not reached{within} between {since} and {until}, and {why}"),
+                });
             }
         }
         let stretch = self.run.stretches.len().saturating_sub(1);
@@ -360,7 +366,8 @@ impl Scene<'_> {
                 if upward { (&low - threshold, &high - threshold) } else { (threshold - &high, threshold - &low) };
             finding.margin = Some(outward(&near, &far));
         }
-        finding.value = Some(Measure::Between(likely.low, likely.high));
+        let certain = likely.number.as_ref().filter(|number| number.is_integer());
+        finding.value = Some(certain.map_or(Measure::Between(likely.low, likely.high), |one| Measure::Exact(exact(one))));
         finding.notes.push(likely.method.to_string());
         finding.trusted = likely.trusted;
         finding

@@ -1,6 +1,7 @@
 //! What would repair a criterion: one parameter, to which value, or two; each tried by judging again.
 
 mod deadline;
+mod hits;
 mod narrow;
 mod pairs;
 mod sensitivity;
@@ -249,7 +250,8 @@ impl<'a> Workshop<'a> {
             }
             for up in [true, false] {
                 let solved = self.solved(&finding.name, name, value, up);
-                single.extend(solved.or_else(|| self.searched(Some(&finding.name), name, value, up)));
+                let found = solved.or_else(|| self.searched(Some(&finding.name), name, value, up));
+                single.extend(self.hit(finding, (name, value), up, found));
             }
         }
         single
@@ -360,7 +362,7 @@ fn change(repair: &Repair) -> BigRational {
 
 /// The factors by which parameters are changed, one after the other.
 fn factors() -> impl Iterator<Item = BigRational> {
-    let factors = [(9, 8), (3, 2), (2, 1), (4, 1), (16, 1), (256, 1)];
+    let factors = [(101, 100), (9, 8), (3, 2), (2, 1), (4, 1), (16, 1), (256, 1)];
     factors
         .into_iter()
         .map(|(numerator, denominator): (i64, i64)| BigRational::new(numerator.into(), denominator.into()))

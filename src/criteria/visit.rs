@@ -148,7 +148,15 @@ impl Distance {
                 return Some(relation.holds(Ordering::Greater));
             }
         }
-        run.decide(relation, self.squared()?, &limit.mul(limit).ok()?)
+        let squares = || run.decide(relation, self.squared()?, &limit.mul(limit).ok()?);
+        // Of a symbol within bounds what is linear is sooner known than a square.
+        let [only] = self.differences.as_slice() else { return squares() };
+        let sides = [only.clone(), only.neg().ok()?].map(|side| run.decide(relation, &side, limit));
+        match (relation, sides) {
+            (Relation::Lte | Relation::Lss, [Some(true), Some(true)]) => Some(true),
+            (Relation::Lte | Relation::Lss, [Some(false), _] | [_, Some(false)]) => Some(false),
+            _ => squares(),
+        }
     }
 }
 

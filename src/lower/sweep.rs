@@ -1,5 +1,6 @@
 //! Parameters that run through values.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use num_rational::BigRational;
@@ -76,7 +77,12 @@ impl Lowerer<'_> {
             }
         };
         let values = match kind {
-            AxisKind::List(values) => values.iter().map(&mut exact).collect::<Option<Vec<_>>>()?,
+            AxisKind::List(values) => {
+                let all = values.iter().map(&mut exact).collect::<Option<Vec<_>>>()?;
+                // A value that is written twice is one point.
+                let mut seen = BTreeSet::new();
+                all.into_iter().filter(|value| seen.insert(value.clone())).collect()
+            }
             AxisKind::Range(parts) => {
                 let [low, high, step] = parts.as_ref();
                 let (first, last, by) = (exact(low)?, exact(high)?, exact(step)?);

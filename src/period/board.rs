@@ -164,6 +164,16 @@ impl Board {
         Some((self.on_spot(*writer)?.clone(), self.on_spot(reader)?.clone()))
     }
 
+    /// Every communication that is possible.
+    pub(super) fn pairs(&self) -> Vec<(Offer, Offer)> {
+        let writers = self.all().filter(|offer| offer.value.is_some());
+        let with = |writer: &Offer| {
+            let readers = self.on(&writer.port, false).filter(|reader| reader.place != writer.place);
+            readers.map(|reader| (writer.clone(), reader.clone())).collect::<Vec<_>>()
+        };
+        writers.flat_map(with).collect()
+    }
+
     /// Those that write, or read, a port.
     pub(super) fn on(&self, port: &Name, writes: bool) -> impl Iterator<Item = &Offer> {
         let waiting = self.numbers.get(port).and_then(|number| self.ports.get(*number as usize));

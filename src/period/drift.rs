@@ -8,6 +8,17 @@ use super::{Edge, Failure, Next, Phase};
 use crate::assumption::Assumptions;
 use crate::value::{Relation, Value};
 
+impl Failure {
+    /// Whether it says no more than that something is not known: there may be a period all the same.
+    pub fn is_open(&self) -> bool {
+        match self {
+            Failure::Order { .. } | Failure::Interrupted => true,
+            Failure::NoPeriod { reason } => reason.contains("it must be known"),
+            _ => false,
+        }
+    }
+}
+
 /// The ratio of two durations, if it is one number: whether it is rational.
 pub(super) fn rational_ratio(one: &Value, other: &Value) -> Option<bool> {
     let ratio = one.div(other).ok()?;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::control::Control;
-use super::held::{Held, first_held, name_variables};
+use super::held::{Held, absorbed, first_held, name_variables, places};
 use super::instant::{Clock, Moment};
 use super::lonely::{self, Waiting};
 use super::merge::merge;
@@ -16,10 +16,8 @@ use super::step::{Place, Slot, inspect, loops, map_parts, map_values, offers, pa
 use super::suppose::suppose;
 use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
-use crate::definition::Definitions;
 use crate::digest::Quick;
 use crate::name::Name;
-use crate::scope::{bound_names, read_names};
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
@@ -31,8 +29,9 @@ const MOST_REMAINDERS: usize = 100;
 const MOST_APART: (usize, usize) = (1_000, 64);
 /// Ways through one round.
 const MOST_WAYS: usize = 128;
-/// Explorations for each phase; values are generalised at most a few times a phase, so this is never met in practice.
-const MOST_EXPLORATIONS: usize = 10;
+/// Explorations of one phase, after which components that are alike have their values generalised together: of a long
+/// chain of them one after the other would change.
+const MOST_EXPLORATIONS: usize = 32;
 
 /// The initial edges and the phases.
 pub(super) struct Graph {
@@ -52,6 +51,7 @@ struct Spot {
     variables: Vec<Name>,
     hints: Vec<Name>,
     ways: Vec<Way>,
+    explorations: usize,
 }
 
 /// One way through a round, before the variables of the phase it reaches are final.
@@ -91,8 +91,8 @@ struct Explorer<'a> {
 /// Runs the system. Where that fails with variables for what changes, a few values that come again and again may do:
 /// a delay of x that is 1 and 2 by turns is positive, of which the variable x says nothing.
 pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'_>) -> Result<Graph, Failure> {
-    let Surroundings { definitions, assumptions, interrupted } = *run;
-    let reserved = reserved(components, definitions, assumptions);
+    let Surroundings { definitions, assumptions, interrupted, .. } = *run;
+    let reserved = run.reserved(components);
     // Beside reads and writes stand calls and delays.
     let room = |wanted: usize| wanted.min(MOST_PHASES);
     let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations)));
@@ -109,25 +109,6 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     }
 }
 
-/// The names that have one value throughout: all that are free in what is given.
-fn reserved(components: &[Term], definitions: &Definitions, assumptions: &Assumptions) -> BTreeSet<Name> {
-    let mut names = assumptions.variables();
-    for component in components {
-        names.extend(free_names(component));
-    }
-    for definition in definitions.iter() {
-        names.extend(free_names(&definition.body).filter(|name| !definition.parameters.contains(name)));
-    }
-    names
-}
-
-/// The names that a process reads and does not bind anywhere.
-fn free_names(term: &Term) -> impl Iterator<Item = Name> {
-    let read = read_names(term);
-    let bound = if read.is_empty() { BTreeSet::new() } else { bound_names(term) };
-    read.into_iter().filter(move |name| !bound.contains(name))
-}
-
 impl<'a> Explorer<'a> {
     fn new(clock: Clock<'a>, assumptions: &'a Assumptions, apart: bool) -> Explorer<'a> {
         Explorer { clock, assumptions, spots: Vec::new(), index: Quick::default(), apart, general: false }
@@ -137,12 +118,9 @@ impl<'a> Explorer<'a> {
         let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
         let mut work = BTreeSet::new();
         let initial = self.ways(start, Vec::new(), self.assumptions.clone(), &mut work)?;
-        let mut explorations = 0usize;
+        // This comes to an end: a phase is explored again only after one of its values became a variable, or one of its
+        // variables two.
         while let Some(spot) = work.pop_first() {
-            explorations += 1;
-            if explorations > MOST_EXPLORATIONS.saturating_mul(self.spots.len()) {
-                return Err(Failure::NoPeriod { reason: "the control points do not settle".to_string() });
-            }
             self.explore_spot(spot, &mut work)?;
         }
         self.finish(&initial)
@@ -169,6 +147,7 @@ impl<'a> Explorer<'a> {
         let segments = vec![Segment { duration: least, observed: shown }];
         let ways = self.ways(state, segments, assumptions, work)?;
         self.spots[spot].ways = ways;
+        self.spots[spot].explorations += 1;
         Ok(())
     }
 
@@ -207,11 +186,21 @@ impl<'a> Explorer<'a> {
         work: &mut BTreeSet<usize>,
     ) -> Result<Vec<Way>, Failure> {
         let path = Path { assumptions: Rc::new(assumptions), ..Path::default() };
-        let mut moments = vec![Moment::new(state, path, self.clock.users.len())];
+        let start = Moment::new(state, path, self.clock.users.len());
+        let mut moments = vec![start.clone()];
         let mut ways = Vec::new();
         let mut forks = 0usize;
         while let Some(mut moment) = moments.pop() {
-            match self.clock.instant(&mut moment) {
+            let found = match self.clock.instant(&mut moment) {
+                Err(Halt::Failed(failure)) => {
+                    let anew = start.clone().settled_anew(moment.path);
+                    let (same, end) = self.clock.whatever_order(anew, *failure)?;
+                    moment = same;
+                    Ok(end)
+                }
+                found => found,
+            };
+            match found {
                 Ok(next) => {
                     let next = match next {
                         Some(end) => Target::End(end),
@@ -288,7 +277,8 @@ impl<'a> Explorer<'a> {
         remainders.insert(key, number);
         let held = first_held(&entries, |value| self.clock.settler.varies(value));
         let variables = name_variables(&held, &hints, self.clock.settler.reserved);
-        self.spots.push(Spot { control, delays, held, variables, hints, ways: Vec::new() });
+        let (ways, explorations) = (Vec::new(), 0);
+        self.spots.push(Spot { control, delays, held, variables, hints, ways, explorations });
         work.insert(number);
         Ok(Target::Spot(number, entries))
     }
@@ -296,18 +286,10 @@ impl<'a> Explorer<'a> {
     /// Makes a phase general enough for another visit; true if it had to change.
     fn absorb(&mut self, number: usize, entries: &[Value]) -> bool {
         let varying: Vec<bool> = entries.iter().map(|entry| self.clock.settler.varies(entry)).collect();
+        let alike = self.spots[number].explorations > MOST_EXPLORATIONS;
         let spot = &mut self.spots[number];
-        let mut classes: BTreeMap<(Held, Value), usize> = BTreeMap::new();
-        let mut held = Vec::new();
-        for ((old, entry), varies) in spot.held.iter().zip(entries).zip(varying) {
-            match old {
-                Held::Constant(value) if value == entry && !varies => held.push(old.clone()),
-                _ => {
-                    let next = classes.len();
-                    held.push(Held::Class(*classes.entry((old.clone(), entry.clone())).or_insert(next)));
-                }
-            }
-        }
+        let alike = alike.then(|| places(&spot.control.runs, &spot.delays, &spot.hints));
+        let held = absorbed(&spot.held, entries, &varying, alike.as_deref());
         let changed = held != spot.held;
         spot.held = held;
         self.general |= changed;

@@ -1,7 +1,10 @@
 //! What the places of a phase hold: a value, or a variable where it differs from visit to visit.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
 
+use super::run::Run;
+use super::step::{Slot, map_values};
 use crate::name::Name;
 use crate::value::Value;
 
@@ -25,6 +28,59 @@ pub(super) fn first_held(entries: &[Value], varies: impl Fn(&Value) -> bool) -> 
             Held::Class(*classes.entry(entry).or_insert(next))
         })
         .collect()
+}
+
+/// Where the values of a phase stand: what each is called, and the how manyth it is of how many in its component.
+pub(super) fn places(runs: &[Run], delays: &[Option<Value>], hints: &[Name]) -> Vec<(Name, usize, usize)> {
+    let mut found: Vec<(Name, usize, usize)> = Vec::with_capacity(hints.len());
+    let mut delays = delays.iter();
+    for run in runs {
+        let mut own = 0;
+        let mut count = |slot: Slot<'_>, value: &Value| -> Result<Value, Infallible> {
+            // A delay that is fixed is no value of the phase.
+            if !(matches!(slot, Slot::Delay) && matches!(delays.next(), Some(Some(_)))) {
+                own += value.components().map_or(1, |parts| parts.len());
+            }
+            Ok(value.clone())
+        };
+        let Ok(_) = map_values(run, &mut count);
+        let hints = hints.iter().skip(found.len()).take(own).enumerate();
+        let new: Vec<_> = hints.map(|(place, hint)| (hint.clone(), place, own)).collect();
+        found.extend(new);
+    }
+    found
+}
+
+/// What the places hold when these entries have come as well, of which some vary. Where it is told which places are
+/// `alike`, a place that holds a variable now makes variables of those.
+pub(super) fn absorbed(
+    before: &[Held],
+    entries: &[Value],
+    varying: &[bool],
+    alike: Option<&[(Name, usize, usize)]>,
+) -> Vec<Held> {
+    let stays = |place: usize| {
+        let (Some(held), Some(entry), Some(varies)) = (before.get(place), entries.get(place), varying.get(place)) else {
+            return true;
+        };
+        matches!(held, Held::Constant(value) if value == entry && !varies)
+    };
+    let open: BTreeSet<_> =
+        alike.into_iter().flatten().enumerate().filter(|(place, _)| !stays(*place)).map(|(_, key)| key).collect();
+    let follows = |place: usize| alike.and_then(|alike| alike.get(place)).is_some_and(|key| open.contains(key));
+    let mut classes: BTreeMap<(Held, Value, Option<usize>), usize> = BTreeMap::new();
+    let mut held = Vec::with_capacity(before.len());
+    for (place, (old, entry)) in before.iter().zip(entries).enumerate() {
+        if stays(place) && !follows(place) {
+            held.push(old.clone());
+            continue;
+        }
+        // What only follows is a variable of its own.
+        let own = stays(place).then_some(place);
+        let next = classes.len();
+        held.push(Held::Class(*classes.entry((old.clone(), entry.clone(), own)).or_insert(next)));
+    }
+    held
 }
 
 /// Variables are called after the first place they stand in, with a number where that is taken.

@@ -1,5 +1,7 @@
 //! What happens in one instant: everything that ends at once, and every communication, until time has to pass.
 
+mod orders;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
 use std::hash::{Hash, Hasher};

@@ -9,6 +9,17 @@ use crate::value::{Sort, Value};
 /// Longer texts than this are said over the variables after the round, where that can be.
 const LONG: usize = 48;
 
+/// Groups of components that are named; of more, their number is said.
+const MOST_GROUPS: usize = 6;
+
+/// `A with B and C with D`, of many the first ones.
+pub(super) fn groups(groups: &[Vec<String>]) -> String {
+    let named = groups.iter().take(MOST_GROUPS).map(|group| group.join(" with "));
+    let rest = groups.len().saturating_sub(MOST_GROUPS);
+    let rest = (rest > 0).then(|| format!("{rest} more"));
+    named.chain(rest).collect::<Vec<_>>().join(" and ")
+}
+
 /// ` if a = b and …`, or nothing.
 pub(crate) fn in_case(tests: &[Test]) -> String {
     in_case_after(tests, None)

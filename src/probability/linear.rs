@@ -2,6 +2,7 @@
 //! of rounds, and the chance at a time in as many steps as that number has binary digits.
 
 mod passages;
+mod precise;
 
 pub(super) use passages::closer;
 
@@ -22,6 +23,8 @@ use crate::value::{Relation, Value};
 
 /// Linear forms of the state that are followed.
 const MOST_FORMS: usize = 4;
+/// A chance that machine numbers tell less closely, or in proportion to it, is found with more digits.
+const NARROW: (f64, f64) = (1e-12, 1e-6);
 
 /// What is shown, round by round: linear forms of the state with their moments.
 #[derive(Clone, Debug)]
@@ -264,12 +267,32 @@ impl Moments {
             return Err("what is asked for depends on more than one random number".to_string());
         }
         let (mean, variance) = self.at(self.rounds);
-        let mut total = Interval::exactly(0.0);
-        for range in &self.machine.asked {
-            let chance = in_range(*range, mean, variance);
-            total = total.plus(chance.ok_or("the variance is too small or too large for machine numbers")?);
+        let first = self.chance_with(mean, variance);
+        if let Some(found) = first.filter(is_narrow) {
+            return Ok(Enclosed::within(found));
         }
-        Ok(Enclosed::within(total.probability()))
+        let (mean, variance) = self.precisely(self.rounds);
+        let found = self.chance_with(mean, variance).or(first);
+        found.map(Enclosed::within).ok_or_else(|| "the variance is too small or too large for machine numbers".to_string())
+    }
+
+    fn chance_with(&self, mean: Interval, variance: Interval) -> Option<Interval> {
+        let add = |sum: Interval, range: &(Interval, Interval)| Some(sum.plus(in_range(*range, mean, variance)?));
+        let total = self.machine.asked.iter().try_fold(Interval::exactly(0.0), add)?;
+        Some(total.probability())
+    }
+
+    /// Mean and variance of what is shown first, after so many rounds, with many more digits than machine numbers have.
+    fn precisely(&self, rounds: u64) -> (Interval, Interval) {
+        let covariances: Vec<Vec<BigRational>> = covariance_rows(&self.means, &self.noise);
+        let spreads: Vec<BigRational> =
+            pairs(self.names.len()).map(|(one, other)| self.start.1[one][other].clone()).collect();
+        let mean = precise::power(&self.means, &self.start.0, rounds);
+        let variance = precise::power(&covariances, &spreads, rounds);
+        match (mean, variance) {
+            (Some(mean), Some(variance)) => (mean, variance),
+            _ => self.at(rounds),
+        }
     }
 }
 
@@ -281,29 +304,37 @@ impl Machine {
         asked: &[Between],
     ) -> Machine {
         let interval = |numbers: &[BigRational]| numbers.iter().map(Interval::of).collect::<Vec<Interval>>();
-        let pairs: Vec<(usize, usize)> = pairs(means.len()).collect();
-        let row = |(one, other): &(usize, usize)| {
-            let factor = |(left, right): &(usize, usize)| {
-                let mut whole = BigRational::zero();
-                add_product(&mut whole, &means[*one][*left], &means[*other][*right]);
-                if left != right {
-                    add_product(&mut whole, &means[*one][*right], &means[*other][*left]);
-                }
-                Interval::of(&whole)
-            };
-            let added = Interval::of(&noise[*one][*other]);
-            pairs.iter().map(factor).chain([added]).collect::<Vec<Interval>>()
-        };
         let end = |end: &Option<BigRational>, other: f64| end.as_ref().map_or(Interval::exactly(other), Interval::of);
         let holds = |(low, high): &&Between| low.as_ref().zip(high.as_ref()).is_none_or(|(low, high)| low < high);
         let range = |(low, high): &Between| (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY));
-        let spreads = pairs.iter().map(|(one, other)| Interval::of(&start.1[*one][*other])).collect();
+        let spreads = pairs(means.len()).map(|(one, other)| Interval::of(&start.1[one][other])).collect();
         Machine {
             means: (means.iter().map(|row| interval(row)).collect(), interval(&start.0)),
-            covariances: (pairs.iter().map(row).collect(), spreads),
+            covariances: (covariance_rows(means, noise).iter().map(|row| interval(row)).collect(), spreads),
             asked: asked.iter().filter(holds).map(range).collect(),
         }
     }
+}
+
+fn is_narrow(chance: &Interval) -> bool {
+    let width = chance.high - chance.low;
+    width <= NARROW.0 && width <= NARROW.1 * chance.high
+}
+
+/// What the covariances become: for each pair of forms the factors of those of all pairs, and what is added.
+fn covariance_rows(means: &[Vec<BigRational>], noise: &[Vec<BigRational>]) -> Vec<Vec<BigRational>> {
+    let row = |(one, other): (usize, usize)| {
+        let factor = |(left, right): (usize, usize)| {
+            let mut whole = BigRational::zero();
+            add_product(&mut whole, &means[one][left], &means[other][right]);
+            if left != right {
+                add_product(&mut whole, &means[one][right], &means[other][left]);
+            }
+            whole
+        };
+        pairs(means.len()).map(factor).chain([noise[one][other].clone()]).collect()
+    };
+    pairs(means.len()).map(row).collect()
 }
 
 /// The chance of a range of a normal number; none where its variance is too small or too large for machine numbers.

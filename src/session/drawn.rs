@@ -3,9 +3,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use num_rational::BigRational;
+use num_traits::Zero;
+
 use super::rounds::{Named, Rounds, passing};
 use crate::advance::draw::nth;
 use crate::assumption::Assumptions;
+use crate::distribution::Distribution;
 use crate::fact::Context;
 use crate::invariant::support;
 use crate::kernel::check;
@@ -229,13 +233,31 @@ pub(super) fn with_supports(known: &Assumptions, edges: &[Edge]) -> Assumptions 
 /// Whether it may depend on what is drawn how long something lasts: some process that takes part draws, and some delay
 /// takes a time that is not fixed.
 pub(super) fn durations_are_drawn(system: &Term, environment: &Environment) -> bool {
+    drawn_durations(system, environment).is_some()
+}
+
+/// Whether a duration may be drawn that is less than 0: some process that takes part draws numbers that may be so, or
+/// some delay takes a time that is made from what is drawn.
+pub(super) fn durations_below_are_drawn(system: &Term, environment: &Environment) -> bool {
+    drawn_durations(system, environment) == Some(true)
+}
+
+/// Of a system where durations may depend on what is drawn, whether they may be less than 0.
+fn drawn_durations(system: &Term, environment: &Environment) -> Option<bool> {
     let (mut seen, mut open) = (BTreeSet::new(), vec![system.clone()]);
-    let (mut draws, mut varies) = (false, false);
+    let fixed = environment.assumptions.variables();
+    let (mut draws, mut below, mut varies) = (false, false, false);
     while let Some(term) = open.pop() {
         for part in subterms(&term) {
             match part.node() {
-                Node::Ran(..) => draws = true,
-                Node::Delay(time) => varies |= !time.variables().is_subset(&environment.assumptions.variables()),
+                Node::Ran(from, _) => {
+                    draws = true;
+                    below |= !Distribution::of(from).is_ok_and(|one| one.is_never_below(&BigRational::zero()));
+                }
+                Node::Delay(time) if !time.variables().is_subset(&fixed) => {
+                    varies = true;
+                    below |= time.as_variable().is_none();
+                }
                 Node::Call(name, _) if seen.insert(name.clone()) => {
                     open.extend(environment.definitions.get(name).map(|definition| definition.body.clone()));
                 }
@@ -243,7 +265,7 @@ pub(super) fn durations_are_drawn(system: &Term, environment: &Environment) -> b
             }
         }
     }
-    draws && varies
+    (draws && varies).then_some(below)
 }
 
 /// Reasons with more of them, each said once.

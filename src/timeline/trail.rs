@@ -17,7 +17,8 @@ const MOST_SIZE: usize = 200;
 /// takes; `near` is what is known of the parameter. It ends early where something is drawn, or no way can be chosen.
 pub fn trail(period: &Period, at: &BTreeMap<Name, Value>, near: &Assumptions, most: usize) -> Timeline {
     let ending = Ending::Unknown("it was not followed further".to_string());
-    let mut run = Timeline { stretches: Vec::new(), ending, at: at.clone() };
+    let known = Assumptions::default();
+    let mut run = Timeline { stretches: Vec::new(), ending, at: at.clone(), known };
     let mut state: BTreeMap<Name, Value> = BTreeMap::new();
     let mut edges = &period.initial;
     let mut phase = None;

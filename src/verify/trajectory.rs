@@ -10,6 +10,7 @@ use super::round::{is_known, is_long};
 use super::undecided;
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
+use crate::definition::Definitions;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Phase, Segment, Test};
 use crate::recurrence::{Closed, NoClosedForm};
@@ -158,8 +159,14 @@ impl Trajectory {
 /// Variables with their values.
 pub(super) type Values = BTreeMap<Name, Value>;
 
-/// Follows the run until it repeats, ends, or is not known any further. The property tells which names are taken.
-pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term, interrupted: &dyn Fn() -> bool) -> Trajectory {
+/// Follows the run until it repeats, ends, or is not known any further. The property and the definitions tell which names
+/// are taken.
+pub fn walk(
+    period: &Period,
+    (definitions, assumptions): (&Definitions, &Assumptions),
+    property: &Term,
+    interrupted: &dyn Fn() -> bool,
+) -> Trajectory {
     let mut taken: BTreeSet<Name> = assumptions.variables();
     // A count of rounds must not be called what copies are numbered by.
     let states = period.phases.iter().flat_map(|phase| &phase.state);
@@ -170,6 +177,11 @@ pub fn walk(period: &Period, assumptions: &Assumptions, property: &Term, interru
     taken.extend(period.phases.iter().flat_map(|phase| phase.variables.iter().cloned()));
     let index = ["i", "j", "k", "n"].into_iter().map(Name::new).find(|name| !taken.contains(name));
     let index = index.unwrap_or_else(|| Name::new("index"));
+    // A symbol must not be bound by any process, whether it takes part or not.
+    for definition in definitions.iter() {
+        taken.extend(definition.parameters.iter().cloned());
+        taken.extend(bound_names(&definition.body));
+    }
     let partial = RefCell::new(None);
     let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted, partial };
     let unending = unending(period);

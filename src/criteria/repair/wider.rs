@@ -18,8 +18,8 @@ const FORMULAS: usize = 10;
 const MOST_TOLD: usize = 3;
 
 /// The factors of a wider search.
-const FACTORS: [(i64, i64); 13] =
-    [(9, 8), (5, 4), (3, 2), (7, 4), (2, 1), (5, 2), (3, 1), (4, 1), (6, 1), (8, 1), (16, 1), (64, 1), (256, 1)];
+const FACTORS: [(i64, i64); 14] =
+    [(101, 100), (9, 8), (5, 4), (3, 2), (7, 4), (2, 1), (5, 2), (3, 1), (4, 1), (6, 1), (8, 1), (16, 1), (64, 1), (256, 1)];
 
 /// The changes of these repairs, each once.
 pub(super) fn points(repairs: &[Vec<Repair>]) -> Vec<Point> {

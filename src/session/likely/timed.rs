@@ -9,7 +9,7 @@ use crate::probability::direct::Shown;
 use crate::probability::{branches, direct, estimated, races, schedule};
 use crate::report::Chance;
 use crate::session::digits::{LIKELY, between};
-use crate::session::drawn::durations_are_drawn;
+use crate::session::drawn::durations_below_are_drawn;
 use crate::term::Term;
 
 /// Runs that are drawn as pictures.
@@ -68,7 +68,7 @@ pub(super) fn followed(likelihood: &Likelihood, environment: &Environment) -> Op
 
 /// What is said of durations that are drawn.
 pub(super) fn below(system: &Term, environment: &Environment) -> Vec<String> {
-    let said = durations_are_drawn(system, environment);
+    let said = durations_below_are_drawn(system, environment);
     said.then(|| "a duration that is drawn below 0 counts as 0".to_string()).into_iter().collect()
 }
 

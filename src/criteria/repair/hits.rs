@@ -1,0 +1,85 @@
+//! Changes with which a robot hits a place that it steps over now: such values lie apart, and no halving finds them.
+
+use std::collections::BTreeMap;
+
+use num_rational::BigRational;
+use num_traits::Signed;
+
+use super::{Repair, Workshop, change};
+use crate::criteria::nearby::{Formula, nearby};
+use crate::criteria::visit::values_of;
+use crate::criteria::{Finding, Judge};
+use crate::lower::{Ask, Environment, Likelihood};
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// Stretches of a run that are looked at.
+const MOST_PLACES: usize = 256;
+/// Values that are tried for one criterion, of those nearest to the present one.
+const MOST_HITS: usize = 24;
+
+impl Workshop<'_> {
+    /// The nearest value at which some stretch of the run lies just on a goal and the criterion is met, where that is
+    /// nearer than what was found.
+    pub(super) fn hit(
+        &self,
+        finding: &Finding,
+        (parameter, value): (&Name, &BigRational),
+        up: bool,
+        found: Option<Repair>,
+    ) -> Option<Repair> {
+        let kind = self.criteria.all.iter().find(|one| one.name == finding.name).map(|one| &one.kind);
+        if !matches!(kind, Some(Ask::Radius(_) | Ask::Leg { .. } | Ask::Round { .. })) {
+            return found;
+        }
+        let (goal, far) = (Some(&finding.name), found.as_ref().and_then(|found| Some(found.changes.first()?.2.clone())));
+        let nearer = |root: &BigRational| far.as_ref().is_none_or(|far| (root - value).abs() < (far - value).abs());
+        let hits = self.hits(parameter, value, up);
+        let hits = hits.iter().filter(|root| nearer(root)).take(MOST_HITS);
+        let met = hits.into_iter().find(|root| {
+            !(self.judge.interrupted)() && self.met(goal, &[(parameter.clone(), (*root).clone())])
+        });
+        let nearest = met.and_then(|root| self.narrowed(goal, parameter, value, (value.clone(), root.clone())));
+        match (nearest, found) {
+            (Some(nearest), Some(found)) if change(&found) <= change(&nearest) => Some(found),
+            (nearest, found) => nearest.or(found),
+        }
+    }
+
+    /// The values on one side of the present one at which some stretch lies on a goal, by the ways that the run takes right
+    /// beside the present value; the nearest first.
+    fn hits(&self, parameter: &Name, value: &BigRational, up: bool) -> Vec<BigRational> {
+        let formulas = nearby(value, up, &|there| self.places(parameter, there));
+        let mut roots: Vec<BigRational> = formulas.values().filter_map(Formula::root).collect();
+        roots.retain(|root| root != value && (root > value) == up && self.plausible(root, value));
+        roots.sort_by_key(|root| (root - value).abs());
+        roots.dedup();
+        roots
+    }
+
+    /// How far each stretch of the run lies from each goal, on every axis, when one parameter has another value.
+    fn places(&self, parameter: &Name, value: &BigRational) -> Option<BTreeMap<Name, BigRational>> {
+        let (criteria, environment) = self.elsewhere(&[(parameter.clone(), value.clone())])?;
+        let never = |_: &Likelihood, _: &Environment, _: (Relation, &BigRational)| Err(Vec::new());
+        let judge = Judge { chances: &never, stretches: MOST_PLACES, ..self.judge };
+        let run = judge.judge(&criteria, &environment).run;
+        let mut found = BTreeMap::new();
+        for (stretch, shown) in run.stretches.iter().map(|one| &one.shown).take(MOST_PLACES).enumerate() {
+            for (number, goal) in criteria.goals.iter().enumerate() {
+                for (place, values) in values_of(shown, &goal.observer).enumerate() {
+                    for (axis, far) in apart(values, &goal.values).into_iter().enumerate() {
+                        found.insert(Name::new(&format!("{stretch}.{number}.{place}.{axis}")), far);
+                    }
+                }
+            }
+        }
+        Some(found)
+    }
+}
+
+/// By how much two places differ, axis by axis.
+fn apart(one: &[Value], other: &[Value]) -> Vec<BigRational> {
+    let axes = |value: &Value| value.components().unwrap_or_else(|| vec![value.clone()]);
+    let pairs = one.iter().flat_map(axes).zip(other.iter().flat_map(axes));
+    pairs.filter_map(|(one, other)| one.sub(&other).ok()?.as_rational()).collect()
+}

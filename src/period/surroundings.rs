@@ -1,0 +1,49 @@
+//! What a run is made with.
+
+use std::cell::OnceCell;
+use std::collections::BTreeSet;
+
+use crate::assumption::Assumptions;
+use crate::definition::Definitions;
+use crate::name::Name;
+use crate::scope::{bound_names, read_names};
+use crate::term::Term;
+
+/// What a run is made with.
+pub(super) struct Surroundings<'a> {
+    pub(super) definitions: &'a Definitions,
+    pub(super) assumptions: &'a Assumptions,
+    pub(super) interrupted: &'a dyn Fn() -> bool,
+    /// The names that are free in the definitions, found once for all the parts of a system.
+    free: OnceCell<BTreeSet<Name>>,
+}
+
+impl<'a> Surroundings<'a> {
+    /// These.
+    pub(super) fn new(
+        definitions: &'a Definitions,
+        assumptions: &'a Assumptions,
+        interrupted: &'a dyn Fn() -> bool,
+    ) -> Surroundings<'a> {
+        Surroundings { definitions, assumptions, interrupted, free: OnceCell::new() }
+    }
+
+    /// The names that have one value throughout: all that are free in what is given.
+    pub(super) fn reserved(&self, components: &[Term]) -> BTreeSet<Name> {
+        let free = self.free.get_or_init(|| {
+            let free = self.definitions.iter().flat_map(|definition| {
+                free_names(&definition.body).filter(|name| !definition.parameters.contains(name))
+            });
+            free.collect()
+        });
+        let own = components.iter().flat_map(free_names);
+        own.chain(free.iter().cloned()).chain(self.assumptions.variables()).collect()
+    }
+}
+
+/// The names that a process reads and does not bind anywhere.
+fn free_names(term: &Term) -> impl Iterator<Item = Name> {
+    let read = read_names(term);
+    let bound = if read.is_empty() { BTreeSet::new() } else { bound_names(term) };
+    read.into_iter().filter(move |name| !bound.contains(name))
+}
