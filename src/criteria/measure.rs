@@ -367,7 +367,8 @@ impl Scene<'_> {
             finding.margin = Some(outward(&near, &far));
         }
         let certain = likely.number.as_ref().filter(|number| number.is_integer());
-        finding.value = Some(certain.map_or(Measure::Between(likely.low, likely.high), |one| Measure::Exact(exact(one))));
+        finding.value =
+            Some(certain.map_or(Measure::Between(likely.low, likely.high), |one| Measure::Exact(exact(one))));
         finding.notes.push(likely.method.to_string());
         finding.trusted = likely.trusted;
         finding

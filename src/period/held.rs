@@ -60,7 +60,8 @@ pub(super) fn absorbed(
     alike: Option<&[(Name, usize, usize)]>,
 ) -> Vec<Held> {
     let stays = |place: usize| {
-        let (Some(held), Some(entry), Some(varies)) = (before.get(place), entries.get(place), varying.get(place)) else {
+        let (Some(held), Some(entry), Some(varies)) = (before.get(place), entries.get(place), varying.get(place))
+        else {
             return true;
         };
         matches!(held, Held::Constant(value) if value == entry && !varies)

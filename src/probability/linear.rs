@@ -273,7 +273,9 @@ impl Moments {
         }
         let (mean, variance) = self.precisely(self.rounds);
         let found = self.chance_with(mean, variance).or(first);
-        found.map(Enclosed::within).ok_or_else(|| "the variance is too small or too large for machine numbers".to_string())
+        found
+            .map(Enclosed::within)
+            .ok_or_else(|| "the variance is too small or too large for machine numbers".to_string())
     }
 
     fn chance_with(&self, mean: Interval, variance: Interval) -> Option<Interval> {

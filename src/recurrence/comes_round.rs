@@ -45,3 +45,28 @@ pub(super) fn comes_round(recurrence: &Recurrence, wanted: Wanted<'_>, stop: &dy
     }
     None
 }
+
+/// The same of exact values of any kind that are computed one by one: that none of them is, where the state is as it was
+/// earlier.
+pub(super) fn comes_again(
+    recurrence: &Recurrence,
+    sides: [&Value; 2],
+    (at, count, state): (i64, u64, &[Value]),
+    earlier: &mut Option<(i64, Vec<Value>)>,
+) -> Option<Reach> {
+    let index = &recurrence.index;
+    if let Some((from, _)) = earlier.as_ref().filter(|(_, earlier)| earlier == state) {
+        let text = match at - *from {
+            1 => "stay as they are".to_string(),
+            round => format!("come round every {round} indices"),
+        };
+        let text = format!("the terms {text}, from {index} = {from} on at the latest, and none of them is");
+        return Some(Reach::Never(text));
+    }
+    let reads = |value: &Value| value.mentions(index);
+    let nexts = || recurrence.sequences.iter().map(|sequence| &sequence.next);
+    if count.is_power_of_two() && !sides.into_iter().chain(nexts()).any(reads) {
+        *earlier = Some((at, state.to_vec()));
+    }
+    None
+}

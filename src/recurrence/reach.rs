@@ -10,7 +10,8 @@ use num_traits::{ToPrimitive, Zero};
 
 use super::barrier::barred;
 use super::classes::Classes;
-use super::comes_round::comes_round;
+use super::comes_round::{comes_again, comes_round};
+
 use super::descent::descends;
 use super::far::far;
 use super::late::{late, rising};
@@ -359,9 +360,13 @@ fn tried(
     let variables = recurrence.terms();
     let mut state: Vec<Value> = recurrence.sequences.iter().flat_map(|sequence| sequence.start.clone()).collect();
     let (mut at, mut bits) = (recurrence.from, 0u64);
+    let mut earlier = None;
     for count in 0..=most_terms {
         if let Some(ended) = ended(recurrence, at, count, tail, stop) {
             return ended;
+        }
+        if let Some(never) = comes_again(recurrence, [left, right], (at, count, &state), &mut earlier) {
+            return never;
         }
         let mut images: BTreeMap<Name, Value> =
             variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();

@@ -151,9 +151,13 @@ fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     let mut lines = Vec::new();
     let mut said: Vec<(String, Vec<usize>)> = Vec::new();
     for (number, tests) in invariant.iter().enumerate() {
-        let never = tests.iter().any(|test| test.decide(&Assumptions::default()) == Some(false));
+        let mut together = Assumptions::default();
+        tests.iter().for_each(|test| together.assume(test.relation, &test.left, &test.right));
+        let never = tests.iter().any(|test| test.decide(&Assumptions::default()) == Some(false))
+            || together.plainly_contradictory();
         let tests: Vec<String> = tests.iter().map(Test::to_string).collect();
         let text = match tests.as_slice() {
+            _ if never && safe.states() > 0 => format!("it is not reached after the first {} states", safe.states()),
             _ if never => "it is never reached".to_string(),
             [] => "anything".to_string(),
             tests => tests.join(" and "),

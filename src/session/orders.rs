@@ -1,12 +1,11 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
-use num_traits::Signed;
-
 use super::solve::found_lines;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Sequence, Solved};
 use crate::lower::Question;
+use crate::name::Name;
 use crate::recurrence::{Reach, reach, solve_until};
 use crate::value::{Atom, Relation, Sort, Value};
 use crate::verify::Merge;
@@ -136,27 +135,45 @@ fn steps(recurrence: &Recurrence, known: &Assumptions) -> Vec<(Value, Value)> {
     recurrence.sequences.iter().filter_map(of).collect()
 }
 
-/// Numbers that a maximum of the recurrence speaks of, at which it stays: where a clamped motion goes to.
+/// Where a clamped motion goes to: what follows a place at which the recurrence turns, where it stays there.
 fn resting(recurrence: &Recurrence, known: &Assumptions) -> Vec<Value> {
     let mut found: Vec<Value> = Vec::new();
-    for sequence in &recurrence.sequences {
-        let elements = sequence.next.atoms().into_iter().flat_map(|atom| match atom {
-            Atom::Maximum(elements) => elements.to_vec(),
-            _ => Vec::new(),
-        });
-        if sequence.start.len() != 1 {
-            continue;
-        }
+    for sequence in recurrence.sequences.iter().filter(|sequence| sequence.start.len() == 1) {
         let term = recurrence.term(&sequence.name, 0);
-        for number in elements.filter_map(|element| Some(element.polynomials()?.0.constant_term().abs())) {
-            let number = Value::rational(number);
-            let stays = sequence.next.with(&term, &number).is_ok_and(|next| known.simplify(&next) == number);
-            if stays && !found.contains(&number) {
-                found.push(number);
+        for place in turns(&sequence.next, &term) {
+            let Ok(next) = sequence.next.with(&term, &place) else { continue };
+            let next = known.simplify(&next);
+            let stays = sequence.next.with(&term, &next).is_ok_and(|after| known.simplify(&after) == next);
+            if stays && !found.contains(&next) {
+                found.push(next);
             }
         }
     }
     found
+}
+
+/// The values of a term at which a maximum or a condition turns, where these are linear in it.
+fn turns(next: &Value, term: &Name) -> Vec<Value> {
+    let mut differences = Vec::new();
+    for atom in next.atoms() {
+        match atom {
+            Atom::Maximum(elements) => {
+                for (place, element) in elements.iter().enumerate() {
+                    differences.push(element.clone());
+                    differences.extend(elements[..place].iter().filter_map(|other| element.sub(other).ok()));
+                }
+            }
+            Atom::Positive(inner) => differences.push(inner),
+            _ => {}
+        }
+    }
+    let zero = |difference: &Value| {
+        let at = |number: i64| difference.with(term, &Value::integer(number)).ok();
+        let (none, one, two) = (at(0)?, at(1)?, at(2)?);
+        let slope = one.sub(&none).ok()?;
+        (two.sub(&one).ok()? == slope && !slope.is_zero()).then(|| none.neg().ok()?.div(&slope).ok()).flatten()
+    };
+    differences.iter().filter_map(zero).collect()
 }
 
 fn told(cases: &[Case], question: &Question, (one, other): (&Value, &Value)) -> Option<InOrders> {

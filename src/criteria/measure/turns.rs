@@ -13,9 +13,8 @@ use crate::timeline::turns::turns;
 impl Scene<'_> {
     /// Those of these criteria about every leg or every round that are met by turns that come again and again.
     pub(in super::super) fn by_turns(&self, open: &[&Criterion]) -> Vec<Finding> {
-        let every = |one: &&&Criterion| {
-            matches!(one.kind, Ask::Leg { every: true, .. } | Ask::Round { every: true, .. })
-        };
+        let every =
+            |one: &&&Criterion| matches!(one.kind, Ask::Leg { every: true, .. } | Ask::Round { every: true, .. });
         let asked: Vec<&&Criterion> = open.iter().filter(every).collect();
         if asked.is_empty() || self.run.stretches.is_empty() {
             return Vec::new();

@@ -32,13 +32,14 @@ impl Workshop<'_> {
         if !matches!(kind, Some(Ask::Radius(_) | Ask::Leg { .. } | Ask::Round { .. })) {
             return found;
         }
-        let (goal, far) = (Some(&finding.name), found.as_ref().and_then(|found| Some(found.changes.first()?.2.clone())));
+        let (goal, far) =
+            (Some(&finding.name), found.as_ref().and_then(|found| Some(found.changes.first()?.2.clone())));
         let nearer = |root: &BigRational| far.as_ref().is_none_or(|far| (root - value).abs() < (far - value).abs());
         let hits = self.hits(parameter, value, up);
         let hits = hits.iter().filter(|root| nearer(root)).take(MOST_HITS);
-        let met = hits.into_iter().find(|root| {
-            !(self.judge.interrupted)() && self.met(goal, &[(parameter.clone(), (*root).clone())])
-        });
+        let met = hits
+            .into_iter()
+            .find(|root| !(self.judge.interrupted)() && self.met(goal, &[(parameter.clone(), (*root).clone())]));
         let nearest = met.and_then(|root| self.narrowed(goal, parameter, value, (value.clone(), root.clone())));
         match (nearest, found) {
             (Some(nearest), Some(found)) if change(&found) <= change(&nearest) => Some(found),

@@ -18,8 +18,22 @@ const FORMULAS: usize = 10;
 const MOST_TOLD: usize = 3;
 
 /// The factors of a wider search.
-const FACTORS: [(i64, i64); 14] =
-    [(101, 100), (9, 8), (5, 4), (3, 2), (7, 4), (2, 1), (5, 2), (3, 1), (4, 1), (6, 1), (8, 1), (16, 1), (64, 1), (256, 1)];
+const FACTORS: [(i64, i64); 14] = [
+    (101, 100),
+    (9, 8),
+    (5, 4),
+    (3, 2),
+    (7, 4),
+    (2, 1),
+    (5, 2),
+    (3, 1),
+    (4, 1),
+    (6, 1),
+    (8, 1),
+    (16, 1),
+    (64, 1),
+    (256, 1),
+];
 
 /// The changes of these repairs, each once.
 pub(super) fn points(repairs: &[Vec<Repair>]) -> Vec<Point> {
@@ -119,6 +133,10 @@ impl Workshop<'_> {
                     Some(nearer) => (works, repair) = (middle, nearer),
                     None => fails = middle,
                 }
+            }
+            // Where any change is enough, it is one that can be told from none.
+            if fails == *before && before == present {
+                return fine(place, budget).or(Some(repair));
             }
             return fine(&simplest(&fails, &works), budget).or(Some(repair));
         }
