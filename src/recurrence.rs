@@ -24,6 +24,7 @@ mod line;
 mod linear;
 mod matrix;
 mod modular;
+mod near;
 mod nested;
 mod nonlinear;
 mod numeric;

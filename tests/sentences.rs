@@ -59,3 +59,57 @@ fn long_vectors_are_rounded_where_they_are_read() {
     let line = told.lines().find(|line| line.contains("commanded by Tour on port w")).expect("who commanded");
     assert!(line.contains("(rounded)") && line.len() < 120, "{line}");
 }
+
+#[test]
+fn a_speed_that_hits_the_goal_is_the_nearest_one() {
+    let mission = "param v = 1\nproc On_g = In_l<r> ; Neq_{r,g} ; Out_{w,v} ; On_g\nsystem Sys = World_0 | (On_6 ; Done)\n";
+    let late = told(&format!("{WORLD}{mission}criteria C for Sys {{ goals At_6 leg within 5 }}\n"));
+    assert!(late.contains("try: leg1: v = 6/5 in place of 1 gives leg1 = 5"), "{late}");
+}
+
+#[test]
+fn what_comes_then_is_said_of_a_direction_that_there_is_none_of() {
+    let script = "observer At(r)\nproc World_r = (Delay_1 # Look_r # At_r) ; In_w<u> ; World_{r+u}\n\
+        proc Look_r = Out_{l,r} ; Look_r\nproc Go_g = In_l<r> ; Out_{w,unit(g-r)} ; Go_g\n\
+        system Sys = World_{(0,0)} | Go_{(3,4)}\ncriteria C for Sys { goals At_{(3,4)} leg within 5 }\n";
+    let told = told(script);
+    assert!(told.contains("divides by zero (as `unit` of a vector of length 0 does)"), "{told}");
+}
+
+#[test]
+fn a_duration_that_cannot_be_less_than_0_is_not_said_to_count_as_0() {
+    let asked = |drawn: &str| {
+        let script = format!("observer Done\nproc P = Ran_{{{drawn}}}<x> ; Delay_x ; Done\nsystem S = P\n");
+        told(&format!("{script}probability of S reaching Done within 2\n"))
+    };
+    assert!(!asked("Exp(rate: 1)").contains("counts as 0"));
+    assert!(asked("Normal(1, sd: 1)").contains("counts as 0"));
+}
+
+#[test]
+fn many_parts_without_a_port_are_not_all_named() {
+    let parts: Vec<String> = (0..20).map(|n| format!("proc Part{n} = Delay_1 ; Part{n}\n")).collect();
+    let names: Vec<String> = (0..20).map(|n| format!("Part{n}")).collect();
+    let told = told(&format!("{}system S = {}\nperiod S\n", parts.concat(), names.join(" | ")));
+    assert!(told.contains("Part5 and 14 more share no port"), "{told}");
+}
+
+#[test]
+fn values_of_a_long_chain_change_one_after_the_other() {
+    // Sixty that follow one another: more than are looked at one by one.
+    let mut script = "observer Last(x)\nproc Lead_x = (Delay_1 # Tell0_x) ; Lead_{x+1}\n\
+        proc Tell0_x = Out_{p0,x} ; Tell0_x\nproc End_x = In_p60<y> ; (Delay_1 # Last_x) ; End_y\n"
+        .to_string();
+    let mut parts = vec!["Lead_0".to_string(), "End_0".to_string()];
+    for n in 1..=60 {
+        let before = n - 1;
+        script.push_str(&format!(
+            "proc Link{n}_x = In_p{before}<y> ; (Delay_1 # Tell{n}_x) ; Link{n}_y\nproc Tell{n}_x = Out_{{p{n},x}} ; Tell{n}_x\n"
+        ));
+        parts.push(format!("Link{n}_0"));
+    }
+    script.push_str(&format!("system Chain = {}\nperiod Chain\nexpect yes\nexpect lasting = 1\n", parts.join(" | ")));
+    let found = pars("run", &script);
+    let text = String::from_utf8_lossy(&found.stdout).into_owned();
+    assert_eq!(found.status.code(), Some(0), "{text}");
+}

@@ -179,7 +179,7 @@ impl Late<'_> {
 }
 
 /// The e and b/a of `a*abs(e) + b`, where the relation to 0 asks e not to be farther from 0 than that.
-fn distance(difference: &Value, relation: Relation) -> Option<(Value, BigRational)> {
+pub(super) fn distance(difference: &Value, relation: Relation) -> Option<(Value, BigRational)> {
     let atoms: Vec<Atom> = difference.atoms().into_iter().filter(|atom| matches!(atom, Atom::Maximum(_))).collect();
     let [atom @ Atom::Maximum(elements)] = atoms.as_slice() else { return None };
     let [inner] = &**elements else { return None };

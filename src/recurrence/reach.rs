@@ -16,6 +16,7 @@ use super::descent::descends;
 use super::far::far;
 use super::late::{late, rising};
 use super::modular::modular;
+use super::near::near;
 use super::numeric::Numeric;
 use super::parabola::past;
 use super::ranges::joined;
@@ -136,7 +137,8 @@ fn of_numbers(
         (None, None) => Tail::Unknown("nothing bounds its later terms".to_string()),
     };
     if let Tail::Unknown(_) = tail {
-        tail = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted, known)).unwrap_or(tail);
+        let found = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted, known));
+        tail = found.or_else(|| near(recurrence, wanted, known)).unwrap_or(tail);
     }
     if let Tail::Unknown(_) = tail
         && let Some(found) = descends(recurrence, wanted, known, stop)

@@ -32,6 +32,11 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
         };
         return (lines, waiting.expected.iter().map(met).collect());
     }
+    let orders = match &solved {
+        Ok(_) => Vec::new(),
+        Err(_) => forms_in_orders(recurrence, known, stop).unwrap_or_default(),
+    };
+    let in_all = !orders.is_empty();
     let mut lines = match &solved {
         Ok(solved) => {
             let mut lines = solved.lines();
@@ -39,6 +44,7 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
             lines.extend(left_out(solved, known, stop));
             lines
         }
+        Err(_) if in_all => each_order(recurrence, orders),
         Err(reason) => unsolved(recurrence, reason, known, stop),
     };
     let found = question.find.as_ref().map(|(relation, left, right)| {
@@ -50,10 +56,10 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
     let met = |expectation: &Expectation| match expectation {
         Expectation::Open => match &found {
             Some(found) => matches!(found, Reach::Unknown(_)),
-            None => solved.is_none(),
+            None => solved.is_none() && !in_all,
         },
         Expectation::Never => matches!(found, Some(Reach::Never(_))),
-        Expectation::Proved => solved.is_some() && !matches!(found, Some(Reach::Unknown(_))),
+        Expectation::Proved => (solved.is_some() || in_all) && !matches!(found, Some(Reach::Unknown(_))),
         Expectation::Values(values) => {
             values.iter().all(|(name, value)| is_met(name, value, recurrence, solved.as_ref(), found.as_ref(), known))
         }
@@ -75,33 +81,34 @@ fn left_out(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bool) -> Ve
     lines
 }
 
-/// The forms in each order of two values, or that there are none and what is known without.
-fn unsolved(
-    recurrence: &Recurrence,
-    reason: &NoClosedForm,
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Vec<String> {
-    let orders = forms_in_orders(recurrence, known, stop).unwrap_or_default();
-    if orders.is_empty() {
-        let behaviour = behaviour(recurrence, known, stop);
-        let parts = parts(recurrence, reason, known, stop);
-        if parts.iter().all(|part| part.found.is_err()) {
-            let mut lines = vec![format!("no closed form is known: {}", reason.0)];
-            lines.extend(without_form(recurrence, &behaviour, |_| true));
-            return lines;
-        }
-        let mut lines: Vec<String> = parts.iter().flat_map(part_lines).collect();
-        let open = |name: &Name| parts.iter().any(|part| part.found.is_err() && part.names.contains(name));
-        lines.extend(without_form(recurrence, &behaviour, open));
-        return lines;
-    }
+/// The forms in each order of two values.
+fn each_order(recurrence: &Recurrence, orders: Vec<(String, Solved)>) -> Vec<String> {
     let mut lines = vec!["one closed form for each order:".to_string()];
     for (title, solved) in orders {
         lines.push(format!("if {title}:"));
         lines.extend(solved.lines().into_iter().map(|line| format!("    {line}")));
         lines.push(format!("    {}", proof(recurrence)));
     }
+    lines
+}
+
+/// That there are no forms, and what is known without.
+fn unsolved(
+    recurrence: &Recurrence,
+    reason: &NoClosedForm,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Vec<String> {
+    let behaviour = behaviour(recurrence, known, stop);
+    let parts = parts(recurrence, reason, known, stop);
+    if parts.iter().all(|part| part.found.is_err()) {
+        let mut lines = vec![format!("no closed form is known: {}", reason.0)];
+        lines.extend(without_form(recurrence, &behaviour, |_| true));
+        return lines;
+    }
+    let mut lines: Vec<String> = parts.iter().flat_map(part_lines).collect();
+    let open = |name: &Name| parts.iter().any(|part| part.found.is_err() && part.names.contains(name));
+    lines.extend(without_form(recurrence, &behaviour, open));
     lines
 }
 

@@ -45,10 +45,10 @@ impl Clock<'_> {
             let next = numbers.len();
             let number = *numbers.entry(moment.state.clone()).or_insert(next);
             onward.entry(from.unwrap_or(number)).or_default().extend(from.map(|_| number));
+            moved.extend(&moment.moved);
             if number != next {
                 continue;
             }
-            moved.extend(&moment.moved);
             let pairs = moment.board.pairs();
             for (writer, reader) in &pairs {
                 let mut after = moment.clone();
