@@ -62,7 +62,8 @@ fn long_vectors_are_rounded_where_they_are_read() {
 
 #[test]
 fn a_speed_that_hits_the_goal_is_the_nearest_one() {
-    let mission = "param v = 1\nproc On_g = In_l<r> ; Neq_{r,g} ; Out_{w,v} ; On_g\nsystem Sys = World_0 | (On_6 ; Done)\n";
+    let mission =
+        "param v = 1\nproc On_g = In_l<r> ; Neq_{r,g} ; Out_{w,v} ; On_g\nsystem Sys = World_0 | (On_6 ; Done)\n";
     let late = told(&format!("{WORLD}{mission}criteria C for Sys {{ goals At_6 leg within 5 }}\n"));
     assert!(late.contains("try: leg1: v = 6/5 in place of 1 gives leg1 = 5"), "{late}");
 }

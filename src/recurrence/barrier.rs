@@ -21,6 +21,11 @@ const LONGEST: u64 = 4_096;
 
 /// From which index on a bound keeps the terms of a single sequence away from what is wanted.
 pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>, known: &Assumptions) -> Option<Tail> {
+    kept_away(recurrence, wanted, known, false)
+}
+
+/// The same, or where it is met earlier (`later`), from which index on no further term is.
+pub(super) fn kept_away(recurrence: &Recurrence, wanted: Wanted<'_>, known: &Assumptions, later: bool) -> Option<Tail> {
     let [sequence] = recurrence.sequences.as_slice() else { return None };
     let ([start], name) = (sequence.start.as_slice(), recurrence.term(&sequence.name, 0)) else { return None };
     let (relation, left, right) = wanted;
@@ -40,10 +45,11 @@ pub(super) fn barred(recurrence: &Recurrence, wanted: Wanted<'_>, known: &Assump
     let mut numbers: Numeric = Numeric::of(recurrence, wanted)?;
     let (mut term, first, mut next) = (start.as_rational()?, recurrence.from.to_u64()?, recurrence.from.to_u64()?);
     for at in first..=first.checked_add(LATEST)? {
-        if numbers.holds()? {
+        let holds = numbers.holds()?;
+        if holds && !later {
             return None;
         }
-        if at == next {
+        if at >= next && !holds {
             next = at.max(1) * 2;
             for above in sides {
                 // What is not met at a bound is not met beyond it.

@@ -6,7 +6,7 @@ use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
-use super::barrier::barred;
+use super::barrier::kept_away;
 use super::late::distance;
 use super::modular::modular;
 use super::reach::Wanted;
@@ -24,7 +24,7 @@ pub(super) fn near(recurrence: &Recurrence, (relation, left, right): Wanted<'_>,
     let zero = Value::zero();
     let end = Value::rational(bound.clone());
     let beyond = |relation: Relation, value: Value| {
-        barred(recurrence, (relation, &value, &zero), known).filter(|found| matches!(found, Tail::Never(..)))
+        kept_away(recurrence, (relation, &value, &zero), known, true).filter(|found| matches!(found, Tail::Never(..)))
     };
     beyond(Relation::Lte, inner.sub(&end).ok()?)
         .or_else(|| beyond(Relation::Gte, inner.add(&end).ok()?))

@@ -23,6 +23,8 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
         let met = |(expectation, text): &(Expectation, String)| {
             let met = match expectation {
                 Expectation::Never => found.found.iter().all(|found| matches!(found, Reach::Never(_))),
+                // It is told only where it is known in each order.
+                Expectation::Proved => true,
                 Expectation::Values(values) => values.iter().all(|(name, value)| {
                     is_met(name, value, recurrence, solved.as_ref().ok(), found.merged.as_ref(), known)
                 }),
