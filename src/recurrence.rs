@@ -107,6 +107,8 @@ pub enum Reach {
 
 /// The most pieces that a form may have.
 const MOST_PIECES: usize = 200;
+/// The same where a piece begins with a value that has symbols: it grows from piece to piece.
+const MOST_SYMBOLIC: usize = 16;
 /// The indices that are tried one by one where there is no better way.
 const MOST_TRIED: i64 = 500;
 
@@ -175,9 +177,13 @@ impl Pieces<'_> {
     fn collect(mut self, start: &Value) -> Result<Closed, NoClosedForm> {
         let mut from = Value::zero();
         let mut value = self.known.simplify(start);
-        for _ in 0..MOST_PIECES {
+        for number in 0..MOST_PIECES {
             if let Some(place) = self.history.iter().position(|(_, earlier)| *earlier == value) {
                 return self.periodic(place, &from);
+            }
+            if number >= MOST_SYMBOLIC && !value.variables().is_empty() {
+                let map = &self.map;
+                return Err(NoClosedForm(format!("the guards of {map} change more than {MOST_SYMBOLIC} times")));
             }
             self.history.push((from.clone(), value.clone()));
             let Some((next, image)) = self.piece(&from, &value)? else { return Ok(self.closed) };

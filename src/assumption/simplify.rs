@@ -62,7 +62,10 @@ impl Assumptions {
         let image = match atom {
             Atom::Variable(_) => return Ok(None),
             Atom::Power(base, exponent) => self.resolved(base)?.power(&self.resolved(exponent)?)?,
-            Atom::Apply(function, parts) => Value::apply(function, &self.all(parts)?)?,
+            Atom::Apply(function, parts) => {
+                let parts: Vec<Value> = self.all(parts)?.into_iter().map(|part| self.shorter(part)).collect();
+                Value::apply(function, &parts)?
+            }
             Atom::Root(inner) => self.resolved(inner)?.sqrt()?,
             Atom::Floor(inner) => {
                 let inner = self.resolved(inner)?;
@@ -82,6 +85,19 @@ impl Assumptions {
             Atom::Maximum(parts) => self.greatest(self.all(parts)?)?,
         };
         Ok(if image.as_atom() == Some(atom) { None } else { Some(image) })
+    }
+
+    /// The same value by an assumed equation, where that makes it shorter: of a function that nothing is known about only
+    /// its argument tells which value it is.
+    fn shorter(&self, mut value: Value) -> Value {
+        loop {
+            let equal = self.stated.iter().filter(|(relation, _)| *relation == Relation::Eq);
+            let others = equal.flat_map(|(_, zero)| [value.sub(zero), value.add(zero)]).flatten();
+            match others.min_by_key(Value::size) {
+                Some(other) if other.size() < value.size() => value = other,
+                _ => return value,
+            }
+        }
     }
 
     /// The maximum of 0 and these, without those that are not greater than another.
@@ -164,6 +180,18 @@ impl Assumptions {
 mod tests {
     use super::*;
     use crate::name::Name;
+
+    #[test]
+    fn arguments_are_equal_by_what_is_assumed() {
+        let [a, b, r, t] = ["a", "b", "r", "t"].map(|name| Value::variable(&Name::new(name)));
+        let s = |value: Value| Value::apply(&Name::new("s"), &[value]).unwrap();
+        let next = r.add(&t.mul(&s(a.sub(&r).unwrap())).unwrap()).unwrap();
+        let command = s(b.sub(&next).unwrap());
+        let mut known = Assumptions::default();
+        assert_eq!(known.simplify(&command), command);
+        known.assume(Relation::Eq, &next, &a);
+        assert_eq!(known.simplify(&command), s(b.sub(&a).unwrap()));
+    }
 
     #[test]
     fn resolves_what_is_known() {

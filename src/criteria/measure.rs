@@ -143,6 +143,18 @@ impl Scene<'_> {
         finding
     }
 
+    /// Why it is not known when a goal is reached.
+    fn unknown_arrival(&self) -> String {
+        for goal in &self.criteria.goals {
+            let shown = self.sorts(&goal.observer, goal.values.len());
+            let other = shown.iter().zip(&goal.values).find(|(shown, value)| **shown != value.sort());
+            if let Some((shown, value)) = other {
+                return format!("{} shows {shown}, and {value} in the goal {goal} is {}", goal.observer, value.sort());
+            }
+        }
+        "it could not be found out when a goal is reached".to_string()
+    }
+
     /// The leg that takes longest in a round.
     fn slowest(&self, round: usize) -> Option<usize> {
         let mut slowest: Option<(Value, usize)> = None;
@@ -158,7 +170,7 @@ impl Scene<'_> {
     /// What is to be said of a leg or a round that was not seen to its end.
     fn missing(&self, limit: &Value, goal: Option<usize>, every: bool, finding: &mut Finding) {
         if self.visits.undecided {
-            finding.notes.push("it could not be found out when a goal is reached".to_string());
+            finding.notes.push(self.unknown_arrival());
             return;
         }
         let done = self.visits.legs.len();
@@ -221,7 +233,7 @@ impl Scene<'_> {
             None => self.visits.rounds().first().map(|(_, to, _)| to.clone()),
         };
         if end.is_none() && self.visits.undecided {
-            finding.notes.push("it could not be found out when a goal is reached".to_string());
+            finding.notes.push(self.unknown_arrival());
             return finding;
         }
         let mut charge = full.clone();

@@ -113,7 +113,10 @@ pub fn system(period: &Period) -> TransitionSystem {
     let mut ends: Vec<(End, u32)> = Vec::new();
     let sources = std::iter::once((start, &period.initial));
     let rounds = phases.iter().copied().zip(period.phases.iter().map(|phase| &phase.edges));
-    for (from, edges) in sources.chain(rounds) {
+    for (place, (from, edges)) in sources.chain(rounds).enumerate() {
+        let number = place.checked_sub(1);
+        let phase = number.and_then(|number| Some((number, period.phases.get(number)?)));
+        let round = phase.and_then(|(number, phase)| phase.rounds(number).next().map(|round| &round.map));
         for edge in edges {
             let to = match &edge.next {
                 Next::Phase(number) => phases.get(*number).copied().unwrap_or(start),
@@ -130,17 +133,22 @@ pub fn system(period: &Period) -> TransitionSystem {
                     }
                 },
             };
-            let label = builder.label(Label::Act(caption(edge)));
+            let label = builder.label(Label::Act(caption(edge, round)));
             builder.transition(from, label, to);
         }
     }
     builder.finish(start, None)
 }
 
-/// When an edge is taken, and how long its round lasts.
-fn caption(edge: &Edge) -> String {
+/// When an edge is taken, and how long its round lasts. Tests that are easily read come first: what is cut is the rest.
+fn caption(edge: &Edge, round: Option<&BTreeMap<Name, Value>>) -> String {
     let time = edge.duration().ok().filter(|time| !time.is_zero()).map(|time| short(&time.to_string()));
-    let tests: Vec<String> = edge.tests.iter().map(Test::to_string).collect();
+    let text = |test: &Test| {
+        let text = in_case_after(std::slice::from_ref(test), round);
+        text.trim_start_matches(" if ").to_string()
+    };
+    let mut tests: Vec<String> = edge.tests.iter().map(text).collect();
+    tests.sort_by_key(|text| text.chars().count());
     let tests = (!tests.is_empty()).then(|| short(&tests.join(" and ")));
     tests.into_iter().chain(time).collect::<Vec<_>>().join("; ")
 }

@@ -126,6 +126,27 @@ fn opposite(measure: &Measure) -> Measure {
     }
 }
 
+/// A change to be read: exactly where that is short, else about how much it is.
+fn brief(measure: &Measure) -> String {
+    let exact = measure.to_string();
+    if exact.len() <= LONGEST_CHANGE {
+        return exact;
+    }
+    let digits = |number: f64| match number.abs() {
+        size if size != 0.0 && size < 1e-3 => format!("{number:.3e}"),
+        _ => format!("{number:.6}"),
+    };
+    match measure {
+        Measure::Between(low, high) if digits(*low) != digits(*high) => {
+            format!("between {} and {} (rounded)", digits(*low), digits(*high))
+        }
+        _ => measure.near().map_or(exact, |near| format!("{} (rounded)", digits(near))),
+    }
+}
+
+/// The longest change that is read as it is, in letters.
+const LONGEST_CHANGE: usize = 24;
+
 /// How a margin moves, where it does.
 fn sensitivity(one: &Sensitivity) -> Option<String> {
     let moves = |measure: &Option<Measure>| match measure {
@@ -141,7 +162,7 @@ fn sensitivity(one: &Sensitivity) -> Option<String> {
     for (sign, measure) in [("+", &one.up), ("-", &one.down)] {
         if let Some(measure) = measure {
             let step = one.step.as_ref().map_or_else(|| "1 %".to_string(), text);
-            parts.push(format!("{sign}{step} changes it by {measure}"));
+            parts.push(format!("{sign}{step} changes it by {}", brief(measure)));
         }
     }
     match slopes {
