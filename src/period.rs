@@ -213,7 +213,12 @@ impl fmt::Display for Failure {
                 ports.0, ports.1
             ),
             Failure::Contention { port, components } => {
-                write!(f, "{} compete for one communication on port {port}", components.join(" and "))
+                let who = if let [one] = components.as_slice() {
+                    &format!("two parts of {one}")
+                } else {
+                    &components.join(" and ")
+                };
+                write!(f, "{who} compete for one communication on port {port}")
             }
         }
     }

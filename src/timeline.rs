@@ -245,7 +245,9 @@ impl<'a> Follower<'a> {
                 _ if !still => {}
                 None => found = Some((state, passed)),
                 Some((other, _)) if *other == state => {}
-                Some(_) => return Err(unknown("which of several communications comes first decides what happens")),
+                Some(_) => {
+                    return Err(unknown("it may matter which of several communications in one instant comes first"));
+                }
             }
         }
         found.ok_or_else(|| unknown("time stops: internal communications go on for ever"))

@@ -194,10 +194,17 @@ impl Scene<'_> {
                 return;
             }
             finding.standing = Standing::NotMet;
-            finding.notes.push(format!("after {since} it never reaches {at}{within}"));
+            finding.notes.push(match self.visits.there {
+                true => format!("after {since} it stays at {at}{within}, and never comes there anew"),
+                false => format!("after {since} it never reaches {at}{within}"),
+            });
         } else if let Some(until) = self.run.known_until() {
             let waited = self.room(&begun, &until);
-            if waited.as_ref().is_some_and(|waited| self.holds(Relation::Gtr, waited, limit)) {
+            let longer = |waited: &Value| match &finding.value {
+                Some(Measure::Exact(seen) | Measure::AtLeast(seen)) => self.holds(Relation::Gtr, waited, seen),
+                _ => true,
+            };
+            if waited.as_ref().is_some_and(|waited| self.holds(Relation::Gtr, waited, limit) && longer(waited)) {
                 finding.standing = Standing::NotMet;
                 finding.value = waited.clone().map(Measure::AtLeast);
                 finding.margin = waited.as_ref().and_then(|waited| self.room(waited, limit)).map(Measure::AtMost);
@@ -205,7 +212,11 @@ impl Scene<'_> {
             if let (Ending::Unknown(why), Some(waited)) = (&self.run.ending, &waited)
                 && (finding.standing == Standing::Open || finding.value == Some(Measure::AtLeast(waited.clone())))
             {
+                let [since, until] = [&since, &until].map(|time| Measure::Exact(time.clone()).readable());
                 finding.notes.push(match done {
+                    _ if self.visits.there => {
+                        format!("it stays at {at}{within} between {since} and {until}, and {why}")
+                    }
                     0 => format!("{at} is not reached{within} by {until}, and {why}"),
                     _ => format!("{at} is not reached{within} between {since} and {until}, and {why}"),
                 });

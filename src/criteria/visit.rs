@@ -44,6 +44,8 @@ pub struct Visits {
     pub all: bool,
     /// Whether the goal after the last leg is never reached.
     pub never: bool,
+    /// Whether it is still where the last goal was met, and that is the next one too.
+    pub there: bool,
     /// For each goal, how near the first round comes to it, when, and in which stretch.
     pub closest: Vec<Option<(Distance, Value, usize)>>,
     /// Whether some place could not be compared with a goal: then nothing is known of later legs.
@@ -212,6 +214,7 @@ pub fn visits(run: &Timeline, goals: &[Goal], radius: &Value) -> Visits {
     if !goals.is_empty() {
         walk.go();
     }
+    walk.found.there = walk.there;
     walk.found
 }
 

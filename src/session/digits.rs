@@ -16,7 +16,14 @@ const LONG: usize = 40;
 
 /// A rational exactly, where that is short, and as a decimal.
 pub(super) fn rational(number: &BigRational) -> String {
-    let near = decimal(num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN));
+    let near = num_traits::ToPrimitive::to_f64(number).unwrap_or(f64::NAN);
+    if !near.is_finite() {
+        // More than machine numbers hold: its size by the lengths of what stands above and below.
+        let bits = i128::from(number.numer().bits()) - i128::from(number.denom().bits());
+        let sign = if num_traits::Signed::is_negative(number) { "-" } else { "" };
+        return format!("about {sign}10^{}", bits * 30_103 / 100_000);
+    }
+    let near = decimal(near);
     let exact = Value::rational(number.clone()).to_string();
     if exact == near || exact.len() > LONG { near } else { format!("{exact} = {near}") }
 }

@@ -244,24 +244,35 @@ pub(super) fn durations_below_are_drawn(system: &Term, environment: &Environment
 
 /// Of a system where durations may depend on what is drawn, whether they may be less than 0.
 fn drawn_durations(system: &Term, environment: &Environment) -> Option<bool> {
-    let (mut seen, mut open) = (BTreeSet::new(), vec![system.clone()]);
     let fixed = environment.assumptions.variables();
+    let (mut seen, mut open) = (BTreeSet::new(), vec![(system.clone(), BTreeSet::new())]);
     let (mut draws, mut below, mut varies) = (false, false, false);
-    while let Some(term) = open.pop() {
+    while let Some((term, mut others)) = open.pop() {
+        // Names that are drawn here and mean nothing else here.
+        let mut drawn = BTreeSet::new();
         for part in subterms(&term) {
             match part.node() {
-                Node::Ran(from, _) => {
+                Node::Ran(from, name) => {
                     draws = true;
                     below |= !Distribution::of(from).is_ok_and(|one| one.is_never_below(&BigRational::zero()));
+                    drawn.insert(name.clone());
                 }
-                Node::Delay(time) if !time.variables().is_subset(&fixed) => {
-                    varies = true;
-                    below |= time.as_variable().is_none();
+                Node::In(_, name) | Node::Set(_, name) => {
+                    others.insert(name.clone());
                 }
                 Node::Call(name, _) if seen.insert(name.clone()) => {
-                    open.extend(environment.definitions.get(name).map(|definition| definition.body.clone()));
+                    let definition = environment.definitions.get(name);
+                    open.extend(definition.map(|one| (one.body.clone(), one.parameters.iter().cloned().collect())));
                 }
                 _ => {}
+            }
+        }
+        for part in subterms(&term) {
+            let Node::Delay(time) = part.node() else { continue };
+            if !time.variables().is_subset(&fixed) {
+                varies = true;
+                let itself = |name: &Name| drawn.contains(name) && !others.contains(name);
+                below |= !time.as_variable().is_some_and(itself);
             }
         }
     }

@@ -10,7 +10,7 @@ use super::{Ending, Stretch, Timeline};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::period::Period;
+use crate::period::{Period, Phase};
 use crate::term::{Node, Term};
 use crate::value::Value;
 use crate::verify::influence::reduced;
@@ -28,6 +28,14 @@ pub fn turns(
     interrupted: &dyn Fn() -> bool,
 ) -> Option<Timeline> {
     let shown = Term::par(observers.iter().map(|name| Term::new(Node::Observe(name.clone(), Vec::new()))));
+    // Rounds whose length changes are no turns that come again.
+    let changes = |phase: &Phase| {
+        let mut times = phase.edges.iter().flat_map(|edge| &edge.segments).map(|segment| &segment.duration);
+        times.any(|time| phase.variables.iter().any(|name| time.mentions(name)))
+    };
+    if period.phases.iter().any(changes) {
+        return None;
+    }
     let reduced = reduced(period, &shown);
     repeating(&walk(reduced.as_ref().unwrap_or(period), known, &shown, interrupted), observers)
 }

@@ -1,5 +1,6 @@
 //! Legs and rounds of which there is no end, where the places never repeat and the times do.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use super::super::{Finding, Standing, visits};
@@ -9,6 +10,9 @@ use crate::lower::{Ask, Criterion};
 use crate::name::Name;
 use crate::period::analyse_until;
 use crate::timeline::turns::turns;
+
+/// Communications that are followed to find the phases.
+const MOST_LOOKS: usize = 20_000;
 
 impl Scene<'_> {
     /// Those of these criteria about every leg or every round that are met by turns that come again and again.
@@ -21,7 +25,10 @@ impl Scene<'_> {
         }
         let (definitions, known) = (&self.environment.definitions, &self.environment.assumptions);
         let interrupted = self.judge.interrupted;
-        let Ok(period) = analyse_until(&self.system.components, definitions, known, interrupted) else {
+        // Where the phases are very many, nothing is found out by them in good time.
+        let looks = Cell::new(0usize);
+        let enough = || looks.replace(looks.get() + 1) > MOST_LOOKS || interrupted();
+        let Ok(period) = analyse_until(&self.system.components, definitions, known, &enough) else {
             return Vec::new();
         };
         let observers: BTreeSet<Name> = self.criteria.goals.iter().map(|goal| goal.observer.clone()).collect();

@@ -1,13 +1,15 @@
 //! An instant in which communications compete, or one ends what another waits for, and which comes to the same all the
-//! same: all orders are followed.
+//! same: all orders are followed. The same must pass in each of them, and the same be left.
 
 use std::collections::BTreeMap;
 
 use super::{Clock, Moment, communicate};
 use crate::digest::Quick;
+use crate::name::Name;
 use crate::period::run::Run;
 use crate::period::step::written;
 use crate::period::{End, Failure};
+use crate::value::Value;
 
 /// States within one instant that are looked at.
 const MOST_STATES: usize = 2_000;
@@ -30,6 +32,8 @@ impl Clock<'_> {
     fn every_order(&self, mut start: Moment) -> Option<(Moment, Option<End>)> {
         start.path.exits = 0;
         let mut numbers: Quick<Vec<Run>, usize> = Quick::default();
+        // What passes on the way to each state: whatever the order, the same.
+        let mut passed: Vec<Vec<(Name, Value)>> = Vec::new();
         // For each state those that it leads to.
         let mut onward: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut last: Option<Moment> = None;
@@ -46,8 +50,12 @@ impl Clock<'_> {
             let number = *numbers.entry(moment.state.clone()).or_insert(next);
             onward.entry(from.unwrap_or(number)).or_default().extend(from.map(|_| number));
             moved.extend(&moment.moved);
-            if number != next {
-                continue;
+            let mut own = moment.communications.clone();
+            own.sort();
+            match passed.get(number) {
+                Some(before) if *before == own => continue,
+                Some(_) => return None,
+                None => passed.push(own),
             }
             let pairs = moment.board.pairs();
             for (writer, reader) in &pairs {
