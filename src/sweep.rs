@@ -46,6 +46,8 @@ impl Cell {
     /// As it stands in a table of text.
     pub fn text(&self) -> String {
         match self {
+            // A number next to 0 with its power of ten, not with hundreds of zeros.
+            Cell::Number(number) if *number != 0.0 && number.abs() < 1e-6 => format!("{number:e}"),
             Cell::Number(number) => number.to_string(),
             Cell::Text(text) => text.clone(),
             Cell::Nothing(()) => String::new(),

@@ -114,3 +114,50 @@ fn values_of_a_long_chain_change_one_after_the_other() {
     let text = String::from_utf8_lossy(&found.stdout).into_owned();
     assert_eq!(found.status.code(), Some(0), "{text}");
 }
+
+/// The paper's mission, its `s` and its places left open.
+const PAPER: &str = "param t > 0, a, b, p0, a != b, p0 != a\nfn s(d)\nobserver At(r)\n\
+    proc BF_{a,b} = MoveTo_a ; MoveTo_b ; BF_{a,b}\nproc MoveTo_g = In_p<r> ; Neq_{r,g} ; Out_{v,s(g-r)} ; MoveTo_g\n\
+    proc DEnv_r = (Delay_t # Odo_r # At_r) ; In_v<u> ; DEnv_{r+u*t}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+    system Sys = DEnv_{p0} | BF_{a,b}\nperiod Sys\n";
+
+#[test]
+fn the_phases_of_the_paper_are_checked_with_its_function_open() {
+    let told = told(PAPER);
+    assert!(told.contains("by the kernel: all 5 ways from start and phases"), "{told}");
+}
+
+#[test]
+fn a_name_elsewhere_in_the_file_takes_nothing_from_a_proof() {
+    let mission = "observer At(r)\nproc BF_{a,b} = MoveTo_a ; MoveTo_b ; BF_{a,b}\n\
+        proc MoveTo_g = In_p<r> ; Gtr_{abs(r-g),1/10} ; Out_{v,(g-r)/2} ; MoveTo_g\n\
+        proc DEnv_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; DEnv_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+        proc Gauge = In_level<x> ; Delay_1 ; Gauge\nsystem Sys = DEnv_0 | BF_{10,0}\n\
+        property Goal = Delay_{?t1} ; (Delay_{?t2} # At_{?y}) ; Lte_{abs(?y-10),1/10} ; Delay_{?t3} ; Goal\n\
+        prove Sys satisfies Goal\n";
+    let told = told(mission);
+    assert!(told.contains("proved: Sys satisfies Goal") && !told.contains("on trust"), "{told}");
+}
+
+#[test]
+fn one_component_that_competes_with_itself_is_named_once() {
+    let told = told(
+        "observer Lit(z)\nproc Either = (Out_{h,1} | Out_{h,2}) ; Delay_1 ; Either\n\
+        proc Keeps = In_h<x> ; In_h<y> ; (Delay_1 # Lit_x) ; Keeps\nsystem Race = Either | Keeps\nperiod Race\n",
+    );
+    assert!(told.contains("two parts of Either compete for one communication on port h"), "{told}");
+}
+
+#[test]
+fn a_robot_that_stays_at_its_goal_is_said_to_stay() {
+    let mission = "system Sys = World_1 | Stays\nproc Stays = In_l<r> ; Out_{w,0} ; Stays\n";
+    let told = told(&format!("{WORLD}{mission}criteria C for Sys {{ goals At_1 every leg within 3 }}\n"));
+    assert!(told.contains("it stays at At_1"), "{told}");
+}
+
+#[test]
+fn a_goal_of_another_sort_is_told_from_what_is_shown() {
+    let mission = "system Sys = World_0 | Go_2\n";
+    let told = told(&format!("{WORLD}{mission}criteria C for Sys {{ goals At_{{(2,0)}} leg within 3 }}\n"));
+    assert!(told.contains("At shows a number, and (2,0) in the goal At_{(2,0)} is a vector of 2"), "{told}");
+}

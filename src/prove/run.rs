@@ -287,7 +287,7 @@ impl<'t> Follower<'t> {
         loop {
             self.stretches += 1 + state.size() / 64;
             if self.stretches > MOST_STRETCHES {
-                return lost(format!("more than {MOST_STRETCHES} stretches of time"));
+                return lost("it has too many stretches of time, for a system of this size");
             }
             let instant = self.instant(&state)?;
             let step_time = self.least(&instant.delays(), &left)?;
