@@ -222,7 +222,8 @@ impl<'a> Workshop<'a> {
 
     /// What to do about criteria that are not met, each with what decides it.
     pub fn advice(&self, failing: Vec<(&Finding, Vec<String>)>) -> Advice {
-        let mut singles: Vec<Vec<Repair>> = failing.iter().map(|(finding, _)| self.single(finding)).collect();
+        let hits = self.hits(failing.iter().any(|(finding, _)| self.is_arrival(finding)));
+        let mut singles: Vec<Vec<Repair>> = failing.iter().map(|(finding, _)| self.single(finding, &hits)).collect();
         let points = points(&singles);
         for ((finding, _), single) in failing.iter().zip(&mut singles) {
             self.repaired_by_others(&finding.name, &points, single);
@@ -242,16 +243,16 @@ impl<'a> Workshop<'a> {
     }
 
     /// Changes of one parameter that are found by itself.
-    fn single(&self, finding: &Finding) -> Vec<Repair> {
+    fn single(&self, finding: &Finding, hits: &[[Vec<BigRational>; 2]]) -> Vec<Repair> {
         let mut single = Vec::new();
-        for (name, value) in self.parameters {
+        for ((name, value), hits) in self.parameters.iter().zip(hits) {
             if (self.judge.interrupted)() {
                 break;
             }
-            for up in [true, false] {
+            for (up, hits) in [true, false].into_iter().zip(hits) {
                 let solved = self.solved(&finding.name, name, value, up);
                 let found = solved.or_else(|| self.searched(Some(&finding.name), name, value, up));
-                single.extend(self.hit(finding, (name, value), up, found));
+                single.extend(self.hit(finding, (name, value), hits, found));
             }
         }
         single

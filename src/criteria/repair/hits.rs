@@ -6,12 +6,13 @@ use num_rational::BigRational;
 use num_traits::Signed;
 
 use super::{Repair, Workshop, change};
+use crate::criteria::Finding;
 use crate::criteria::nearby::{Formula, nearby};
 use crate::criteria::visit::values_of;
-use crate::criteria::{Finding, Judge};
-use crate::lower::{Ask, Environment, Likelihood};
+use crate::lower::Ask;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::timeline::Follower;
+use crate::value::Value;
 
 /// Stretches of a run that are looked at.
 const MOST_PLACES: usize = 256;
@@ -25,17 +26,15 @@ impl Workshop<'_> {
         &self,
         finding: &Finding,
         (parameter, value): (&Name, &BigRational),
-        up: bool,
+        hits: &[BigRational],
         found: Option<Repair>,
     ) -> Option<Repair> {
-        let kind = self.criteria.all.iter().find(|one| one.name == finding.name).map(|one| &one.kind);
-        if !matches!(kind, Some(Ask::Radius(_) | Ask::Leg { .. } | Ask::Round { .. })) {
+        if !self.is_arrival(finding) {
             return found;
         }
         let (goal, far) =
             (Some(&finding.name), found.as_ref().and_then(|found| Some(found.changes.first()?.2.clone())));
         let nearer = |root: &BigRational| far.as_ref().is_none_or(|far| (root - value).abs() < (far - value).abs());
-        let hits = self.hits(parameter, value, up);
         let hits = hits.iter().filter(|root| nearer(root)).take(MOST_HITS);
         let met = hits
             .into_iter()
@@ -47,9 +46,25 @@ impl Workshop<'_> {
         }
     }
 
-    /// The values on one side of the present one at which some stretch lies on a goal, by the ways that the run takes right
-    /// beside the present value; the nearest first.
-    fn hits(&self, parameter: &Name, value: &BigRational, up: bool) -> Vec<BigRational> {
+    /// Whether a criterion is about when, or whether, a goal is reached.
+    pub(super) fn is_arrival(&self, finding: &Finding) -> bool {
+        let kind = self.criteria.all.iter().find(|one| one.name == finding.name).map(|one| &one.kind);
+        matches!(kind, Some(Ask::Radius(_) | Ask::Leg { .. } | Ask::Round { .. }))
+    }
+
+    /// For each parameter the values upward and downward of the present one at which some stretch lies on a goal; none of
+    /// any where they are not `wanted`.
+    pub(super) fn hits(&self, wanted: bool) -> Vec<[Vec<BigRational>; 2]> {
+        let beside = |(parameter, value): &(Name, BigRational)| {
+            let wanted = wanted && !(self.judge.interrupted)();
+            [true, false].map(|up| if wanted { self.hits_beside(parameter, value, up) } else { Vec::new() })
+        };
+        self.parameters.iter().map(beside).collect()
+    }
+
+    /// The same on one side of one parameter, by the ways that the run takes right beside the present value; the nearest
+    /// first.
+    fn hits_beside(&self, parameter: &Name, value: &BigRational, up: bool) -> Vec<BigRational> {
         let formulas = nearby(value, up, &|there| self.places(parameter, there));
         let mut roots: Vec<BigRational> = formulas.values().filter_map(Formula::root).collect();
         roots.retain(|root| root != value && (root > value) == up && self.plausible(root, value));
@@ -61,11 +76,12 @@ impl Workshop<'_> {
     /// How far each stretch of the run lies from each goal, on every axis, when one parameter has another value.
     fn places(&self, parameter: &Name, value: &BigRational) -> Option<BTreeMap<Name, BigRational>> {
         let (criteria, environment) = self.elsewhere(&[(parameter.clone(), value.clone())])?;
-        let never = |_: &Likelihood, _: &Environment, _: (Relation, &BigRational)| Err(Vec::new());
-        let judge = Judge { chances: &never, stretches: MOST_PLACES, ..self.judge };
-        let run = judge.judge(&criteria, &environment).run;
+        let term = environment.system(&criteria.system)?.term(&environment.definitions);
+        let mut follower = Follower::new(&term, &environment.definitions);
+        follower.follow(MOST_PLACES, self.judge.interrupted);
+        let run = follower.run();
         let mut found = BTreeMap::new();
-        for (stretch, shown) in run.stretches.iter().map(|one| &one.shown).take(MOST_PLACES).enumerate() {
+        for (stretch, shown) in run.stretches.iter().map(|one| &one.shown).enumerate() {
             for (number, goal) in criteria.goals.iter().enumerate() {
                 for (place, values) in values_of(shown, &goal.observer).enumerate() {
                     for (axis, far) in apart(values, &goal.values).into_iter().enumerate() {
