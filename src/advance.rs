@@ -19,6 +19,7 @@
 //!
 //! Whatever is not decided here for all values that meet the assumptions is an error, never a guess.
 
+mod alone;
 mod apart;
 pub mod draw;
 mod instantly;
@@ -26,9 +27,9 @@ mod leaf;
 mod settle;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
-use std::rc::Rc;
 
-use leaf::{Components, Leaf, active, components, is_drawing, is_set, leaves, rebuilt};
+use alone::{Meeting, alone};
+use leaf::{Leaf, active, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
 
 use crate::fact::{Context, Facts};
@@ -373,7 +374,7 @@ fn communications(
     if draw::is_due(state) {
         return Ok(Vec::new());
     }
-    let alone = if orders == Orders::Alike { alone(state, &pairs, runner.context) } else { BTreeSet::new() };
+    let alone = if orders == Orders::Alike { alone(runner, state, &pairs) } else { BTreeSet::new() };
     let mut next = Vec::new();
     let mut meet = |meetings: &[&Meeting<'_>]| -> Result<(), Stuck> {
         let mut met: HashMap<usize, Term> = HashMap::new();
@@ -390,46 +391,4 @@ fn communications(
         meet(&alone.iter().map(|place| &pairs[*place]).collect::<Vec<_>>())?;
     }
     Ok(next)
-}
-
-/// A communication that is possible, by the numbers of its leaves.
-struct Meeting<'t> {
-    reader: usize,
-    writer: usize,
-    port: &'t Name,
-    binder: Option<usize>,
-    name: &'t Name,
-    value: &'t Value,
-}
-
-/// The communications that need not be tried in another order: each between two parts of which each can do nothing else
-/// now, on a port that no other part ever uses before it. Whatever others do before it, it stays possible and the same,
-/// as no `#` is around one part that another could end, and it hinders none of them; so every order of all that happens
-/// is as good as one that begins with it, and until it has happened its two parts run, and nothing that follows them
-/// begins. None of two of these hinders the other, so they may all happen at once.
-fn alone(state: &Term, pairs: &[Meeting<'_>], context: &Context<'_>) -> BTreeSet<usize> {
-    let Components { running, later } = components(state);
-    let of = |leaf: usize| running.partition_point(|component| component.inside.end <= leaf);
-    let facts: Vec<Rc<Facts>> = running.iter().chain(&later).map(|part| Facts::of(part.term, context)).collect();
-    let mut users: HashMap<(&Name, Option<usize>), Vec<usize>> = HashMap::new();
-    for (place, (part, facts)) in running.iter().chain(&later).zip(&facts).enumerate() {
-        if !facts.ports.processes.is_empty() {
-            return BTreeSet::new();
-        }
-        for port in &facts.ports.names {
-            users.entry((port, part.binder(port))).or_default().push(place);
-        }
-    }
-    let needs_no_other = |meeting: &Meeting<'_>| {
-        let (reader, writer) = (of(meeting.reader), of(meeting.writer));
-        let offers_one = |place: usize| running.get(place).is_some_and(|component| component.offers == 1);
-        let waits = |place: usize| {
-            let behind = place.checked_sub(running.len()).and_then(|place| later.get(place));
-            behind.is_some_and(|part| part.inside.contains(&meeting.reader) || part.inside.contains(&meeting.writer))
-        };
-        let mut users = users.get(&(meeting.port, meeting.binder)).into_iter().flatten();
-        let own = |place: usize| place == reader || place == writer || waits(place);
-        reader != writer && offers_one(reader) && offers_one(writer) && users.all(|place| own(*place))
-    };
-    (0..pairs.len()).filter(|place| needs_no_other(&pairs[*place])).collect()
 }

@@ -6,15 +6,16 @@ mod drawing;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write;
 
-use num_traits::{Signed, Zero};
+use num_rational::BigRational;
 
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::period::ports;
+use crate::polynomial::Monomial;
 use crate::scope::subterms;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Atom, Value};
 
 /// A component, as far as values go through it.
 #[derive(Clone, Debug, Default)]
@@ -124,11 +125,29 @@ impl Connectivity {
     }
 }
 
-/// Whether a number is what something is measured from: 9 in `9-x`.
-fn is_in(number: &Value, written: &Value) -> bool {
-    let (Some(number), Some((sum, divisor))) = (number.as_rational(), written.polynomials()) else { return false };
+/// Whether something is measured from a fixed place, or compared with something: from 9 in `9-x`, `(x-9)/2` and
+/// `abs(x-9)`, from `(1,2)` in `(x-1,y-2)`. Of a condition, as in `if 9-x < 3 then 1 else 0`, the place cannot be told, so it
+/// may be any.
+fn is_measured_from(place: &Value, written: &Value) -> bool {
+    if let (Some(places), Some(parts)) = (place.components(), written.components()) {
+        return places.len() == parts.len()
+            && places.iter().zip(&parts).all(|(place, part)| is_measured_from(place, part));
+    }
+    let Some(number) = place.as_rational() else { return false };
+    let Some((sum, divisor)) = written.polynomials() else { return false };
     let constant = sum.constant_term();
-    divisor.is_one() && !constant.is_zero() && sum.as_constant().is_none() && constant.abs() == number.abs()
+    let from = |(monomial, factor): &(Monomial<Atom>, BigRational)| match monomial.factors() {
+        // `x` by itself is a place, and no distance from 0.
+        [(Atom::Variable(_), 1)] => constant != BigRational::default() && -&constant / factor == number,
+        _ => false,
+    };
+    let inside = |atom: &Atom| match atom {
+        Atom::Positive(inner) => !inner.variables().is_empty(),
+        Atom::Maximum(elements) => elements.iter().any(|element| is_measured_from(place, element)),
+        Atom::Floor(inner) => is_measured_from(place, inner),
+        _ => false,
+    };
+    (divisor.is_one() && sum.terms().iter().any(from)) || written.atoms().iter().any(inside)
 }
 
 /// A path from where a thing is shown, over a port that carries what is shown, to a port that moves a target.
@@ -139,7 +158,7 @@ fn path(parts: &[Part], worlds: &BTreeSet<usize>, thing: &Name, targets: &[&(&Na
             let related = |written: &Value| {
                 values.iter().any(|value| {
                     let shared = value.variables().intersection(&written.variables()).next().is_some();
-                    value == written || shared || is_in(value, written)
+                    value == written || shared || is_measured_from(value, written)
                 })
             };
             let written = part.writes.iter().filter(|(_, value)| related(value));

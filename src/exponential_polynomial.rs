@@ -6,6 +6,7 @@
 
 mod dominant;
 pub mod enclosed;
+mod halves;
 pub mod tail;
 mod term;
 mod text;

@@ -6,6 +6,7 @@
 
 mod affine;
 mod approach;
+mod at_rest;
 mod barrier;
 mod classes;
 mod comes_round;
@@ -56,10 +57,12 @@ use crate::name::Name;
 use crate::value::{Atom, Relation, Sort, Value, ValueError};
 use affine::affine_pieces;
 use region::{Guard, resolve, solutions};
+pub(crate) use search::NO_VALUE;
 use search::{Entry, Interval, enter};
 
 use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
+pub use at_rest::at_rest;
 pub use nonlinear::{Behaviour, behaviour};
 pub use parts::{Part, parts};
 pub use reach::reach;
@@ -107,8 +110,10 @@ pub enum Reach {
 
 /// The most pieces that a form may have.
 const MOST_PIECES: usize = 200;
-/// The same where a piece begins with a value that has symbols: it grows from piece to piece.
+/// The same where a piece begins with a value that has symbols, and the size of such a value: it grows from piece to
+/// piece, and so does the time that a comparison takes.
 const MOST_SYMBOLIC: usize = 16;
+const LARGEST_SYMBOLIC: usize = 100;
 /// The indices that are tried one by one where there is no better way.
 const MOST_TRIED: i64 = 500;
 
@@ -181,9 +186,10 @@ impl Pieces<'_> {
             if let Some(place) = self.history.iter().position(|(_, earlier)| *earlier == value) {
                 return self.periodic(place, &from);
             }
-            if number >= MOST_SYMBOLIC && !value.variables().is_empty() {
+            let grown = number >= MOST_SYMBOLIC || value.size() > LARGEST_SYMBOLIC;
+            if grown && !value.variables().is_empty() {
                 let map = &self.map;
-                return Err(NoClosedForm(format!("the guards of {map} change more than {MOST_SYMBOLIC} times")));
+                return Err(NoClosedForm(format!("the guards of {map} change {number} times and more")));
             }
             self.history.push((from.clone(), value.clone()));
             let Some((next, image)) = self.piece(&from, &value)? else { return Ok(self.closed) };
@@ -226,6 +232,10 @@ impl Pieces<'_> {
             let goal = Goal::Holds(guard.relation.negated(), guard.value.clone(), Value::zero());
             match first(&local, self.index, &goal, &self.known) {
                 Reach::Never(_) => {}
+                Reach::Unknown(reason) if reason.ends_with(NO_VALUE) => {
+                    let (value, sign) = (&guard.value, guard.relation.negated().symbol());
+                    return Err(NoClosedForm(format!("of the indices at which {value} {sign} 0 {reason}")));
+                }
                 Reach::Unknown(reason) => return Err(NoClosedForm(reason)),
                 Reach::At(at, conditions) => {
                     for (relation, left, right) in &conditions {

@@ -12,6 +12,7 @@ mod equality;
 mod generalised;
 mod later;
 mod learned;
+mod noise;
 pub mod orbit;
 mod points;
 mod prefix;

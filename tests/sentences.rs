@@ -161,3 +161,70 @@ fn a_goal_of_another_sort_is_told_from_what_is_shown() {
     let told = told(&format!("{WORLD}{mission}criteria C for Sys {{ goals At_{{(2,0)}} leg within 3 }}\n"));
     assert!(told.contains("At shows a number, and (2,0) in the goal At_{(2,0)} is a vector of 2"), "{told}");
 }
+
+/// Robots in a row: each looks at its own place and at that of the one before it, and comes nearer by a third.
+fn followers(count: usize) -> String {
+    let mut text = String::from("observer At(i, r)\n");
+    let mut all = Vec::new();
+    for number in 0..count {
+        let other = if number == 0 { "Set_100<q>".to_string() } else { format!("In_p{}<q>", number - 1) };
+        text.push_str(&format!(
+            "proc World{number}_r = (Delay_1 # Odo{number}_r # At_{{{number},r}}) ; In_v{number}<u> ; World{number}_{{r+u}}\n\
+             proc Odo{number}_r = Out_{{p{number},r}} ; Odo{number}_r\n\
+             proc Base{number} = In_p{number}<r> ; {other} ; Out_{{v{number},(q-r)/3}} ; Base{number}\n"
+        ));
+        all.push(format!("World{number}_{{-{number}}} | Base{number}"));
+    }
+    format!("{text}system Sys = {}\nperiod Sys\n", all.join(" | "))
+}
+
+#[test]
+fn looks_at_one_place_by_many_are_not_put_in_order() {
+    for count in [3, 9, 20] {
+        let told = told(&followers(count));
+        assert!(told.contains("by the kernel: all 2 ways"), "{count}: {told}");
+    }
+}
+
+#[test]
+fn what_is_sensed_is_told_from_what_is_not() {
+    let robot = |beam: &str, rock: &str| {
+        told(&format!(
+            "observer Rock(x)\nproc Env_r = (Delay_1 # Beam_{{{beam}}} # At_r # Rock_{{{rock}}}) ; In_v<u> ; Env_{{r+u}}\n\
+             proc Beam_d = Out_{{f,d}} ; Beam_d\n\
+             proc C = In_f<d> ; ((Gtr_{{d,2}} ; Out_{{v,1}}) | (Lte_{{d,2}} ; Out_{{v,0}})) ; C\n\
+             system S = Env_0 | C\nprove S always abs(o-p) > 1 when At_p, Rock_o\n"
+        ))
+    };
+    let sensed = "connected: Rock (Env) -f-> C -v-> At (Env)";
+    for beam in ["30-r", "(30-r)/2", "abs(30-r)", "if 30-r < 3 then 0 else 9"] {
+        let told = robot(beam, "30");
+        assert!(told.contains(sensed), "{beam}: {told}");
+    }
+    // A rock behind the robot is not seen by a beam that looks ahead, wherever it is.
+    for rock in ["-7", "-30"] {
+        let told = robot("30-r", rock);
+        assert!(told.contains("no port carries what Rock shows") && !told.contains(sensed), "{rock}: {told}");
+    }
+}
+
+#[test]
+fn moments_are_told_in_the_names_of_the_program() {
+    let told = told(
+        "proc E_{r,q} = (Delay_1 # O_q # At_r) ; (Ran_{Normal(0, sd: 1/10)}<e> | In_v<u>) ; E_{r+u+e,q+u}\n\
+         proc O_q = Out_{p,q} ; O_q\nproc K = In_p<m> ; Out_{v,(5-m)/2} ; K\nsystem F = E_{0,0} | K\n\
+         probability of F showing At_r where r >= 5 at 6\n",
+    );
+    assert!(told.contains("mean_q(n) = 5-5*(1/2)^n") && told.contains("covariance_r_q(n) = 0"), "{told}");
+}
+
+#[test]
+fn a_logarithm_is_told_as_it_is_meant() {
+    let start =
+        "param g, p0, h, k, 0 < k, k < 1, e > 0, p0 < h, h < g\nsolve r(n+1) = r(n)+k*(g-r(n)), r(0) = p0 find n with";
+    // With g = 10, p0 = 2, k = 1/2, e = 1 the first is 3: log((1)/8)/log(1/2).
+    let near = told(&format!("{start} abs(r(n)-g) <= e\n"));
+    assert!(near.contains("(g-p0)*(1-k)^n <= e") && near.contains("ceil(log(e/(g-p0))/log(1-k))"), "{near}");
+    let past = told(&format!("{start} r(n) >= h\n"));
+    assert!(past.contains("ceil(log((g-h)/(g-p0))/log(1-k))") && !past.contains("not known whether ever"), "{past}");
+}

@@ -208,8 +208,11 @@ fn durations_below_0_are_told_of_where_one_may_be_drawn() {
     let drawn = "observer Done\nproc W = Ran_{Normal(3, sd: 1)}<a> ; Delay_a ; Done\nsystem Sys = W\n\
         probability of Sys reaching Done within 4\n";
     says(drawn, &[below]);
-    let surely = "proc V_d = (Delay_d # At_d) ; V_{d-1}\nsystem Sys = V_{-2}\nperiod Sys\n";
-    says(surely, &["no period found: in V: the duration -2 is negative"]);
+    let surely =
+        |start: i64| format!("proc V_d = (Delay_d # At_d) ; V_{{d-2}}\nsystem Sys = V_{{{start}}}\nperiod Sys\n");
+    says(&surely(3), &["no period found: in V: the duration -1 is negative"]);
+    let refused = String::from_utf8_lossy(&ran(&surely(-2)).stderr).into_owned();
+    assert!(refused.contains("error[P0423]: in V: a delay cannot last -2"), "{refused}");
 }
 
 #[test]
@@ -246,14 +249,14 @@ fn a_power_that_comes_to_a_symbol_is_told_by_a_logarithm() {
     says(
         falls,
         &[
-            "not known whether ever r(n) < e: it is met from some n on, the least with D*(1/2)^n < e: that is 0 if D < e, else floor(log(e/(D))/log(1/2))+1, and logarithms are no values here",
+            "no value is the first n with r(n) < e, though there is one: the first is the least n with D*(1/2)^n < e: 0 if D < e, else floor(log(e/(D))/log(1/2))+1, and logarithms are no values here",
         ],
     );
     let grows = "param D > 0\nsolve r(n+1) = 2*r(n), r(0) = 1 find n with r(n) >= D\n";
     says(
         grows,
         &[
-            "not known whether ever r(n) >= D: it is met from some n on, the least with (2)^n >= D: that is 0 if 1 >= D, else ceil(log(D)/log(2)), and logarithms are no values here",
+            "no value is the first n with r(n) >= D, though there is one: the first is the least n with (2)^n >= D: 0 if 1 >= D, else ceil(log(D)/log(2)), and logarithms are no values here",
         ],
     );
     // From below it never comes to what is below it.

@@ -2,6 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use super::{MOST_DEPTH, active, context_reads, is_set, stuck};
 use crate::fact::{Context, Facts};
@@ -9,7 +10,7 @@ use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{bound_names, written};
 use crate::substitution::{Stuck, instantiate, replace, substitute_known};
-use crate::term::{Node, Term, TermSet};
+use crate::term::{Node, Term, TermMap, TermSet};
 use crate::value::{Relation, Sort, Value};
 
 /// What has been bound, by name.
@@ -67,11 +68,21 @@ pub(super) struct Runner<'c, 'd> {
     work: Cell<usize>,
     /// Parts of the network itself that were seen to be left as they are.
     settled: RefCell<TermSet>,
+    /// Which parts are servers, and the ports that parts write to (`alone`).
+    pub(super) servers: RefCell<TermMap<bool>>,
+    pub(super) written: RefCell<TermMap<Rc<BTreeSet<Name>>>>,
 }
 
 impl<'c, 'd> Runner<'c, 'd> {
     pub(super) fn new(context: &'c Context<'d>, kept: &'c BTreeSet<Name>) -> Runner<'c, 'd> {
-        Runner { context, kept, work: Cell::new(0), settled: RefCell::default() }
+        Runner {
+            context,
+            kept,
+            work: Cell::new(0),
+            settled: RefCell::default(),
+            servers: RefCell::default(),
+            written: RefCell::default(),
+        }
     }
 
     /// The body of a network, settled; it must run.
@@ -105,8 +116,11 @@ impl<'c, 'd> Runner<'c, 'd> {
     fn spend(&self, depth: usize) -> Result<(), Stuck> {
         let work = self.work.get() + 1;
         self.work.set(work);
-        if depth > DEEPEST || work > MOST_WORK {
+        if depth > DEEPEST {
             return stuck("it unfolds for ever without waiting or communicating, or is nested too deeply");
+        }
+        if work > MOST_WORK {
+            return stuck("too much may happen in one instant");
         }
         Ok(())
     }

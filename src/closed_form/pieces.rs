@@ -122,8 +122,10 @@ impl Induction<'_> {
             images.insert(name, later(place, offset)?);
         }
         for (place, sequence) in recurrence.sequences.iter().enumerate() {
-            let next = self.by_signs(&sequence.next, &images, cell, last)?;
-            let next = self.divided(next, &images, &known)?;
+            let [chosen, settled] = self.by_signs(&sequence.next, &images, cell, last)?;
+            // What a maximum leaves out must have a value, too, so this is asked before any is left out.
+            self.divided(chosen, &images, &known)?;
+            let next = self.divided(settled, &images, &known)?;
             let (image, wanted) = (next.substitute(&images)?, later(place, sequence.start.len())?);
             let piece = Piece { from: cell.from.clone(), until: cell.until.clone(), form: cell.forms[place].clone() };
             if !same_throughout(&image, &wanted, &piece, index, &known)? {
@@ -133,21 +135,26 @@ impl Induction<'_> {
         Ok(())
     }
 
-    /// An equation with what its maxima and conditions are in a cell, where they are signs of exponential polynomials.
+    /// An equation with what its conditions are in a cell, and with what its maxima are, too, where they are signs of
+    /// exponential polynomials.
     fn by_signs(
         &self,
         next: &Value,
         images: &BTreeMap<Name, Value>,
         cell: &Cell<'_>,
         last: Option<&Value>,
-    ) -> Result<Value, Unchecked> {
+    ) -> Result<[Value; 2], Unchecked> {
         let natural = |value: &Value| value.as_rational().and_then(|number| number.to_integer().to_u64());
         let (Some(from), Some(until)) = (natural(&cell.from), last.map_or(Some(None), |last| natural(last).map(Some)))
         else {
-            return Ok(next.clone());
+            return Ok([next.clone(), next.clone()]);
         };
         let sum = |value: &Value| ExponentialPolynomial::of(&value.substitute(images).ok()?, &self.recurrence.index);
-        Ok(Signs { sum: &sum, from, until }.settled(next)?)
+        let signs = Signs { sum: &sum, from, until };
+        // Only what divides by a term may have no value.
+        let divides = self.recurrence.terms().iter().any(|(name, ..)| divides_by(next, name));
+        let settled = signs.settled(next)?;
+        Ok([if divides { signs.chosen(next)? } else { settled.clone() }, settled])
     }
 
     /// An equation that divides by a term, with what its conditions are where the terms are these; what it divides by is

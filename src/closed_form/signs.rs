@@ -16,14 +16,21 @@ impl Signs<'_> {
     fn hold(&self, value: &Value, relation: Relation) -> bool {
         (self.sum)(value).is_some_and(|sum| throughout(&sum, relation, self.from, self.until))
     }
+
     /// A value in the terms and the index with what its maxima and conditions are at all indices, where that is known.
     pub(super) fn settled(&self, value: &Value) -> Result<Value, ValueError> {
         let at_least = |one: &Value, other: &Value| one.sub(other).is_ok_and(|rest| self.hold(&rest, Relation::Gte));
-        let positive = |inner: &Value| {
-            let never = || self.hold(inner, Relation::Lte).then_some(false);
-            if self.hold(inner, Relation::Gtr) { Some(true) } else { never() }
-        };
-        settled_by(value, &at_least, &positive)
+        settled_by(value, &at_least, &|inner| self.positive(inner))
+    }
+
+    /// The same with its conditions alone: its maxima stay.
+    pub(super) fn chosen(&self, value: &Value) -> Result<Value, ValueError> {
+        settled_by(value, &|_, _| false, &|inner| self.positive(inner))
+    }
+
+    fn positive(&self, inner: &Value) -> Option<bool> {
+        let never = || self.hold(inner, Relation::Lte).then_some(false);
+        if self.hold(inner, Relation::Gtr) { Some(true) } else { never() }
     }
 }
 

@@ -169,7 +169,7 @@ fn chosen(text: String) -> String {
 }
 
 /// In brackets where it is a sum, a negative or a choice.
-fn bracketed(text: String) -> String {
+pub(crate) fn bracketed(text: String) -> String {
     if text.starts_with("if ") {
         return chosen(text);
     }

@@ -36,6 +36,8 @@ const LENGTHS: [u64; 3] = [128, 512, 2_048];
 const LATE: u64 = 1_000;
 /// The bits of a bound.
 const PRECISION: u32 = 40;
+/// How often every second term is looked at by itself.
+const MOST_HALVINGS: usize = 2;
 /// How often the roots of a polynomial of higher degree are squared to bound them.
 const SQUARINGS: u32 = 7;
 
@@ -157,8 +159,37 @@ fn step(sum: &ExponentialPolynomial) -> Option<ExponentialPolynomial> {
     sum.next().ok()?.plus(&sum.scale(&Value::integer(-1)).ok()?).ok()
 }
 
-/// From which index on, not before `from`, a sum is never in the relation to 0.
+/// From which index on, not before `from`, a sum is never in the relation to 0: of all terms, or of each second one.
 pub fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {
+    in_turns(sum, from, MOST_HALVINGS, &|sum, from| at_once(sum, relation, from))
+}
+
+/// What is known of all terms, or of those at even and at odd indices.
+fn in_turns(
+    sum: &ExponentialPolynomial,
+    from: u64,
+    halvings: usize,
+    known: &dyn Fn(&ExponentialPolynomial, u64) -> Tail,
+) -> Tail {
+    let found = known(sum, from);
+    if halvings == 0 || matches!(found, Tail::Never(..)) {
+        return found;
+    }
+    let mut latest = (from, String::new());
+    for odd in [false, true] {
+        let Some(half) = sum.half(odd) else { return found };
+        match in_turns(&half, from / 2, halvings - 1, known) {
+            Tail::Never(until, why) => {
+                let at = until.saturating_mul(2).saturating_add(1);
+                latest = if at >= latest.0 { (at, why) } else { latest };
+            }
+            Tail::Unknown(_) => return found,
+        }
+    }
+    Tail::Never(latest.0, format!("so it is of even and of odd indices by themselves: {}", latest.1))
+}
+
+fn at_once(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {
     let Some(parts) = parts(sum) else {
         return Tail::Unknown("its coefficients are no numbers".to_string());
     };
@@ -187,6 +218,10 @@ pub fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail 
 /// From which index on, not before `from`, a sum is farther from 0 than a bound: where one real root, of either sign,
 /// outgrows all others and the bound.
 pub fn outside(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {
+    in_turns(sum, from, MOST_HALVINGS, &|sum, from| outside_at_once(sum, bound, from))
+}
+
+fn outside_at_once(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {
     let Some(mut parts) = parts(sum) else {
         return Tail::Unknown("its coefficients are no numbers".to_string());
     };

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::flow::{functions, names};
+use super::network::impossible;
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
 use super::{
@@ -427,11 +428,20 @@ impl Environment {
             let mut lowerer = Lowerer::new(self, Metas::Forbidden);
             let lowered = lowerer.whole(&[part]);
             match lowerer.finish(lowered) {
-                Ok(terms) => components.extend(terms),
+                Ok(terms) => {
+                    errors.extend(terms.iter().filter_map(|term| self.impossible(term, part)));
+                    components.extend(terms);
+                }
                 Err(more) => errors.extend(more),
             }
         }
         if errors.is_empty() { Ok(components) } else { Err(errors) }
+    }
+
+    /// That a component draws from no distribution, or waits for a negative time, with the values that it is given.
+    fn impossible(&self, component: &Term, written: &ast::Term) -> Option<Diagnostic> {
+        let found = impossible(component, &self.definitions, &self.assumptions)?;
+        Some(Diagnostic::error(found.code, found.text).label(written.span, "with the values that are given here"))
     }
 }
 

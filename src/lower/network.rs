@@ -1,6 +1,10 @@
 //! Systems and properties, as they are declared.
 
+mod impossible;
+
 use std::collections::BTreeSet;
+
+pub(super) use impossible::impossible;
 
 use super::Pattern;
 use crate::definition::Definitions;

@@ -13,9 +13,14 @@ impl Failure {
     pub fn is_open(&self) -> bool {
         match self {
             Failure::Order { .. } | Failure::Interrupted => true,
-            Failure::NoPeriod { reason } => reason.contains("it must be known"),
+            Failure::NoPeriod { certain, .. } => !certain,
             _ => false,
         }
+    }
+
+    /// That none was found, and why.
+    pub(super) fn not_found(reason: impl Into<String>) -> Failure {
+        Failure::NoPeriod { reason: reason.into(), certain: false }
     }
 }
 
@@ -163,14 +168,13 @@ pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure 
     }
     let drifts = left.iter().enumerate().find_map(|(place, one)| {
         let other = left.get(place + 1..)?.iter().find(|other| rational_ratio(&one.1, &other.1) != Some(true))?;
-        Some(what_would_do(&one.1, &other.1))
+        Some((what_would_do(&one.1, &other.1), rational_ratio(&one.1, &other.1) == Some(false)))
     });
+    let (drifts, certain) = drifts.unwrap_or_default();
     let left: Vec<String> = left.iter().map(|(name, delay)| format!("{name} {}", in_short(delay))).collect();
+    let left = left.join(", ");
     Failure::NoPeriod {
-        reason: format!(
-            "after {phases} phases the delays that remain ({}) have not repeated{}",
-            left.join(", "),
-            drifts.unwrap_or_default()
-        ),
+        reason: format!("after {phases} phases the delays that remain ({left}) have not repeated{drifts}"),
+        certain,
     }
 }

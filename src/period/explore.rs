@@ -174,7 +174,7 @@ impl<'a> Explorer<'a> {
                 },
             };
         }
-        least.cloned().ok_or_else(|| Failure::NoPeriod { reason: "nothing waits".to_string() })
+        least.cloned().ok_or_else(|| Failure::not_found("nothing waits"))
     }
 
     /// All that may happen in the instant at which this state is entered.
@@ -220,7 +220,7 @@ impl<'a> Explorer<'a> {
                 Err(Halt::Split(question)) => {
                     forks += 1;
                     if forks > MOST_WAYS {
-                        return Err(Failure::NoPeriod { reason: "too many ways through one round".to_string() });
+                        return Err(Failure::not_found("too many ways through one round"));
                     }
                     for answer in [false, true] {
                         moments.extend(suppose(&self.clock.settler, &moment, &question, answer));
@@ -468,12 +468,12 @@ impl<'a> Explorer<'a> {
 }
 
 fn unreduced(error: ValueError) -> Failure {
-    Failure::NoPeriod { reason: error.0 }
+    Failure::not_found(error.0)
 }
 
 fn failure_of(halt: Halt) -> Failure {
     match halt {
         Halt::Failed(failure) => *failure,
-        Halt::Split(question) => Failure::NoPeriod { reason: format!("it must be known whether {}", question.test) },
+        Halt::Split(question) => Failure::not_found(format!("it must be known whether {}", question.test)),
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::course::Course;
+use super::told::told_after;
 use super::{Edge, End, Failure, Next, Period, Phase, Test, in_case_after, stretch};
 use crate::name::Name;
 use crate::term::Term;
@@ -117,6 +118,7 @@ pub fn system(period: &Period) -> TransitionSystem {
         let number = place.checked_sub(1);
         let phase = number.and_then(|number| Some((number, period.phases.get(number)?)));
         let round = phase.and_then(|(number, phase)| phase.rounds(number).next().map(|round| &round.map));
+        let tests: Vec<Vec<String>> = edges.iter().map(|edge| tests_of(edge, round)).collect();
         for edge in edges {
             let to = match &edge.next {
                 Next::Phase(number) => phases.get(*number).copied().unwrap_or(start),
@@ -133,22 +135,36 @@ pub fn system(period: &Period) -> TransitionSystem {
                     }
                 },
             };
-            let label = builder.label(Label::Act(caption(edge, round)));
+            let label = builder.label(Label::Act(caption(edge, round, &tests)));
             builder.transition(from, label, to);
         }
     }
     builder.finish(start, None)
 }
 
-/// When an edge is taken, and how long its round lasts. Tests that are easily read come first: what is cut is the rest.
-fn caption(edge: &Edge, round: Option<&BTreeMap<Name, Value>>) -> String {
-    let time = edge.duration().ok().filter(|time| !time.is_zero()).map(|time| short(&time.to_string()));
+/// The tests of an edge, one by one; long ones over the variables after the round, where that is shorter.
+fn tests_of(edge: &Edge, round: Option<&BTreeMap<Name, Value>>) -> Vec<String> {
     let text = |test: &Test| {
-        let text = in_case_after(std::slice::from_ref(test), round);
-        text.trim_start_matches(" if ").to_string()
+        let text = test.to_string();
+        let sides = [&test.left, &test.right].map(|side| told_after(side, round, true));
+        match sides {
+            [Some(left), Some(right)] if text.chars().count() > WIDE / 2 => {
+                let after = format!("then {}", Test { relation: test.relation, left, right });
+                if after.chars().count() < text.chars().count() { after } else { text }
+            }
+            _ => text,
+        }
     };
-    let mut tests: Vec<String> = edge.tests.iter().map(text).collect();
-    tests.sort_by_key(|text| text.chars().count());
+    edge.tests.iter().map(text).collect()
+}
+
+/// When an edge is taken, and how long its round lasts, given the tests of all edges from its phase. Tests that tell it from
+/// the others come first, and such as are easily read: what is cut is the rest.
+fn caption(edge: &Edge, round: Option<&BTreeMap<Name, Value>>, all: &[Vec<String>]) -> String {
+    let time = edge.duration().ok().filter(|time| !time.is_zero()).map(|time| short(&time.to_string()));
+    let mut tests = tests_of(edge, round);
+    let shared = |test: &String| all.iter().filter(|other| other.contains(test)).count();
+    tests.sort_by_cached_key(|test| (shared(test), test.chars().count()));
     let tests = (!tests.is_empty()).then(|| short(&tests.join(" and ")));
     tests.into_iter().chain(time).collect::<Vec<_>>().join("; ")
 }

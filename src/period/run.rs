@@ -189,7 +189,7 @@ pub(crate) enum Halt {
 
 impl Halt {
     pub(crate) fn because<T>(reason: impl Into<String>) -> Result<T, Halt> {
-        Err(Halt::Failed(Box::new(Failure::NoPeriod { reason: reason.into() })))
+        Err(Halt::Failed(Box::new(Failure::not_found(reason))))
     }
 }
 

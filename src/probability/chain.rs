@@ -110,6 +110,8 @@ pub struct Chain {
     pub initial: Vec<Move>,
     /// From each phase.
     pub phases: Vec<Vec<Move>>,
+    /// The names of the variables of each phase, where they are kept.
+    pub variables: Vec<Vec<Name>>,
 }
 
 /// The system as a chain, asked for what the claim describes.
@@ -140,6 +142,7 @@ fn made(period: &Period, event: &Claim, assumptions: &Assumptions, curved: bool)
     Ok(Chain {
         initial: all(&period.initial, &[])?,
         phases: period.phases.iter().map(|phase| all(&phase.edges, &phase.variables)).collect::<Result<_, _>>()?,
+        variables: period.phases.iter().map(|phase| phase.variables.clone()).collect(),
     })
 }
 

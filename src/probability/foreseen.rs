@@ -33,7 +33,7 @@ pub(super) fn foreseen(chain: &Chain, rounds: u64) -> Option<Chain> {
             return None;
         }
     }
-    Some(Chain { initial, phases })
+    Some(Chain { initial, phases, variables: Vec::new() })
 }
 
 /// Which variables of each phase are certain: those that come of certain ones without noise, whichever way is taken.

@@ -7,7 +7,7 @@ mod precise;
 pub(super) use passages::closer;
 
 use num_rational::BigRational;
-use num_traits::{Signed, ToPrimitive, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::chain::{Chain, Linear, Move, Region, add_product};
 use super::{Enclosed, Question};
@@ -80,6 +80,7 @@ pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
     if stretch.values.is_empty() || stretch.values.len() != question.names.len() {
         return Err("nothing is shown that has a name".to_string());
     }
+    let phase = round.next.unwrap_or_default();
     let mut forms: Vec<Linear> = Vec::new();
     for value in &stretch.values {
         if value.draws.iter().any(|factor| !factor.is_zero()) {
@@ -95,8 +96,11 @@ pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
         let row = match combination(&forms, &after.state) {
             Some(factors) => factors,
             None => {
-                let added = Linear { state: after.state.clone(), ..Linear::default() };
-                forms.push(added);
+                let (state, name) =
+                    further(&forms, &after.state, chain.variables.get(phase).map_or(&[], Vec::as_slice));
+                let name = name.filter(|name| !names.contains(name));
+                names.push(name.unwrap_or_else(|| Name::new(&format!("rest{}", forms.len() + 1))));
+                forms.push(Linear { state, ..Linear::default() });
                 combination(&forms, &after.state).ok_or("the forms do not fit together")?
             }
         };
@@ -105,9 +109,6 @@ pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
         }
         means.push((row, after));
         place += 1;
-    }
-    for number in names.len()..forms.len() {
-        names.push(Name::new(&format!("rest{}", number + 1)));
     }
     let after: Vec<Linear> = means.iter().map(|(_, after)| after.clone()).collect();
     let rows: Vec<Vec<BigRational>> =
@@ -121,6 +122,19 @@ pub fn moments(chain: &Chain, question: &Question) -> Result<Moments, String> {
     let noise = covariances(&after, round);
     let machine = Machine::new(&rows, &noise, &begun, asked.as_deref().unwrap_or_default());
     Ok(Moments { names, means: rows, noise, start: begun, normal, asked, rounds, machine })
+}
+
+/// What forms lack for another to be a combination of them: one variable where that is enough, with its name, or else all
+/// that the other is made of.
+fn further(forms: &[Linear], state: &[BigRational], variables: &[Name]) -> (Vec<BigRational>, Option<Name>) {
+    let alone = |place: usize| {
+        let one = (0..state.len()).map(|other| if other == place { BigRational::one() } else { BigRational::zero() });
+        let one: Vec<BigRational> = one.collect();
+        let with = [forms, &[Linear { state: one.clone(), ..Linear::default() }]].concat();
+        combination(&with, state).map(|_| (one, variables.get(place).cloned()))
+    };
+    let places = (0..state.len()).filter(|place| !state[*place].is_zero());
+    places.into_iter().find_map(alone).unwrap_or_else(|| (state.to_vec(), None))
 }
 
 /// The factors with which the state parts of forms add up to another.

@@ -357,7 +357,7 @@ fn reached(initial: Vec<Move>, phases: Vec<Vec<Move>>) -> Chain {
         let moves = phases.get(number).cloned().unwrap_or_default();
         found.push(renumbered(moves, &mut order));
     }
-    Chain { initial, phases: found }
+    Chain { initial, phases: found, variables: Vec::new() }
 }
 
 #[cfg(test)]
@@ -411,7 +411,7 @@ mod tests {
         let (draws, tests, image) = (Vec::new(), Vec::new(), Vec::new());
         let done = Move { draws, tests, stretches: vec![stretch(None, vec![Vec::new()])], image, next: None };
         let initial = looks(vec![normal(ratio(1, 10))], Vec::new(), linear(&[], &[], zero()));
-        let chain = Chain { initial, phases: vec![rounds, vec![done]] };
+        let chain = Chain { initial, phases: vec![rounds, vec![done]], variables: Vec::new() };
         let question = Question { first: true, time: ratio(49, 5), names: Vec::new() };
         let plain = enclosed(&chain, &question, 1e-8).map(|found| found.interval());
         let mut cuts = later_rounds(&chain, &question).map(|(cut, asked)| {
@@ -453,7 +453,7 @@ mod tests {
         let (draws, tests) = (Vec::new(), Vec::new());
         let start =
             Move { draws, tests, stretches: Vec::new(), image: vec![linear(&[], &[], no.clone()); 2], next: Some(0) };
-        let chain = Chain { initial: vec![start], phases: vec![vec![far, near]] };
+        let chain = Chain { initial: vec![start], phases: vec![vec![far, near]], variables: Vec::new() };
         let question = Question { first: false, time: ratio(2, 1), names: Vec::new() };
         assert!(recut(&chain, &question, 1).is_none());
     }

@@ -3,6 +3,7 @@
 //! are exact themselves.
 
 mod compile;
+mod foresight;
 pub(super) mod lanes;
 mod trim;
 
@@ -14,6 +15,7 @@ use num_rational::BigRational;
 use num_traits::Zero;
 
 use self::compile::{distances, form, has_atoms, known, near, ticks, unit, whole};
+use self::foresight::Foresight;
 use self::trim::trimmed;
 use super::Question;
 use super::chain::{Chain, Linear, Move, Side};
@@ -91,6 +93,8 @@ pub(super) struct Program {
     whole: Option<Vec<Vec<bool>>>,
     /// How numbers are kept.
     numbers: Numbers,
+    /// By phase.
+    foresight: Vec<Foresight>,
 }
 
 /// Whole numbers of a state, and the sum of the factors of a form, up to which sums of products are exact.
@@ -157,11 +161,13 @@ impl Program {
             deadline: ticks,
             whole,
             numbers,
+            foresight: Vec::new(),
         };
         for (phase, moves) in chain.phases.iter().enumerate() {
             program.phases.push(compile(moves, Some(phase))?);
         }
         for (phase, (steps, moves)) in program.phases.iter_mut().zip(&chain.phases).enumerate() {
+            let mut all = Vec::new();
             for (step, one) in steps.iter_mut().zip(moves) {
                 let shown: Vec<&Vec<Side>> = one.stretches.iter().flat_map(|stretch| &stretch.shown).collect();
                 let nearer = one.next.is_some_and(|next| program.distances[next] < program.distances[phase]);
@@ -170,8 +176,11 @@ impl Program {
                     let form = form(&side.form, widths[phase], &[], &[]);
                     Test { relation: side.relation, form, may_tie: false }
                 };
-                step.gaps = sides.into_iter().map(|sides| sides.iter().map(test).collect()).collect();
+                step.gaps = sides.iter().map(|sides| sides.iter().map(test).collect()).collect();
+                let lasting = step.stretches.iter().map(|stretch| stretch.duration.unwrap_or(u64::MAX));
+                all.push((one, sides, lasting.fold(0, u64::saturating_add)));
             }
+            program.foresight.push(Foresight::of(phase, widths[phase], &all, ticks));
         }
         Ok(program)
     }
@@ -260,11 +269,14 @@ impl Program {
     }
 
     /// How near a run is to what is asked for: the moves that it still takes, and how far the first of them is from being
-    /// taken, as the square of that gap over the time that is left, by which a walk's chance to close it is ordered. Any
-    /// measure gives an estimate without bias; a good one gives a narrow one.
+    /// taken, by the effort that this takes, or as the square of that gap over the time that is left, by which a walk's
+    /// chance to close it is ordered. Any measure gives an estimate without bias; a good one gives a narrow one.
     pub(super) fn nearness(&self, run: &Runner) -> f64 {
         let Some(phase) = run.phase else { return f64::NEG_INFINITY };
         let distance = self.distances[phase];
+        if let Some(effort) = self.foresight[phase].effort(&run.state, self.deadline.saturating_sub(run.now)) {
+            return -distance - effort / (1.0 + effort);
+        }
         let mut least = f64::INFINITY;
         for step in &self.phases[phase] {
             let number = |place: usize| match run.state.get(place) {

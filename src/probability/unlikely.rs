@@ -39,7 +39,7 @@ pub(super) fn without(chain: &Chain) -> (Chain, Interval) {
     };
     let initial = likely(&chain.initial);
     let phases = chain.phases.iter().map(|moves| likely(moves)).collect();
-    (Chain { initial, phases }, lost)
+    (Chain { initial, phases, variables: Vec::new() }, lost)
 }
 
 /// That a test holds, or that it fails: where this sign times its form is at least 0.
@@ -253,7 +253,11 @@ mod tests {
         // Of two that are the same, one; what fails with 6e-16 is asked.
         let twice = one(vec![side(0, 1, Gte), side(0, 0, Gte), side(1, -7, Gte)]);
         assert_eq!(Forms::of(&twice).map(|mut forms| forms.needed().0), Ok(vec![side(0, 1, Gte), side(1, -7, Gte)]));
-        let chain = Chain { initial: vec![one(Vec::new()), far.clone()], phases: vec![vec![far, one(Vec::new())]] };
+        let chain = Chain {
+            initial: vec![one(Vec::new()), far.clone()],
+            phases: vec![vec![far, one(Vec::new())]],
+            variables: Vec::new(),
+        };
         let (left, lost) = without(&chain);
         assert_eq!((left.initial.len(), left.phases[0].len()), (1, 1));
         assert!(lost.low <= 3.6e-33 && lost.high >= 3.5e-33 && lost.high < 2e-31, "{lost:?}");

@@ -27,7 +27,7 @@ pub fn unrolled(chain: &Chain, question: &Question, duration: &BigRational) -> O
             moves.iter().map(copy).collect::<Vec<Move>>()
         }));
     }
-    Some(Chain { initial: chain.initial.clone(), phases })
+    Some(Chain { initial: chain.initial.clone(), phases, variables: Vec::new() })
 }
 
 /// A move into the copies that begin at this place; from the last round nothing matters but what is shown as it begins,

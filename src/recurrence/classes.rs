@@ -77,7 +77,7 @@ impl<'a> Classes<'a> {
         let count = self.count as u64;
         for class in 0..self.count {
             let Some((sum, early)) = self.difference(class) else {
-                return Tail::Unknown("nothing bounds its later terms".to_string());
+                return Tail::Unknown("no bound of its later terms is known".to_string());
             };
             match tail(&sum, self.wanted.0, early) {
                 Tail::Never(until, reason) => {

@@ -62,7 +62,7 @@ pub(super) fn rising(solved: &Solved, (relation, left, right): Wanted<'_>, stop:
 }
 
 fn unbounded() -> Tail {
-    Tail::Unknown("nothing bounds its later terms".to_string())
+    Tail::Unknown("no bound of its later terms is known".to_string())
 }
 
 struct Late<'a> {

@@ -134,7 +134,7 @@ fn of_numbers(
     let mut tail = match (classes, solved) {
         (Some(classes), _) => classes.tail(),
         (None, Some(solved)) => late(solved, wanted),
-        (None, None) => Tail::Unknown("nothing bounds its later terms".to_string()),
+        (None, None) => Tail::Unknown("no bound of its later terms is known".to_string()),
     };
     if let Tail::Unknown(_) = tail {
         let found = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted, known));

@@ -10,6 +10,8 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
 
+pub(crate) use logarithm::NO_VALUE;
+
 use super::affine::{Shape, shape};
 use super::outgrown::outgrown;
 use super::powers::{Found, Numbers, powers};

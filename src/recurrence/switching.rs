@@ -18,7 +18,7 @@ use crate::value::{Atom, Relation, Value};
 /// The most pieces.
 const MOST_PIECES: usize = 24;
 /// The longest value at which a piece may begin.
-const MOST_SIZE: usize = 400;
+const MOST_SIZE: usize = 130;
 /// The most first terms that are listed before forms that are no values.
 const MOST_LISTED: i64 = 100;
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::carried::carried;
+use super::noise::{asked_roughly, noise};
 use crate::assumption::Assumptions;
 use crate::invariant::{Claim, follows, premises};
 use crate::name::Name;
@@ -53,6 +54,8 @@ pub(super) fn candidates(
                 .flat_map(|edge| edge.after.iter().flatten())
                 .cloned()
                 .chain(carried(period, number))
+                .chain(noise(period, number))
+                .chain(asked_roughly(period, number))
                 .filter(|test| about(test))
                 .chain(equal[number].iter().cloned())
                 .collect::<BTreeSet<Test>>(),

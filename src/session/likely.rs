@@ -145,7 +145,19 @@ fn work(answer: &Answer, threshold: &Value) -> String {
             let needed = runs as f64 * (interval.width() / 2.0 / apart).powi(2);
             format!("{here}: it would take some {needed:.0} runs to tell them apart, if the share stays as it is")
         }
-        None => format!("{here}, and bounds as close as these are all that machine numbers give here"),
+        None if interval.width() < CLOSE => {
+            format!("{here}, and bounds as close as these are all that machine numbers give here")
+        }
+        None => {
+            let target = threshold.as_rational().map_or(0.5, |number| Interval::of(&number).low);
+            let (middle, width) = (f64::midpoint(interval.low, interval.high), interval.width());
+            let apart = (middle - target).abs().max(width / 10.0);
+            let needed = (middle * (1.0 - middle) * (DEVIATIONS / apart).powi(2)).ceil();
+            format!(
+                "{here}: this method comes no closer than {width:.1e} here; a simulation, which proves nothing, would take \
+                 some {needed:.0e} runs to speak for one side if they are {apart:.1e} apart (`by estimated`)"
+            )
+        }
     }
 }
 
@@ -373,6 +385,9 @@ fn name(method: Method) -> &'static str {
 
 /// Rounds from which on mean and variance are no longer computed as rationals.
 const FAR: u64 = 300;
+/// An interval that is not narrower for want of digits alone, and the standard deviations of a share to either side.
+const CLOSE: f64 = 1e-11;
+const DEVIATIONS: f64 = 2.6;
 /// How wide an enclosed chance may be; where a threshold lies in it, a narrower one is looked for.
 const WIDTH: f64 = 1e-8;
 const NARROW: f64 = 1e-12;

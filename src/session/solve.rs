@@ -7,13 +7,27 @@ use crate::closed_form::{Form, Recurrence, Solved};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    Behaviour, NoClosedForm, Part, Reach, Term, behaviour, parts, reach, solve_until, special_cases,
+    Behaviour, NO_VALUE, NoClosedForm, Part, Reach, Term, at_rest, behaviour, parts, reach, solve_until, special_cases,
 };
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
-/// The lines of the answer, and what came of the expectations.
+/// The lines of the answer, and what came of the expectations. Where an equation has no value once the terms are at a point,
+/// and no form for that reason, they stay there, which is said.
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
+    let known = &waiting.environment.assumptions;
+    let solved = |recurrence: &Recurrence| solve_until(recurrence.clone(), known, stop).is_ok();
+    match at_rest(&question.recurrence) {
+        Some((recurrence, distance)) if !solved(&question.recurrence) && solved(&recurrence) => {
+            let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, waiting, stop);
+            lines.insert(0, format!("the equation has no value where {distance} = 0: what is there is taken to stay"));
+            (lines, expected)
+        }
+        _ => answered(question, waiting, stop),
+    }
+}
+
+fn answered(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let known = &waiting.environment.assumptions;
     let recurrence = &question.recurrence;
     let solved = solve_until(recurrence.clone(), known, stop);
@@ -176,6 +190,9 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relatio
             lines
         }
         Reach::Never(reason) => vec![format!("never {goal}: {reason}")],
+        Reach::Unknown(reason) if reason.ends_with(NO_VALUE) => {
+            vec![format!("no value is the first {index} with {goal}, though there is one: {reason}")]
+        }
         Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {reason}")],
     }
 }

@@ -257,7 +257,10 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     }
     let length = match squares(&inner).or_else(|| square_with_root(&inner)).as_deref() {
         Some([length]) => Some(length.clone()),
-        _ => square_root(&inner),
+        _ => match square_root(&inner) {
+            None => square_with_numbers(&inner)?,
+            found => found,
+        },
     };
     if let Some(length) = length {
         return outer.mul(&Value::whole(length)?.abs()?);
@@ -338,6 +341,23 @@ fn square_with_root(sum: &Real) -> Option<Vec<Real>> {
             (whole == rest).then(|| vec![Polynomial::atom(atom.clone()).scale(&factor).plus(&other)])
         })
     })
+}
+
+/// `q*x + b/(2*q)` of its square, where b has roots of numbers, whose squares are numbers.
+fn square_with_numbers(sum: &Real) -> Result<Option<Real>, ValueError> {
+    let is_root = |atom: &Atom| matches!(atom, Atom::Root(inner) if inner.as_rational().is_some());
+    if sum.terms().len() > MOST_TERMS || !sum.atoms().into_iter().any(is_root) {
+        return Ok(None);
+    }
+    let whole = Value::whole(sum.clone())?;
+    for atom in sum.atoms().into_iter().filter(|atom| !is_root(atom)) {
+        let Some(part) = completed(sum, atom) else { continue };
+        let value = Value::whole(part.clone())?;
+        if value.mul(&value)? == whole {
+            return Ok(Some(part));
+        }
+    }
+    Ok(None)
 }
 
 fn rational_root(number: &BigRational) -> Option<BigRational> {

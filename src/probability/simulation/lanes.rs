@@ -261,7 +261,7 @@ mod tests {
             image: vec![linear(&[2], &[0], 0), linear(&[0], &[4], 0)],
             next: Some(0),
         };
-        Chain { initial: vec![start], phases: vec![vec![on, over], vec![back]] }
+        Chain { initial: vec![start], phases: vec![vec![on, over], vec![back]], variables: Vec::new() }
     }
 
     /// Steps of one, up or down.
@@ -278,7 +278,7 @@ mod tests {
             image: vec![linear(state, &[4], 0)],
             next: Some(0),
         };
-        Chain { initial: vec![one(&[], 0)], phases: vec![vec![one(&[4], 1)]] }
+        Chain { initial: vec![one(&[], 0)], phases: vec![vec![one(&[4], 1)]], variables: Vec::new() }
     }
 
     #[test]

@@ -22,7 +22,8 @@ pub(super) fn trimmed(chain: &Chain) -> Chain {
         moves.iter().map(trim).collect()
     };
     let phases = chain.phases.iter().enumerate();
-    Chain { initial: moves(&chain.initial, None), phases: phases.map(|(phase, all)| moves(all, Some(phase))).collect() }
+    let phases = phases.map(|(phase, all)| moves(all, Some(phase))).collect();
+    Chain { initial: moves(&chain.initial, None), phases, variables: Vec::new() }
 }
 
 /// A form over some of the numbers of a state.

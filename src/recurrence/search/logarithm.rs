@@ -1,8 +1,12 @@
 //! When powers with symbols come to a bound: a logarithm, which no value here is.
 
 use super::Entry;
+use crate::closed_form::bracketed;
 use crate::recurrence::NoClosedForm;
 use crate::value::{Relation, Value};
+
+/// What a reason ends on where the first index is known, but not as a value.
+pub(crate) const NO_VALUE: &str = "logarithms are no values here";
 
 impl Entry<'_> {
     /// The least index at which `limit + factor*ratio^n` is in the interval, where it surely is from some index on.
@@ -41,16 +45,17 @@ impl Entry<'_> {
         };
         let (size, index) = (self.known.simplify(&factor.abs()?), self.index);
         let power = format!("({ratio})^{index}");
+        let text = |value: &Value| bracketed(value.to_string());
         let (power, part) = if size == Value::one() {
             (power, format!("log({far})"))
         } else {
-            (format!("{size}*{power}"), format!("log({far}/({size}))"))
+            (format!("{}*{power}", text(&size)), format!("log({}/({size}))", text(&far)))
         };
         let least = format!("{part}/log({ratio})");
         let least = if strict { format!("floor({least})+1") } else { format!("ceil({least})") };
         Ok(Some(format!(
-            "it is met from some {index} on, the least with {power} {relation} {far}: that is 0 if {size} {relation} \
-             {far}, else {least}, and logarithms are no values here",
+            "the first is the least {index} with {power} {relation} {far}: 0 if {size} {relation} {far}, else {least}, \
+             and {NO_VALUE}",
         )))
     }
 }

@@ -1,0 +1,34 @@
+//! Equations that go in the direction of a point and have no value at it: `r + min(w, norm(g-r))*unit(g-r)` at g.
+
+use crate::closed_form::Recurrence;
+use crate::value::{Atom, Need, Relation, Value};
+
+/// The same recurrence where terms stay once they are at the one point at which its equations divide by a distance of 0, and
+/// that distance; none where they do not, or divide by something else that has terms.
+pub fn at_rest(recurrence: &Recurrence) -> Option<(Recurrence, Value)> {
+    let terms = recurrence.terms();
+    let mut distance: Option<Value> = None;
+    for sequence in &recurrence.sequences {
+        for need in sequence.next.needs() {
+            let Need::Nonzero(divisor) = need else { continue };
+            if !terms.iter().any(|(name, ..)| divisor.mentions(name)) {
+                continue;
+            }
+            let one = divisor.atoms().into_iter().find(|atom| atom.value().is_ok_and(|value| value == divisor));
+            let Some(Atom::Root(square)) = one else { return None };
+            square.squares()?;
+            if distance.replace(divisor.clone()).is_some_and(|other| other != divisor) {
+                return None;
+            }
+        }
+    }
+    let (distance, mut resting) = (distance?, recurrence.clone());
+    for sequence in &mut resting.sequences {
+        let own = Value::variable(&recurrence.term(&sequence.name, 0));
+        if sequence.start.len() != 1 {
+            return None;
+        }
+        sequence.next = Value::choose(Relation::Gtr, &distance, &Value::zero(), &sequence.next, &own).ok()?;
+    }
+    Some((resting, distance))
+}
