@@ -75,12 +75,20 @@ impl Lowerer<'_> {
             _ => std::slice::from_ref(shown),
         };
         let (mut terms, mut variables, mut solved) = (Vec::new(), BTreeSet::new(), Solved::new());
-        for part in parts {
+        // What tells the fewest names comes first, so that those of `Rock_{p+q}` are told wherever `At_p` stands.
+        let mut order: Vec<(usize, &Written)> = parts.iter().enumerate().collect();
+        order.sort_by_key(|(_, part)| self.names_new_in(part));
+        let mut placed = Vec::new();
+        for (place, part) in order {
             if let TermKind::Apply { name, .. } = &part.kind {
                 self.once(name, &terms, part.span)?;
             }
-            terms.push(self.shown_part(part, &mut variables, &mut solved)?);
+            let term = self.shown_part(part, &mut variables, &mut solved)?;
+            terms.push(term.clone());
+            placed.push((place, term));
         }
+        placed.sort_by_key(|(place, _)| *place);
+        let terms: Vec<Term> = placed.into_iter().map(|(_, term)| term).collect();
         let mut lowered = Vec::new();
         for ((relation, left, right), written) in self.compared(conditions)?.into_iter().zip(conditions) {
             let span = written.span;
@@ -90,6 +98,21 @@ impl Lowerer<'_> {
         let body = Term::seq([Term::par(terms.iter().cloned()), call]);
         let always = Some(Pattern { terms, variables, conditions: lowered });
         Some(Property { name: own.name.clone(), body: Some(body), within: None, always })
+    }
+
+    /// How many names stand in the values of an observer that nothing is known of so far.
+    fn names_new_in(&self, part: &Written) -> usize {
+        let TermKind::Apply { arguments, .. } = &part.kind else { return 0 };
+        let mut new = BTreeSet::new();
+        for argument in arguments {
+            names_in(argument, &mut |name| {
+                let known = self.environment.quantity(&name.name).is_some() || self.locals.contains_key(&name.name);
+                if !name.name.is_meta() && !known {
+                    new.insert(name.name.clone());
+                }
+            });
+        }
+        new.len()
     }
 
     fn no_network<T>(&mut self, span: Span) -> Option<T> {

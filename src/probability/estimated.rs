@@ -1,6 +1,8 @@
 //! Chances by simulation: runs that are numbered, so that the answer depends on the seed alone, and a confidence
 //! interval.
 
+use std::collections::BTreeMap;
+
 use super::Question;
 use super::chain::Chain;
 use super::random::Source;
@@ -48,6 +50,29 @@ const PROBED: u64 = 128;
 const MOST_TIED: usize = 16;
 /// Where it happened in a smaller share of the runs, they are split.
 const RARE: u64 = 2_000;
+
+/// The phase in which most runs are that miss what is asked for, how many of them, and how many miss it; none if none does.
+///
+/// # Errors
+/// Where it cannot be simulated.
+pub fn missed_in(
+    chain: &Chain,
+    question: &Question,
+    runs: u64,
+    seed: u64,
+) -> Result<Option<(usize, u64, u64)>, String> {
+    let program = Program::new(chain, question, Numbers::Mixed)?;
+    let (mut space, mut found) = (Scratch::default(), BTreeMap::new());
+    for run in 0..runs {
+        if let Some(phase) = program.missed(&Source::new(seed, run), &mut space)? {
+            *found.entry(phase).or_insert(0) += 1;
+        }
+    }
+    let all = found.values().sum();
+    // Of phases with equally many the first.
+    let most = found.into_iter().rev().max_by_key(|(_, count)| *count);
+    Ok(most.map(|(phase, count)| (phase, count, all)))
+}
 
 /// Simulates so many runs with this seed, on all cores; where it hardly ever happens, runs are split.
 ///

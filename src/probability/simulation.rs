@@ -244,6 +244,16 @@ impl Program {
         }
     }
 
+    /// The phase in which a run is as it misses what is asked for; none where it happens, or the run ends before any phase.
+    pub(super) fn missed(&self, source: &Source, space: &mut Scratch) -> Result<Option<usize>, String> {
+        let mut run = Runner::default();
+        loop {
+            if let Some(found) = self.turn(&mut run, source, space)? {
+                return Ok(run.phase.filter(|_| !found));
+            }
+        }
+    }
+
     /// Whether a number that is drawn from a density may be next to what it is compared with.
     pub(super) fn may_tie(&self) -> bool {
         let steps = self.initial.iter().chain(self.phases.iter().flatten());

@@ -53,6 +53,11 @@ impl Assessment {
             }
         }
         lines.extend(self.sensitivities.iter().filter_map(sensitivity));
+        let still = self.sensitivities.iter().filter(|one| is_still(one));
+        let still: Vec<String> = still.map(|one| format!("{} by {}", one.name, one.parameter)).collect();
+        if !still.is_empty() {
+            lines.push(format!("margins that such a change does not move: {}", still.join(", ")));
+        }
         lines
     }
 
@@ -71,6 +76,10 @@ impl Assessment {
 
     /// As data.
     pub fn json(&self) -> Json {
+        let own = |name: &Name| {
+            let all = self.sensitivities.iter().filter(|one| one.name == *name);
+            all.map(sensitivity_json).collect::<Vec<_>>()
+        };
         let findings = self.findings.iter().map(|finding| {
             let feedback = self.advice.feedback.iter().find(|feedback| feedback.name == finding.name);
             json!({
@@ -80,6 +89,7 @@ impl Assessment {
                 "value": finding.value.as_ref().map(ToString::to_string),
                 "margin": finding.margin.as_ref().map(ToString::to_string),
                 "notes": finding.notes,
+                "sensitivities": own(&finding.name),
                 "blame": feedback.map(|feedback| feedback.blame.clone()),
                 "repairs": feedback.map(|feedback| {
                     feedback.single.iter().chain(&feedback.pairs).map(repair_json).collect::<Vec<_>>()
@@ -99,6 +109,19 @@ fn repair_json(repair: &Repair) -> Json {
         "changes": changes.collect::<Vec<_>>(),
         "margin": repair.after.margin.as_ref().map(ToString::to_string),
         "breaks": repair.breaks.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
+fn sensitivity_json(one: &Sensitivity) -> Json {
+    let [up, down] = [&one.up, &one.down].map(|measure| measure.as_ref().map(ToString::to_string));
+    let [slope_up, slope_down] = one.slopes.each_ref().map(|slope| slope.as_ref().map(text));
+    json!({
+        "parameter": one.parameter.as_str(),
+        "step": one.step.as_ref().map_or_else(|| "1 %".to_string(), text),
+        "up": up,
+        "down": down,
+        "slope_up": slope_up,
+        "slope_down": slope_down,
     })
 }
 
@@ -147,13 +170,22 @@ fn brief(measure: &Measure) -> String {
 /// The longest change that is read as it is, in letters.
 const LONGEST_CHANGE: usize = 24;
 
-/// How a margin moves, where it does.
-fn sensitivity(one: &Sensitivity) -> Option<String> {
-    let moves = |measure: &Option<Measure>| match measure {
+fn moves(measure: &Option<Measure>) -> bool {
+    match measure {
         Some(Measure::Exact(value)) => !value.is_zero(),
         Some(Measure::Between(low, high)) => *low > 0.0 || *high < 0.0,
         _ => false,
-    };
+    }
+}
+
+/// Whether a margin is known to stay as it is.
+fn is_still(one: &Sensitivity) -> bool {
+    let zero = |measure: &Option<Measure>| matches!(measure, Some(Measure::Exact(value)) if value.is_zero());
+    zero(&one.up) && zero(&one.down) && sensitivity(one).is_none()
+}
+
+/// How a margin moves, where it does.
+fn sensitivity(one: &Sensitivity) -> Option<String> {
     let slopes = one.slopes.each_ref().map(|slope| slope.as_ref().filter(|slope| !slope.is_zero()));
     if !moves(&one.up) && !moves(&one.down) && slopes.iter().all(Option::is_none) {
         return None;

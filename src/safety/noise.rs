@@ -72,6 +72,7 @@ fn roughly(edge: &Edge, test: &Test, name: &Name, image: &Value) -> Option<Test>
     let (own, _) = image.linear_in(&pivot)?;
     let factor = factor.div(&own).ok().filter(|factor| factor.as_rational().is_some_and(|factor| !factor.is_zero()))?;
     let rest = difference.sub(&factor.mul(image).ok()?).ok()?;
+    rest.variables().iter().find(|name| drawn(name))?;
     let end = end(edge, rest, if upper { Relation::Lte } else { Relation::Gte })?;
     let left = factor.mul(&Value::variable(name)).ok()?.add(&end).ok()?;
     Some(Test { relation: test.relation, left, right: Value::zero() })

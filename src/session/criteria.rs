@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::Record;
 use super::always::{EVERY_WAY, WAYS};
 use super::claim::expectations;
+use super::likely::missed::missed;
 use super::reading::{Run, Waiting, names_in};
 use super::roughly::{closely, roughly};
 use super::rounds::{Grounds, how_far};
@@ -12,7 +13,7 @@ use crate::criteria::blame::{Parts, blame};
 use crate::criteria::repair::{MOST_PARAMETERS, Workshop};
 use crate::criteria::{FEW_STRETCHES, Finding, Judge, MOST_STRETCHES, Measure, Standing};
 use crate::invariant::PERIOD;
-use crate::lower::{Criteria, Environment, System};
+use crate::lower::{Ask, Criteria, Environment, System};
 use crate::period::analyse;
 use crate::report::{Assessment, Report, Verdict};
 
@@ -74,8 +75,12 @@ impl Run<'_, '_> {
         let workshop = Workshop::new(judge, &roughly, criteria, environment, &judged, &parameters);
         let parts = Parts::of(criteria, environment, FEW_STRETCHES);
         let failing = judged.findings.iter().filter(|finding| finding.standing == Standing::NotMet).map(|finding| {
-            let blame = parts.as_ref().map(|parts| blame(criteria, finding, &judged, parts)).unwrap_or_default();
-            (finding, blame)
+            let mut lines = parts.as_ref().map(|parts| blame(criteria, finding, &judged, parts)).unwrap_or_default();
+            let own = criteria.all.iter().find(|one| one.name == finding.name);
+            if let Some(Ask::Probability { likelihood, .. }) = own.map(|one| &one.kind) {
+                lines.splice(0..0, missed(likelihood, environment));
+            }
+            (finding, lines)
         });
         let advice = workshop.advice(failing.collect());
         let sensitivities = workshop.sensitivities();

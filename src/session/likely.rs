@@ -1,5 +1,7 @@
 //! `probability of …`, `… with probability >= q`.
 
+pub(super) mod missed;
+mod read;
 mod several;
 mod timed;
 
@@ -19,14 +21,14 @@ use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
 use crate::invariant::{Claim, PERIOD};
-use crate::lower::{Environment, Event, Likelihood, Method, Pattern, Property, System};
+use crate::lower::{Environment, Event, Likelihood, Method, System};
 use crate::period;
 use crate::probability::boxes::boxes;
 use crate::probability::chain::{Chain, chain, curved};
 use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
-use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
+use read::read;
 pub(super) use timed::sampled;
 use timed::{followed, raced, run, scheduled};
 
@@ -362,6 +364,7 @@ fn event<'e>(
                 "and for `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with a distribution D that is a parameter;"
                     .to_string(),
                 "both may end with comparisons of what is shown, as `At_{?a} ; Lte_{|?a-b|,e}`".to_string(),
+                "`Delay_{?x} ; At_a ; Lte_{?x,d}` asks whether it is shown by d;".to_string(),
                 "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
             ]
         })?,
@@ -462,36 +465,4 @@ fn described(name: &str, parts: &Distribution) -> Vec<String> {
         rational(&parts.mean()),
         rational(&parts.variance())
     )]
-}
-
-/// What a property asks for, whether any time up to the given one counts, and that time: `Delay_d ; At_a` asks what is
-/// shown at d, and `Delay_d ; At_{?a} ; Lte_{|?a-b|,e}` with which values; `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with an unknown D says that there is a distribution of
-/// the time of arrival of which this holds, so it asks for the first passage.
-fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
-    let Property { body, within, .. } = property?;
-    let Node::Seq(parts) = body.as_ref()?.node() else { return None };
-    let place = parts.iter().position(|part| matches!(part.node(), Node::Observe(..)))?;
-    let (before, rest) = parts.split_at_checked(place)?;
-    let (shown, guards) = rest.split_first()?;
-    let (drawn, delay) = match before {
-        [delay] => (None, delay),
-        [drawn, delay] => (Some(drawn), delay),
-        _ => return None,
-    };
-    let Node::Delay(time) = delay.node() else { return None };
-    let condition = |guard: &Term| match guard.node() {
-        Node::Guard(relation, left, right) => Some((*relation, left.clone(), right.clone())),
-        _ => None,
-    };
-    let conditions = guards.iter().map(condition).collect::<Option<Vec<_>>>()?;
-    let names = shown.values().flat_map(Value::variables).filter(|name| name.as_str().starts_with('?'));
-    let pattern = Pattern { terms: vec![shown.clone()], variables: names.collect(), conditions };
-    match (drawn.map(Term::node), within) {
-        (None, None) => Some((pattern, false, time.clone())),
-        (Some(Node::Ran(distribution, name)), Some((latest, ..))) => {
-            let arrival = time.as_variable() == Some(name) && distribution.as_variable().is_some();
-            arrival.then(|| (pattern, true, latest.clone()))
-        }
-        _ => None,
-    }
 }
