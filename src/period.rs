@@ -77,17 +77,6 @@ impl Test {
     }
 }
 
-impl fmt::Display for Test {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // A choice would take in what stands behind it.
-        let side = |value: &Value| match value.to_string() {
-            text if text.starts_with("if ") => format!("({text})"),
-            text => text,
-        };
-        write!(f, "{} {} {}", side(&self.left), self.relation.symbol(), side(&self.right))
-    }
-}
-
 /// Why a system has no period, as data.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Failure {

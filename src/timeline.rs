@@ -193,7 +193,7 @@ impl<'a> Follower<'a> {
             return Err(Ending::Repeats(*place));
         }
         if is_long(&state) {
-            return Err(unknown("its numbers grow without end: it only comes closer and closer"));
+            return Err(unknown("its numbers grow longer and longer, and it is not followed any further"));
         }
         let moves = state.moves().map_err(|error| Ending::Unknown(told(error.why)))?;
         let patience = state.patience(&moves);

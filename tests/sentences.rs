@@ -228,3 +228,24 @@ fn a_logarithm_is_told_as_it_is_meant() {
     let past = told(&format!("{start} r(n) >= h\n"));
     assert!(past.contains("ceil(log((g-h)/(g-p0))/log(1-k))") && !past.contains("not known whether ever"), "{past}");
 }
+
+#[test]
+fn what_an_operator_is_told_of_chances_and_of_what_does_not_matter() {
+    let told = told(
+        "observer Done\nparam sigma = 1/2, speed = 1, bat = 20\nproc Env_x = (Delay_1 # Od_x # At_x) ; (In_m<u> | Ran_{Normal(0, sd: sigma)}<e>) ; Env_{x+u+e}\n\
+         proc Od_x = Out_{p,x} ; Od_x\nproc Go_g = In_p<x> ; Lss_{x,g} ; Out_{m,speed} ; Go_g\nsystem S = Env_0 | (Go_6 ; Done)\n\
+         criteria Arrival for S { probability of reaching Done within 6 >= 9/10 battery bat rate 1 for 5 keep 5 }\n",
+    );
+    assert!(told.contains("in phase 1 of 2 (Env, component 2: Go) are 100 % of the runs that miss it"), "{told}");
+    assert!(told.contains("margins that such a change does not move: ") && told.contains("battery by speed"), "{told}");
+}
+
+#[test]
+fn how_closely_a_circle_is_enclosed_is_said() {
+    let told = told(
+        "proc W_r = (Delay_1 # O_r # At_r) ; In_v<u> ; W_{r+u}\nproc O_r = Out_{p,r} ; O_r\n\
+         proc Hover = In_p<m> ; Ran_{Uniform(-1/10,1/10)}<a> ; Ran_{Uniform(-1/10,1/10)}<b> ; Out_{v,(a,b)-m/2} ; Hover\n\
+         system S = W_{(0,0)} | Hover\nprove S always norm(x) < 3/10 when At_x\n",
+    );
+    assert!(told.contains("circles are enclosed by 20 half planes, which tell a length to within 1.4 %"), "{told}");
+}

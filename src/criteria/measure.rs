@@ -342,7 +342,8 @@ impl Scene<'_> {
         });
         if let safety::Verdict::Proved(safe) = &outcome.verdict {
             finding.standing = Standing::Met;
-            finding.notes = vec!["by an invariant of the phases".to_string()];
+            let least = if strict { "always more than" } else { "never less than" };
+            finding.notes = vec![format!("by an invariant of the phases: it is {least} {}", exact(limit))];
             if outcome.speaks == Some(false) {
                 finding.notes.push("the two are never shown together".to_string());
             }

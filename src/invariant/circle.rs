@@ -17,10 +17,10 @@ use crate::simplest::simplest;
 use crate::value::{Atom, Relation, Value};
 
 /// Directions of a quarter turn, as quotients: a side and the other over the third.
-const QUARTER: [(i64, i64, i64); 5] = [(1, 0, 1), (35, 12, 37), (4, 3, 5), (3, 4, 5), (12, 35, 37)];
+pub const QUARTER: [(i64, i64, i64); 5] = [(1, 0, 1), (35, 12, 37), (4, 3, 5), (3, 4, 5), (12, 35, 37)];
 
 /// What the cosine of half the angle between neighbours is at least: its square is at most (1 + n·m)/2 for each pair.
-const COSINE: (i64, i64) = (986, 1_000);
+pub const COSINE: (i64, i64) = (986, 1_000);
 
 /// Squares that a sum is taken apart into.
 const MOST_SQUARES: usize = 4;

@@ -1,13 +1,51 @@
 //! Conditions in words, in the shorter of two forms: over the variables before a round, or over those after it.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use super::Test;
 use crate::name::Name;
-use crate::value::{Sort, Value};
+use crate::value::{Atom, Sort, Value};
 
 /// Longer texts than this are said over the variables after the round, where that can be.
 const LONG: usize = 48;
+
+impl fmt::Display for Test {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // A choice would take in what stands behind it.
+        let side = |value: &Value| match value.to_string() {
+            text if text.starts_with("if ") => format!("({text})"),
+            text => text,
+        };
+        let text = |test: &Test| format!("{} {} {}", side(&test.left), test.relation.symbol(), side(&test.right));
+        let own = text(self);
+        let distance = distance(self).map(|distance| text(&distance)).filter(|other| other.len() < own.len());
+        f.write_str(&distance.unwrap_or(own))
+    }
+}
+
+/// A comparison of a distance with a number, where its parts stand on both sides: `2*max(0,x) > x+5` is `abs(x) > 5`.
+fn distance(test: &Test) -> Option<Test> {
+    let both = |atom: &Atom| matches!(atom, Atom::Maximum(elements) if elements.len() == 1);
+    if test.left.sort() != Sort::Real || !test.left.atoms().iter().chain(&test.right.atoms()).any(both) {
+        return None;
+    }
+    let difference = test.left.sub(&test.right).ok()?;
+    let atoms: Vec<Atom> = difference.atoms().into_iter().filter(both).collect();
+    let [atom @ Atom::Maximum(elements)] = atoms.as_slice() else { return None };
+    let name = Name::new("[maximum]");
+    let (factor, _) = difference.with_atom(atom, &Value::variable(&name)).ok()?.linear_in(&name)?;
+    let half = factor.mul(&Value::fraction(1, 2).ok()?).ok().filter(|half| half.as_rational().is_some())?;
+    let distance = elements.first()?.abs().ok()?;
+    let rest = difference.div(&half).ok()?.sub(&distance).ok()?.neg().ok()?;
+    rest.as_rational()?;
+    let negative = half.as_rational()? < num_traits::Zero::zero();
+    Some(Test {
+        relation: if negative { test.relation.mirrored() } else { test.relation },
+        left: distance,
+        right: rest,
+    })
+}
 
 /// Groups of components that are named; of more, their number is said.
 const MOST_GROUPS: usize = 6;

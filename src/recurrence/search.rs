@@ -373,6 +373,9 @@ impl Entry<'_> {
         if let Some(never) = self.between_start_and_limit(limit, factor, ratio)? {
             return Ok(never);
         }
+        if let Some(found) = self.same_power(limit, factor, ratio)? {
+            return Ok(found);
+        }
         let positive = match self.sign(factor) {
             Ok(positive) => positive,
             Err(_) if self.interval.is_point() => return self.point_of_unknown_side(limit, factor, ratio),

@@ -9,6 +9,7 @@ use super::satisfies::{phase_lines, said};
 use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
 use crate::definition::Definitions;
+use crate::invariant::circle::{COSINE, QUARTER, Round};
 use crate::invariant::{Claim, Safe};
 use crate::lower::{Environment, Pattern};
 use crate::name::Name;
@@ -81,6 +82,7 @@ impl Run<'_, '_> {
             safety::Verdict::Proved(safe) => {
                 found.verdict = Some(Verdict::Proved);
                 found.trace.extend(grounds(safe, &outcome.invariant));
+                found.trace.extend(enclosed(&claim).filter(|_| safe.inequalities() > 0));
                 found.trace.extend(outcome.extreme.clone());
                 found.trace.extend(never_together(&claim, &outcome));
                 let period = outcome.period.as_ref().filter(|_| !safe.trusted().is_empty());
@@ -93,6 +95,7 @@ impl Run<'_, '_> {
             }
             safety::Verdict::Open => {
                 found.remains = outcome.remaining.iter().map(|line| said(line)).collect();
+                found.trace.extend(enclosed(&claim));
                 by_instance((&term, &outcome.conditions), &claim, environment, &interrupted, &mut found);
             }
         }
@@ -144,6 +147,16 @@ fn never_together(claim: &Claim, outcome: &safety::Outcome) -> Option<String> {
     }
     let names: Vec<String> = claim.shown.iter().map(ToString::to_string).collect();
     Some(format!("note: it holds for want of anything to hold of: {} is never shown", names.join(" # ")))
+}
+
+/// How closely lengths in the plane are told, where a claim compares some.
+fn enclosed(claim: &Claim) -> Option<String> {
+    let circle = |test: &Test| Round::of(test).is_some_and(|round| round.squares.len() > 1);
+    let (cosine, whole) = COSINE;
+    let lost = 100.0 * (whole - cosine) as f64 / whole as f64;
+    claim.tests.iter().any(circle).then(|| {
+        format!("circles are enclosed by {} half planes, which tell a length to within {lost} %", 4 * QUARTER.len())
+    })
 }
 
 /// What the proof rests on, and the invariant where there is one.

@@ -86,7 +86,9 @@ fn text(misfit: &Misfit, lasso: &Lasso) -> String {
         return format!("from time {time} on nothing that the run may show is what is asked, whatever the durations");
     }
     if *repeats {
-        return format!("from time {time} on the run repeats, and with no durations does what is asked go on for ever");
+        return format!(
+            "from time {time} on the run repeats, and whatever the durations are, what is asked does not fit it"
+        );
     }
     let shown = match shown {
         None if lasso.after == After::TimeStop => "time stops".to_string(),

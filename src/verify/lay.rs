@@ -474,7 +474,7 @@ impl Matcher<'_> {
                 Some(_) => "the run ends",
                 None => "the run moves on",
             };
-            return Err(Missed::Never(format!("{} is not shown for ever: {end}", shown.join(" with "))));
+            return Err(Missed::Never(format!("from no time on is {} shown for ever: {end}", shown.join(" with "))));
         }
         let mut start = laid.rest.len();
         while start > 0 && ever(&laid.rest[start - 1..]) {

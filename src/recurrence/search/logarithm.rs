@@ -1,14 +1,45 @@
 //! When powers with symbols come to a bound: a logarithm, which no value here is.
 
+use num_rational::BigRational;
+use num_traits::One;
+
 use super::Entry;
 use crate::closed_form::bracketed;
 use crate::recurrence::NoClosedForm;
-use crate::value::{Relation, Value};
+use crate::recurrence::Reach;
+use crate::value::{Atom, Relation, Value};
 
 /// What a reason ends on where the first index is known, but not as a value.
 pub(crate) const NO_VALUE: &str = "logarithms are no values here";
 
+/// How far the exponents of a power that is written as a number are looked for.
+const MOST_EXPONENT: i64 = 64;
+
 impl Entry<'_> {
+    /// Where `limit + factor*ratio^n` is to be `limit + factor*ratio^N`: at N, as powers of a number between 0 and 1, or above
+    /// 1, are all different.
+    pub(super) fn same_power(
+        &self,
+        limit: &Value,
+        factor: &Value,
+        ratio: &Value,
+    ) -> Result<Option<Reach>, NoClosedForm> {
+        let (known, zero, one) = (self.known, Value::zero(), Value::one());
+        let surely = |relation, left: &Value, right: &Value| known.decide(relation, left, right) == Some(true);
+        let (Some((wanted, _)), true) = (self.interval.bound(true), self.interval.is_point()) else { return Ok(None) };
+        let moves = surely(Relation::Gtr, ratio, &zero) && surely(Relation::Neq, ratio, &one);
+        if !moves || !surely(Relation::Neq, factor, &zero) {
+            return Ok(None);
+        }
+        let power = known.simplify(&wanted.sub(limit)?.div(factor)?);
+        let Some(at) = exponent(&power, ratio) else { return Ok(None) };
+        Ok(Some(match known.decide(Relation::Gte, &at, self.from) {
+            Some(true) if known.is_natural(&at) == Some(true) => self.before_end(at, Vec::new())?,
+            Some(false) => Reach::Never(format!("n would be {at}, which is before n = {}", self.from)),
+            _ => return Ok(None),
+        }))
+    }
+
     /// The least index at which `limit + factor*ratio^n` is in the interval, where it surely is from some index on.
     pub(super) fn logarithm(
         &self,
@@ -58,4 +89,26 @@ impl Entry<'_> {
              and {NO_VALUE}",
         )))
     }
+}
+
+/// The exponent of a power of a base, where it is written as one: N+3 of `8*2^N`.
+fn exponent(power: &Value, base: &Value) -> Option<Value> {
+    for atom in power.atoms() {
+        let Atom::Power(own, exponent) = &atom else { continue };
+        let rest = power.div(&atom.value().ok()?).ok()?;
+        if own != base || !rest.variables().is_empty() {
+            continue;
+        }
+        let (rest, number) = (rest.as_rational()?, base.as_rational());
+        let mut product = BigRational::one();
+        for more in 0..=MOST_EXPONENT {
+            for (value, sign) in [(product.clone(), 1), (product.recip(), -1)] {
+                if value == rest {
+                    return exponent.add(&Value::integer(sign * more)).ok();
+                }
+            }
+            product *= number.as_ref()?;
+        }
+    }
+    None
 }
