@@ -9,7 +9,7 @@ use super::satisfies::{phase_lines, said};
 use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
 use crate::definition::Definitions;
-use crate::invariant::circle::{COSINE, QUARTER, Round};
+use crate::invariant::circle::{COSINE, QUARTER};
 use crate::invariant::{Claim, Safe};
 use crate::lower::{Environment, Pattern};
 use crate::name::Name;
@@ -18,6 +18,7 @@ use crate::replay::{Drawn, replays};
 use crate::report::Verdict;
 use crate::safety::{self, orbit};
 use crate::term::Term;
+use crate::value::Atom;
 
 /// The longest left side that is printed, in bytes.
 const WIDE: usize = 80;
@@ -151,7 +152,9 @@ fn never_together(claim: &Claim, outcome: &safety::Outcome) -> Option<String> {
 
 /// How closely lengths in the plane are told, where a claim compares some.
 fn enclosed(claim: &Claim) -> Option<String> {
-    let circle = |test: &Test| Round::of(test).is_some_and(|round| round.squares.len() > 1);
+    let length =
+        |atom: &Atom| matches!(atom, Atom::Root(inner) if inner.squares().is_some_and(|parts| parts.len() > 1));
+    let circle = |test: &Test| test.left.atoms().iter().chain(&test.right.atoms()).any(length);
     let (cosine, whole) = COSINE;
     let lost = 100.0 * (whole - cosine) as f64 / whole as f64;
     claim.tests.iter().any(circle).then(|| {

@@ -11,17 +11,17 @@ use super::near;
 use crate::probability::chain::{Linear, Move, Side};
 use crate::value::Relation;
 
-/// The numbers of moves that are looked ahead: all up to the first of these, then about a fifth more each time.
-const EACH: usize = 16;
+/// The numbers of moves that are looked ahead: all up to the first of these, then about a quarter more each time.
+const EACH: usize = 8;
 const MOST: usize = 2_000;
 /// The most numbers of a state.
 const MOST_WIDTH: usize = 8;
 
 /// A test some moves ahead, as a form of the state now.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Later {
     relation: Relation,
-    factors: Vec<f64>,
+    factors: [f64; MOST_WIDTH],
     constant: f64,
     /// Of what is drawn on the way.
     variance: f64,
@@ -55,10 +55,10 @@ impl Foresight {
             let mut asked: Vec<Vec<Later>> = moves
                 .iter()
                 .flat_map(|(there, asked, _)| {
-                    asked.iter().map(|sides| sides.iter().map(|side| Later::new(side, there, width)).collect())
+                    asked.iter().map(|sides| sides.iter().map(|side| Later::new(side, there)).collect())
                 })
                 .collect();
-            let map = Map::of(one, width);
+            let map = Map::of(one);
             let mut wanted = 0;
             for number in 0..=MOST {
                 let time = ticks.saturating_mul(number as u64);
@@ -66,9 +66,8 @@ impl Foresight {
                     break;
                 }
                 if number == wanted {
-                    let copies = asked.iter().map(|tests| tests.iter().map(Later::copy).collect()).collect();
-                    ahead.push(Ahead { moves: number, time, asked: copies });
-                    wanted += if number < EACH { 1 } else { number / 5 };
+                    ahead.push(Ahead { moves: number, time, asked: asked.clone() });
+                    wanted += if number < EACH { 1 } else { number / 4 };
                 }
                 asked.iter_mut().flatten().for_each(|test| test.before(&map));
             }
@@ -88,7 +87,7 @@ impl Foresight {
 /// A move in machine numbers.
 struct Map {
     /// The factors of the state in each of its images.
-    factors: Vec<Vec<f64>>,
+    factors: Vec<[f64; MOST_WIDTH]>,
     /// The means of what is added.
     added: Vec<f64>,
     /// The factors of what is drawn, by its images, and the variances of that.
@@ -97,10 +96,10 @@ struct Map {
 }
 
 impl Map {
-    fn of(one: &Move, width: usize) -> Map {
+    fn of(one: &Move) -> Map {
         let noise = |form: &Linear| (0..one.draws.len()).map(|place| form.draws.get(place).map_or(0.0, near)).collect();
         Map {
-            factors: one.image.iter().map(|form| factors(form, width)).collect(),
+            factors: one.image.iter().map(factors).collect(),
             added: one.image.iter().map(|form| mean(form, one)).collect(),
             noise: one.image.iter().map(noise).collect(),
             variances: one.draws.iter().map(|draw| near(&draw.variance())).collect(),
@@ -109,20 +108,16 @@ impl Map {
 }
 
 impl Later {
-    fn new(side: &Side, one: &Move, width: usize) -> Later {
-        let (factors, constant) = (factors(&side.form, width), mean(&side.form, one));
+    fn new(side: &Side, one: &Move) -> Later {
+        let (factors, constant) = (factors(&side.form), mean(&side.form, one));
         let spread = side.form.draws.iter().zip(&one.draws);
         let variance = spread.map(|(factor, draw)| near(factor).powi(2) * near(&draw.variance())).sum();
         Later { relation: side.relation, factors, constant, variance }
     }
 
-    fn copy(&self) -> Later {
-        Later { factors: self.factors.clone(), ..*self }
-    }
-
     /// The same test before a move.
     fn before(&mut self, map: &Map) {
-        let mut sum = vec![0.0; self.factors.len()];
+        let mut sum = [0.0; MOST_WIDTH];
         let mut noise = vec![0.0; map.variances.len()];
         for (place, factor) in self.factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
             let (Some(image), Some(drawn)) = (map.factors.get(place), map.noise.get(place)) else { continue };
@@ -147,8 +142,8 @@ impl Later {
     }
 }
 
-fn factors(form: &Linear, width: usize) -> Vec<f64> {
-    (0..width).map(|place| form.state.get(place).map_or(0.0, near)).collect()
+fn factors(form: &Linear) -> [f64; MOST_WIDTH] {
+    std::array::from_fn(|place| form.state.get(place).map_or(0.0, near))
 }
 
 /// The constant of a form, with the means of what is drawn in it.

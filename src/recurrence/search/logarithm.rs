@@ -1,19 +1,18 @@
 //! When powers with symbols come to a bound: a logarithm, which no value here is.
 
-use num_rational::BigRational;
-use num_traits::One;
-
 use super::Entry;
 use crate::closed_form::bracketed;
 use crate::recurrence::NoClosedForm;
 use crate::recurrence::Reach;
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Relation, Value};
 
 /// What a reason ends on where the first index is known, but not as a value.
 pub(crate) const NO_VALUE: &str = "logarithms are no values here";
 
 /// How far the exponents of a power that is written as a number are looked for.
 const MOST_EXPONENT: i64 = 64;
+/// The factors of a symbol in an exponent that are looked for.
+const MOST_FACTOR: i64 = 4;
 
 impl Entry<'_> {
     /// Where `limit + factor*ratio^n` is to be `limit + factor*ratio^N`: at N, as powers of a number between 0 and 1, or above
@@ -27,7 +26,8 @@ impl Entry<'_> {
         let (known, zero, one) = (self.known, Value::zero(), Value::one());
         let surely = |relation, left: &Value, right: &Value| known.decide(relation, left, right) == Some(true);
         let (Some((wanted, _)), true) = (self.interval.bound(true), self.interval.is_point()) else { return Ok(None) };
-        let moves = surely(Relation::Gtr, ratio, &zero) && surely(Relation::Neq, ratio, &one);
+        let other = surely(Relation::Lss, ratio, &one) || surely(Relation::Gtr, ratio, &one);
+        let moves = surely(Relation::Gtr, ratio, &zero) && other;
         if !moves || !surely(Relation::Neq, factor, &zero) {
             return Ok(None);
         }
@@ -91,24 +91,16 @@ impl Entry<'_> {
     }
 }
 
-/// The exponent of a power of a base, where it is written as one: N+3 of `8*2^N`.
+/// The exponent of a power of a base, where it is one: N+3 of `8*2^N`, `-2*N` of `1/4^N`.
 fn exponent(power: &Value, base: &Value) -> Option<Value> {
-    for atom in power.atoms() {
-        let Atom::Power(own, exponent) = &atom else { continue };
-        let rest = power.div(&atom.value().ok()?).ok()?;
-        if own != base || !rest.variables().is_empty() {
-            continue;
-        }
-        let (rest, number) = (rest.as_rational()?, base.as_rational());
-        let mut product = BigRational::one();
-        for more in 0..=MOST_EXPONENT {
-            for (value, sign) in [(product.clone(), 1), (product.recip(), -1)] {
-                if value == rest {
-                    return exponent.add(&Value::integer(sign * more)).ok();
-                }
-            }
-            product *= number.as_ref()?;
-        }
-    }
-    None
+    let (one, raised) = (Value::one(), |by: i64| base.power(&Value::integer(by)).ok());
+    let Some(name) = power.variables().into_iter().find(|name| !base.mentions(name)) else {
+        return (-MOST_EXPONENT..=MOST_EXPONENT).find(|by| raised(*by).as_ref() == Some(power)).map(Value::integer);
+    };
+    // With each step of a name in the exponent it is multiplied by the same power of the base.
+    let own = Value::variable(&name);
+    let step = power.with(&name, &own.add(&one).ok()?).ok()?.div(power).ok()?;
+    let by = (-MOST_FACTOR..=MOST_FACTOR).find(|by| *by != 0 && raised(*by).as_ref() == Some(&step))?;
+    let rest = power.with(&name, &Value::zero()).ok()?;
+    exponent(&rest, base)?.add(&own.mul(&Value::integer(by)).ok()?).ok()
 }
