@@ -111,8 +111,6 @@ pub enum Failure {
     NoPeriod {
         /// What would have to be known, or what grows.
         reason: String,
-        /// Whether there is none, by this reason; else none was found.
-        certain: bool,
     },
     /// Parts that do not communicate, with the durations of their rounds, which have no common multiple.
     Drift {
@@ -175,7 +173,7 @@ impl fmt::Display for Failure {
                  {} of its rounds go with {} of {}",
                 writer.0, writer.1, reader.0, reader.1, rounds.1, rounds.0, writer.0
             ),
-            Failure::NoPeriod { reason, .. } => write!(f, "no period found: {reason}"),
+            Failure::NoPeriod { reason } => write!(f, "no period found: {reason}"),
             Failure::Drift { one, other } => {
                 let why = drift::what_would_do(&one.1, &other.1);
                 write!(f, "no period: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)

@@ -234,7 +234,7 @@ impl Pieces<'_> {
                 Reach::Never(_) => {}
                 Reach::Unknown(reason) if reason.ends_with(NO_VALUE) => {
                     let (value, sign) = (&guard.value, guard.relation.negated().symbol());
-                    return Err(NoClosedForm(format!("of the indices at which {value} {sign} 0 {reason}")));
+                    return Err(NoClosedForm(format!("of the first index at which {value} {sign} 0: {reason}")));
                 }
                 Reach::Unknown(reason) => return Err(NoClosedForm(reason)),
                 Reach::At(at, conditions) => {
@@ -408,6 +408,10 @@ fn earliest(
         best = match (best, found) {
             (_, Reach::At(at, conditions)) if at == *from && conditions.is_empty() => {
                 return Ok(Reach::At(at, conditions));
+            }
+            // Of several intervals the first one that is come to counts.
+            (Reach::Unknown(why), _) | (_, Reach::Unknown(why)) if why.ends_with(NO_VALUE) && intervals.len() > 1 => {
+                Reach::Unknown("it may be met on either side, and when first is not known".to_string())
             }
             (Reach::Unknown(why), _) | (_, Reach::Unknown(why)) => Reach::Unknown(why),
             (Reach::Never(_), found) => found,

@@ -225,6 +225,9 @@ fn a_logarithm_is_told_as_it_is_meant() {
     // With g = 10, p0 = 2, k = 1/2, e = 1 the first is 3: log((1)/8)/log(1/2).
     let near = told(&format!("{start} abs(r(n)-g) <= e\n"));
     assert!(near.contains("(g-p0)*(1-k)^n <= e") && near.contains("ceil(log(e/(g-p0))/log(1-k))"), "{near}");
+    // With D = 10, c = 3, d = 1 it is 0: the other side counts as well.
+    let far = told("param D > 0, c, d > 0, c > d\nsolve r(n+1) = r(n)/2, r(0) = D find n with abs(r(n)-c) >= d\n");
+    assert!(far.contains("it may be met on either side") && !far.contains("log("), "{far}");
     let past = told(&format!("{start} r(n) >= h\n"));
     assert!(past.contains("ceil(log((g-h)/(g-p0))/log(1-k))") && !past.contains("not known whether ever"), "{past}");
 }

@@ -249,14 +249,14 @@ fn a_power_that_comes_to_a_symbol_is_told_by_a_logarithm() {
     says(
         falls,
         &[
-            "no value is the first n with r(n) < e, though there is one: the first is the least n with D*(1/2)^n < e: 0 if D < e, else floor(log(e/(D))/log(1/2))+1, and logarithms are no values here",
+            "there is a first n with r(n) < e, but it is no value here: it is the least n with D*(1/2)^n < e: 0 if D < e, else floor(log(e/(D))/log(1/2))+1, and logarithms are no values here",
         ],
     );
     let grows = "param D > 0\nsolve r(n+1) = 2*r(n), r(0) = 1 find n with r(n) >= D\n";
     says(
         grows,
         &[
-            "no value is the first n with r(n) >= D, though there is one: the first is the least n with (2)^n >= D: 0 if 1 >= D, else ceil(log(D)/log(2)), and logarithms are no values here",
+            "there is a first n with r(n) >= D, but it is no value here: it is the least n with (2)^n >= D: 0 if 1 >= D, else ceil(log(D)/log(2)), and logarithms are no values here",
         ],
     );
     // From below it never comes to what is below it.

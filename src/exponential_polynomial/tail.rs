@@ -186,7 +186,7 @@ fn in_turns(
             Tail::Unknown(_) => return found,
         }
     }
-    Tail::Never(latest.0, format!("so it is of even and of odd indices by themselves: {}", latest.1))
+    Tail::Never(latest.0, format!("taking even and odd indices apart, {}", latest.1))
 }
 
 fn at_once(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {

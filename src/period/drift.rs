@@ -11,16 +11,12 @@ use crate::value::{Relation, Value};
 impl Failure {
     /// Whether it says no more than that something is not known: there may be a period all the same.
     pub fn is_open(&self) -> bool {
-        match self {
-            Failure::Order { .. } | Failure::Interrupted => true,
-            Failure::NoPeriod { certain, .. } => !certain,
-            _ => false,
-        }
+        matches!(self, Failure::Order { .. } | Failure::NoPeriod { .. } | Failure::Interrupted)
     }
 
     /// That none was found, and why.
     pub(super) fn not_found(reason: impl Into<String>) -> Failure {
-        Failure::NoPeriod { reason: reason.into(), certain: false }
+        Failure::NoPeriod { reason: reason.into() }
     }
 }
 
@@ -103,6 +99,16 @@ pub(super) fn drift(rounds: &[(String, Value)], known: &Assumptions) -> Option<F
     None
 }
 
+/// How two delays that remain lie to each other: one may run once, so nothing follows from it for the rounds.
+fn ratio_told(one: &Value, other: &Value) -> String {
+    match one.div(other) {
+        Ok(ratio) if rational_ratio(one, other) == Some(false) => {
+            format!(": {one} is {ratio} times {other}, which is irrational")
+        }
+        _ => what_would_do(one, other),
+    }
+}
+
 /// What would have to hold for two durations to have a common multiple.
 pub(super) fn what_would_do(one: &Value, other: &Value) -> String {
     match rational_ratio(one, other) {
@@ -168,13 +174,10 @@ pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure 
     }
     let drifts = left.iter().enumerate().find_map(|(place, one)| {
         let other = left.get(place + 1..)?.iter().find(|other| rational_ratio(&one.1, &other.1) != Some(true))?;
-        Some((what_would_do(&one.1, &other.1), rational_ratio(&one.1, &other.1) == Some(false)))
+        Some(ratio_told(&one.1, &other.1))
     });
-    let (drifts, certain) = drifts.unwrap_or_default();
+    let drifts = drifts.unwrap_or_default();
     let left: Vec<String> = left.iter().map(|(name, delay)| format!("{name} {}", in_short(delay))).collect();
     let left = left.join(", ");
-    Failure::NoPeriod {
-        reason: format!("after {phases} phases the delays that remain ({left}) have not repeated{drifts}"),
-        certain,
-    }
+    Failure::not_found(format!("after {phases} phases the delays that remain ({left}) have not repeated{drifts}"))
 }

@@ -240,8 +240,8 @@ impl Clock<'_> {
                         return Ok(Some(End::Livelock { cycle }));
                     }
                     return Err(Halt::Failed(Box::new(match *failure {
-                        Failure::NoPeriod { reason, certain } => {
-                            Failure::NoPeriod { reason: format!("in {}: {reason}", self.name(component)), certain }
+                        Failure::NoPeriod { reason } => {
+                            Failure::NoPeriod { reason: format!("in {}: {reason}", self.name(component)) }
                         }
                         other => other,
                     })));

@@ -51,6 +51,9 @@ const MOST_TIED: usize = 16;
 /// Where it happened in a smaller share of the runs, they are split.
 const RARE: u64 = 2_000;
 
+/// Rounds of all runs that are followed to see where they are.
+const MOST_TURNS: u64 = 2_000_000;
+
 /// The phase in which most runs are that miss what is asked for, how many of them, and how many miss it; none if none does.
 ///
 /// # Errors
@@ -62,9 +65,9 @@ pub fn missed_in(
     seed: u64,
 ) -> Result<Option<(usize, u64, u64)>, String> {
     let program = Program::new(chain, question, Numbers::Mixed)?;
-    let (mut space, mut found) = (Scratch::default(), BTreeMap::new());
+    let (mut space, mut found, mut left) = (Scratch::default(), BTreeMap::new(), MOST_TURNS);
     for run in 0..runs {
-        if let Some(phase) = program.missed(&Source::new(seed, run), &mut space)? {
+        if let Some(phase) = program.missed(&Source::new(seed, run), &mut space, &mut left)? {
             *found.entry(phase).or_insert(0) += 1;
         }
     }

@@ -9,6 +9,7 @@ mod trim;
 
 use std::cell::Cell;
 use std::cmp::Ordering;
+use std::sync::OnceLock;
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -93,8 +94,9 @@ pub(super) struct Program {
     whole: Option<Vec<Vec<bool>>>,
     /// How numbers are kept.
     numbers: Numbers,
-    /// By phase.
-    foresight: Vec<Foresight>,
+    /// By phase, once it is asked for.
+    foresight: OnceLock<Vec<Foresight>>,
+    chain: Chain,
 }
 
 /// Whole numbers of a state, and the sum of the factors of a form, up to which sums of products are exact.
@@ -161,13 +163,13 @@ impl Program {
             deadline: ticks,
             whole,
             numbers,
-            foresight: Vec::new(),
+            foresight: OnceLock::new(),
+            chain: Chain::clone(chain),
         };
         for (phase, moves) in chain.phases.iter().enumerate() {
             program.phases.push(compile(moves, Some(phase))?);
         }
         for (phase, (steps, moves)) in program.phases.iter_mut().zip(&chain.phases).enumerate() {
-            let mut all = Vec::new();
             for (step, one) in steps.iter_mut().zip(moves) {
                 let shown: Vec<&Vec<Side>> = one.stretches.iter().flat_map(|stretch| &stretch.shown).collect();
                 let nearer = one.next.is_some_and(|next| program.distances[next] < program.distances[phase]);
@@ -177,10 +179,7 @@ impl Program {
                     Test { relation: side.relation, form, may_tie: false }
                 };
                 step.gaps = sides.iter().map(|sides| sides.iter().map(test).collect()).collect();
-                let lasting = step.stretches.iter().map(|stretch| stretch.duration.unwrap_or(u64::MAX));
-                all.push((one, sides, lasting.fold(0, u64::saturating_add)));
             }
-            program.foresight.push(Foresight::of(phase, widths[phase], &all, ticks));
         }
         Ok(program)
     }
@@ -245,9 +244,13 @@ impl Program {
     }
 
     /// The phase in which a run is as it misses what is asked for; none where it happens, or the run ends before any phase.
-    pub(super) fn missed(&self, source: &Source, space: &mut Scratch) -> Result<Option<usize>, String> {
+    ///
+    /// # Errors
+    /// Where the run gets stuck, or more rounds pass than are left.
+    pub(super) fn missed(&self, source: &Source, space: &mut Scratch, left: &mut u64) -> Result<Option<usize>, String> {
         let mut run = Runner::default();
         loop {
+            *left = left.checked_sub(1).ok_or(TOO_LONG)?;
             if let Some(found) = self.turn(&mut run, source, space)? {
                 return Ok(run.phase.filter(|_| !found));
             }
@@ -278,13 +281,33 @@ impl Program {
         steps.flat_map(|step| &step.samplers).all(|sampler| matches!(sampler, Sampler::Point(..)))
     }
 
+    /// What each phase looks ahead to.
+    fn foreseen(&self) -> Vec<Foresight> {
+        let of = |(phase, moves): (usize, &Vec<Move>)| {
+            let all: Vec<_> = moves
+                .iter()
+                .zip(&self.phases[phase])
+                .map(|(one, step)| {
+                    let lasting = step.stretches.iter().map(|stretch| stretch.duration.unwrap_or(u64::MAX));
+                    let nearer = one.next.is_some_and(|next| self.distances[next] < self.distances[phase]);
+                    let shown = || one.stretches.iter().flat_map(|stretch| &stretch.shown).collect();
+                    let sides: Vec<&Vec<Side>> = if nearer { vec![&one.tests] } else { shown() };
+                    (one, sides, lasting.fold(0, u64::saturating_add))
+                })
+                .collect();
+            Foresight::of(phase, &all, self.deadline)
+        };
+        self.chain.phases.iter().enumerate().map(of).collect()
+    }
+
     /// How near a run is to what is asked for: the moves that it still takes, and how far the first of them is from being
     /// taken, by the effort that this takes, or as the square of that gap over the time that is left, by which a walk's
     /// chance to close it is ordered. Any measure gives an estimate without bias; a good one gives a narrow one.
     pub(super) fn nearness(&self, run: &Runner) -> f64 {
         let Some(phase) = run.phase else { return f64::NEG_INFINITY };
         let distance = self.distances[phase];
-        if let Some(effort) = self.foresight[phase].effort(&run.state, self.deadline.saturating_sub(run.now)) {
+        let foresight = self.foresight.get_or_init(|| self.foreseen());
+        if let Some(effort) = foresight[phase].effort(&run.state, self.deadline.saturating_sub(run.now)) {
             return -distance - effort / (1.0 + effort);
         }
         let mut least = f64::INFINITY;

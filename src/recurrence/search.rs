@@ -379,7 +379,7 @@ impl Entry<'_> {
         let positive = match self.sign(factor) {
             Ok(positive) => positive,
             Err(_) if self.interval.is_point() => return self.point_of_unknown_side(limit, factor, ratio),
-            Err(reach) => return Ok(self.logarithm(limit, factor, ratio)?.map_or(reach, Reach::Unknown)),
+            Err(reach) => return Ok(self.logarithm(limit, factor, ratio)?.unwrap_or(reach)),
         };
         let interval = self.interval.pulled_back(limit, factor, positive)?;
         let numbers = (interval.numbers(), ratio.as_rational(), self.from.as_rational());
@@ -395,8 +395,8 @@ impl Entry<'_> {
         if self.interval.is_point() {
             return self.point_of_unknown_side(limit, factor, ratio);
         }
-        let text = self.logarithm(limit, factor, ratio)?;
-        Ok(Reach::Unknown(text.unwrap_or_else(|| self.question(&self.value))))
+        let found = self.logarithm(limit, factor, ratio)?;
+        Ok(found.unwrap_or_else(|| Reach::Unknown(self.question(&self.value))))
     }
 
     /// A sequence that goes from its start to its limit stays between them: if both lie on one side of the interval

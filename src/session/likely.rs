@@ -363,8 +363,8 @@ fn event<'e>(
                 format!("the probability of {property} is understood for `Delay_d ; At_a`,"),
                 "and for `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with a distribution D that is a parameter;"
                     .to_string(),
-                "both may end with comparisons of what is shown, as `At_{?a} ; Lte_{|?a-b|,e}`".to_string(),
-                "`Delay_{?x} ; At_a ; Lte_{?x,d}` asks whether it is shown by d;".to_string(),
+                "and for `Delay_{?x} ; At_a ; Lte_{?x,d}`, that it is shown by d, with one such bound;".to_string(),
+                "all may end with comparisons of what is shown, as `At_{?a} ; Lte_{|?a-b|,e}`;".to_string(),
                 "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
             ]
         })?,

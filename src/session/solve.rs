@@ -18,9 +18,14 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
     let known = &waiting.environment.assumptions;
     let solved = |recurrence: &Recurrence| solve_until(recurrence.clone(), known, stop).is_ok();
     match at_rest(&question.recurrence) {
-        Some((recurrence, distance)) if !solved(&question.recurrence) && solved(&recurrence) => {
+        Some((recurrence, distance, staying)) if !solved(&question.recurrence) && solved(&recurrence) => {
             let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, waiting, stop);
-            lines.insert(0, format!("the equation has no value where {distance} = 0: what is there is taken to stay"));
+            let staying: Vec<&str> = staying.iter().map(Name::as_str).collect();
+            let (verb, staying) = (if staying.len() == 1 { "is" } else { "are" }, staying.join(", "));
+            lines.insert(
+                0,
+                format!("where {distance} = 0 the equation has no value: there {staying} {verb} taken to stay"),
+            );
             (lines, expected)
         }
         _ => answered(question, waiting, stop),
@@ -191,7 +196,7 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relatio
         }
         Reach::Never(reason) => vec![format!("never {goal}: {reason}")],
         Reach::Unknown(reason) if reason.ends_with(NO_VALUE) => {
-            vec![format!("no value is the first {index} with {goal}, though there is one: {reason}")]
+            vec![format!("there is a first {index} with {goal}, but it is no value here: {reason}")]
         }
         Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {reason}")],
     }

@@ -5,9 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
-use crate::scope::{bound_names, calls};
 use crate::term::{Node, Term};
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Sort, Value};
 
 /// Calls that are followed, and those of one process with other values.
 const MOST_CALLS: usize = 10_000;
@@ -24,13 +23,15 @@ pub(crate) struct Impossible {
     pub(crate) text: String,
 }
 
-/// Where a component comes to such a draw or delay before any guard that is not known to hold.
+/// Where a component comes to such a draw or delay, if nothing before it but reads, writes, delays, draws and guards that hold
+/// is to end first: whether a process ends, or aborts, is not asked here.
 pub(crate) fn impossible(component: &Term, definitions: &Definitions, known: &Assumptions) -> Option<Impossible> {
-    let start = Visit { within: Vec::new(), body: component.clone(), values: Values::new() };
-    let mut walk = Walk { definitions, known, calls: vec![start], within: Vec::new(), seen: BTreeMap::new() };
+    let start = Visit { within: Vec::new(), body: component.clone(), values: Values::new(), at_once: false };
+    let (calls, within, seen) = (vec![start], Vec::new(), BTreeMap::new());
+    let mut walk = Walk { definitions, known, calls, within, at_once: false, seen };
     for _ in 0..MOST_CALLS {
-        let Visit { within, body, mut values } = walk.calls.pop()?;
-        walk.within = within;
+        let Visit { within, body, mut values, at_once } = walk.calls.pop()?;
+        (walk.within, walk.at_once) = (within, at_once);
         if let Err(Stop::Found(mut found)) = walk.through(&body, &mut values, 0) {
             if let Some(name) = walk.within.last() {
                 found.text = format!("in {name}: {}", found.text);
@@ -57,6 +58,8 @@ struct Visit {
     within: Vec<Name>,
     body: Term,
     values: Values,
+    /// Whether it stands in a `#`.
+    at_once: bool,
 }
 
 struct Walk<'a> {
@@ -64,8 +67,9 @@ struct Walk<'a> {
     known: &'a Assumptions,
     /// What is still to be looked at.
     calls: Vec<Visit>,
-    /// Where the walk is.
+    /// Where the walk is, and whether that is in a `#`.
     within: Vec<Name>,
+    at_once: bool,
     seen: BTreeMap<Name, BTreeSet<Vec<Option<Value>>>>,
 }
 
@@ -106,35 +110,45 @@ impl Walk<'_> {
                 values.insert(name.clone(), unknown(name));
                 Ok(())
             }
+            Node::Out(..) | Node::Stop => Ok(()),
             Node::Seq(parts) => {
-                for (place, part) in parts.iter().enumerate() {
-                    let mut own = values.clone();
-                    self.through(part, &mut own, depth + 1)?;
-                    if place + 1 < parts.len() {
-                        *values = if part.children().next().is_none() { own } else { values.clone() };
-                        self.bound_by(part, values);
+                for part in parts {
+                    self.through(part, values, depth + 1)?;
+                    // Where something else may end it first, what waits may never be come to.
+                    if self.at_once && matches!(part.node(), Node::In(..) | Node::Out(..) | Node::Delay(_)) {
+                        return Err(Stop::Guard);
                     }
                 }
                 Ok(())
             }
             Node::Call(name, arguments) => {
                 self.call(name, arguments, values);
-                Ok(())
-            }
-            Node::Else(first, _) => self.through(first, &mut values.clone(), depth + 1),
-            Node::Power(_, count, _) if self.known.decide(Relation::Gtr, count, &Value::zero()) != Some(true) => {
                 Err(Stop::Guard)
             }
-            Node::Power(_, _, Some(_)) | Node::Meta(..) | Node::Replace(..) => Ok(()),
-            _ => {
-                for part in term.children() {
-                    match self.through(part, &mut values.clone(), depth + 1) {
-                        Err(Stop::Guard) | Ok(()) => {}
-                        found => return found,
-                    }
-                }
-                Ok(())
+            Node::Disable(parts) => {
+                let before = std::mem::replace(&mut self.at_once, true);
+                let found = parts.iter().try_for_each(|part| self.inside(part, values, depth));
+                self.at_once = before;
+                found.and(Err(Stop::Guard))
             }
+            Node::Par(parts) => {
+                parts.iter().try_for_each(|part| self.inside(part, values, depth))?;
+                Err(Stop::Guard)
+            }
+            Node::Else(body, _) | Node::New(_, body) | Node::Project(body, _) | Node::Loop(body) => {
+                self.inside(body, values, depth)?;
+                Err(Stop::Guard)
+            }
+            // It may abort, never end, bind anything, or not be gone through at all.
+            _ => Err(Stop::Guard),
+        }
+    }
+
+    /// What is found in a part behind which nothing is looked at.
+    fn inside(&mut self, part: &Term, values: &Values, depth: usize) -> Result<(), Stop> {
+        match self.through(part, &mut values.clone(), depth + 1) {
+            Err(Stop::Guard) | Ok(()) => Ok(()),
+            found => found,
         }
     }
 
@@ -158,25 +172,7 @@ impl Walk<'_> {
         let own = definition.parameters.iter().zip(arguments);
         let own = own.map(|(name, value)| (name.clone(), value.unwrap_or_else(|| unknown(name)))).collect();
         let within = self.within.iter().chain([name]).cloned().collect();
-        self.calls.push(Visit { within, body: definition.body.clone(), values: own });
-    }
-
-    /// Of what a part of a sequence may bind, itself or in a process that it calls, nothing is known behind it.
-    fn bound_by(&self, part: &Term, values: &mut Values) {
-        if part.children().next().is_none() && !matches!(part.node(), Node::Call(..)) {
-            return;
-        }
-        let mut bound = bound_names(part);
-        let (mut open, mut seen): (Vec<Name>, BTreeSet<Name>) = (calls(part).into_iter().collect(), BTreeSet::new());
-        while let Some(name) = open.pop().filter(|_| seen.len() < MOST_CALLS) {
-            if seen.insert(name.clone())
-                && let Some(definition) = self.definitions.get(&name)
-            {
-                bound.extend(bound_names(&definition.body));
-                open.extend(calls(&definition.body));
-            }
-        }
-        values.extend(bound.iter().map(|name| (name.clone(), unknown(name))));
+        self.calls.push(Visit { within, body: definition.body.clone(), values: own, at_once: self.at_once });
     }
 }
 

@@ -3,7 +3,7 @@
 //! After j more moves `s' = A s + b + noise` a form f of the state has the mean `f A^j s + …` and a variance V, and it is where
 //! it is asked to be with a chance of about `exp(-gap^2/(2V))`: the least of `gap^2/(2V)` over all j for which there is time
 //! is an effort. For a walk it is the square of the gap over the time that is left; a run that is drawn back to its middle is
-//! far away even where its gap is small, unless that is soon enough.
+//! far away even where its gap is small, unless that is soon enough. Where one move alone goes most of the way, no measure helps.
 
 use num_traits::Zero;
 
@@ -16,9 +16,11 @@ const EACH: usize = 8;
 const MOST: usize = 2_000;
 /// The most numbers of a state.
 const MOST_WIDTH: usize = 8;
+/// The most tests that are looked at for one number of moves.
+const MOST_TESTS: usize = 16;
 
 /// A test some moves ahead, as a form of the state now.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct Later {
     relation: Relation,
     factors: [f64; MOST_WIDTH],
@@ -44,22 +46,31 @@ pub(super) struct Foresight {
 }
 
 impl Foresight {
-    /// Of a phase with these moves, each with what it is asked for and how many ticks it takes.
-    /// Nothing is asked for later than in so many ticks.
-    pub(super) fn of(phase: usize, width: usize, moves: &[(&Move, Vec<&Vec<Side>>, u64)], deadline: u64) -> Foresight {
+    /// Of a phase with these moves, each with what it is asked for and how many ticks it takes. Nothing is asked for later
+    /// than in so many ticks.
+    pub(super) fn of(phase: usize, moves: &[(&Move, Vec<&Vec<Side>>, u64)], deadline: u64) -> Foresight {
         let mut ahead = Vec::new();
-        if width > MOST_WIDTH {
+        let width = moves.iter().flat_map(|(one, ..)| &one.image).map(|form| form.state.len()).max();
+        let mut asked: Vec<Vec<Later>> = Vec::new();
+        for (there, sides) in moves.iter().flat_map(|(there, asked, _)| asked.iter().map(move |sides| (there, sides))) {
+            let tests = sides.iter().map(|side| Later::new(side, there)).collect();
+            if !asked.contains(&tests) {
+                asked.push(tests);
+            }
+        }
+        let mut maps: Vec<(Map, u64)> = Vec::new();
+        for (one, _, ticks) in moves.iter().filter(|(one, ..)| one.next == Some(phase)) {
+            let map = (Map::of(one), *ticks);
+            if !maps.contains(&map) {
+                maps.push(map);
+            }
+        }
+        let tests = maps.len() * asked.iter().map(Vec::len).sum::<usize>();
+        if width.is_some_and(|width| width > MOST_WIDTH) || tests > MOST_TESTS {
             return Foresight::default();
         }
-        for (one, _, ticks) in moves.iter().filter(|(one, ..)| one.next == Some(phase)) {
-            let mut asked: Vec<Vec<Later>> = moves
-                .iter()
-                .flat_map(|(there, asked, _)| {
-                    asked.iter().map(|sides| sides.iter().map(|side| Later::new(side, there)).collect())
-                })
-                .collect();
-            let map = Map::of(one);
-            let mut wanted = 0;
+        for (map, ticks) in maps {
+            let (mut asked, mut wanted) = (asked.clone(), 0);
             for number in 0..=MOST {
                 let time = ticks.saturating_mul(number as u64);
                 if time > deadline {
@@ -85,6 +96,7 @@ impl Foresight {
 }
 
 /// A move in machine numbers.
+#[derive(PartialEq)]
 struct Map {
     /// The factors of the state in each of its images.
     factors: Vec<[f64; MOST_WIDTH]>,

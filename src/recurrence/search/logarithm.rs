@@ -40,13 +40,14 @@ impl Entry<'_> {
         }))
     }
 
-    /// The least index at which `limit + factor*ratio^n` is in the interval, where it surely is from some index on.
+    /// The least index at which `limit + factor*ratio^n` is in the interval, where it surely is from some index on: a value
+    /// where the bound is a power itself, else in words.
     pub(super) fn logarithm(
         &self,
         limit: &Value,
         factor: &Value,
         ratio: &Value,
-    ) -> Result<Option<String>, NoClosedForm> {
+    ) -> Result<Option<Reach>, NoClosedForm> {
         let zero = Value::zero();
         let surely = |relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
         let falls = surely(Relation::Gtr, ratio, &zero) && surely(Relation::Lss, ratio, &Value::one());
@@ -75,6 +76,11 @@ impl Entry<'_> {
             (false, true) => ">",
         };
         let (size, index) = (self.known.simplify(&factor.abs()?), self.index);
+        let at = exponent(&self.known.simplify(&far.div(&size)?), ratio)
+            .filter(|at| self.known.is_natural(at) == Some(true));
+        if let Some(at) = at {
+            return Ok(Some(Reach::At(if strict { at.add(&Value::one())? } else { at }, Vec::new())));
+        }
         let power = format!("({ratio})^{index}");
         let text = |value: &Value| bracketed(value.to_string());
         let (power, part) = if size == Value::one() {
@@ -84,10 +90,10 @@ impl Entry<'_> {
         };
         let least = format!("{part}/log({ratio})");
         let least = if strict { format!("floor({least})+1") } else { format!("ceil({least})") };
-        Ok(Some(format!(
-            "the first is the least {index} with {power} {relation} {far}: 0 if {size} {relation} {far}, else {least}, \
+        Ok(Some(Reach::Unknown(format!(
+            "it is the least {index} with {power} {relation} {far}: 0 if {size} {relation} {far}, else {least}, \
              and {NO_VALUE}",
-        )))
+        ))))
     }
 }
 

@@ -13,6 +13,8 @@ const SEED: u64 = 1;
 pub(in super::super) fn missed(likelihood: &Likelihood, environment: &Environment) -> Option<String> {
     let (system, event, question) = event(likelihood, environment).ok()?;
     let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
+    // In a single phase there is nothing to tell.
+    (period.phases.len() > 1).then_some(())?;
     let chain = chain(&period, &event, &environment.assumptions).ok()?;
     let (phase, there, all) = missed_in(&chain, &question, RUNS, SEED).ok()??;
     let doing = behaviour(period.phases.get(phase)?, &period.names);

@@ -4,9 +4,10 @@ use crate::lower::{Pattern, Property};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
-/// What a property asks for, whether any time up to the given one counts, and that time: `Delay_d ; At_a` asks what is
-/// shown at d, and `Delay_d ; At_{?a} ; Lte_{|?a-b|,e}` with which values; `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with an unknown D says that there is a distribution of
-/// the time of arrival of which this holds, so it asks for the first passage, as does `Delay_{?x} ; At_a ; Lte_{?x,d}`.
+/// What a property asks for, whether any time up to the given one counts, and that time. `Delay_d ; At_a` asks what is shown
+/// at d, and `Delay_d ; At_{?a} ; Lte_{|?a-b|,e}` with which values. `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with
+/// an unknown D says that there is a distribution of the time of arrival of which this holds, so it asks for the first
+/// passage, as does `Delay_{?x} ; At_a ; Lte_{?x,d}`.
 pub(super) fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
     let Property { body, within, .. } = property?;
     let Node::Seq(parts) = body.as_ref()?.node() else { return None };
