@@ -16,26 +16,29 @@ use crate::value::{Relation, Value};
 /// and no form for that reason, they stay there, which is said.
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let known = &waiting.environment.assumptions;
-    let solved = |recurrence: &Recurrence| solve_until(recurrence.clone(), known, stop).is_ok();
-    match at_rest(&question.recurrence) {
-        Some((recurrence, distance, staying)) if !solved(&question.recurrence) && solved(&recurrence) => {
-            let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, waiting, stop);
-            let staying: Vec<&str> = staying.iter().map(Name::as_str).collect();
-            let (verb, staying) = (if staying.len() == 1 { "is" } else { "are" }, staying.join(", "));
-            lines.insert(
-                0,
-                format!("where {distance} = 0 the equation has no value: there {staying} {verb} taken to stay"),
-            );
-            (lines, expected)
-        }
-        _ => answered(question, waiting, stop),
+    let solved = solve_until(question.recurrence.clone(), known, stop);
+    let resting = if solved.is_err() { at_rest(&question.recurrence) } else { None };
+    let Some((recurrence, distance, staying)) = resting else { return answered(question, solved, waiting, stop) };
+    let at_rest = solve_until(recurrence.clone(), known, stop);
+    if at_rest.is_err() {
+        return answered(question, solved, waiting, stop);
     }
+    let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, waiting, stop);
+    let staying: Vec<&str> = staying.iter().map(Name::as_str).collect();
+    let (verb, staying) = (if staying.len() == 1 { "is" } else { "are" }, staying.join(", "));
+    lines.insert(0, format!("where {distance} = 0 the equation has no value: there {staying} {verb} taken to stay"));
+    (lines, expected)
 }
 
-fn answered(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
+/// The same, given the forms of the recurrence, or why there are none.
+fn answered(
+    question: &Question,
+    solved: Result<Solved, NoClosedForm>,
+    waiting: &Waiting,
+    stop: &dyn Fn() -> bool,
+) -> (Vec<String>, Vec<Expected>) {
     let known = &waiting.environment.assumptions;
     let recurrence = &question.recurrence;
-    let solved = solve_until(recurrence.clone(), known, stop);
     if let Some(found) = in_orders(question, solved.as_ref().ok(), known, stop) {
         let mut lines = found.lines;
         lines.push(proof(recurrence));

@@ -11,7 +11,7 @@ pub(crate) const NO_VALUE: &str = "logarithms are no values here";
 
 /// How far the exponents of a power that is written as a number are looked for.
 const MOST_EXPONENT: i64 = 64;
-/// The factors of a symbol in an exponent that are looked for.
+/// The same of a base with symbols, and the factors of a symbol in an exponent that are looked for.
 const MOST_FACTOR: i64 = 4;
 
 impl Entry<'_> {
@@ -101,7 +101,9 @@ impl Entry<'_> {
 fn exponent(power: &Value, base: &Value) -> Option<Value> {
     let (one, raised) = (Value::one(), |by: i64| base.power(&Value::integer(by)).ok());
     let Some(name) = power.variables().into_iter().find(|name| !base.mentions(name)) else {
-        return (-MOST_EXPONENT..=MOST_EXPONENT).find(|by| raised(*by).as_ref() == Some(power)).map(Value::integer);
+        // A power of a sum of symbols is long when it is written out.
+        let most = if base.as_rational().is_some() { MOST_EXPONENT } else { MOST_FACTOR };
+        return (-most..=most).find(|by| raised(*by).as_ref() == Some(power)).map(Value::integer);
     };
     // With each step of a name in the exponent it is multiplied by the same power of the base.
     let own = Value::variable(&name);
