@@ -456,7 +456,7 @@ fn what_machine_numbers_cannot_tell_apart_is_followed_exactly_or_said() {
 fn a_spread_that_runs_below_0_is_none() {
     let script = "proc N_{r,k} = (Delay_1 # At_r) ; Ran_{Normal(0, sd: 1-k)}<e> ; N_{r+e,k+1}\nsystem T = N_{0,0}\n\
         probability of T showing At_p where p > 1 at 5\n";
-    says(script, &["not estimated: Normal needs a variance that is not negative"]);
+    says(script, &["not estimated: Normal needs a spread that is not negative"]);
     // One that is squared runs as before.
     let script = "proc N_{r,k} = (Delay_1 # At_r) ; Ran_{Normal(0, sd: abs(1-k))}<e> ; N_{r+e,k+1}\nsystem T = N_{0,0}\n\
         probability of T showing At_p where p > 100 at 5 by estimated with 100 runs\n";

@@ -104,7 +104,7 @@ impl Value {
             ("Mix", count) if count >= 2 && count % 2 == 0 => return Value::mixture(arguments),
             ("Mix", _) => return wrong("needs weights and distributions in turn: Mix(w1: D1, w2: D2)"),
             ("Normal", 2) if number(1).is_some_and(|variance| variance.is_negative()) => {
-                return wrong("needs a variance that is not negative");
+                return wrong("needs a spread that is not negative");
             }
             ("Exp" | "Poisson", 1) if number(0).is_some_and(|rate| !rate.is_positive()) => {
                 return wrong("needs a rate greater than 0");
