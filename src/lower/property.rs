@@ -103,16 +103,20 @@ impl Lowerer<'_> {
     /// How many names stand in the values of an observer that nothing is known of so far.
     fn names_new_in(&self, part: &Written) -> usize {
         let TermKind::Apply { arguments, .. } = &part.kind else { return 0 };
+        let new = arguments.iter().flat_map(|argument| self.new_names(argument));
+        new.map(|(name, _)| name).collect::<BTreeSet<Name>>().len()
+    }
+
+    /// The names in a value that nothing is known of so far, each wherever it stands.
+    fn new_names(&self, value: &Number) -> BTreeSet<(Name, Span)> {
         let mut new = BTreeSet::new();
-        for argument in arguments {
-            names_in(argument, &mut |name| {
-                let known = self.environment.quantity(&name.name).is_some() || self.locals.contains_key(&name.name);
-                if !name.name.is_meta() && !known {
-                    new.insert(name.name.clone());
-                }
-            });
-        }
-        new.len()
+        let known = |name: &Name| self.environment.quantity(name).is_some() || self.locals.contains_key(name);
+        names_in(value, &mut |name| {
+            if !name.name.is_meta() && !known(&name.name) {
+                new.insert((name.name.clone(), name.span));
+            }
+        });
+        new
     }
 
     fn no_network<T>(&mut self, span: Span) -> Option<T> {
@@ -168,13 +172,7 @@ impl Lowerer<'_> {
         variables: &mut BTreeSet<Name>,
         solved: &mut Solved,
     ) -> Option<Value> {
-        let mut new = BTreeSet::new();
-        let known = |name: &Name| self.environment.quantity(name).is_some() || self.locals.contains_key(name);
-        names_in(argument, &mut |name| {
-            if !name.name.is_meta() && !known(&name.name) {
-                new.insert((name.name.clone(), name.span));
-            }
-        });
+        let new = self.new_names(argument);
         let fresh: BTreeSet<&Name> = new.iter().map(|(name, _)| name).collect();
         let Some(unknown) = fresh.first().map(|name| (*name).clone()) else {
             let value = self.number(argument)?;

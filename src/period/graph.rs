@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::course::Course;
-use super::told::told_after;
+use super::told::test_after;
 use super::{Edge, End, Failure, Next, Period, Phase, Test, in_case_after, stretch};
 use crate::name::Name;
 use crate::term::Term;
@@ -146,14 +146,9 @@ pub fn system(period: &Period) -> TransitionSystem {
 fn tests_of(edge: &Edge, round: Option<&BTreeMap<Name, Value>>) -> Vec<String> {
     let text = |test: &Test| {
         let text = test.to_string();
-        let sides = [&test.left, &test.right].map(|side| told_after(side, round, true));
-        match sides {
-            [Some(left), Some(right)] if text.chars().count() > WIDE / 2 => {
-                let after = format!("then {}", Test { relation: test.relation, left, right });
-                if after.chars().count() < text.chars().count() { after } else { text }
-            }
-            _ => text,
-        }
+        let long = text.chars().count() > WIDE / 2;
+        let after = test_after(test, round).filter(|_| long).map(|after| format!("then {after}"));
+        after.filter(|after| after.chars().count() < text.chars().count()).unwrap_or(text)
     };
     edge.tests.iter().map(text).collect()
 }

@@ -65,18 +65,18 @@ pub(crate) fn in_case(tests: &[Test]) -> String {
 
 /// The same, where long tests are said over the variables after a round with this flow function.
 pub(crate) fn in_case_after(tests: &[Test], round: Option<&BTreeMap<Name, Value>>) -> String {
-    let text = |test: &Test| {
-        let sides = [&test.left, &test.right].map(|side| told_after(side, round, true));
-        match sides {
-            [Some(left), Some(right)] if test.to_string().len() > LONG => {
-                let after = Test { relation: test.relation, left, right };
-                format!("{after} after the round")
-            }
-            _ => test.to_string(),
-        }
+    let text = |test: &Test| match test_after(test, round) {
+        Some(after) if test.to_string().len() > LONG => format!("{after} after the round"),
+        _ => test.to_string(),
     };
     let tests: Vec<String> = tests.iter().map(text).collect();
     if tests.is_empty() { String::new() } else { format!(" if {}", tests.join(" and ")) }
+}
+
+/// A test over the variables as they are after a round, where it can be said so.
+pub(super) fn test_after(test: &Test, round: Option<&BTreeMap<Name, Value>>) -> Option<Test> {
+    let [left, right] = [&test.left, &test.right].map(|side| told_after(side, round, true));
+    Some(Test { relation: test.relation, left: left?, right: right? })
 }
 
 /// A value as the variables are after a round: of one whose variable's image it is; a number, where asked for, as itself.

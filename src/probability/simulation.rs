@@ -171,9 +171,7 @@ impl Program {
         }
         for (phase, (steps, moves)) in program.phases.iter_mut().zip(&chain.phases).enumerate() {
             for (step, one) in steps.iter_mut().zip(moves) {
-                let shown: Vec<&Vec<Side>> = one.stretches.iter().flat_map(|stretch| &stretch.shown).collect();
-                let nearer = one.next.is_some_and(|next| program.distances[next] < program.distances[phase]);
-                let sides = if nearer { vec![&one.tests] } else { shown };
+                let sides = asked_of(one, phase, &program.distances);
                 let test = |side: &Side| {
                     let form = form(&side.form, widths[phase], &[], &[]);
                     Test { relation: side.relation, form, may_tie: false }
@@ -289,10 +287,7 @@ impl Program {
                 .zip(&self.phases[phase])
                 .map(|(one, step)| {
                     let lasting = step.stretches.iter().map(|stretch| stretch.duration.unwrap_or(u64::MAX));
-                    let nearer = one.next.is_some_and(|next| self.distances[next] < self.distances[phase]);
-                    let shown = || one.stretches.iter().flat_map(|stretch| &stretch.shown).collect();
-                    let sides: Vec<&Vec<Side>> = if nearer { vec![&one.tests] } else { shown() };
-                    (one, sides, lasting.fold(0, u64::saturating_add))
+                    (one, asked_of(one, phase, &self.distances), lasting.fold(0, u64::saturating_add))
                 })
                 .collect();
             Foresight::of(phase, &all, self.deadline)
@@ -325,6 +320,12 @@ impl Program {
         let far = if least == 0.0 { 0.0 } else { least * least / left };
         -distance - if far.is_finite() { far / (1.0 + far) } else { 1.0 }
     }
+}
+
+/// What brings a run that takes a move nearer: that it is taken at all, if it leads on, else what it shows.
+fn asked_of<'m>(one: &'m Move, phase: usize, distances: &[f64]) -> Vec<&'m Vec<Side>> {
+    let nearer = one.next.is_some_and(|next| distances[next] < distances[phase]);
+    if nearer { vec![&one.tests] } else { one.stretches.iter().flat_map(|stretch| &stretch.shown).collect() }
 }
 
 const STUCK: &str = "a run got stuck";
