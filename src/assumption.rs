@@ -5,6 +5,7 @@
 //! monomials with products of assumptions, then the same after splitting on maxima, conditions and `!=`.
 
 mod atoms;
+mod eliminate;
 mod linear;
 mod refute;
 mod remembered;
@@ -192,6 +193,11 @@ impl Assumptions {
     /// Whether the assumptions are known to exclude each other, so that anything follows from them.
     pub fn contradictory(&self) -> bool {
         self.inconsistent()
+    }
+
+    /// The same where they were not before the last was stated.
+    pub fn contradictory_by_last(&self) -> bool {
+        self.inconsistent_with_last()
     }
 
     /// Whether linear arithmetic over monomials, without products of facts, shows that they exclude each other.

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use super::eliminate::{in_terms_of, mixed};
 use crate::polynomial::{Monomial, Polynomial};
 use crate::rational::{product, sum};
 use crate::value::Atom;
@@ -25,7 +26,7 @@ pub(super) enum Bound {
 }
 
 impl Bound {
-    fn admits(self, number: &BigRational) -> bool {
+    pub(super) fn admits(self, number: &BigRational) -> bool {
         match self {
             Bound::Zero => number.is_zero(),
             Bound::Nonnegative => !number.is_negative(),
@@ -58,7 +59,12 @@ pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
     if useful.is_empty() {
         return false;
     }
-    multipliers(&useful).is_some_and(|found| is_refutation(&useful, &found))
+    let mixed = mixed(&useful);
+    if mixed.is_empty() {
+        return false;
+    }
+    let rows: Vec<&Constraint> = mixed.iter().map(|row| &row.constraint).collect();
+    multipliers(&rows).is_some_and(|found| is_refutation(&useful, &in_terms_of(&mixed, &found, useful.len())))
 }
 
 /// Leaves out, again and again, constraints with a monomial that nothing can cancel.

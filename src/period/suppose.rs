@@ -1,5 +1,7 @@
 //! A moment in the case that a question is answered so or so.
 
+use std::collections::BTreeSet;
+use std::convert::Infallible;
 use std::rc::Rc;
 
 use num_rational::BigRational;
@@ -8,18 +10,26 @@ use num_traits::Zero;
 use super::Test;
 use super::instant::Moment;
 use super::run::{Path, RawTest, Settler};
+use super::step::{Slot, map_values};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Relation, Value, View};
+use crate::value::{Atom, Relation, Value, View};
+
+/// So many facts are kept in any case.
+const FEW: usize = 4;
 
 /// The moment with an answer assumed; nothing if that contradicts what is known.
 pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest, answer: bool) -> Option<Moment> {
     let turn = |test: &Test| if answer { test.clone() } else { test.negated() };
     let test = turn(&question.test);
     let mut path = moment.path.clone();
+    let over = over(moment, question);
     let assumptions = Rc::make_mut(&mut path.assumptions);
+    if !over.is_empty() {
+        *assumptions = assumptions.without(&over);
+    }
     assumptions.assume(test.relation, &test.left, &test.right);
-    if !answer && question.surely || assumptions.contradictory() {
+    if !answer && question.surely || assumptions.contradictory_by_last() {
         return None;
     }
     let mut changed = moment.clone();
@@ -39,6 +49,52 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
     let raw = turn(&question.raw);
     path.tests.push(RawTest { test, raw, ..question.clone() });
     Some(changed.settled_anew(path))
+}
+
+/// What was drawn, of which nothing that is asked can turn on any more what is known: nothing holds it, it stands in one
+/// fact alone, and whatever all else is, it may have been such that this fact holds.
+fn over(moment: &Moment, question: &RawTest) -> BTreeSet<Name> {
+    let known = &moment.path.assumptions;
+    if known.count() <= FEW {
+        return BTreeSet::new();
+    }
+    let mut held = question.test.left.variables();
+    held.extend(question.test.right.variables());
+    for run in &moment.state {
+        let mut hold = |_: Slot<'_>, value: &Value| -> Result<Value, Infallible> {
+            held.extend(value.variables());
+            Ok(value.clone())
+        };
+        // There is nothing that could fail.
+        let Ok(_) = map_values(run, &mut hold);
+    }
+    let facts: Vec<(Relation, Value)> = known.iter().collect();
+    let alone = |name: &&Name| {
+        let mut about = facts.iter().filter(|(_, value)| value.mentions(name));
+        about.next().is_some_and(|(_, value)| is_free(value, name)) && about.next().is_none()
+    };
+    let draws = moment.path.draws.iter().map(|(name, _)| name);
+    draws.filter(|name| known.mentions(name) && !held.contains(*name)).filter(alone).cloned().collect()
+}
+
+/// Whether the values that a value can have for some number for a name are the same whatever the other names stand for:
+/// it is linear in the name, or nothing but a function of one number that is.
+fn is_free(value: &Value, name: &Name) -> bool {
+    let shift = |value: &Value| -> Option<Value> {
+        let (factor, rest) = value.linear_in(name)?;
+        let number = factor.as_rational().filter(|number: &BigRational| !number.is_zero())?;
+        Value::variable(name).sub(&rest).ok()?.div(&Value::rational(number)).ok()
+    };
+    let alone = |image: Value| {
+        let moved = value.with(name, &image);
+        moved.is_ok_and(|moved| moved.variables().iter().all(|variable| variable == name))
+    };
+    let elements = value.atoms().into_iter().flat_map(|atom| match atom {
+        Atom::Maximum(elements) => elements.to_vec(),
+        Atom::Positive(inner) => vec![inner],
+        _ => Vec::new(),
+    });
+    shift(value).is_some() || elements.filter_map(|element| shift(&element)).any(alone)
 }
 
 /// Whether a test holds of all numbers that may be drawn: an exponential one is more than 0. A loop that waits for one would
