@@ -72,10 +72,54 @@ impl Parts {
         Some((number + 1, period.phases.get(number)?))
     }
 
+    /// The phase that takes most of a span of time: of several that take the same, the first.
+    fn longest(&self, from: &Value, to: &Value) -> Option<Spent> {
+        let (period, run) = (self.period.as_ref()?, self.trail.as_ref()?);
+        let greater = |one: &Value, other: &Value| run.decide(Relation::Gtr, one, other);
+        let mut all: BTreeMap<usize, Spent> = BTreeMap::new();
+        for (place, stretch) in run.stretches.iter().enumerate() {
+            let start = if greater(from, &stretch.start)? { from.clone() } else { stretch.start.clone() };
+            let mut end = to.clone();
+            if let Some(duration) = &stretch.duration {
+                let own = stretch.start.add(duration).ok()?;
+                end = if greater(to, &own)? { own } else { end };
+            }
+            if greater(&end, &start)? {
+                let phase = stretch.phase.unwrap_or(0);
+                let spent = all.entry(phase).or_insert(Spent { phase, time: Value::zero(), first: place, last: place });
+                spent.time = spent.time.add(&end.sub(&start).ok()?).ok()?;
+                spent.last = place;
+            }
+        }
+        let mut most: Option<Spent> = None;
+        for spent in all.into_values() {
+            let more = match &most {
+                None => true,
+                Some(other) if greater(&spent.time, &other.time)? => true,
+                Some(other) => !greater(&other.time, &spent.time)? && spent.first < other.first,
+            };
+            if more {
+                most = Some(spent);
+            }
+        }
+        most.filter(|most| most.phase < period.phases.len())
+    }
+
     /// How many phases there are.
     fn phases(&self) -> usize {
         self.period.as_ref().map_or(0, |period| period.phases.len())
     }
+}
+
+/// What of a span of time is spent in one phase.
+struct Spent {
+    /// The phase, from 0.
+    phase: usize,
+    /// How long.
+    time: Value,
+    /// The first and the last stretch of the trail.
+    first: usize,
+    last: usize,
 }
 
 /// The observers that a component can show, and whether time passes in it.
@@ -115,19 +159,18 @@ pub fn blame(criteria: &Criteria, finding: &Finding, judged: &Judged, parts: &Pa
     };
     let commanders = observer.as_ref().map(|observer| parts.commanders(observer)).unwrap_or_default();
     let mut lines = Vec::new();
+    let longest = finding.moment.as_ref().and_then(|moment| longest(judged, moment, parts));
     if let Some(moment) = &finding.moment {
         lines.push(when(criteria, criterion.name.as_str(), judged, moment));
-        let time = if moment.to.is_some() { leg_start(judged, moment) } else { moment.from.clone() };
-        if let Some((number, phase)) = parts.phase(&time) {
-            let doing = commanders.iter().filter_map(|(writer, _)| {
-                Some(format!(": {} at {}", parts.ports.names.get(*writer)?, phase.control.get(*writer)?))
-            });
-            lines.push(format!("in phase {number} of {}{}", parts.phases(), doing.collect::<String>()));
-        }
+        lines.extend(in_phase(moment, longest.as_ref(), parts, &commanders));
     }
     for (writer, port) in commanders {
         let name = &parts.ports.names[writer];
-        let command = finding.moment.as_ref().and_then(|moment| last_command(&judged.run, moment, &port));
+        // What is commanded as a phase ends is told before the stretch after it.
+        let command = finding.moment.as_ref().and_then(|moment| match (&longest, &parts.trail) {
+            (Some((spent, _)), Some(trail)) => last_command(trail, spent.last + 1, &port),
+            _ => last_command(&judged.run, moment.stretch, &port),
+        });
         lines.push(match command {
             Some((time, value)) => {
                 let value = Measure::Exact(value).readable();
@@ -139,9 +182,26 @@ pub fn blame(criteria: &Criteria, finding: &Finding, judged: &Judged, parts: &Pa
     lines
 }
 
-/// When the leg begins that a moment is about.
-fn leg_start(judged: &Judged, moment: &Moment) -> Value {
-    leg_of(judged, moment).map_or_else(|| moment.from.clone(), |leg| leg.from.clone())
+/// What takes most of the span of time that a moment is about, which of a round is its longest leg.
+fn longest(judged: &Judged, moment: &Moment, parts: &Parts) -> Option<(Spent, Value)> {
+    let to = moment.to.as_ref()?;
+    let (from, to) = leg_of(judged, moment).map_or((&moment.from, to), |leg| (&leg.from, &leg.to));
+    Some((parts.longest(from, to)?, to.sub(from).ok()?))
+}
+
+/// The phase in which it is decided, with what gives the commands there.
+fn in_phase(moment: &Moment, longest: Option<&(Spent, Value)>, parts: &Parts, who: &[(usize, Name)]) -> Option<String> {
+    let (number, phase, part) = match longest {
+        Some((spent, whole)) => {
+            let part = if spent.time == *whole { String::new() } else { format!(", for {} of {whole}", spent.time) };
+            (spent.phase + 1, parts.period.as_ref()?.phases.get(spent.phase)?, part)
+        }
+        None => parts.phase(&moment.from).map(|(number, phase)| (number, phase, String::new()))?,
+    };
+    let doing = who.iter().filter_map(|(writer, _)| {
+        Some(format!(": {} at {}", parts.ports.names.get(*writer)?, phase.control.get(*writer)?))
+    });
+    Some(format!("in phase {number} of {}{part}{}", parts.phases(), doing.collect::<String>()))
 }
 
 /// The leg that a moment is about, of the round that it lies in.
@@ -166,10 +226,10 @@ fn when(criteria: &Criteria, name: &str, judged: &Judged, moment: &Moment) -> St
     }
 }
 
-/// The last value that passed on a port up to the stretch of a moment, with its time.
-fn last_command(run: &Timeline, moment: &Moment, port: &Name) -> Option<(Value, Value)> {
-    let stretches = run.stretches.get(..=moment.stretch)?;
-    stretches.iter().rev().find_map(|stretch| {
+/// The last value that passed on a port up to a stretch, with its time.
+fn last_command(run: &Timeline, stretch: usize, port: &Name) -> Option<(Value, Value)> {
+    let stretches = run.stretches.iter().take(stretch + 1);
+    stretches.rev().find_map(|stretch| {
         let (_, value) = stretch.before.iter().rev().find(|(other, _)| other == port)?;
         Some((stretch.start.clone(), value.clone()))
     })

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeSet;
 
+use super::process::guard;
 use super::scope::{Lowerer, Metas};
 use super::{Entity, Environment, Pattern, Property};
 use crate::ast::{Comparison, Ident, Restriction, Term as Written, TermKind, Value as Number, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::{Node, Term};
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 /// What the names of a network stand for, over what is shown.
 type Solved = Vec<(Name, Value)>;
@@ -36,6 +37,9 @@ impl Environment {
         if let Some(within) = within {
             lowerer.drawn(&within.name, body);
         }
+        if lowered.is_some() {
+            lowerer.past_deadlines(body);
+        }
         let latest = within.map(|within| lowerer.within(within));
         let lowered = if latest == Some(None) { None } else { lowered };
         let body = lowerer.finish(lowered)?;
@@ -44,6 +48,51 @@ impl Environment {
 }
 
 impl Lowerer<'_> {
+    /// A sum of durations to be found, `Lte_{?s+?x,d}`, is a time, and none is before 0.
+    fn past_deadlines(&mut self, body: &Written) {
+        let parts = || body.all().into_iter();
+        let mut durations = BTreeSet::new();
+        for term in parts() {
+            if let TermKind::Apply { name, arguments, .. } = &term.kind
+                && name.name.as_str() == "Delay"
+            {
+                arguments.iter().for_each(|argument| {
+                    names_in(argument, &mut |name| {
+                        if name.name.is_meta() {
+                            durations.insert(name.name.clone());
+                        }
+                    });
+                });
+            }
+        }
+        for term in parts() {
+            let TermKind::Apply { name, arguments, .. } = &term.kind else { continue };
+            let bounds = guard(name.name.as_str()).zip(<&[Number; 2]>::try_from(arguments.as_slice()).ok());
+            let Some((relation, [left, right])) = bounds else { continue };
+            let (time, deadline) = match relation {
+                Relation::Lss | Relation::Lte | Relation::Eq => (left, right),
+                Relation::Gtr | Relation::Gte => (right, left),
+                Relation::Neq => continue,
+            };
+            self.past_deadline(&durations, time, deadline);
+        }
+    }
+
+    fn past_deadline(&mut self, durations: &BTreeSet<Name>, time: &Number, deadline: &Number) {
+        let Some((time, latest)) = self.number(time).zip(self.number(deadline)) else { return };
+        let mut known = self.environment.assumptions.clone();
+        durations.iter().for_each(|name| known.assume(Relation::Gte, &Value::variable(name), &Value::zero()));
+        let names = time.variables();
+        let is_time = !names.is_empty() && names.is_subset(durations) && latest.variables().is_disjoint(durations);
+        let zero = Value::zero();
+        if is_time
+            && known.decide(Relation::Gte, &time, &zero) == Some(true)
+            && known.decide(Relation::Lss, &latest, &zero) == Some(true)
+        {
+            self.past::<()>(&latest, deadline.span);
+        }
+    }
+
     /// `P(x <= d)` speaks of a time that the property draws.
     fn drawn(&mut self, name: &Ident, body: &Written) {
         let draws = body.all().into_iter().filter_map(|term| match &term.kind {

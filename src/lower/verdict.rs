@@ -195,7 +195,7 @@ impl Lowerer<'_> {
         )
     }
 
-    fn past<T>(&mut self, time: &Value, span: Span) -> Option<T> {
+    pub(super) fn past<T>(&mut self, time: &Value, span: Span) -> Option<T> {
         self.fail(
             Diagnostic::error("P0405", format!("the time {time} lies before the start"))
                 .label(span, "this time")

@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use super::carried::carried;
 use super::noise::{asked_roughly, noise};
 use crate::assumption::Assumptions;
+use crate::invariant::cases::impossible;
 use crate::invariant::{Claim, follows, premises};
 use crate::name::Name;
 use crate::period::{Edge, Next, Period, Test};
-use crate::value::{Relation, ValueError};
+use crate::value::{Relation, Value, ValueError};
 
 /// The bits from which on a number is long.
 const LONG: u64 = 128;
@@ -25,13 +26,23 @@ fn without_points(tests: &mut BTreeSet<Test>) {
     tests.retain(|test| !long(test) || !opposite(test).is_some_and(|opposite| all.contains(&opposite)));
 }
 
-/// What may hold in each phase: what is claimed there, and what was asked on some way into it. Unless all are kept,
-/// those are left out that do not follow on every way.
+/// What is left out of what may hold.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kept {
+    /// What was asked on some way into a phase, if it follows on every way.
+    Following,
+    /// The same, if it follows on every way that can be taken; a phase that cannot be reached has no values at all.
+    Reached,
+    /// All that was asked.
+    All,
+}
+
+/// What may hold in each phase: what is claimed there, and what was asked on some way into it.
 pub(super) fn candidates(
     period: &Period,
     candidate: &Claim,
     assumptions: &Assumptions,
-    kept: bool,
+    kept: Kept,
     equal: &[BTreeSet<Test>],
 ) -> Result<Vec<Vec<Test>>, ValueError> {
     let mut claimed = Vec::new();
@@ -62,17 +73,66 @@ pub(super) fn candidates(
         );
     }
     asked.iter_mut().for_each(without_points);
-    if !kept {
-        while drop_one_round(period, assumptions, &claimed, &mut asked)? {}
+    match kept {
+        Kept::All => {}
+        Kept::Following => {
+            let all = vec![true; period.phases.len()];
+            while drop_one_round(period, assumptions, &claimed, &all, &mut asked)? {}
+        }
+        Kept::Reached => {
+            let reached = reached(period, assumptions, &claimed, &mut asked)?;
+            let never = Test { relation: Relation::Gte, left: Value::zero(), right: Value::one() };
+            for number in (0..reached.len()).filter(|number| !reached[*number]) {
+                claimed[number] = BTreeSet::from([never.clone()]);
+                asked[number].clear();
+            }
+        }
     }
     Ok(claimed.into_iter().zip(asked).map(|(claimed, asked)| claimed.union(&asked).cloned().collect()).collect())
 }
 
-/// Leaves out what does not follow on some way; true if anything was left out.
+/// The phases that are reached where what is claimed holds; leaves out what does not follow on a way to one of them.
+fn reached(
+    period: &Period,
+    assumptions: &Assumptions,
+    claimed: &[BTreeSet<Test>],
+    asked: &mut [BTreeSet<Test>],
+) -> Result<Vec<bool>, ValueError> {
+    let mut reached = vec![false; period.phases.len()];
+    let reach = |edges: &[Edge], known: &[Test], reached: &mut Vec<bool>| -> bool {
+        let mut more = false;
+        for edge in edges {
+            let Next::Phase(next) = edge.next else { continue };
+            if reached.get(next) == Some(&false) && !impossible(assumptions, &premises(edge, known)) {
+                reached[next] = true;
+                more = true;
+            }
+        }
+        more
+    };
+    reach(&period.initial, &[], &mut reached);
+    loop {
+        while drop_one_round(period, assumptions, claimed, &reached, asked)? {}
+        let mut more = false;
+        for (number, phase) in period.phases.iter().enumerate() {
+            if !reached[number] {
+                continue;
+            }
+            let known: Vec<Test> = claimed[number].union(&asked[number]).cloned().collect();
+            more |= reach(&phase.edges, &known, &mut reached);
+        }
+        if !more {
+            return Ok(reached);
+        }
+    }
+}
+
+/// Leaves out what does not follow on some way from the start or a phase that is reached; true if anything was left out.
 fn drop_one_round(
     period: &Period,
     assumptions: &Assumptions,
     claimed: &[BTreeSet<Test>],
+    reached: &[bool],
     asked: &mut [BTreeSet<Test>],
 ) -> Result<bool, ValueError> {
     let mut changed = false;
@@ -83,6 +143,7 @@ fn drop_one_round(
         .phases
         .iter()
         .enumerate()
+        .filter(|(from, _)| reached.get(*from) == Some(&true))
         .flat_map(|(from, phase)| phase.edges.iter().map(move |edge| (edge, Some(from))));
     for (edge, from) in starts.chain(rounds) {
         let Next::Phase(next) = edge.next else { continue };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::candidates::candidates;
+use super::candidates::{Kept, candidates};
 use super::equality::equalities;
 use super::later::reached;
 use super::points::Instance;
@@ -33,7 +33,7 @@ pub(super) fn generalised(
     let stronger = parts.into_iter().filter(|part| !part.tests.is_empty());
     let stronger = stronger.map(|part| Claim { tests: part.tests, ..claim.clone() });
     for candidate in stronger.chain([claim.clone()]) {
-        for (kept, tied) in [(false, false), (false, true), (true, true)] {
+        for (kept, tied) in [(Kept::Following, false), (Kept::Following, true), (Kept::All, true)] {
             if let Some(found) = proving(period, (claim, &candidate), &with, kept, tied) {
                 let fewer = needed(period, claim, &with, found.clone());
                 return if fewer == found { vec![found] } else { vec![fewer, found] };
@@ -52,7 +52,7 @@ fn proving(
     period: &Period,
     (claim, candidate): (&Claim, &Claim),
     with: &Assumptions,
-    kept: bool,
+    kept: Kept,
     tied: bool,
 ) -> Option<Invariant> {
     let mut open = restricted(period, with, None);

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
-use super::candidates::candidates;
+use super::candidates::{Kept, candidates};
 use super::condition::{Clause, Sufficient, exclusion, sufficient, weakest};
 use super::curves::{Kind, curves};
 use super::equality::equalities;
@@ -52,9 +52,10 @@ pub(super) fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumpt
     let equal: Vec<BTreeSet<Test>> = (0..period.phases.len()).map(|phase| equalities(period, phase)).collect();
     let nothing = vec![BTreeSet::new(); equal.len()];
     // Equalities are told apart, as most proofs do without.
-    let ways = [(false, &nothing), (true, &nothing), (false, &equal), (true, &equal)];
+    let kinds = [Kept::Following, Kept::Reached, Kept::All];
+    let ways = [&nothing, &equal].into_iter().flat_map(|known| kinds.map(|kept| (kept, known)));
     for candidate in stronger.chain([claim.clone()]) {
-        for (kept, known) in ways {
+        for (kept, known) in ways.clone() {
             let invariant = match candidates(period, &candidate, assumptions, kept, known) {
                 Ok(invariant) if tried.contains(&invariant) => continue,
                 Ok(invariant) => invariant,
@@ -195,7 +196,7 @@ fn round(
     let Some(mut known) = curves(period, claim, assumptions, kind) else { return Vec::new() };
     known.iter_mut().zip(equal).for_each(|(known, equal)| known.extend(equal.iter().cloned()));
     let nothing = Claim { tests: Vec::new(), ..claim.clone() };
-    let both = [&nothing, claim].map(|claim| candidates(period, claim, assumptions, false, &known));
+    let both = [&nothing, claim].map(|claim| candidates(period, claim, assumptions, Kept::Following, &known));
     both.into_iter().flatten().collect()
 }
 
