@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
-use num_traits::Signed;
+use num_traits::{Signed, Zero};
 
 use super::{Repair, Workshop, change};
 use crate::criteria::Finding;
@@ -18,6 +18,8 @@ use crate::value::Value;
 const MOST_PLACES: usize = 256;
 /// Values that are tried for one criterion, of those nearest to the present one.
 const MOST_HITS: usize = 24;
+/// Into so many parts a change is cut, to see which ways the run takes from each on.
+const PARTS: i64 = 16;
 
 impl Workshop<'_> {
     /// The nearest value at which some stretch of the run lies just on a goal and the criterion is met, where that is
@@ -40,10 +42,40 @@ impl Workshop<'_> {
             .into_iter()
             .find(|root| !(self.judge.interrupted)() && self.met(goal, &[(parameter.clone(), (*root).clone())]));
         let nearest = met.and_then(|root| self.narrowed(goal, parameter, value, (value.clone(), root.clone())));
-        match (nearest, found) {
+        let nearest = match (nearest, found) {
             (Some(nearest), Some(found)) if change(&found) <= change(&nearest) => Some(found),
             (nearest, found) => nearest.or(found),
+        };
+        nearest.map(|nearest| self.hit_before(goal, (parameter, value), &nearest).unwrap_or(nearest))
+    }
+
+    /// A smaller change that hits a goal by other ways than those that the run takes beside the present value: of a place
+    /// that counts as a goal only where it is met exactly, they lie apart.
+    fn hit_before(
+        &self,
+        goal: Option<&Name>,
+        (parameter, value): (&Name, &BigRational),
+        found: &Repair,
+    ) -> Option<Repair> {
+        let (_, _, far) = found.changes.first()?;
+        if !self.criteria.radius.is_zero() {
+            return None;
         }
+        let (parts, up) = (BigRational::from_integer(PARTS.into()), far > value);
+        let part = |number: i64| value + (far - value) * BigRational::from_integer(number.into()) / &parts;
+        let within = |root: &BigRational| (root > value) == up && (root < far) == up && root != value && root != far;
+        let mut roots: Vec<BigRational> = Vec::new();
+        for number in (1..PARTS).take_while(|_| !(self.judge.interrupted)()) {
+            roots.extend(self.roots_beside(parameter, &part(number), up).into_iter().filter(within));
+        }
+        roots.sort_by_key(|root| (root - value).abs());
+        roots.dedup();
+        let met = |root: &&BigRational| {
+            !(self.judge.interrupted)() && self.met(goal, &[(parameter.clone(), (*root).clone())])
+        };
+        let root = roots.iter().take(MOST_HITS).find(met)?;
+        self.narrowed(goal, parameter, value, (value.clone(), root.clone()))
+            .filter(|nearest| change(nearest) < change(found))
     }
 
     /// Whether a criterion is about when, or whether, a goal is reached.
@@ -65,12 +97,16 @@ impl Workshop<'_> {
     /// The same on one side of one parameter, by the ways that the run takes right beside the present value; the nearest
     /// first.
     fn hits_beside(&self, parameter: &Name, value: &BigRational, up: bool) -> Vec<BigRational> {
-        let formulas = nearby(value, up, &|there| self.places(parameter, there));
-        let mut roots: Vec<BigRational> = formulas.values().filter_map(Formula::root).collect();
+        let mut roots = self.roots_beside(parameter, value, up);
         roots.retain(|root| root != value && (root > value) == up && self.plausible(root, value));
         roots.sort_by_key(|root| (root - value).abs());
         roots.dedup();
         roots
+    }
+
+    /// Where the formulas are 0 by which stretches of the run are away from goals, beside a value.
+    fn roots_beside(&self, parameter: &Name, value: &BigRational, up: bool) -> Vec<BigRational> {
+        nearby(value, up, &|there| self.places(parameter, there)).values().filter_map(Formula::root).collect()
     }
 
     /// How far each stretch of the run lies from each goal, on every axis, when one parameter has another value.
