@@ -9,6 +9,7 @@ mod cases;
 mod claim;
 mod compare;
 mod contradiction;
+mod course;
 mod criteria;
 mod digits;
 mod drawn;

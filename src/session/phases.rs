@@ -1,23 +1,18 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
-use std::collections::BTreeSet;
-
+use super::course::course_of;
 use super::digits::rational;
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
 use super::satisfies::components;
 use crate::definition::Definitions;
 use crate::flow::flows;
-use crate::lasso::Lasso;
-use crate::lower::{Environment, Expectation, System};
+use crate::lower::Expectation;
 use crate::name::Name;
 use crate::period::course::Course;
 use crate::period::{self, Failure, Period, graph, in_case};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
-
-/// The longest system, in operators, that is run for its round.
-const MOST_TERM: usize = 1_000;
 
 impl Run<'_, '_> {
     /// The answer, and what came of the expectations: `yes` or `no` (does it repeat?), `lasting = 2*t`, `phases = 3`.
@@ -29,13 +24,18 @@ impl Run<'_, '_> {
         let interrupted = || self.surroundings.interrupted();
         let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
         let period = period::analyse_until(&found.components, definitions, assumptions, &interrupted);
-        let course = period.as_ref().ok().and_then(|period| course_of(period, found, environment, &interrupted));
+        let (course, unknown) = match period.as_ref().map(|period| course_of(period, found, environment, &interrupted)) {
+            Ok(Err(unknown)) => (None, unknown),
+            Ok(Ok(course)) => (course, None),
+            Err(_) => (None, None),
+        };
         let lines = match &period {
             Ok(period) => {
                 let mut lines = components(found, environment);
                 let rounds = period.repetitions(definitions, assumptions, &interrupted);
                 lines.extend(told(period, course.as_ref(), rounds, definitions));
                 lines.extend(course.iter().map(whole));
+                lines.extend(unknown.map(|reason| format!("whether it all repeats is not known: {reason}")));
                 lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
                 lines
             }
@@ -75,34 +75,6 @@ fn told(
     }
     lines.extend(graph::remarks(period, course));
     lines
-}
-
-/// Where a system that is gone through several phases comes to: as its run in the executable meaning shows, or where times
-/// are symbols or it ends, as the phases follow each other.
-fn course_of(
-    period: &Period,
-    system: &System,
-    environment: &Environment,
-    interrupted: &dyn Fn() -> bool,
-) -> Option<Course> {
-    let ways = period.phases.iter().map(|phase| phase.edges.len());
-    if period.lasting().is_some() || ways.sum::<usize>() < 2 {
-        return None;
-    }
-    let term = system.term(&environment.definitions);
-    let run = (term.size() <= MOST_TERM).then(|| Lasso::of(&term, &environment.definitions, interrupted).round());
-    let phases = || period.course(&environment.assumptions, interrupted);
-    let Some((lasting, from)) = run.flatten() else { return phases() };
-    let (lasting, from) = (Value::rational(lasting), Value::rational(from));
-    match phases() {
-        // What was read last and is read by nobody again does not make one state another.
-        Some(Course::Repeats { lasting: same, from: earlier, beside })
-            if same == lasting && beside.is_empty() && earlier.as_rational() < from.as_rational() =>
-        {
-            Some(Course::Repeats { lasting, from: earlier, beside })
-        }
-        _ => Some(Course::Repeats { lasting, from, beside: BTreeSet::new() }),
-    }
 }
 
 fn whole(course: &Course) -> String {

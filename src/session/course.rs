@@ -1,0 +1,135 @@
+//! How long it takes until a system that goes through several phases is as it was: as its run in the executable meaning
+//! shows, or as the phases follow each other, with numbers or by closed forms.
+
+use std::cell::Cell;
+use std::collections::BTreeSet;
+
+use crate::lasso::Lasso;
+use crate::lower::{Environment, System};
+use crate::name::Name;
+use crate::period::Period;
+use crate::period::course::Course;
+use crate::term::Term;
+use crate::value::Value;
+use crate::verify::influence::reduced;
+use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
+use crate::verify::Unit;
+
+/// The longest system, in operators, that is run for its round.
+const MOST_TERM: usize = 1_000;
+/// Legs that are followed by closed forms.
+const MOST_LEGS: usize = 120;
+
+/// Where a system comes to, if it is gone through several phases, or one in several ways.
+///
+/// # Errors
+/// Why that is not known; nothing where something is drawn, so that there is no such time.
+pub(super) fn course_of(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Option<Course>, Option<String>> {
+    let ways = period.phases.iter().map(|phase| phase.edges.len());
+    if period.lasting().is_some() || ways.sum::<usize>() < 2 {
+        return Ok(None);
+    }
+    let term = system.term(&environment.definitions);
+    let run = (term.size() <= MOST_TERM).then(|| Lasso::of(&term, &environment.definitions, interrupted).round());
+    let phases = period.course(&environment.assumptions, interrupted);
+    let Some((lasting, from)) = run.flatten() else {
+        return phases.map_or_else(|| by_legs(period, environment, interrupted), Ok).map(Some);
+    };
+    let (lasting, from) = (Value::rational(lasting), Value::rational(from));
+    Ok(Some(match phases {
+        // What was read last and is read by nobody again does not make one state another.
+        Some(Course::Repeats { lasting: same, from: earlier, beside })
+            if same == lasting && beside.is_empty() && earlier.as_rational() < from.as_rational() =>
+        {
+            Course::Repeats { lasting, from: earlier, beside }
+        }
+        _ => Course::Repeats { lasting, from, beside: BTreeSet::new() },
+    }))
+}
+
+/// By the closed forms of leg after leg: a leg that goes on for ever, or legs that come again and take the same times.
+fn by_legs(
+    period: &Period,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Course, Option<String>> {
+    let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    if edges.any(|edge| !edge.draws.is_empty()) {
+        return Err(None);
+    }
+    let nothing = Term::par([]);
+    let legs = Cell::new(0usize);
+    let enough = || {
+        legs.set(legs.get() + 1);
+        legs.get() > MOST_LEGS || interrupted()
+    };
+    let steered = reduced(period, &nothing);
+    let known = (&environment.definitions, &environment.assumptions);
+    let run = walk(steered.as_ref().unwrap_or(period), known, &nothing, &enough);
+    if legs.get() > MOST_LEGS {
+        return Err(Some(format!("it was followed through {MOST_LEGS} legs, and has not come again")));
+    }
+    let declared = |value: &Value| value.variables().iter().all(|name| environment.quantity(name).is_some());
+    let found = again(&run, period).filter(|course| match course {
+        Course::Repeats { lasting, from, .. } => declared(lasting) && declared(from),
+        Course::Ends(..) => false,
+    });
+    found.ok_or_else(|| run.open.first().cloned())
+}
+
+/// From when on, and in what time, the legs come again.
+fn again(run: &Trajectory, period: &Period) -> Option<Course> {
+    let from = run.cycle.or_else(|| {
+        let last = run.legs.len().checked_sub(1)?;
+        matches!(run.legs[last].rounds, Rounds::Forever(_)).then_some(last)
+    })?;
+    let mut start = time_of(&run.opening)?;
+    for leg in run.legs.get(..from)? {
+        start = start.add(&time_of(&leg.units)?).ok()?;
+    }
+    let again = run.legs.get(from..)?;
+    let mut lasting = Value::zero();
+    for leg in again {
+        lasting = lasting.add(&round_of(leg)?).ok()?;
+    }
+    let repeats = |leg: &Leg| leg.start.keys().cloned().collect::<BTreeSet<Name>>();
+    let exact = run.cycle.is_some() && run.orbit.is_none();
+    let told: BTreeSet<Name> = if exact { again.iter().flat_map(repeats).collect() } else { BTreeSet::new() };
+    let phases = again.iter().filter_map(|leg| period.phases.get(leg.phase));
+    let beside = phases.flat_map(|phase| &phase.variables).filter(|name| !told.contains(name)).cloned().collect();
+    (!lasting.is_zero()).then_some(Course::Repeats { lasting, from: start, beside })
+}
+
+/// How long a leg takes; of one that goes on for ever, a round of it.
+fn round_of(leg: &Leg) -> Option<Value> {
+    match (&leg.rounds, leg.units.as_slice()) {
+        (Rounds::Forever(_), [Unit::Repeat { count: None, .. }]) => time_of(&leg.units),
+        (Rounds::Forever(_), _) => None,
+        (Rounds::Count(_), units) => time_of(units),
+    }
+}
+
+/// How long it all takes, where each round takes the same; of what goes on for ever, one round.
+fn time_of(units: &[Unit]) -> Option<Value> {
+    let mut sum = Value::zero();
+    for unit in units {
+        let (count, segments) = match unit {
+            Unit::Single(segment) => (Value::one(), std::slice::from_ref(segment)),
+            Unit::Repeat { count, index, segments } => {
+                if segments.iter().any(|segment| segment.duration.mentions(index)) {
+                    return None;
+                }
+                (count.clone().unwrap_or_else(Value::one), segments.as_slice())
+            }
+        };
+        for segment in segments {
+            sum = sum.add(&count.mul(&segment.duration).ok()?).ok()?;
+        }
+    }
+    Some(sum)
+}
