@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use num_rational::BigRational;
+
 use super::distribution::DISTRIBUTIONS;
 use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
@@ -111,6 +113,10 @@ impl Lowerer<'_> {
                 return self.one_term(written, name, arguments, index, found);
             }
             ValueKind::Call(name, arguments) => {
+                if let Some((whole, place)) = part_of(&name.name, names) {
+                    let whole = Ident { name: whole, span: name.span };
+                    return self.part_term(written, &whole, place, arguments, index, found);
+                }
                 if self.reads_like_a_term(&name.name, arguments, index) {
                     return self.without_equation(name, index);
                 }
@@ -195,6 +201,33 @@ impl Lowerer<'_> {
         let ident = Ident { name: raw(&name.name, offset), span: written.span };
         Some(Written { span: written.span, kind: ValueKind::Name(ident) })
     }
+}
+
+impl Lowerer<'_> {
+    /// `rx(n)` of a sequence of vectors r, as answers name it: `part(r(n),1)`.
+    fn part_term(
+        &mut self,
+        written: &Written,
+        whole: &Ident,
+        place: usize,
+        arguments: &[Argument],
+        index: &Name,
+        found: &mut BTreeMap<(Name, i64), Span>,
+    ) -> Option<Written> {
+        let value = self.one_term(written, whole, arguments, index, found)?;
+        let place = Written { span: written.span, kind: ValueKind::Number(BigRational::from_integer(place.into())) };
+        let part = Ident { name: Name::new("part"), span: whole.span };
+        let arguments = [value, place].map(|value| Argument { label: None, value });
+        Some(Written { span: written.span, kind: ValueKind::Call(part, arguments.to_vec()) })
+    }
+}
+
+/// The sequence of vectors of which this names a component, and the place of that from 1.
+fn part_of(name: &Name, lengths: &Lengths) -> Option<(Name, usize)> {
+    lengths.iter().find_map(|(whole, length)| {
+        let place = components(whole, lengths).iter().position(|part| part == name)?;
+        (*length > 1).then(|| (whole.clone(), place + 1))
+    })
 }
 
 /// All that a value divides by, as it is written.

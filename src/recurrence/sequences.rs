@@ -15,12 +15,12 @@ use super::product::with_product;
 use super::ranges::in_ranges;
 use super::switching::switching;
 use super::symbolic::symbolic;
-use super::turns::{cycle, in_turns};
+use super::turns::{as_one, cycle, in_turns};
 use super::{Comparison, NoClosedForm, solve};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Sequence, Solved, Unchecked};
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The furthest from 0 that a first index may lie.
 const MOST_SHIFT: i64 = 1000;
@@ -295,7 +295,10 @@ fn one_after_the_other(
         let form = match layers.above(&single)? {
             Some(form) => form,
             None => {
-                let (mut own, more) = found(&single, known, stop)?;
+                let (mut own, more) = match by_ranges(&single, known, stop) {
+                    Some(found) => found,
+                    None => found(&single, known, stop).or_else(|reason| by_itself(&single, known, stop).ok_or(reason))?,
+                };
                 conditions.extend(more);
                 let Some(form) = own.pop() else { continue };
                 form
@@ -305,7 +308,16 @@ fn one_after_the_other(
             if !rest.iter().any(|other| open.sequences[*other].next.mentions(name)) {
                 continue;
             }
-            let value = layers.value(&form, &open.index, *offset)?.ok_or_else(|| {
+            let value = match &form {
+                Form::Turns(turns) => as_one(turns, &open.index)?
+                    .map(|value| {
+                        let later = Value::variable(&open.index).add(&Value::integer(i64::try_from(*offset).unwrap_or(0)))?;
+                        value.with(&open.index, &later)
+                    })
+                    .transpose()?,
+                form => layers.value(form, &open.index, *offset)?,
+            };
+            let value = value.ok_or_else(|| {
                 NoClosedForm(format!("the form of {} cannot be put into the others", open.sequences[place].name))
             })?;
             for other in &rest {
@@ -315,6 +327,25 @@ fn one_after_the_other(
         forms[place] = Some(form);
     }
     Ok((forms.into_iter().flatten().collect(), conditions))
+}
+
+/// One sequence, by any method there is.
+fn by_itself(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
+    let solved = solve_until(single.clone(), known, stop).ok()?;
+    Some((solved.forms().to_vec(), solved.conditions().to_vec()))
+}
+
+/// One sequence whose conditions, now that others are put in, depend on the index alone.
+fn by_ranges(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
+    let [sequence] = single.sequences.as_slice() else { return None };
+    let parted = |atom: &Atom| matches!(atom, Atom::Positive(_) | Atom::Maximum(_)) && atom.mentions(&single.index);
+    if !sequence.next.atoms().iter().any(parted) {
+        return None;
+    }
+    let is_one = |(forms, conditions): &Found| {
+        Solved::check(single.clone(), forms.clone(), conditions.clone(), known).is_ok()
+    };
+    in_ranges(single, known, stop).into_iter().find(is_one)
 }
 
 /// Sequences that depend on each other.

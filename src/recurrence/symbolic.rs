@@ -38,7 +38,9 @@ struct Factor {
 pub(super) fn symbolic(recurrence: &Recurrence, known: &Assumptions) -> Result<Option<Found>, NoClosedForm> {
     let Some((matrix, inputs)) = system(recurrence) else { return Ok(None) };
     if matrix.len() > MOST_VARIABLES {
-        return Err(NoClosedForm(format!("{} terms depend on each other, with symbols: too many", matrix.len())));
+        let symbols = matrix.iter().flatten().any(|entry| entry.as_rational().is_none());
+        let with = if symbols { ", with symbols" } else { "" };
+        return Err(NoClosedForm(format!("{} terms depend on each other{with}: too many", matrix.len())));
     }
     let polynomial = characteristic(&matrix)?;
     let mut all = split(&polynomial, known)?;

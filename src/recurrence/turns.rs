@@ -8,10 +8,12 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Sequence, Solved, in_class};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
-use crate::value::{Atom, Value};
+use crate::value::{Atom, Relation, Value, ValueError};
 
 /// The longest cycle.
 const MOST_TURNS: i64 = 60;
+/// The most turns of a sequence that others read.
+const MOST_READ: i64 = 12;
 
 /// After how many steps the equations are the same again; 1 if they always are.
 pub(super) fn cycle(recurrence: &Recurrence) -> i64 {
@@ -45,14 +47,45 @@ fn for_each_floor(value: &Value, index: &Name, cycle: &mut i64) {
                 }
                 for_each_floor(inner, index, cycle);
             }
-            Atom::Positive(inner) | Atom::Root(inner) => for_each_floor(inner, index, cycle),
+            Atom::Positive(inner) | Atom::Root(inner) => {
+                if has_sign(inner, index) {
+                    *cycle = cycle.lcm(&2);
+                }
+                for_each_floor(inner, index, cycle);
+            }
             Atom::Maximum(parts) | Atom::Apply(_, parts) => {
+                if parts.iter().any(|part| has_sign(part, index)) {
+                    *cycle = cycle.lcm(&2);
+                }
                 parts.iter().for_each(|part| for_each_floor(part, index, cycle));
             }
             Atom::Power(base, exponent) => [base, exponent].iter().for_each(|part| for_each_floor(part, index, cycle)),
             Atom::Variable(_) => {}
         }
     }
+}
+
+/// Forms in turns as one value, for a sequence that reads them: that of each turn where the index leaves its remainder.
+pub(super) fn as_one(forms: &[Form], index: &Name) -> Result<Option<Value>, ValueError> {
+    let count = i64::try_from(forms.len()).unwrap_or(i64::MAX);
+    if count > MOST_READ {
+        return Ok(None);
+    }
+    let (place, turns) = (Value::variable(index), Value::integer(count));
+    let remainder = place.sub(&turns.mul(&place.div(&turns)?.floor()?)?)?;
+    let mut whole: Option<Value> = None;
+    for (turn, form) in (0i64..).zip(forms).collect::<Vec<_>>().into_iter().rev() {
+        let Form::Value(early, value) = form else { return Ok(None) };
+        if !early.is_empty() {
+            return Ok(None);
+        }
+        let own = value.with(index, &place.sub(&Value::integer(turn))?.div(&turns)?)?;
+        whole = Some(match whole {
+            None => own,
+            Some(others) => Value::choose(Relation::Eq, &remainder, &Value::integer(turn), &own, &others)?,
+        });
+    }
+    Ok(whole)
 }
 
 fn has_sign(value: &Value, index: &Name) -> bool {
