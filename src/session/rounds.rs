@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::compare::theory;
 use super::drawn::{Layer, followed, named_alike, with_supports};
 use crate::assumption::Assumptions;
+use crate::definition::Definitions;
 use crate::fact::Context;
 use crate::kernel::{Theory, check};
 use crate::law::Condition;
@@ -123,9 +124,9 @@ struct Count {
 
 /// Which ways to phases and ends the kernel has checked.
 fn count(period: &Period, system: &System, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Count {
-    let theory = theory(environment);
+    let whole = system.alone(&environment.definitions);
+    let theory = Theory { definitions: called_in(&whole, &environment.definitions), ..theory(environment) };
     let mut ports = Vec::new();
-    let whole = system.alone(&theory.definitions);
     let mut body = &whole;
     while let Node::New(port, inner) = body.node() {
         ports.push(port.clone());
@@ -164,6 +165,22 @@ fn count(period: &Period, system: &System, environment: &Environment, interrupte
     }
     let unseen = (layers.len() < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
     Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen) }
+}
+
+/// The definitions that a system comes to: facts about all others that a file has would be found for nothing.
+fn called_in(whole: &Term, definitions: &Definitions) -> Definitions {
+    let mut called = Definitions::default();
+    let mut open = vec![whole.clone()];
+    while let Some(term) = open.pop() {
+        for part in subterms(&term) {
+            let Node::Call(name, _) = part.node() else { continue };
+            if let Some(definition) = definitions.get(name).filter(|_| called.get(name).is_none()) {
+                called.insert(definition.clone());
+                open.push(definition.body.clone());
+            }
+        }
+    }
+    called
 }
 
 fn named(from: Option<usize>, edge: &Edge) -> String {
