@@ -89,14 +89,10 @@ pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
 
 /// Why parts that do not communicate drift, if they do: their names with the durations of their rounds.
 pub(super) fn drift(rounds: &[(String, Value)], known: &Assumptions) -> Option<Failure> {
-    for (place, one) in rounds.iter().enumerate() {
-        for other in rounds.get(place + 1..).unwrap_or_default() {
-            if !commensurable(&one.1, &other.1, known) {
-                return Some(Failure::Drift { one: one.clone(), other: other.clone() });
-            }
-        }
-    }
-    None
+    let (one, others) = rounds.split_first()?;
+    // What has a common multiple with the first has one with all that have.
+    let other = others.iter().find(|other| !commensurable(&one.1, &other.1, known))?;
+    Some(Failure::Drift { one: one.clone(), other: other.clone() })
 }
 
 /// How two delays that remain lie to each other: one may run once, so nothing follows from it for the rounds.
