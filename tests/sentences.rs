@@ -252,3 +252,41 @@ fn how_closely_a_circle_is_enclosed_is_said() {
     );
     assert!(told.contains("circles are enclosed by 20 half planes, which tell a length to within 1.4 %"), "{told}");
 }
+
+const SLOW: &str = "param a = 4, b = 1/4\n\
+    proc World_r = (Delay_1 # At_r # Look_r) ; In_v<u> ; World_{r+u}\nproc Look_r = Out_{p,r} ; Look_r\n\
+    proc Go = In_p<r> ; ((Lss_{r,8} ; Out_{v,a}) | (Gte_{r,8} ; Lss_{r,12} ; Out_{v,b}) | (Gte_{r,12} ; Lss_{r,20} ; \
+    Out_{v,4})) ; Go\nsystem Sys = World_0 | Go\n\
+    criteria Job for Sys { goals At_20 leg within 15 }\ncriteria Both for Sys { goals At_12, At_20 round within 15 }\n";
+
+#[test]
+fn a_late_leg_is_blamed_on_the_phase_that_takes_most_of_it() {
+    let told = told(SLOW);
+    assert!(told.contains("in phase 2 of 3, for 16 of 20: Go at Out_{v,1/4} ; Go"), "{told}");
+    assert!(told.contains("commanded by Go on port v: 1/4 at 18"), "{told}");
+    // Of a round, the longest leg.
+    assert!(told.contains("in phase 2 of 3, for 16 of 18"), "{told}");
+    // The goal is met exactly or not at all: of the changes with which it is, the nearest in time.
+    assert!(told.contains("try: leg1: a = 37/8 in place of 4 gives leg1 = 15"), "{told}");
+}
+
+#[test]
+fn why_no_time_in_all_is_known_is_said() {
+    let rare = "proc Pause_{x,y} = (Eq_{x,y} ; Delay_2 ; Pause_{x+1,2*y} | Neq_{x,y} ; Delay_1 ; Pause_{x+1,y})\n\
+        system Sys = Pause_{0,1}\nperiod Sys\n";
+    let told_of = told(rare);
+    assert!(told_of.contains("whether it all repeats is not known: it was followed through"), "{told_of}");
+    let counted = "param n : natural, n >= 1\nproc Beat = (Delay_2 ; Out_{h,1})^n ; Delay_3 ; Beat\n\
+        proc Hear = In_h<x> ; Hear\nsystem Sys = Beat | Hear\nperiod Sys\n";
+    let told_of = told(counted);
+    assert!(told_of.contains("it must be known whether n-1 > 0"), "{told_of}");
+}
+
+#[test]
+fn too_many_terms_are_not_said_to_have_symbols() {
+    let next = |place: usize| format!("x{place}(n+1) = x{place}(n)/2+x{}(n)/4", (place + 1) % 25);
+    let equations: Vec<String> =
+        (0..25).map(next).chain((0..25).map(|place| format!("x{place}(0) = {place}"))).collect();
+    let told = told(&format!("solve {}\n", equations.join(", ")));
+    assert!(told.contains("25 terms depend on each other: too many"), "{told}");
+}

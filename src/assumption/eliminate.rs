@@ -104,3 +104,64 @@ fn factor_of(row: &Row, monomial: &Monomial<Atom>) -> BigRational {
     let term = row.constraint.form.terms().iter().find(|(own, _)| own == monomial);
     term.map_or_else(BigRational::zero, |(_, number)| number.clone())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::linear::{contradictory, contradictory_as_they_are};
+    use super::*;
+    use crate::name::Name;
+    use crate::polynomial::Polynomial;
+
+    /// A small number, other each time.
+    fn small(state: &mut u64) -> i64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        i64::try_from((*state >> 33) % 7).unwrap() - 3
+    }
+
+    fn constraint(state: &mut u64, unknowns: usize) -> Constraint {
+        let number = |number: i64| BigRational::from_integer(number.into());
+        let mut form = Polynomial::constant(number(small(state)));
+        for unknown in 0..unknowns {
+            let factor = if small(state) > 0 { small(state) } else { 0 };
+            let atom = Polynomial::atom(Atom::Variable(Name::new(&format!("x{unknown}"))));
+            form = form.plus(&atom.scale(&number(factor)));
+        }
+        let bound = match small(state) {
+            3 => Bound::Zero,
+            2 | 1 => Bound::Positive,
+            _ => Bound::Nonnegative,
+        };
+        Constraint { form, bound }
+    }
+
+    #[test]
+    fn a_shorter_system_is_contradictory_where_the_longer_is() {
+        let mut state = 1;
+        let (mut contradictions, mut shorter) = (0, 0);
+        for _ in 0..2_000 {
+            let all: Vec<Constraint> = (0..12).map(|_| constraint(&mut state, 6)).collect();
+            let found = contradictory(&all);
+            assert_eq!(found, contradictory_as_they_are(&all), "{all:?}");
+            contradictions += usize::from(found);
+            let every: Vec<&Constraint> = all.iter().collect();
+            shorter += usize::from(mixed(&every).len() < every.len());
+        }
+        assert!(contradictions > 200 && contradictions < 1_800, "{contradictions}");
+        assert!(shorter > 500, "{shorter}");
+    }
+
+    #[test]
+    fn what_hangs_on_by_a_number_of_its_own_falls_away() {
+        // 1 + r+w_i >= 0 and 1 - r-w_i >= 0, for many i: of r nothing follows.
+        let atom = |name: &str| Polynomial::atom(Atom::Variable(Name::new(name)));
+        let both = |number: usize| {
+            let sum = atom("r").plus(&atom(&format!("w{number}")));
+            let one = Polynomial::constant(BigRational::one());
+            let bounds = [one.plus(&sum), one.minus(&sum)];
+            bounds.map(|form| Constraint { form, bound: Bound::Nonnegative })
+        };
+        let all: Vec<Constraint> = (0..40).flat_map(both).collect();
+        let every: Vec<&Constraint> = all.iter().collect();
+        assert!(mixed(&every).len() <= SHORT, "{}", mixed(&every).len());
+    }
+}

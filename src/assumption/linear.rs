@@ -67,6 +67,13 @@ pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
     multipliers(&rows).is_some_and(|found| is_refutation(&useful, &in_terms_of(&mixed, &found, useful.len())))
 }
 
+/// The same without elimination.
+#[cfg(test)]
+pub(super) fn contradictory_as_they_are(constraints: &[Constraint]) -> bool {
+    let all: Vec<&Constraint> = constraints.iter().collect();
+    multipliers(&all).is_some_and(|found| is_refutation(&all, &found))
+}
+
 /// Leaves out, again and again, constraints with a monomial that nothing can cancel.
 fn without_loose_ends(constraints: &[Constraint]) -> Vec<&Constraint> {
     let mut kept: Vec<&Constraint> = constraints.iter().filter(|one| one.form.as_constant().is_none()).collect();

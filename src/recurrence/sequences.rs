@@ -297,7 +297,9 @@ fn one_after_the_other(
             None => {
                 let (mut own, more) = match by_ranges(&single, known, stop) {
                     Some(found) => found,
-                    None => found(&single, known, stop).or_else(|reason| by_itself(&single, known, stop).ok_or(reason))?,
+                    None => {
+                        found(&single, known, stop).or_else(|reason| by_itself(&single, known, stop).ok_or(reason))?
+                    }
                 };
                 conditions.extend(more);
                 let Some(form) = own.pop() else { continue };
@@ -311,7 +313,8 @@ fn one_after_the_other(
             let value = match &form {
                 Form::Turns(turns) => as_one(turns, &open.index)?
                     .map(|value| {
-                        let later = Value::variable(&open.index).add(&Value::integer(i64::try_from(*offset).unwrap_or(0)))?;
+                        let later =
+                            Value::variable(&open.index).add(&Value::integer(i64::try_from(*offset).unwrap_or(0)))?;
                         value.with(&open.index, &later)
                     })
                     .transpose()?,
@@ -342,9 +345,8 @@ fn by_ranges(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) 
     if !sequence.next.atoms().iter().any(parted) {
         return None;
     }
-    let is_one = |(forms, conditions): &Found| {
-        Solved::check(single.clone(), forms.clone(), conditions.clone(), known).is_ok()
-    };
+    let is_one =
+        |(forms, conditions): &Found| Solved::check(single.clone(), forms.clone(), conditions.clone(), known).is_ok();
     in_ranges(single, known, stop).into_iter().find(is_one)
 }
 

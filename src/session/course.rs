@@ -11,9 +11,9 @@ use crate::period::Period;
 use crate::period::course::Course;
 use crate::term::Term;
 use crate::value::Value;
+use crate::verify::Unit;
 use crate::verify::influence::reduced;
 use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
-use crate::verify::Unit;
 
 /// The longest system, in operators, that is run for its round.
 const MOST_TERM: usize = 1_000;

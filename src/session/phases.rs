@@ -24,7 +24,8 @@ impl Run<'_, '_> {
         let interrupted = || self.surroundings.interrupted();
         let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
         let period = period::analyse_until(&found.components, definitions, assumptions, &interrupted);
-        let (course, unknown) = match period.as_ref().map(|period| course_of(period, found, environment, &interrupted)) {
+        let (course, unknown) = match period.as_ref().map(|period| course_of(period, found, environment, &interrupted))
+        {
             Ok(Err(unknown)) => (None, unknown),
             Ok(Ok(course)) => (course, None),
             Err(_) => (None, None),
