@@ -17,7 +17,7 @@ pub(super) fn carried(period: &Period, number: usize) -> Vec<Test> {
     for phase in &period.phases {
         let own: BTreeSet<&Name> = phase.variables.iter().collect();
         for edge in phase.edges.iter().filter(|edge| edge.next == Next::Phase(number)) {
-            let back = backward(edge, &own);
+            let back = backward(edge, &|name| varies(name, &own, edge));
             let over = |test: &Test| {
                 let test = &widened(test, edge)?;
                 let read = test.left.variables().into_iter().chain(test.right.variables());
@@ -25,6 +25,9 @@ pub(super) fn carried(period: &Period, number: usize) -> Vec<Test> {
                 if read.into_iter().all(|name| moved(&name)) { test.substitute(&back).ok() } else { None }
             };
             found.extend(edge.tests.iter().filter_map(over));
+            if !edge.draws.is_empty() {
+                found.extend(edge.tests.iter().filter_map(|test| through_draws(test, edge, &own)));
+            }
         }
     }
     found
@@ -53,16 +56,32 @@ fn widened(test: &Test, edge: &Edge) -> Option<Test> {
     Some(wide)
 }
 
+/// A test over the variables behind a way, where what is drawn on it is added to them: of `b+f-a > 3` with b+f for b it is
+/// `b-a > 3`, whatever f is. What does not fall away is widened.
+fn through_draws(test: &Test, edge: &Edge, own: &BTreeSet<&Name>) -> Option<Test> {
+    let drawn = |name: &Name| edge.draws.iter().any(|(drawn, _)| drawn == name);
+    let back = backward(edge, &|name| own.contains(name) && !drawn(name));
+    let read: BTreeSet<Name> = test.left.variables().union(&test.right.variables()).cloned().collect();
+    if !read.iter().any(drawn) || read.iter().any(|name| own.contains(name) && !back.contains_key(name)) {
+        return None;
+    }
+    let there = test.left.sub(&test.right).ok()?.substitute(&back).ok()?;
+    let wide = widened(&Test { relation: test.relation, left: there, right: Value::zero() }, edge)?;
+    let left = [&wide.left, &wide.right].into_iter().flat_map(Value::variables).any(|name| drawn(&name));
+    (!left).then_some(wide)
+}
+
 /// Whether a name has another value from visit to visit, or is drawn.
 fn varies(name: &Name, own: &BTreeSet<&Name>, edge: &Edge) -> bool {
     own.contains(name) || edge.draws.iter().any(|(drawn, _)| drawn == name)
 }
 
-/// What the variables were before this way, in terms of what they are behind it.
-fn backward(edge: &Edge, own: &BTreeSet<&Name>) -> BTreeMap<Name, Value> {
+/// What the variables were before this way, in terms of what they are behind it, of those that are made of one name that
+/// varies so.
+fn backward(edge: &Edge, varies: &dyn Fn(&Name) -> bool) -> BTreeMap<Name, Value> {
     let mut back = BTreeMap::new();
     for (name, image) in &edge.map {
-        let mut read = image.variables().into_iter().filter(|read| varies(read, own, edge));
+        let mut read = image.variables().into_iter().filter(|read| varies(read));
         let (Some(only), None) = (read.next(), read.next()) else { continue };
         let Some((factor, rest)) = image.linear_in(&only) else { continue };
         let plain = factor.as_rational().is_some_and(|factor: BigRational| !factor.is_zero());

@@ -125,6 +125,7 @@ impl Printer {
         while place < hinges.len() {
             let found = self.absolute(&hinges[place], &mut rest).map(|piece| (piece, None));
             let found = found.or_else(|| self.clamped(&hinges, place, &mut rest));
+            let found = found.or_else(|| self.clamped_by_symbol(&hinges, place, &mut rest));
             match found {
                 Some((piece, partner)) => {
                     pieces.push(piece);
@@ -172,31 +173,67 @@ impl Printer {
         Some(self.piece(&half, &hinge.cofactor, inner))
     }
 
-    /// `max(0,x) - max(0,x-w)` is `min(w,max(0,x))`.
+    /// `max(0,x) - max(0,x-w)` is `min(w,max(0,x))`, and with `-w/2` beside it `clamp(x-w/2,-w/2,w/2)`.
     fn clamped(&mut self, hinges: &[Hinge], place: usize, rest: &mut Real) -> Option<(Piece, Option<usize>)> {
         let hinge = &hinges[place];
+        let pair = Pair::of(hinges, place)?;
+        let there = coefficient_of(rest, &hinge.cofactor);
+        let all = (0..hinges.len()).filter(|place| hinges[*place].cofactor == hinge.cofactor);
+        let all: BigRational = all.filter_map(|place| Pair::of(hinges, place)).map(|pair| pair.moved()).sum();
+        let one = BigRational::from_integer(1.into());
+        let Pair { other, inner, width, negative } = &pair;
+        let moved = pair.moved();
+        if there == moved || there == all {
+            // Bounds that are each other's opposites are those that were written.
+            *rest = rest.minus(&Polynomial::term(hinge.cofactor.clone(), moved.clone()));
+            let half = moved.abs();
+            let middle = inner.sub(&Value::rational(half.clone())).ok()?;
+            let middle = if *negative { middle.neg().ok()? } else { middle };
+            let text = format!("clamp({},-{half},{half})", self.value(&middle).0);
+            return Some((self.piece(&one, &hinge.cofactor, text), Some(*other)));
+        }
+        // Without its constant term the middle reads best; the bounds move with it.
+        let low = -inner.parts()?.0.constant_term();
+        let high = &low + width;
+        let sign = if *negative { -low.clone() } else { low.clone() };
+        *rest = rest.minus(&Polynomial::term(hinge.cofactor.clone(), sign));
+        let middle = inner.add(&Value::rational(low.clone())).ok()?;
+        let text = format!("min({high},max({low},{}))", self.value(&middle).0);
+        let one = if *negative { -one } else { one };
+        Some((self.piece(&one, &hinge.cofactor, text), Some(*other)))
+    }
+
+    /// `w + max(0,w+x) - max(0,2*w,w+x)` is `clamp(x,-w,w)`.
+    fn clamped_by_symbol(
+        &mut self,
+        hinges: &[Hinge],
+        place: usize,
+        rest: &mut Real,
+    ) -> Option<(Piece, Option<usize>)> {
+        let hinge = &hinges[place];
         let [inner] = &hinge.elements[..] else { return None };
-        let scale = hinge.coefficient.abs();
-        let inner = inner.scale(&scale).ok()?;
+        let two = BigRational::from_integer(2.into());
         for (other, partner) in hinges.iter().enumerate().filter(|(other, _)| *other != place) {
-            let [upper] = &partner.elements[..] else { continue };
-            let opposite = partner.coefficient.is_negative() != hinge.coefficient.is_negative();
-            if !opposite || partner.cofactor != hinge.cofactor {
+            let width = match &partner.elements[..] {
+                [first, second] if first == inner => second,
+                [first, second] if second == inner => first,
+                _ => continue,
+            };
+            if partner.coefficient != -&hinge.coefficient || partner.cofactor != hinge.cofactor {
                 continue;
             }
-            let width = upper.scale(&partner.coefficient.abs()).and_then(|upper| inner.sub(&upper)).ok()?;
-            let Some(width) = width.as_rational().filter(BigRational::is_positive) else {
+            let Some((bound, _)) = width.parts().filter(|(_, below)| below.is_one()) else { continue };
+            let wanted = bound.times_term(&hinge.cofactor, &(&hinge.coefficient / &two))?;
+            let there = wanted.terms().iter().all(|(monomial, number)| coefficient_of(rest, monomial) == *number);
+            if !there {
                 continue;
-            };
-            // Without its constant term the middle reads best; the bounds move with it.
-            let low = -inner.parts()?.0.constant_term();
-            let high = &low + &width;
-            let sign = if hinge.coefficient.is_negative() { -low.clone() } else { low.clone() };
-            *rest = rest.minus(&Polynomial::term(hinge.cofactor.clone(), sign));
-            let middle = inner.add(&Value::rational(low.clone())).ok()?;
-            let text = format!("min({high},max({low},{}))", self.value(&middle).0);
-            let one = BigRational::from_integer(if hinge.coefficient.is_negative() { -1 } else { 1 }.into());
-            return Some((self.piece(&one, &hinge.cofactor, text), Some(other)));
+            }
+            *rest = rest.minus(&wanted);
+            let half = width.scale(&two.recip()).ok()?;
+            let (middle, low) = (inner.sub(&half).ok()?, half.neg().ok()?);
+            let texts = [&middle, &low, &half].map(|value| self.value(value).0);
+            let text = format!("clamp({},{},{})", texts[0], texts[1], texts[2]);
+            return Some((self.piece(&hinge.coefficient, &hinge.cofactor, text), Some(other)));
         }
         None
     }
@@ -237,6 +274,38 @@ impl Printer {
     }
 }
 
+/// `max(0,inner) - max(0,inner-width)`, or its opposite.
+struct Pair {
+    other: usize,
+    inner: Value,
+    width: BigRational,
+    negative: bool,
+}
+
+impl Pair {
+    /// The pair of which this term is the greater maximum.
+    fn of(hinges: &[Hinge], place: usize) -> Option<Pair> {
+        let hinge = &hinges[place];
+        let [inner] = &hinge.elements[..] else { return None };
+        let inner = inner.scale(&hinge.coefficient.abs()).ok()?;
+        let negative = hinge.coefficient.is_negative();
+        let partners = hinges.iter().enumerate().filter(|(other, _)| *other != place);
+        let opposite = |partner: &Hinge| partner.coefficient.is_negative() != negative;
+        partners.filter(|(_, one)| opposite(one) && one.cofactor == hinge.cofactor).find_map(|(other, partner)| {
+            let [upper] = &partner.elements[..] else { return None };
+            let width = upper.scale(&partner.coefficient.abs()).and_then(|upper| inner.sub(&upper)).ok()?;
+            let width = width.as_rational().filter(BigRational::is_positive)?;
+            Some(Pair { other, inner: inner.clone(), width, negative })
+        })
+    }
+
+    /// What stands beside it where its bounds are each other's opposites.
+    fn moved(&self) -> BigRational {
+        let half = &self.width / BigRational::from_integer(2.into());
+        if self.negative { half } else { -half }
+    }
+}
+
 impl Hinge {
     fn polynomial(&self) -> Real {
         let maximum = Polynomial::atom(Atom::Maximum(self.elements.clone()));
@@ -270,6 +339,12 @@ fn fixed(polynomial: &Real, conditions: &[Atom], holds: Option<&Atom>) -> Real {
         if zero { None } else { Some((Monomial::of(rest)?, number.clone())) }
     });
     Polynomial::of(terms)
+}
+
+/// The coefficient of a monomial in a sum.
+fn coefficient_of(sum: &Real, monomial: &Monomial<Atom>) -> BigRational {
+    let term = sum.terms().iter().find(|(own, _)| own == monomial);
+    term.map_or_else(|| BigRational::from_integer(0.into()), |(_, number)| number.clone())
 }
 
 fn mirrored(symbol: &str) -> &str {
