@@ -257,12 +257,17 @@ impl PhaseFlow {
 
     /// The checked closed forms as text, where one of them is no single value: a sum over the roots of a polynomial.
     pub fn sums(&self, index: &Name, assumptions: &Assumptions) -> Vec<String> {
+        let solved = solve_all(self.recurrence(index), assumptions);
+        solved.map_or_else(|_| Vec::new(), |solved| solved.lines())
+    }
+
+    /// The recurrence of the variables that depend on no random draw, each from a symbolic start.
+    pub fn recurrence(&self, index: &Name) -> Recurrence {
         let start = |name: &Name| Value::variable(&Name::new(&format!("{name}0")));
         let drawn = self.drawn();
         let sequences = self.steps(index).into_iter().filter(|(name, _)| !drawn.contains(name));
         let sequences = sequences.map(|(name, next)| Sequence { start: vec![start(&name)], name, next }).collect();
-        let solved = solve_all(Recurrence { index: index.clone(), from: 0, sequences }, assumptions);
-        solved.map_or_else(|_| Vec::new(), |solved| solved.lines())
+        Recurrence { index: index.clone(), from: 0, sequences }
     }
 
     /// A name for the number of a round: `n`, where that is no variable of the phase.

@@ -92,8 +92,8 @@ impl Scene<'_> {
         } else if self.visits.never {
             finding.standing = Standing::NotMet;
         }
-        // Nearer may still come, as long as the run is not known to its end.
-        let whole = self.visits.legs.len() > goal + 1 || self.visits.all;
+        // Nearer may still come, as long as the run is not known to its end; never nearer than the goal itself.
+        let whole = self.visits.legs.len() > goal + 1 || self.visits.all || near.is_zero();
         finding.value = Some(if whole { Measure::Exact(near) } else { Measure::AtMost(near) });
         finding.margin = margin.map(|margin| if whole { Measure::Exact(margin) } else { Measure::AtLeast(margin) });
         finding.moment = Some(Moment { stretch, from: time, to: None, leg: Some(goal) });

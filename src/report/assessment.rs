@@ -252,7 +252,10 @@ fn advice(feedback: &Feedback) -> Vec<String> {
     if feedback.single.is_empty() {
         let tried = names(&feedback.tried);
         lines.push(match (tried.is_empty(), feedback.pairs.is_empty()) {
-            (true, _) => format!("{}: no parameter has a value that could be changed", feedback.name),
+            (true, _) => format!("{}: no parameter that matters here has a value that could be changed", feedback.name),
+            (false, true) if feedback.tried.len() == 1 => {
+                format!("{}: no change of {tried} was found with which it is met", feedback.name)
+            }
             (false, true) => format!("{}: no change found of one or two of {tried}", feedback.name),
             (false, false) => format!("{}: no change of one of {tried} alone was found", feedback.name),
         });

@@ -8,7 +8,7 @@ mod timed;
 use std::borrow::Cow;
 
 use num_rational::BigRational;
-use num_traits::Signed;
+use num_traits::{Signed, Zero};
 
 use super::always::claim_of;
 use super::beside::{BESIDE, relevant};
@@ -456,6 +456,9 @@ fn by_method(
 
 /// Mean and variance, exactly where that is short, and as decimals.
 fn described(name: &str, parts: &Distribution) -> Vec<String> {
+    if parts.variance().is_zero() {
+        return vec![format!("{name} is {}, whatever is drawn", rational(&parts.mean()))];
+    }
     let kind = match parts {
         Distribution::Mixture(all) if all.len() > 1 => format!("a mixture of {} normal parts", all.len()),
         _ => "normal".to_string(),

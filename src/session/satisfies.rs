@@ -2,6 +2,7 @@
 
 use super::claim::Found;
 use super::contradiction::contradict;
+use super::orders::forms_in_orders;
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
 use crate::closed_form::term;
@@ -9,7 +10,7 @@ use crate::flow::{PhaseFlow, component_periods, flows, needed};
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Period, in_case};
-use crate::recurrence::Closed;
+use crate::recurrence::{Closed, NoClosedForm};
 use crate::value::Value;
 use crate::verify::trajectory::{Leg, Rounds};
 use crate::verify::{self, Outcome};
@@ -112,6 +113,20 @@ fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions, s
     }
     let mut lines: Vec<String> =
         found.closed.iter().flat_map(|(name, closed)| closed_lines(name, closed, index)).collect();
+    // An order that is open is told as `solve` tells it.
+    let open = |(_, reason): &(Vec<Name>, NoClosedForm)| reason.0.contains("it must be known whether");
+    let orders = if found.closed.is_empty() && found.missing.iter().any(open) {
+        forms_in_orders(&flow.recurrence(index), assumptions, stop).unwrap_or_default()
+    } else {
+        Vec::new()
+    };
+    if !orders.is_empty() {
+        for (order, solved) in orders {
+            lines.push(format!("  closed    if {order}:"));
+            lines.extend(solved.lines().into_iter().map(|line| format!("              {line}")));
+        }
+        return lines;
+    }
     for (names, reason) in &found.missing {
         let names: Vec<&str> = names.iter().map(Name::as_str).collect();
         let of = if found.closed.is_empty() && found.missing.len() == 1 {
