@@ -42,6 +42,7 @@ use crate::name::Name;
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 pub use blocked::{Before, Blocked};
+pub use drift::drifting;
 use explore::{Graph, explore};
 use surroundings::Surroundings;
 pub(crate) use told::{in_case, in_case_after, told_after};
@@ -483,5 +484,5 @@ fn apart(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>) -> 
         let graph = explore(&own, &closed, run).map_err(|failure| vec![failure])?;
         rounds.extend(drift::round(&graph.initial, &graph.phases).map(|time| (closed.names.join(" with "), time)));
     }
-    Ok(drift::drift(&rounds, run.assumptions))
+    Ok(drifting(&rounds, run.assumptions))
 }

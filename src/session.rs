@@ -18,6 +18,7 @@ mod instances;
 mod likely;
 mod matched;
 mod orders;
+pub(crate) mod parts;
 mod phases;
 mod question;
 mod reading;

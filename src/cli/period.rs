@@ -9,9 +9,10 @@ use super::system::{Refused, declared, read, written};
 use crate::lower::{Entity, System};
 use crate::name::Name;
 use crate::period::course::Course;
-use crate::period::{Period, analyse_until, graph};
+use crate::period::{Failure, Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
+use crate::session::parts::{Part, parted};
 use crate::transition_system::{MOST_DRAWN, dot, svg};
 
 /// How the phases are written.
@@ -39,7 +40,8 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     let made = make(request, watch, colour);
     watch.ends();
     let (found, course) = match made {
-        Ok(Ok(found)) => found,
+        Ok(Ok(Analysed::Whole(found, course))) => (found, course),
+        Ok(Ok(Analysed::Parts(parts, ways))) => return each_part(request, &parts, ways),
         Ok(Err(failures)) => {
             complain(&failures.iter().map(|failure| format!("{failure}\n")).collect::<String>());
             return 1;
@@ -79,10 +81,47 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     u8::from(!found.comes_again(course.as_ref()))
 }
 
-/// A period, and where the run comes to if that is known and the phases do not say it, or why there is none.
-type Analysed = Result<(Period, Option<Course>), Vec<crate::period::Failure>>;
+/// The phases of parts without a common port, one after the other; each of them comes back to a phase.
+fn each_part(request: &Request, parts: &[Part], ways: usize) -> u8 {
+    let mut text = String::new();
+    match request.format {
+        Format::Text => {
+            text.push_str(&format!(
+                "{} parts without a common port, told one by one: side by side they have {ways} ways from phase to phase\n",
+                parts.len()
+            ));
+            for (number, part) in parts.iter().enumerate() {
+                text.push_str(&format!("part {}: {}\n", number + 1, part.names()));
+                let lines = graph::lines(&part.period).into_iter().chain(graph::remarks(&part.period, None));
+                text.extend(lines.map(|line| format!("  {line}\n")));
+            }
+        }
+        Format::Dot => text.extend(parts.iter().map(|part| dot(&graph::system(&part.period)))),
+        Format::Svg => {
+            complain("a picture shows one graph, and these parts have no common port: try `--format dot`\n");
+            return 4;
+        }
+    }
+    match request.output.as_ref().map(|path| written(path, &text)) {
+        None => Printer::default().print(&text),
+        Some(Ok(())) => {}
+        Some(Err(trouble)) => {
+            complain(&trouble);
+            return 3;
+        }
+    }
+    0
+}
 
-fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, Refused> {
+/// What was found of a system.
+enum Analysed {
+    /// A period, and where the run comes to if that is known and the phases do not say it.
+    Whole(Period, Option<Course>),
+    /// Parts without a common port, with the number of ways that they have side by side.
+    Parts(Vec<Part>, usize),
+}
+
+fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Analysed, Vec<Failure>>, Refused> {
     let source = read(&request.file, colour)?;
     let environment = declared(&source, watch, colour)?;
     let systems: Vec<(&Name, &System)> = environment
@@ -102,9 +141,12 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, 
     };
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     let interrupted = || watch.interrupted();
+    if let Some((parts, ways)) = parted(system, &environment, &interrupted) {
+        return Ok(Ok(Analysed::Parts(parts, ways)));
+    }
     Ok(analyse_until(&system.components, definitions, assumptions, &interrupted).map(|period| {
         let follows = period.repeats() && period.lasting().is_none();
         let course = if follows { period.course(assumptions, &interrupted) } else { None };
-        (period, course)
+        Analysed::Whole(period, course)
     }))
 }

@@ -88,7 +88,7 @@ pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
 }
 
 /// Why parts that do not communicate drift, if they do: their names with the durations of their rounds.
-pub(super) fn drift(rounds: &[(String, Value)], known: &Assumptions) -> Option<Failure> {
+pub fn drifting(rounds: &[(String, Value)], known: &Assumptions) -> Option<Failure> {
     let (one, others) = rounds.split_first()?;
     // What has a common multiple with the first has one with all that have.
     let other = others.iter().find(|other| !commensurable(&one.1, &other.1, known))?;

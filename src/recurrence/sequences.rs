@@ -332,8 +332,11 @@ fn one_after_the_other(
     Ok((forms.into_iter().flatten().collect(), conditions))
 }
 
-/// One sequence, by any method there is.
+/// One sequence whose equation is the same for all indices, by any method there is.
 fn by_itself(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
+    if single.sequences.iter().any(|sequence| sequence.next.mentions(&single.index)) {
+        return None;
+    }
     let solved = solve_until(single.clone(), known, stop).ok()?;
     Some((solved.forms().to_vec(), solved.conditions().to_vec()))
 }
@@ -341,8 +344,12 @@ fn by_itself(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) 
 /// One sequence whose conditions, now that others are put in, depend on the index alone.
 fn by_ranges(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Found> {
     let [sequence] = single.sequences.as_slice() else { return None };
-    let parted = |atom: &Atom| matches!(atom, Atom::Positive(_) | Atom::Maximum(_)) && atom.mentions(&single.index);
-    if !sequence.next.atoms().iter().any(parted) {
+    let term = single.term(&sequence.name, 0);
+    let mut conditions = Vec::new();
+    for atom in sequence.next.atoms().into_iter().filter(|atom| matches!(atom, Atom::Positive(_) | Atom::Maximum(_))) {
+        conditions.push((atom.mentions(&single.index), atom.mentions(&term)));
+    }
+    if conditions.is_empty() || conditions.iter().any(|(index, own)| !index || *own) {
         return None;
     }
     let is_one =

@@ -48,13 +48,13 @@ fn for_each_floor(value: &Value, index: &Name, cycle: &mut i64) {
                 for_each_floor(inner, index, cycle);
             }
             Atom::Positive(inner) | Atom::Root(inner) => {
-                if has_sign(inner, index) {
+                if by_sign_alone(inner, index) {
                     *cycle = cycle.lcm(&2);
                 }
                 for_each_floor(inner, index, cycle);
             }
             Atom::Maximum(parts) | Atom::Apply(_, parts) => {
-                if parts.iter().any(|part| has_sign(part, index)) {
+                if parts.iter().all(|part| by_sign_alone(part, index)) {
                     *cycle = cycle.lcm(&2);
                 }
                 parts.iter().for_each(|part| for_each_floor(part, index, cycle));
@@ -86,6 +86,12 @@ pub(super) fn as_one(forms: &[Form], index: &Name) -> Result<Option<Value>, Valu
         });
     }
     Ok(whole)
+}
+
+/// Whether a value depends on the index by `(-1)^n` alone.
+fn by_sign_alone(value: &Value, index: &Name) -> bool {
+    let sign = |atom: &Atom| matches!(atom, Atom::Power(base, _) if *base == Value::integer(-1));
+    has_sign(value, index) && value.atoms().iter().all(|atom| !atom.mentions(index) || sign(atom))
 }
 
 fn has_sign(value: &Value, index: &Name) -> bool {

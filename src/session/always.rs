@@ -3,6 +3,7 @@
 use super::beside::{BESIDE, relevant};
 use super::claim::Found;
 use super::instances::{broken_instance, labelled};
+use super::parts::large_part;
 use super::reading::{Run, Waiting};
 use super::rounds::{Grounds, how_far};
 use super::satisfies::{phase_lines, said};
@@ -51,9 +52,11 @@ impl Run<'_, '_> {
         let term = system.term(&environment.definitions);
         let interrupted = || self.surroundings.interrupted();
         let instances = |tests: &[Test]| labelled(&term, &claim, environment, tests, &interrupted);
+        // Many ways side by side are not followed where what is asked for is shown by some of the parts alone.
+        let large = large_part(system, &claim.shown, environment, &interrupted);
         let asked = safety::Asked {
             instances: &instances,
-            components: &system.components,
+            components: &large.as_ref().unwrap_or(system).components,
             claim: &claim,
             definitions: &environment.definitions,
             assumptions: &environment.assumptions,
@@ -61,7 +64,7 @@ impl Run<'_, '_> {
         };
         let mut outcome = safety::always(&term, asked);
         let open = matches!(outcome.verdict, safety::Verdict::Open);
-        let part = if open { relevant(system, &claim.shown, environment) } else { None };
+        let part = if open && large.is_none() { relevant(system, &claim.shown, environment) } else { None };
         if let Some(part) = &part {
             let term = part.term(&environment.definitions);
             let instances = |tests: &[Test]| labelled(&term, &claim, environment, tests, &interrupted);
@@ -72,7 +75,11 @@ impl Run<'_, '_> {
                 found.trusted.push(BESIDE.to_string());
             }
         }
+        if large.is_some() && matches!(outcome.verdict, safety::Verdict::Proved(_)) {
+            found.trusted.push(BESIDE.to_string());
+        }
         // Of a part, no more is said than is proved.
+        let part = part.or(large);
         let system = part.as_ref().filter(|_| !found.trusted.is_empty()).unwrap_or(system);
         let refuted = matches!(outcome.verdict, safety::Verdict::Refuted(_));
         if let Some(period) = outcome.period.as_ref().filter(|_| !refuted) {

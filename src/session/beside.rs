@@ -97,7 +97,7 @@ fn parts<'a>(component: &'a Term, definitions: &'a Definitions) -> impl Iterator
 
 /// Whether all values of these components surely have a meaning, whatever the names in them stand for: a run ends where one
 /// has none.
-fn means_something(components: &[Term], environment: &Environment) -> bool {
+pub(super) fn means_something(components: &[Term], environment: &Environment) -> bool {
     let definitions = &environment.definitions;
     let terms: Vec<&Term> = components.iter().flat_map(|component| parts(component, definitions)).collect();
     let (mut bound, mut drawn) = (BTreeSet::new(), BTreeSet::new());
@@ -135,7 +135,7 @@ fn means_something(components: &[Term], environment: &Environment) -> bool {
 }
 
 /// Whether time never stops in these components: they have a period, or each of their loops waits.
-fn time_passes(components: &[Term], environment: &Environment) -> bool {
+pub(super) fn time_passes(components: &[Term], environment: &Environment) -> bool {
     let definitions = &environment.definitions;
     let stops = |next: &Next| matches!(next, Next::End(End::Livelock { .. }));
     let lasts = |edge: &Edge| {

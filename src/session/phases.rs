@@ -1,13 +1,15 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
+use super::beside::BESIDE;
 use super::course::course_of;
 use super::digits::rational;
+use super::parts::{Part, parted, together};
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
 use super::satisfies::components;
 use crate::definition::Definitions;
 use crate::flow::flows;
-use crate::lower::Expectation;
+use crate::lower::{Environment, Expectation, System};
 use crate::name::Name;
 use crate::period::course::Course;
 use crate::period::{self, Failure, Period, graph, in_case};
@@ -23,24 +25,13 @@ impl Run<'_, '_> {
         };
         let interrupted = || self.surroundings.interrupted();
         let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+        if let Some((parts, ways)) = parted(found, environment, &interrupted) {
+            return by_parts(&parts, ways, waiting, &interrupted);
+        }
         let period = period::analyse_until(&found.components, definitions, assumptions, &interrupted);
-        let (course, unknown) = match period.as_ref().map(|period| course_of(period, found, environment, &interrupted))
-        {
-            Ok(Err(unknown)) => (None, unknown),
-            Ok(Ok(course)) => (course, None),
-            Err(_) => (None, None),
-        };
-        let lines = match &period {
-            Ok(period) => {
-                let mut lines = components(found, environment);
-                let rounds = period.repetitions(definitions, assumptions, &interrupted);
-                lines.extend(told(period, course.as_ref(), rounds, definitions));
-                lines.extend(course.iter().map(whole));
-                lines.extend(unknown.map(|reason| format!("whether it all repeats is not known: {reason}")));
-                lines.extend(checked(period, found, environment, &|| self.surroundings.interrupted()));
-                lines
-            }
-            Err(failures) => failures.iter().map(ToString::to_string).collect(),
+        let (lines, course) = match &period {
+            Ok(period) => told_whole(period, found, environment, &interrupted),
+            Err(failures) => (failures.iter().map(ToString::to_string).collect(), None),
         };
         let expected = waiting.expected.iter().map(|(expectation, text)| {
             let met = is_met(expectation, (&period, course.as_ref()), waiting);
@@ -48,6 +39,71 @@ impl Run<'_, '_> {
         });
         (lines, expected.collect())
     }
+}
+
+/// All that is said of a system with a period, and where it comes to.
+fn told_whole(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> (Vec<String>, Option<Course>) {
+    let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+    let (course, unknown) = match course_of(period, system, environment, interrupted) {
+        Err(unknown) => (None, unknown),
+        Ok(course) => (course, None),
+    };
+    let mut lines = components(system, environment);
+    let rounds = period.repetitions(definitions, assumptions, interrupted);
+    lines.extend(told(period, course.as_ref(), rounds, definitions));
+    lines.extend(course.iter().map(whole));
+    lines.extend(unknown.map(|reason| format!("whether it all repeats is not known: {reason}")));
+    lines.extend(checked(period, system, environment, interrupted));
+    (lines, course)
+}
+
+/// The same of a system that falls into parts, part by part, with what they make together.
+fn by_parts(
+    parts: &[Part],
+    ways: usize,
+    waiting: &Waiting,
+    interrupted: &dyn Fn() -> bool,
+) -> (Vec<String>, Vec<Expected>) {
+    let environment = &waiting.environment;
+    let mut lines = vec![format!(
+        "{} parts without a common port, told one by one: side by side they have {ways} ways from phase to phase",
+        parts.len()
+    )];
+    let mut courses = Vec::new();
+    for (number, part) in parts.iter().enumerate() {
+        lines.push(format!("part {}: {}", number + 1, part.names()));
+        let (told, course) = told_whole(&part.period, &part.system, environment, interrupted);
+        lines.extend(told.into_iter().map(|line| format!("  {line}")));
+        let steady = || part.period.course(&environment.assumptions, interrupted);
+        courses.extend(course.or_else(steady).map(|course| (part.names(), course)));
+    }
+    let all = if courses.len() == parts.len() { together(&courses, environment) } else { Ok(None) };
+    let (answer, course) = match &all {
+        Err(drift) => {
+            lines.push(drift.to_string());
+            ("no", None)
+        }
+        Ok(course) => {
+            lines.extend(course.iter().map(whole));
+            ("yes", course.as_ref())
+        }
+    };
+    lines.push(format!("on trust: {BESIDE}"));
+    let met = |expectation: &Expectation| match (expectation, course) {
+        (Expectation::Answer(word), _) => word.as_str() == answer,
+        (Expectation::Values(values), Some(Course::Repeats { lasting, .. })) => values.iter().all(|(name, wanted)| {
+            name.as_str() == "lasting" && environment.assumptions.decide(Relation::Eq, lasting, wanted) == Some(true)
+        }),
+        _ => false,
+    };
+    let expected =
+        waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
+    (lines, expected.collect())
 }
 
 fn told(

@@ -1,8 +1,10 @@
 //! `Sys satisfies Goal`, `period Sys`, `flow Sys`.
 
+use super::beside::BESIDE;
 use super::claim::Found;
 use super::contradiction::contradict;
 use super::orders::forms_in_orders;
+use super::parts::large_part;
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
 use crate::closed_form::term;
@@ -33,6 +35,8 @@ impl Run<'_, '_> {
             return Found::default();
         };
         let Some(body) = &property.body else { return Found::default() };
+        let part = large_part(system, std::slice::from_ref(body), environment, &|| self.surroundings.interrupted());
+        let (whole, system) = (system, part.as_ref().unwrap_or(system));
         let outcome = verify::verify(
             &system.components,
             (&property.name, body),
@@ -46,13 +50,16 @@ impl Run<'_, '_> {
         found.values = outcome.values.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         found.steady = outcome.steady.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         match &outcome.verdict {
-            verify::Verdict::Proved => self.matched(system, &outcome, environment, &mut found),
+            verify::Verdict::Proved => {
+                found.trusted.extend(part.iter().map(|_| BESIDE.to_string()));
+                self.matched(system, &outcome, environment, &mut found);
+            }
             verify::Verdict::Refuted { reason, .. } => found.remains = vec![said(reason)],
             verify::Verdict::Open { remaining } => found.remains = remaining.iter().map(|line| said(line)).collect(),
         }
         if !matches!(outcome.verdict, verify::Verdict::Proved) && !self.surroundings.interrupted() {
             let interrupted = || self.surroundings.interrupted();
-            contradict(system, property, &outcome, environment, &interrupted, &mut found);
+            contradict(whole, property, &outcome, environment, &interrupted, &mut found);
             if let (None, verify::Verdict::Refuted { reason, .. }) = (found.verdict, &outcome.verdict) {
                 found.remains = vec![
                     format!("no durations were found: {}", said(reason)),

@@ -204,12 +204,7 @@ impl Printer {
     }
 
     /// `w + max(0,w+x) - max(0,2*w,w+x)` is `clamp(x,-w,w)`.
-    fn clamped_by_symbol(
-        &mut self,
-        hinges: &[Hinge],
-        place: usize,
-        rest: &mut Real,
-    ) -> Option<(Piece, Option<usize>)> {
+    fn clamped_by_symbol(&mut self, hinges: &[Hinge], place: usize, rest: &mut Real) -> Option<(Piece, Option<usize>)> {
         let hinge = &hinges[place];
         let [inner] = &hinge.elements[..] else { return None };
         let two = BigRational::from_integer(2.into());
