@@ -290,3 +290,14 @@ fn too_many_terms_are_not_said_to_have_symbols() {
     let told = told(&format!("solve {}\n", equations.join(", ")));
     assert!(told.contains("25 terms depend on each other: too many"), "{told}");
 }
+
+#[test]
+fn the_flow_of_a_clamped_robot_has_a_form_for_each_order() {
+    let robot = "proc World_r = (Delay_1 # Look_r) ; In_v<u> ; World_{r+u}\nproc Look_r = Out_{p,r} ; Look_r\n\
+        proc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,clamp(g-r,-1/2,1/2)} ; Go_g\nproc Tour = Go_3 ; Go_0 ; Tour\n\
+        system Sys = World_0 | Tour\nflow Sys\n";
+    let told = told(robot);
+    assert!(told.contains("flow      f(r) = clamp(3-r,-1/2,1/2)+r"), "{told}");
+    assert!(told.contains("closed    if r0 < 3:\n"), "{told}");
+    assert!(told.contains("r(n) = 1/2*n+r0 for n < 6-floor(2*r0)\n"), "{told}");
+}
