@@ -195,11 +195,6 @@ impl Assumptions {
         self.inconsistent()
     }
 
-    /// The same where they were not before the last was stated.
-    pub fn contradictory_by_last(&self) -> bool {
-        self.inconsistent_with_last()
-    }
-
     /// Whether linear arithmetic over monomials, without products of facts, shows that they exclude each other.
     pub fn plainly_contradictory(&self) -> bool {
         self.signs.values().any(|signs| signs.is_empty()) || linear::contradictory(&self.constraints)

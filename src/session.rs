@@ -4,7 +4,7 @@
 
 mod alike;
 mod always;
-mod beside;
+pub(crate) mod beside;
 mod cases;
 mod claim;
 mod compare;

@@ -23,6 +23,9 @@ pub(super) struct Row {
 
 /// Systems that are no longer than this are solved as they are.
 const SHORT: usize = 6;
+/// The longest numbers, in bits, and the most terms that a sum may have: longer ones are found no sooner by it.
+const MOST_BITS: u64 = 64;
+const MOST_TERMS: usize = 16;
 
 /// Rows that contradict each other where the constraints do.
 pub(super) fn mixed(constraints: &[&Constraint]) -> Vec<Row> {
@@ -33,7 +36,8 @@ pub(super) fn mixed(constraints: &[&Constraint]) -> Vec<Row> {
     let mut rows: Vec<Row> = constraints.iter().enumerate().map(own).collect();
     while rows.len() > SHORT {
         let Some((monomial, lower, upper)) = next(&rows) else { break };
-        rows = eliminated(rows, &monomial, &lower, &upper);
+        let Some(fewer) = eliminated(&rows, &monomial, &lower, &upper) else { break };
+        rows = fewer;
     }
     rows
 }
@@ -70,34 +74,40 @@ fn next(rows: &[Row]) -> Option<(Monomial<Atom>, Vec<usize>, Vec<usize>)> {
         .map(|(monomial, (lower, upper))| (monomial.clone(), lower, upper))
 }
 
-/// The rows without those that bound a monomial, and with the sums in which it falls away.
-fn eliminated(rows: Vec<Row>, monomial: &Monomial<Atom>, lower: &[usize], upper: &[usize]) -> Vec<Row> {
+/// The rows without those that bound a monomial, and with the sums in which it falls away; none where a sum is too long.
+fn eliminated(rows: &[Row], monomial: &Monomial<Atom>, lower: &[usize], upper: &[usize]) -> Option<Vec<Row>> {
     let mut sums = Vec::new();
     for low in lower {
         for high in upper {
-            sums.extend(sum(&rows[*low], &rows[*high], monomial));
+            let sum = sum(&rows[*low], &rows[*high], monomial);
+            let Constraint { form, bound } = &sum.constraint;
+            if form.bits() > MOST_BITS || form.terms().len() > MOST_TERMS {
+                return None;
+            }
+            // What says nothing is left out.
+            if form.as_constant().is_none_or(|number| !bound.admits(&number)) {
+                sums.push(sum);
+            }
         }
     }
     let bounding: BTreeSet<&usize> = lower.iter().chain(upper).collect();
-    let rest = rows.into_iter().enumerate().filter(|(place, _)| !bounding.contains(place)).map(|(_, row)| row);
-    rest.chain(sums).collect()
+    let rest = rows.iter().enumerate().filter(|(place, _)| !bounding.contains(place)).map(|(_, row)| row.clone());
+    Some(rest.chain(sums).collect())
 }
 
-/// The sum in which the monomial falls away; nothing where that says nothing.
-fn sum(low: &Row, high: &Row, monomial: &Monomial<Atom>) -> Option<Row> {
+/// The sum in which the monomial falls away, of coprime numbers.
+fn sum(low: &Row, high: &Row, monomial: &Monomial<Atom>) -> Row {
     let (up, down) = (factor_of(high, monomial).abs(), factor_of(low, monomial).abs());
     let form = low.constraint.form.scale(&up).plus(&high.constraint.form.scale(&down));
+    let scale = if form.is_zero() { BigRational::one() } else { form.content().recip() };
     let bound = low.constraint.bound.max(high.constraint.bound);
-    if form.as_constant().is_some_and(|number| bound.admits(&number)) {
-        return None;
-    }
     let mut parts = BTreeMap::new();
     for (row, factor) in [(low, &up), (high, &down)] {
         for (place, number) in &row.parts {
-            *parts.entry(*place).or_insert_with(BigRational::zero) += factor * number;
+            *parts.entry(*place).or_insert_with(BigRational::zero) += factor * number * &scale;
         }
     }
-    Some(Row { constraint: Constraint { form, bound }, parts })
+    Row { constraint: Constraint { form: form.scale(&scale), bound }, parts }
 }
 
 fn factor_of(row: &Row, monomial: &Monomial<Atom>) -> BigRational {

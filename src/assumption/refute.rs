@@ -46,9 +46,9 @@ impl Assumptions {
             || self.nonzero.iter().any(|form| refuted(form, &[Signs::POSITIVE, Signs::NEGATIVE]))
     }
 
-    /// Whether the last fact stated is refuted by the others, of which it is known that none refutes another. Of many
+    /// Whether the assumptions are known to exclude each other, where they were not before the last was stated. Of many
     /// facts that one alone is asked; of few, each.
-    pub(super) fn inconsistent_with_last(&self) -> bool {
+    pub fn contradictory_by_last(&self) -> bool {
         let last = self.stated.last().map(|(relation, value)| (*relation, self.with_solved(value)));
         let form = last.as_ref().and_then(|(relation, value)| match value.polynomials() {
             Some((numerator, denominator)) if denominator.is_one() => Some((*relation, numerator)),

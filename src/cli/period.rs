@@ -12,7 +12,8 @@ use crate::period::course::Course;
 use crate::period::{Failure, Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
-use crate::session::parts::{Part, parted};
+use crate::session::beside::BESIDE;
+use crate::session::parts::{Part, in_all, parted};
 use crate::transition_system::{MOST_DRAWN, dot, svg};
 
 /// How the phases are written.
@@ -41,7 +42,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     watch.ends();
     let (found, course) = match made {
         Ok(Ok(Analysed::Whole(found, course))) => (found, course),
-        Ok(Ok(Analysed::Parts(parts, ways))) => return each_part(request, &parts, ways),
+        Ok(Ok(Analysed::Parts(parts, ways, all))) => return each_part(request, &parts, ways, &all),
         Ok(Err(failures)) => {
             complain(&failures.iter().map(|failure| format!("{failure}\n")).collect::<String>());
             return 1;
@@ -82,7 +83,7 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
 }
 
 /// The phases of parts without a common port, one after the other; each of them comes back to a phase.
-fn each_part(request: &Request, parts: &[Part], ways: usize) -> u8 {
+fn each_part(request: &Request, parts: &[Part], ways: usize, all: &Result<Option<String>, Failure>) -> u8 {
     let mut text = String::new();
     match request.format {
         Format::Text => {
@@ -95,6 +96,10 @@ fn each_part(request: &Request, parts: &[Part], ways: usize) -> u8 {
                 let lines = graph::lines(&part.period).into_iter().chain(graph::remarks(&part.period, None));
                 text.extend(lines.map(|line| format!("  {line}\n")));
             }
+            if let Ok(Some(all)) = all {
+                text.push_str(&format!("{all}\n"));
+            }
+            text.push_str(&format!("on trust: {BESIDE}\n"));
         }
         Format::Dot => text.extend(parts.iter().map(|part| dot(&graph::system(&part.period)))),
         Format::Svg => {
@@ -110,15 +115,18 @@ fn each_part(request: &Request, parts: &[Part], ways: usize) -> u8 {
             return 3;
         }
     }
-    0
+    if let Err(drift) = all {
+        complain(&format!("{drift}\n"));
+    }
+    u8::from(all.is_err())
 }
 
 /// What was found of a system.
 enum Analysed {
     /// A period, and where the run comes to if that is known and the phases do not say it.
     Whole(Period, Option<Course>),
-    /// Parts without a common port, with the number of ways that they have side by side.
-    Parts(Vec<Part>, usize),
+    /// Parts without a common port, with the number of ways that they have side by side, and how long they take in all.
+    Parts(Vec<Part>, usize, Result<Option<String>, Failure>),
 }
 
 fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Analysed, Vec<Failure>>, Refused> {
@@ -142,7 +150,8 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Ana
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     let interrupted = || watch.interrupted();
     if let Some((parts, ways)) = parted(system, &environment, &interrupted) {
-        return Ok(Ok(Analysed::Parts(parts, ways)));
+        let all = in_all(&parts, &environment, &interrupted);
+        return Ok(Ok(Analysed::Parts(parts, ways, all)));
     }
     Ok(analyse_until(&system.components, definitions, assumptions, &interrupted).map(|period| {
         let follows = period.repeats() && period.lasting().is_none();

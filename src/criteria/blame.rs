@@ -66,15 +66,26 @@ impl Parts {
     /// The phase at a time, from 1, with what each component is about to do in it.
     fn phase(&self, time: &Value) -> Option<(usize, &period::Phase)> {
         let (period, run) = (self.period.as_ref()?, self.trail.as_ref()?);
+        self.covers(time)?;
         let before = |start: &Value| run.decide(Relation::Lte, start, time) == Some(true);
         let stretch = run.stretches.iter().rev().find(|stretch| before(&stretch.start))?;
         let number = stretch.phase.unwrap_or(0);
         Some((number + 1, period.phases.get(number)?))
     }
 
+    /// Whether the phases were followed up to a time.
+    fn covers(&self, time: &Value) -> Option<()> {
+        let run = self.trail.as_ref()?;
+        let last = run.stretches.last()?;
+        let Some(duration) = &last.duration else { return Some(()) };
+        let end = last.start.add(duration).ok()?;
+        (run.decide(Relation::Gte, &end, time)?).then_some(())
+    }
+
     /// The phase that takes most of a span of time: of several that take the same, the first.
     fn longest(&self, from: &Value, to: &Value) -> Option<Spent> {
         let (period, run) = (self.period.as_ref()?, self.trail.as_ref()?);
+        self.covers(to)?;
         let greater = |one: &Value, other: &Value| run.decide(Relation::Gtr, one, other);
         let mut all: BTreeMap<usize, Spent> = BTreeMap::new();
         for (place, stretch) in run.stretches.iter().enumerate() {
@@ -86,9 +97,10 @@ impl Parts {
             }
             if greater(&end, &start)? {
                 let phase = stretch.phase.unwrap_or(0);
-                let spent = all.entry(phase).or_insert(Spent { phase, time: Value::zero(), first: place, last: place });
+                let spent =
+                    all.entry(phase).or_insert(Spent { phase, time: Value::zero(), first: place, end: end.clone() });
                 spent.time = spent.time.add(&end.sub(&start).ok()?).ok()?;
-                spent.last = place;
+                spent.end = end;
             }
         }
         let mut most: Option<Spent> = None;
@@ -117,9 +129,10 @@ struct Spent {
     phase: usize,
     /// How long.
     time: Value,
-    /// The first and the last stretch of the trail.
+    /// The first of its stretches.
     first: usize,
-    last: usize,
+    /// When it is left for the last time.
+    end: Value,
 }
 
 /// The observers that a component can show, and whether time passes in it.
@@ -167,9 +180,9 @@ pub fn blame(criteria: &Criteria, finding: &Finding, judged: &Judged, parts: &Pa
     for (writer, port) in commanders {
         let name = &parts.ports.names[writer];
         // What is commanded as a phase ends is told before the stretch after it.
-        let command = finding.moment.as_ref().and_then(|moment| match (&longest, &parts.trail) {
-            (Some((spent, _)), Some(trail)) => last_command(trail, spent.last + 1, &port),
-            _ => last_command(&judged.run, moment.stretch, &port),
+        let command = finding.moment.as_ref().and_then(|moment| {
+            let stretch = longest.as_ref().and_then(|(spent, _)| begun(&judged.run, &spent.end));
+            last_command(&judged.run, stretch.unwrap_or(moment.stretch), &port)
         });
         lines.push(match command {
             Some((time, value)) => {
@@ -224,6 +237,11 @@ fn when(criteria: &Criteria, name: &str, judged: &Judged, moment: &Moment) -> St
         (None, Some(goal)) => format!("on the leg to {goal}, at {}", moment.from),
         (None, None) => format!("at {}", moment.from),
     }
+}
+
+/// The last stretch that begins at a time, or before.
+fn begun(run: &Timeline, time: &Value) -> Option<usize> {
+    run.stretches.iter().rposition(|stretch| run.decide(Relation::Lte, &stretch.start, time) == Some(true))
 }
 
 /// The last value that passed on a port up to a stretch, with its time.

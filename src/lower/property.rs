@@ -48,24 +48,12 @@ impl Environment {
 }
 
 impl Lowerer<'_> {
-    /// A sum of durations to be found, `Lte_{?s+?x,d}`, is a time, and none is before 0.
+    /// A sum of durations to be found, `Lte_{?s+?x,d}`, is a time, and none is before 0. Of guards that must hold alone: one
+    /// of several ways may be there not to be taken; and of deadlines that are written as numbers: another may be varied.
     fn past_deadlines(&mut self, body: &Written) {
-        let parts = || body.all().into_iter();
-        let mut durations = BTreeSet::new();
-        for term in parts() {
-            if let TermKind::Apply { name, arguments, .. } = &term.kind
-                && name.name.as_str() == "Delay"
-            {
-                arguments.iter().for_each(|argument| {
-                    names_in(argument, &mut |name| {
-                        if name.name.is_meta() {
-                            durations.insert(name.name.clone());
-                        }
-                    });
-                });
-            }
-        }
-        for term in parts() {
+        let TermKind::Seq(parts) = &body.kind else { return };
+        let durations: BTreeSet<Name> = parts.iter().filter_map(duration_to_be_found).collect();
+        for term in parts {
             let TermKind::Apply { name, arguments, .. } = &term.kind else { continue };
             let bounds = guard(name.name.as_str()).zip(<&[Number; 2]>::try_from(arguments.as_slice()).ok());
             let Some((relation, [left, right])) = bounds else { continue };
@@ -74,7 +62,11 @@ impl Lowerer<'_> {
                 Relation::Gtr | Relation::Gte => (right, left),
                 Relation::Neq => continue,
             };
-            self.past_deadline(&durations, time, deadline);
+            let mut named = false;
+            names_in(deadline, &mut |_| named = true);
+            if !named {
+                self.past_deadline(&durations, time, deadline);
+            }
         }
     }
 
@@ -289,6 +281,18 @@ impl Lowerer<'_> {
             }
         }
         Some(value)
+    }
+}
+
+/// The unknown of `Delay_{?x}`, or of `Delay_{?x} # …`.
+fn duration_to_be_found(term: &Written) -> Option<Name> {
+    match &term.kind {
+        TermKind::Disable(parts) => parts.iter().find_map(duration_to_be_found),
+        TermKind::Apply { name, arguments, .. } if name.name.as_str() == "Delay" => match arguments.as_slice() {
+            [Number { kind: ValueKind::Name(name), .. }] if name.name.is_meta() => Some(name.name.clone()),
+            _ => None,
+        },
+        _ => None,
     }
 }
 

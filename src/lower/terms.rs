@@ -113,11 +113,11 @@ impl Lowerer<'_> {
                 return self.one_term(written, name, arguments, index, found);
             }
             ValueKind::Call(name, arguments) => {
-                if let Some((whole, place)) = part_of(&name.name, names) {
-                    let whole = Ident { name: whole, span: name.span };
-                    return self.part_term(written, &whole, place, arguments, index, found);
-                }
                 if self.reads_like_a_term(&name.name, arguments, index) {
+                    if let Some((whole, place)) = part_of(&name.name, names) {
+                        let whole = Ident { name: whole, span: name.span };
+                        return self.part_term(written, &whole, place, arguments, index, found);
+                    }
                     return self.without_equation(name, index);
                 }
                 let values = self.all_with_terms(values(arguments), names, index, found)?;

@@ -14,6 +14,11 @@ impl Failure {
         matches!(self, Failure::Order { .. } | Failure::NoPeriod { .. } | Failure::Interrupted)
     }
 
+    /// Of parts that drift, whether that is known: the ratio of their times is irrational, not merely unknown.
+    pub fn is_settled(&self) -> bool {
+        !matches!(self, Failure::Drift { one, other } if rational_ratio(&one.1, &other.1).is_none())
+    }
+
     /// That none was found, and why.
     pub(super) fn not_found(reason: impl Into<String>) -> Failure {
         Failure::NoPeriod { reason: reason.into() }

@@ -161,7 +161,7 @@ impl Path {
 }
 
 /// What is drawn from a distribution is surely at least this; of a mixture of several, 0 alone is found.
-fn least(distribution: &Value, assumptions: &Assumptions) -> Option<Value> {
+pub(super) fn least(distribution: &Value, assumptions: &Assumptions) -> Option<Value> {
     let (mut parts, mut all) = (vec![distribution.clone()], Vec::new());
     while let Some(part) = parts.pop() {
         let View::Distribution(kind, arguments) = part.view() else { return None };

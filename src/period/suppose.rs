@@ -9,7 +9,7 @@ use num_traits::Zero;
 
 use super::Test;
 use super::instant::Moment;
-use super::run::{Path, RawTest, Settler};
+use super::run::{Path, RawTest, Settler, least};
 use super::step::{Slot, map_values};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -73,7 +73,9 @@ fn over(moment: &Moment, question: &RawTest) -> BTreeSet<Name> {
         let mut about = facts.iter().filter(|(_, value)| value.mentions(name));
         about.next().is_some_and(|(_, value)| is_free(value, name)) && about.next().is_none()
     };
-    let draws = moment.path.draws.iter().map(|(name, _)| name);
+    // Of what is drawn between bounds these may be asked as well.
+    let free = moment.path.draws.iter().filter(|(_, distribution)| least(distribution, known).is_none());
+    let draws = free.map(|(name, _)| name);
     draws.filter(|name| known.mentions(name) && !held.contains(*name)).filter(alone).cloned().collect()
 }
 

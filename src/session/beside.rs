@@ -16,7 +16,7 @@ use crate::term::{Node, Term};
 use crate::value::{Need, Relation, Value};
 
 /// What is taken on trust where a part of a system stands for it.
-pub(super) const BESIDE: &str = "that components without a common port do not matter to each other";
+pub(crate) const BESIDE: &str = "that components without a common port do not matter to each other";
 
 /// The components that may show these, with all that they are connected with; none where these are all components, or
 /// time might stop in the others.

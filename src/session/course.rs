@@ -20,6 +20,14 @@ const MOST_TERM: usize = 1_000;
 /// Legs that are followed by closed forms.
 const MOST_LEGS: usize = 120;
 
+/// Where a system comes to.
+pub(super) struct Known {
+    /// Where, and in what time.
+    pub(super) course: Course,
+    /// Whether the values beside it are asked for, and go on so that the same ways are taken.
+    pub(super) moving: bool,
+}
+
 /// Where a system comes to, if it is gone through several phases, or one in several ways.
 ///
 /// # Errors
@@ -29,7 +37,7 @@ pub(super) fn course_of(
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> Result<Option<Course>, Option<String>> {
+) -> Result<Option<Known>, Option<String>> {
     let ways = period.phases.iter().map(|phase| phase.edges.len());
     if period.lasting().is_some() || ways.sum::<usize>() < 2 {
         return Ok(None);
@@ -38,10 +46,11 @@ pub(super) fn course_of(
     let run = (term.size() <= MOST_TERM).then(|| Lasso::of(&term, &environment.definitions, interrupted).round());
     let phases = period.course(&environment.assumptions, interrupted);
     let Some((lasting, from)) = run.flatten() else {
-        return phases.map_or_else(|| by_legs(period, environment, interrupted), Ok).map(Some);
+        let whole = |course| Ok(Known { course, moving: false });
+        return phases.map_or_else(|| by_legs(period, environment, interrupted), whole).map(Some);
     };
     let (lasting, from) = (Value::rational(lasting), Value::rational(from));
-    Ok(Some(match phases {
+    let course = match phases {
         // What was read last and is read by nobody again does not make one state another.
         Some(Course::Repeats { lasting: same, from: earlier, beside })
             if same == lasting && beside.is_empty() && earlier.as_rational() < from.as_rational() =>
@@ -49,7 +58,8 @@ pub(super) fn course_of(
             Course::Repeats { lasting, from: earlier, beside }
         }
         _ => Course::Repeats { lasting, from, beside: BTreeSet::new() },
-    }))
+    };
+    Ok(Some(Known { course, moving: false }))
 }
 
 /// By the closed forms of leg after leg: a leg that goes on for ever, or legs that come again and take the same times.
@@ -57,7 +67,7 @@ fn by_legs(
     period: &Period,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> Result<Course, Option<String>> {
+) -> Result<Known, Option<String>> {
     let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
     if edges.any(|edge| !edge.draws.is_empty()) {
         return Err(None);
@@ -75,11 +85,14 @@ fn by_legs(
         return Err(Some(format!("it was followed through {MOST_LEGS} legs, and has not come again")));
     }
     let declared = |value: &Value| value.variables().iter().all(|name| environment.quantity(name).is_some());
-    let found = again(&run, period).filter(|course| match course {
+    // What a closed form rests on must be known: nothing is said of the other cases.
+    let known = |leg: &Leg| leg.conditions.iter().all(|test| test.decide(&environment.assumptions) == Some(true));
+    let found = again(&run, period).filter(|_| run.legs.iter().all(known));
+    let found = found.filter(|course| match course {
         Course::Repeats { lasting, from, .. } => declared(lasting) && declared(from),
         Course::Ends(..) => false,
     });
-    found.ok_or_else(|| run.open.first().cloned())
+    found.map(|course| Known { course, moving: true }).ok_or_else(|| run.open.first().cloned())
 }
 
 /// From when on, and in what time, the legs come again.
@@ -97,9 +110,15 @@ fn again(run: &Trajectory, period: &Period) -> Option<Course> {
     for leg in again {
         lasting = lasting.add(&round_of(leg)?).ok()?;
     }
-    let repeats = |leg: &Leg| leg.start.keys().cloned().collect::<BTreeSet<Name>>();
-    let exact = run.cycle.is_some() && run.orbit.is_none();
-    let told: BTreeSet<Name> = if exact { again.iter().flat_map(repeats).collect() } else { BTreeSet::new() };
+    // Of legs that come again exactly all their values do; of one that goes on for ever those that it does not change.
+    let told: BTreeSet<Name> = match (run.cycle, &run.orbit, again) {
+        (Some(_), None, legs) => legs.iter().flat_map(|leg| leg.start.keys().cloned()).collect(),
+        (None, _, [leg]) => {
+            let changes = |name: &Name| leg.closed.iter().any(|(changed, _)| changed == name);
+            leg.start.keys().filter(|name| !changes(name)).cloned().collect()
+        }
+        _ => BTreeSet::new(),
+    };
     let phases = again.iter().filter_map(|leg| period.phases.get(leg.phase));
     let beside = phases.flat_map(|phase| &phase.variables).filter(|name| !told.contains(name)).cloned().collect();
     (!lasting.is_zero()).then_some(Course::Repeats { lasting, from: start, beside })

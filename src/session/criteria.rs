@@ -73,7 +73,7 @@ impl Run<'_, '_> {
         parameters.truncate(MOST_PARAMETERS);
         let judge = Judge { stretches: FEW_STRETCHES, invariants: false, ..judge };
         let workshop = Workshop::new(judge, &roughly, criteria, environment, &judged, &parameters);
-        let parts = Parts::of(criteria, environment, FEW_STRETCHES);
+        let parts = Parts::of(criteria, environment, judged.run.stretches.len().saturating_mul(2).max(FEW_STRETCHES));
         let failing = judged.findings.iter().filter(|finding| finding.standing == Standing::NotMet).map(|finding| {
             let mut lines = parts.as_ref().map(|parts| blame(criteria, finding, &judged, parts)).unwrap_or_default();
             let own = criteria.all.iter().find(|one| one.name == finding.name);

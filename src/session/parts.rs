@@ -6,6 +6,8 @@ use std::collections::BTreeSet;
 use num_rational::BigRational;
 
 use super::beside::{means_something, relevant, time_passes};
+use super::course::{Known, course_of};
+use super::phases::whole;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::course::Course;
@@ -15,6 +17,9 @@ use crate::value::{Relation, Value};
 
 /// So many ways from phase to phase are followed in one graph.
 const MOST_TOGETHER: usize = 500;
+
+/// So many parts are looked at one by one.
+const MOST_PARTS: usize = 100;
 
 /// Components that share no port with the others, with their period.
 pub(crate) struct Part {
@@ -41,7 +46,7 @@ pub(crate) fn parted(
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     let components = ports::flatten(&system.components, definitions);
     let groups = ports::System::of(&components, definitions).groups();
-    if groups.len() < 2 {
+    if groups.len() < 2 || groups.len() > MOST_PARTS {
         return None;
     }
     let (mut parts, mut together) = (Vec::new(), 1usize);
@@ -70,6 +75,31 @@ pub(super) fn large_part(
 ) -> Option<System> {
     parted(system, environment, interrupted)?;
     relevant(system, shown, environment)
+}
+
+/// How a part goes on that has one way alone.
+pub(super) fn steady(part: &Part, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Option<Known> {
+    let course = part.period.course(&environment.assumptions, interrupted)?;
+    Some(Known { course, moving: false })
+}
+
+/// How long all parts take together, with what is said of it; none where it is not known of one of them.
+///
+/// # Errors
+/// Why they drift, if two of the times have no common multiple.
+pub(crate) fn in_all(
+    parts: &[Part],
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Option<String>, Failure> {
+    let (mut courses, mut moving) = (Vec::new(), false);
+    for part in parts {
+        let known = course_of(&part.period, &part.system, environment, interrupted).ok().flatten();
+        let Some(known) = known.or_else(|| steady(part, environment, interrupted)) else { return Ok(None) };
+        moving |= known.moving;
+        courses.push((part.names(), known.course));
+    }
+    Ok(together(&courses, environment)?.map(|course| whole(&course, moving)))
 }
 
 /// How long all parts take together, from where each of them comes again so: the least common multiple of their times.

@@ -1,9 +1,9 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
 use super::beside::BESIDE;
-use super::course::course_of;
+use super::course::{Known, course_of};
 use super::digits::rational;
-use super::parts::{Part, parted, together};
+use super::parts::{Part, parted, steady, together};
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
 use super::satisfies::components;
@@ -33,6 +33,7 @@ impl Run<'_, '_> {
             Ok(period) => told_whole(period, found, environment, &interrupted),
             Err(failures) => (failures.iter().map(ToString::to_string).collect(), None),
         };
+        let course = course.map(|known| known.course);
         let expected = waiting.expected.iter().map(|(expectation, text)| {
             let met = is_met(expectation, (&period, course.as_ref()), waiting);
             Expected { text: text.clone(), met }
@@ -47,7 +48,7 @@ fn told_whole(
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> (Vec<String>, Option<Course>) {
+) -> (Vec<String>, Option<Known>) {
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     let (course, unknown) = match course_of(period, system, environment, interrupted) {
         Err(unknown) => (None, unknown),
@@ -55,8 +56,8 @@ fn told_whole(
     };
     let mut lines = components(system, environment);
     let rounds = period.repetitions(definitions, assumptions, interrupted);
-    lines.extend(told(period, course.as_ref(), rounds, definitions));
-    lines.extend(course.iter().map(whole));
+    lines.extend(told(period, course.as_ref().map(|known| &known.course), rounds, definitions));
+    lines.extend(course.iter().map(|known| whole(&known.course, known.moving)));
     lines.extend(unknown.map(|reason| format!("whether it all repeats is not known: {reason}")));
     lines.extend(checked(period, system, environment, interrupted));
     (lines, course)
@@ -74,22 +75,23 @@ fn by_parts(
         "{} parts without a common port, told one by one: side by side they have {ways} ways from phase to phase",
         parts.len()
     )];
-    let mut courses = Vec::new();
+    let (mut courses, mut moving) = (Vec::new(), false);
     for (number, part) in parts.iter().enumerate() {
         lines.push(format!("part {}: {}", number + 1, part.names()));
         let (told, course) = told_whole(&part.period, &part.system, environment, interrupted);
         lines.extend(told.into_iter().map(|line| format!("  {line}")));
-        let steady = || part.period.course(&environment.assumptions, interrupted);
-        courses.extend(course.or_else(steady).map(|course| (part.names(), course)));
+        let course = course.or_else(|| steady(part, environment, interrupted));
+        moving |= course.as_ref().is_some_and(|known| known.moving);
+        courses.extend(course.map(|known| (part.names(), known.course)));
     }
     let all = if courses.len() == parts.len() { together(&courses, environment) } else { Ok(None) };
     let (answer, course) = match &all {
         Err(drift) => {
             lines.push(drift.to_string());
-            ("no", None)
+            (if drift.is_settled() { "no" } else { "unknown" }, None)
         }
         Ok(course) => {
-            lines.extend(course.iter().map(whole));
+            lines.extend(course.iter().map(|course| whole(course, moving)));
             ("yes", course.as_ref())
         }
     };
@@ -134,13 +136,15 @@ fn told(
     lines
 }
 
-fn whole(course: &Course) -> String {
+/// How long it all takes; `moving` where what is beside is asked for as well, and goes on.
+pub(crate) fn whole(course: &Course, moving: bool) -> String {
     let time = |time: &Value| time.as_rational().map_or_else(|| time.to_string(), |number| rational(&number));
     match course {
         Course::Repeats { lasting, from, beside } => {
             let from = if *from == Value::zero() { String::new() } else { format!(" from {} on", time(from)) };
             let names: Vec<&str> = beside.iter().map(Name::as_str).collect();
             let beside = match names.as_slice() {
+                names @ [_, ..] if moving => format!(", while {} may go on", names.join(", ")),
                 [] => String::new(),
                 [name] => format!(", whatever {name} is then"),
                 names => format!(", whatever {} are then", names.join(", ")),

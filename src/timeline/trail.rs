@@ -23,13 +23,12 @@ pub fn trail(period: &Period, at: &BTreeMap<Name, Value>, near: &Assumptions, mo
     let mut edges = &period.initial;
     let mut phase = None;
     let mut time = Value::zero();
-    let mut before = Vec::new();
     while run.stretches.len() < most {
         let Some(edge) = edges.iter().find(|edge| taken(edge, &state, &run)) else { break };
         if !edge.draws.is_empty() {
             break;
         }
-        let Some(next) = pass(edge, &state, near, phase, (&mut time, &mut before), &mut run) else { break };
+        let Some(next) = pass(edge, &state, near, phase, &mut time, &mut run) else { break };
         match &edge.next {
             Next::Phase(number) => {
                 let Some(there) = period.phases.get(*number) else { break };
@@ -39,6 +38,7 @@ pub fn trail(period: &Period, at: &BTreeMap<Name, Value>, near: &Assumptions, mo
             }
             Next::End(End::Silent { observed, .. }) => {
                 let shown = observed.iter().filter_map(|term| substitute_values(term, &state).ok()).collect();
+                let before = Vec::new();
                 run.stretches.push(Stretch { start: time, duration: None, shown, before, phase });
                 run.ending = Ending::Still;
                 break;
@@ -59,14 +59,13 @@ fn taken(edge: &Edge, state: &BTreeMap<Name, Value>, run: &Timeline) -> bool {
     })
 }
 
-/// Notes what passes on a way, and gives the state after it. What is communicated comes after its stretches, before the
-/// next.
+/// Notes what passes on a way, and gives the state after it.
 fn pass(
     edge: &Edge,
     state: &BTreeMap<Name, Value>,
     near: &Assumptions,
     phase: Option<usize>,
-    (time, before): (&mut Value, &mut Vec<(Name, Value)>),
+    time: &mut Value,
     run: &mut Timeline,
 ) -> Option<BTreeMap<Name, Value>> {
     for segment in &edge.segments {
@@ -75,11 +74,9 @@ fn pass(
         let shown = shown.collect::<Result<Vec<_>, _>>().ok()?;
         let start = time.clone();
         *time = time.add(&duration).ok()?;
-        let before = std::mem::take(before);
+        // A way says what is communicated on it, and not between which of its stretches.
+        let before = Vec::new();
         run.stretches.push(Stretch { start, duration: Some(duration), shown, before, phase });
-    }
-    for (port, value) in &edge.communications {
-        before.push((port.clone(), value.substitute(state).ok()?));
     }
     let mut next = BTreeMap::new();
     for (name, value) in &edge.map {
