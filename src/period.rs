@@ -176,8 +176,8 @@ impl fmt::Display for Failure {
             ),
             Failure::NoPeriod { reason } => write!(f, "no period found: {reason}"),
             Failure::Drift { one, other } => {
-                let why = drift::what_would_do(&one.1, &other.1);
-                write!(f, "no period: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)
+                let (why, found) = (drift::what_would_do(&one.1, &other.1), if self.is_open() { " found" } else { "" });
+                write!(f, "no period{found}: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)
             }
             Failure::Order { one, other } => {
                 let why = drift::what_tells(&one.1, &other.1);

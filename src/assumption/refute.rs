@@ -54,16 +54,14 @@ impl Assumptions {
             Some((numerator, denominator)) if denominator.is_one() => Some((*relation, numerator)),
             _ => None,
         });
-        let Some((relation, form)) = form.filter(|(relation, _)| *relation != Relation::Eq) else {
+        let many = self.constraints.len() > FEW_FACTS;
+        let Some((relation, form)) = form.filter(|(relation, _)| many && *relation != Relation::Eq) else {
             return self.inconsistent();
         };
-        if self.constraints.len() <= FEW_FACTS {
-            return self.inconsistent();
-        }
         let mut systems = MOST_SYSTEMS;
-        let allowed = Signs::each().into_iter().filter(|sign| sign.within(Signs::of(relation)));
+        let mut allowed = Signs::each().into_iter().filter(|sign| sign.within(Signs::of(relation)));
         self.signs.values().any(|signs| signs.is_empty())
-            || allowed.into_iter().all(|sign| self.refutes_form(form, sign, 1, &mut systems))
+            || allowed.all(|sign| self.refutes_form(form, sign, 1, &mut systems))
     }
 
     /// What is stated of just this value, or of its opposite: that counts where it divides by what may be 0 as well.

@@ -13,7 +13,7 @@ use crate::period::{Failure, Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
 use crate::session::beside::BESIDE;
-use crate::session::parts::{Part, in_all, parted};
+use crate::session::parts::{Part, Together, headline, in_all, parted};
 use crate::transition_system::{MOST_DRAWN, dot, svg};
 
 /// How the phases are written.
@@ -83,22 +83,17 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
 }
 
 /// The phases of parts without a common port, one after the other; each of them comes back to a phase.
-fn each_part(request: &Request, parts: &[Part], ways: usize, all: &Result<Option<String>, Failure>) -> u8 {
-    let mut text = String::new();
+fn each_part(request: &Request, parts: &[Part], ways: usize, all: &Together) -> u8 {
+    let (mut text, comes_again) = (String::new(), all.answer() == "yes");
     match request.format {
         Format::Text => {
-            text.push_str(&format!(
-                "{} parts without a common port, told one by one: side by side they have {ways} ways from phase to phase\n",
-                parts.len()
-            ));
+            text.push_str(&format!("{}\n", headline(parts, ways)));
             for (number, part) in parts.iter().enumerate() {
                 text.push_str(&format!("part {}: {}\n", number + 1, part.names()));
                 let lines = graph::lines(&part.period).into_iter().chain(graph::remarks(&part.period, None));
                 text.extend(lines.map(|line| format!("  {line}\n")));
             }
-            if let Ok(Some(all)) = all {
-                text.push_str(&format!("{all}\n"));
-            }
+            text.extend(all.line().filter(|_| comes_again).map(|line| format!("{line}\n")));
             text.push_str(&format!("on trust: {BESIDE}\n"));
         }
         Format::Dot => text.extend(parts.iter().map(|part| dot(&graph::system(&part.period)))),
@@ -115,18 +110,18 @@ fn each_part(request: &Request, parts: &[Part], ways: usize, all: &Result<Option
             return 3;
         }
     }
-    if let Err(drift) = all {
-        complain(&format!("{drift}\n"));
+    if let Some(line) = all.line().filter(|_| !comes_again) {
+        complain(&format!("{line}\n"));
     }
-    u8::from(all.is_err())
+    u8::from(!comes_again)
 }
 
 /// What was found of a system.
 enum Analysed {
     /// A period, and where the run comes to if that is known and the phases do not say it.
     Whole(Period, Option<Course>),
-    /// Parts without a common port, with the number of ways that they have side by side, and how long they take in all.
-    Parts(Vec<Part>, usize, Result<Option<String>, Failure>),
+    /// Parts without a common port, with the number of ways that they have side by side, and what they make together.
+    Parts(Vec<Part>, usize, Together),
 }
 
 fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Analysed, Vec<Failure>>, Refused> {

@@ -11,12 +11,11 @@ use crate::value::{Relation, Value};
 impl Failure {
     /// Whether it says no more than that something is not known: there may be a period all the same.
     pub fn is_open(&self) -> bool {
-        matches!(self, Failure::Order { .. } | Failure::NoPeriod { .. } | Failure::Interrupted)
-    }
-
-    /// Of parts that drift, whether that is known: the ratio of their times is irrational, not merely unknown.
-    pub fn is_settled(&self) -> bool {
-        !matches!(self, Failure::Drift { one, other } if rational_ratio(&one.1, &other.1).is_none())
+        match self {
+            Failure::Order { .. } | Failure::NoPeriod { .. } | Failure::Interrupted => true,
+            Failure::Drift { one, other } => rational_ratio(&one.1, &other.1).is_none(),
+            _ => false,
+        }
     }
 
     /// That none was found, and why.

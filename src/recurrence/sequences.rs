@@ -311,13 +311,7 @@ fn one_after_the_other(
                 continue;
             }
             let value = match &form {
-                Form::Turns(turns) => as_one(turns, &open.index)?
-                    .map(|value| {
-                        let later =
-                            Value::variable(&open.index).add(&Value::integer(i64::try_from(*offset).unwrap_or(0)))?;
-                        value.with(&open.index, &later)
-                    })
-                    .transpose()?,
+                Form::Turns(turns) => as_one(turns, &open.index, *offset)?,
                 form => layers.value(form, &open.index, *offset)?,
             };
             let value = value.ok_or_else(|| {

@@ -1,6 +1,7 @@
 //! Coefficients that repeat: where an equation depends on `n` modulo M, M steps at once make a recurrence that does not.
 
 use num_integer::Integer;
+use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
 use super::{NoClosedForm, solve_until};
@@ -65,16 +66,18 @@ fn for_each_floor(value: &Value, index: &Name, cycle: &mut i64) {
     }
 }
 
-/// Forms in turns as one value, for a sequence that reads them: that of each turn where the index leaves its remainder.
-pub(super) fn as_one(forms: &[Form], index: &Name) -> Result<Option<Value>, ValueError> {
+/// The term so many places on of forms in turns as one value, for a sequence that reads it: that of each turn where the
+/// index leaves its remainder.
+pub(super) fn as_one(forms: &[Form], index: &Name, offset: usize) -> Result<Option<Value>, ValueError> {
     let count = i64::try_from(forms.len()).unwrap_or(i64::MAX);
     if count > MOST_READ {
         return Ok(None);
     }
-    let (place, turns) = (Value::variable(index), Value::integer(count));
+    let offset = Value::rational(BigRational::from_integer(offset.into()));
+    let (place, turns) = (Value::variable(index).add(&offset)?, Value::integer(count));
     let remainder = place.sub(&turns.mul(&place.div(&turns)?.floor()?)?)?;
     let mut whole: Option<Value> = None;
-    for (turn, form) in (0i64..).zip(forms).collect::<Vec<_>>().into_iter().rev() {
+    for (turn, form) in (0..count).rev().zip(forms.iter().rev()) {
         let Form::Value(early, value) = form else { return Ok(None) };
         if !early.is_empty() {
             return Ok(None);

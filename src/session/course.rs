@@ -17,8 +17,8 @@ use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
 
 /// The longest system, in operators, that is run for its round.
 const MOST_TERM: usize = 1_000;
-/// Legs that are followed by closed forms.
-const MOST_LEGS: usize = 120;
+/// How often it is looked whether to go on, while legs are followed by closed forms.
+const MOST_LOOKS: usize = 150;
 
 /// Where a system comes to.
 pub(super) struct Known {
@@ -73,16 +73,19 @@ fn by_legs(
         return Err(None);
     }
     let nothing = Term::par([]);
-    let legs = Cell::new(0usize);
+    let looks = Cell::new(0usize);
     let enough = || {
-        legs.set(legs.get() + 1);
-        legs.get() > MOST_LEGS || interrupted()
+        looks.set(looks.get() + 1);
+        looks.get() > MOST_LOOKS || interrupted()
     };
     let steered = reduced(period, &nothing);
     let known = (&environment.definitions, &environment.assumptions);
     let run = walk(steered.as_ref().unwrap_or(period), known, &nothing, &enough);
-    if legs.get() > MOST_LEGS {
-        return Err(Some(format!("it was followed through {MOST_LEGS} legs, and has not come again")));
+    if looks.get() > MOST_LOOKS {
+        return Err(Some(match run.legs.len() {
+            0 => "its first leg was not followed to an end".to_string(),
+            legs => format!("it was followed through {legs} legs, and has not come again"),
+        }));
     }
     let declared = |value: &Value| value.variables().iter().all(|name| environment.quantity(name).is_some());
     // What a closed form rests on must be known: nothing is said of the other cases.

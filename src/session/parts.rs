@@ -77,61 +77,118 @@ pub(super) fn large_part(
     relevant(system, shown, environment)
 }
 
+/// What is said of parts before they are told one by one.
+pub(crate) fn headline(parts: &[Part], ways: usize) -> String {
+    format!(
+        "{} parts without a common port, told one by one: side by side they have {ways} ways from phase to phase",
+        parts.len()
+    )
+}
+
+/// What parts make together.
+pub(crate) enum Together {
+    /// All comes again so, as is said.
+    Again(Course, String),
+    /// Some phase of all of them comes again; not known is when.
+    Returns,
+    /// Why that is not so, or not known.
+    Not(Failure),
+    /// Whether that is so is not known.
+    Unknown,
+}
+
+impl Together {
+    /// Whether some phase comes again.
+    pub(crate) fn answer(&self) -> &'static str {
+        match self {
+            Together::Again(..) | Together::Returns => "yes",
+            Together::Not(failure) if !failure.is_open() => "no",
+            Together::Not(_) | Together::Unknown => "unknown",
+        }
+    }
+
+    /// What is said of it.
+    pub(crate) fn line(&self) -> Option<String> {
+        match self {
+            Together::Again(_, line) => Some(line.clone()),
+            Together::Returns => None,
+            Together::Not(failure) => Some(failure.to_string()),
+            Together::Unknown => Some("whether they come to a common phase again is not known".to_string()),
+        }
+    }
+}
+
+/// What parts make together.
+pub(crate) fn in_all(parts: &[Part], environment: &Environment, interrupted: &dyn Fn() -> bool) -> Together {
+    let course = |part: &Part| {
+        let several = course_of(&part.period, &part.system, environment, interrupted).ok().flatten();
+        several.or_else(|| steady(part, environment, interrupted))
+    };
+    together(parts, parts.iter().map(course).collect(), environment)
+}
+
 /// How a part goes on that has one way alone.
 pub(super) fn steady(part: &Part, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Option<Known> {
     let course = part.period.course(&environment.assumptions, interrupted)?;
     Some(Known { course, moving: false })
 }
 
-/// How long all parts take together, with what is said of it; none where it is not known of one of them.
-///
-/// # Errors
-/// Why they drift, if two of the times have no common multiple.
-pub(crate) fn in_all(
-    parts: &[Part],
-    environment: &Environment,
-    interrupted: &dyn Fn() -> bool,
-) -> Result<Option<String>, Failure> {
-    let (mut courses, mut moving) = (Vec::new(), false);
-    for part in parts {
-        let known = course_of(&part.period, &part.system, environment, interrupted).ok().flatten();
-        let Some(known) = known.or_else(|| steady(part, environment, interrupted)) else { return Ok(None) };
-        moving |= known.moving;
-        courses.push((part.names(), known.course));
-    }
-    Ok(together(&courses, environment)?.map(|course| whole(&course, moving)))
-}
-
-/// How long all parts take together, from where each of them comes again so: the least common multiple of their times.
-///
-/// # Errors
-/// Why they drift, if two of the times have no common multiple.
-pub(super) fn together(parts: &[(String, Course)], environment: &Environment) -> Result<Option<Course>, Failure> {
-    let known = &environment.assumptions;
-    let rounds = |(name, course): &(String, Course)| match course {
-        Course::Repeats { lasting, .. } => Some((name.clone(), lasting.clone())),
+/// The same, of parts of which it is known, or not, where each comes to.
+pub(super) fn together(parts: &[Part], courses: Vec<Option<Known>>, environment: &Environment) -> Together {
+    let moving = courses.iter().flatten().any(|known| known.moving);
+    let Some(courses) = courses.into_iter().map(|known| Some(known?.course)).collect::<Option<Vec<Course>>>() else {
+        return if in_step(parts, environment) { Together::Returns } else { Together::Unknown };
+    };
+    let round = |(part, course): (&Part, &Course)| match course {
+        Course::Repeats { lasting, .. } => Some((part.names(), lasting.clone())),
         Course::Ends(..) => None,
     };
-    let Some(rounds) = parts.iter().map(rounds).collect::<Option<Vec<_>>>() else { return Ok(None) };
-    if let Some(drift) = drifting(&rounds, known) {
-        return Err(drift);
-    }
-    let common = || {
-        let mut rounds = rounds.iter();
-        let mut common = rounds.next()?.1.clone();
-        for (_, lasting) in rounds {
-            let ratio = lasting.div(&common).ok()?.as_rational()?;
-            common = common.mul(&Value::rational(BigRational::from_integer(ratio.numer().clone()))).ok()?;
-        }
-        let (mut latest, mut all) = (Value::zero(), BTreeSet::<Name>::new());
-        for (_, course) in parts {
-            let Course::Repeats { from, beside, .. } = course else { return None };
-            if known.decide(Relation::Gtr, from, &latest)? {
-                latest = from.clone();
-            }
-            all.extend(beside.iter().cloned());
-        }
-        Some(Course::Repeats { lasting: common, from: latest, beside: all })
+    let Some(rounds) = parts.iter().zip(&courses).map(round).collect::<Option<Vec<_>>>() else {
+        return Together::Unknown;
     };
-    Ok(common())
+    if let Some(drift) = drifting(&rounds, &environment.assumptions) {
+        return Together::Not(drift);
+    }
+    match common(&rounds, &courses, environment) {
+        Some(course) => {
+            let line = whole(&course, moving);
+            Together::Again(course, line)
+        }
+        None => Together::Returns,
+    }
+}
+
+/// Whether all times in all parts are multiples of one: what is left of delays side by side is then one of finitely many.
+fn in_step(parts: &[Part], environment: &Environment) -> bool {
+    let mut times = Vec::new();
+    for part in parts {
+        for phase in &part.period.phases {
+            for segment in phase.edges.iter().flat_map(|edge| &edge.segments) {
+                if segment.duration.variables().iter().any(|name| environment.quantity(name).is_none()) {
+                    return false;
+                }
+                times.push((String::new(), segment.duration.clone()));
+            }
+        }
+    }
+    drifting(&times, &environment.assumptions).is_none()
+}
+
+/// The least common multiple of the rounds, from where each part comes again so.
+fn common(rounds: &[(String, Value)], courses: &[Course], environment: &Environment) -> Option<Course> {
+    let mut rounds = rounds.iter();
+    let mut lasting = rounds.next()?.1.clone();
+    for (_, other) in rounds {
+        let ratio = other.div(&lasting).ok()?.as_rational()?;
+        lasting = lasting.mul(&Value::rational(BigRational::from_integer(ratio.numer().clone()))).ok()?;
+    }
+    let (mut latest, mut all) = (Value::zero(), BTreeSet::<Name>::new());
+    for course in courses {
+        let Course::Repeats { from, beside, .. } = course else { return None };
+        if environment.assumptions.decide(Relation::Gtr, from, &latest)? {
+            latest = from.clone();
+        }
+        all.extend(beside.iter().cloned());
+    }
+    Some(Course::Repeats { lasting, from: latest, beside: all })
 }
