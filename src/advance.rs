@@ -27,14 +27,15 @@ mod leaf;
 mod settle;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::rc::Rc;
 
 use alone::{Meeting, alone};
 use leaf::{Leaf, active, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
 
-use crate::fact::{Context, Facts};
+use crate::fact::{BoundAndRead, Context, Facts};
 use crate::name::Name;
-use crate::scope::{bound_names, calls, condition_metavariables, metavariables, read_names, subterms};
+use crate::scope::{Spoken, bound_names, calls, condition_metavariables, metavariables};
 use crate::substitution::Stuck;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
@@ -43,7 +44,7 @@ use crate::value::{Relation, Sort, Value};
 const MOST_DEPTH: usize = 400;
 /// The most ports of a network's own.
 const MOST_PORTS: usize = 1_100;
-/// States that one instant may go through, in all orders.
+/// Orders of communications that are followed in one instant beside the first.
 const MOST_STATES: usize = 10_000;
 
 /// Different orders lead to different states.
@@ -206,10 +207,29 @@ fn names_apart(network: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, 
     if ports > MOST_PORTS || body.depth() > MOST_DEPTH {
         return stuck("it is nested too deeply");
     }
-    let mut bound = bound_names(network);
-    let mut free = context_reads(network, context)?;
-    let mut seen = BTreeSet::new();
-    let mut open: Vec<Name> = calls(network).into_iter().collect();
+    let spoken = Spoken::of(network, &mut context.spoken.borrow_mut());
+    let called = names_of_called(&spoken.calls, context)?;
+    let (bound_there, read_there) = &*called;
+    let mut bound = spoken.bound.clone();
+    bound.extend(bound_there.iter().cloned());
+    let free = context_reads(network, context)?;
+    if let Some(name) = free.iter().chain(read_there).find(|name| bound.contains(*name)) {
+        return stuck(format!("{name} is read where it may be bound by somebody else"));
+    }
+    known_metavariables(&spoken.supposed, context)?;
+    match &spoken.open {
+        Some(name) => stuck(format!("{name} is not known: it stands for any name or process")),
+        None => Ok(bound),
+    }
+}
+
+/// What the processes bind that are called here, and what they read that they have not bound.
+fn names_of_called(calls_here: &BTreeSet<Name>, context: &Context<'_>) -> Result<Rc<BoundAndRead>, Stuck> {
+    if let Some(known) = context.called.borrow().get(calls_here) {
+        return Ok(Rc::clone(known));
+    }
+    let (mut bound, mut free, mut seen) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+    let mut open: Vec<Name> = calls_here.iter().cloned().collect();
     while let Some(name) = open.pop() {
         if !seen.insert(name.clone()) {
             continue;
@@ -226,24 +246,9 @@ fn names_apart(network: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, 
         free.extend(context_reads(&Term::new(Node::Call(name, zeros)), context)?);
         open.extend(calls(&definition.body));
     }
-    if let Some(name) = free.intersection(&bound).next() {
-        return stuck(format!("{name} is read where it may be bound by somebody else"));
-    }
-    known_metavariables(&read_names(network), context)?;
-    for part in subterms(network) {
-        let names: Vec<&Name> = match part.node() {
-            Node::Meta(name, _) | Node::Replace(_, name, _) => return stuck(format!("{name} is not known")),
-            Node::In(port, name) => vec![port, name],
-            Node::Out(name, _) | Node::New(name, _) | Node::Set(_, name) | Node::Ran(_, name) => vec![name],
-            Node::Power(_, _, Some(name)) => vec![name],
-            Node::Project(_, shown) => shown.iter().collect(),
-            _ => Vec::new(),
-        };
-        if let Some(name) = names.into_iter().find(|name| name.is_meta()) {
-            return stuck(format!("{name} stands for any name"));
-        }
-    }
-    Ok(bound)
+    let found = Rc::new((bound, free));
+    context.called.borrow_mut().insert(calls_here.clone(), Rc::clone(&found));
+    Ok(found)
 }
 
 /// Metavariables stand for values of which something is supposed: no instance puts in a name that the network binds
@@ -306,7 +311,7 @@ enum Orders {
 /// The one state to which these orders of communications lead.
 fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders) -> Result<Term, Stuck> {
     let ports: BTreeSet<&Name> = ports.iter().collect();
-    let mut last: Option<Term> = None;
+    let (mut last, mut ways): (Option<Term>, usize) = (None, 0);
     let (mut seen, mut on_the_way) = (HashSet::new(), HashSet::new());
     let mut way: Vec<(Term, Vec<Term>)> = Vec::new();
     let mut here = Some(first);
@@ -317,13 +322,14 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
             }
             if seen.insert(state.clone()) {
                 let next = communications(runner, &state, &ports, orders)?;
+                ways += next.len().saturating_sub(1);
                 if next.is_empty() && last.replace(state.clone()).is_some_and(|other| other != state) {
                     return stuck(ORDER);
                 }
                 on_the_way.insert(state.clone());
                 way.push((state, next));
             }
-            if seen.len() > MOST_STATES {
+            if ways > MOST_STATES {
                 return stuck("too much may happen in one instant");
             }
         }
@@ -379,7 +385,9 @@ fn communications(
     let mut meet = |meetings: &[&Meeting<'_>]| -> Result<(), Stuck> {
         let mut met: HashMap<usize, Term> = HashMap::new();
         for meeting in meetings {
-            met.insert(meeting.reader, Term::new(Node::Set(meeting.value.clone(), meeting.name.clone())));
+            let set = || Term::new(Node::Set(meeting.value.clone(), meeting.name.clone()));
+            let unread = runner.is_unread(meeting.name, &leaves[meeting.reader]);
+            met.insert(meeting.reader, if unread { Term::stop() } else { set() });
             met.insert(meeting.writer, Term::stop());
         }
         next.push(runner.running(&rebuilt(state, &mut 0, &mut |number, _| met.get(&number).cloned()))?);

@@ -13,7 +13,7 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::law::{Condition, Fact};
 use crate::name::Name;
-use crate::scope::calls;
+use crate::scope::{Spoken, calls};
 use crate::term::{Node, Term, TermMap};
 use crate::value::{Atom, Relation, Sort, Value};
 
@@ -115,6 +115,9 @@ impl Default for Facts {
     }
 }
 
+/// Names that processes bind, and names that they read before they have bound them.
+pub(crate) type BoundAndRead = (BTreeSet<Name>, BTreeSet<Name>);
+
 /// Where facts are asked: the assumptions on values, the definitions, the hypotheses on metavariables.
 pub struct Context<'a> {
     /// Facts about parameters, those of the hypotheses included.
@@ -132,6 +135,9 @@ pub struct Context<'a> {
     pub(crate) held: RefCell<TermMap<u16>>,
     /// What [`Context::simplify`] has found.
     simple: RefCell<HashMap<Value, Value>>,
+    /// The names that stand in terms, and those that processes bind and read which are called: what `advance` has found.
+    pub(crate) spoken: RefCell<TermMap<Rc<Spoken>>>,
+    pub(crate) called: RefCell<BTreeMap<BTreeSet<Name>, Rc<BoundAndRead>>>,
 }
 
 /// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
@@ -206,6 +212,8 @@ impl<'a> Context<'a> {
             last: RefCell::default(),
             held: RefCell::default(),
             simple: RefCell::default(),
+            spoken: RefCell::default(),
+            called: RefCell::default(),
         };
         context.defined = context.fixed_point();
         context
@@ -239,6 +247,8 @@ impl<'a> Context<'a> {
             last: RefCell::default(),
             held: RefCell::default(),
             simple: RefCell::default(),
+            spoken: RefCell::default(),
+            called: RefCell::default(),
         };
         let mut context = plain;
         for _ in 0..ROUNDS {
@@ -287,6 +297,9 @@ impl Facts {
     pub fn of(term: &Term, context: &Context<'_>) -> Rc<Facts> {
         if let Some(known) = context.known.borrow().get(term) {
             return known.clone();
+        }
+        if let Some(found) = Facts::of_long(term, context) {
+            return found;
         }
         let parts: Vec<Rc<Facts>> = term.children().map(|part| Facts::of(part, context)).collect();
         let facts = Rc::new(Facts::combine(term, &parts, context));
@@ -468,32 +481,5 @@ impl Facts {
             }
         }
         facts
-    }
-
-    fn suppose(&mut self, fact: Fact) {
-        match fact {
-            Fact::NeverAborts => (self.may_abort, self.starts_aborted, self.instant_abort) = (false, false, false),
-            Fact::NeverStops => (self.may_stop, self.starts_stopped, self.instant_stop) = (false, false, false),
-            Fact::Silent => (self.communicates, self.ports) = (false, NameSet::default()),
-            Fact::DrawsNothing => self.draws = false,
-            Fact::BindsNothing => self.binds = NameSet::default(),
-            Fact::Observer => {
-                let reads = std::mem::take(&mut self.reads);
-                *self =
-                    Facts { starts_running: true, observer: true, reads, shows: self.shows.take(), ..Facts::default() };
-            }
-            Fact::Guard => {
-                let reads = std::mem::take(&mut self.reads);
-                *self = Facts { guard: true, reads, ..Facts::ended(true, true, None) };
-            }
-            Fact::NotStopped => self.starts_stopped = false,
-            Fact::Running => (self.starts_stopped, self.starts_aborted) = (false, false),
-            Fact::Guarded => (self.instant_stop, self.starts_stopped) = (false, false),
-            Fact::Immediate => {
-                (self.starts_running, self.starts_aborted, self.may_abort, self.instant_abort) =
-                    (false, false, false, false);
-            }
-            Fact::Still => self.early = false,
-        }
     }
 }

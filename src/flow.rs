@@ -3,11 +3,13 @@
 mod carried;
 mod drawn;
 mod folded;
+mod named;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use carried::Carried;
 pub use folded::{folded, value_folded};
+pub use named::Named;
 
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, term};
@@ -186,10 +188,13 @@ pub struct PhaseFlow {
     pub draws: Vec<(Name, Value)>,
     /// Where it goes on otherwise.
     pub exits: Vec<Exit>,
+    /// What closed forms may call the start of each variable, and the number of a round.
+    pub named: Named,
 }
 
 /// The table of every phase.
 pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
+    let spoken_of = named::spoken_of(period);
     period
         .phases
         .iter()
@@ -222,6 +227,7 @@ pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
                 carried,
                 draws,
                 exits: leaving.into_iter().map(|edge| Exit::of(edge, &rounds)).collect(),
+                named: Named::of(period, number, &spoken_of),
             }
         })
         .collect()
@@ -241,8 +247,8 @@ impl PhaseFlow {
         told_apart(&self.ways, |one, other| one.communications == other.communications)
     }
 
-    /// The checked closed form of each variable that depends on no random draw, from a symbolic start, called by the
-    /// variable's name and `0`, and why others have none.
+    /// The checked closed form of each variable that depends on no random draw, from a start that may be any
+    /// number, and why others have none.
     pub fn recurrences(&self, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Apart {
         let [(_, map)] = self.maps.as_slice() else {
             return Apart { closed: Vec::new(), missing: Vec::new() };
@@ -251,29 +257,28 @@ impl PhaseFlow {
         let changes = |(name, image): &(&Name, &Value)| **image != Value::variable(name) && !drawn.contains(*name);
         let changing: BTreeMap<Name, Value> =
             map.iter().filter(changes).map(|(name, image)| (name.clone(), image.clone())).collect();
-        let starts = map.keys().map(|name| (name.clone(), Value::variable(&Name::new(&format!("{name}0"))))).collect();
-        solve_apart(&changing, &starts, index, assumptions, stop)
+        let starts = map.keys().map(|name| (name.clone(), self.named.start(name))).collect();
+        solve_apart(&changing, &starts, index, &self.named.known(assumptions), stop)
     }
 
     /// The checked closed forms as text, where one of them is no single value: a sum over the roots of a polynomial.
     pub fn sums(&self, index: &Name, assumptions: &Assumptions) -> Vec<String> {
-        let solved = solve_all(self.recurrence(index), assumptions);
+        let solved = solve_all(self.recurrence(index), &self.named.known(assumptions));
         solved.map_or_else(|_| Vec::new(), |solved| solved.lines())
     }
 
     /// The recurrence of the variables that depend on no random draw, each from a symbolic start.
     pub fn recurrence(&self, index: &Name) -> Recurrence {
-        let start = |name: &Name| Value::variable(&Name::new(&format!("{name}0")));
         let drawn = self.drawn();
         let sequences = self.steps(index).into_iter().filter(|(name, _)| !drawn.contains(name));
-        let sequences = sequences.map(|(name, next)| Sequence { start: vec![start(&name)], name, next }).collect();
+        let sequences =
+            sequences.map(|(name, next)| Sequence { start: vec![self.named.start(&name)], name, next }).collect();
         Recurrence { index: index.clone(), from: 0, sequences }
     }
 
-    /// A name for the number of a round: `n`, where that is no variable of the phase.
+    /// A name for the number of a round: `n`, where nothing else is called so.
     pub fn index(&self) -> Name {
-        let free = |name: &Name| !self.variables.contains(name);
-        ["n", "k", "i"].into_iter().map(Name::new).find(free).unwrap_or_else(|| Name::new("index"))
+        self.named.index.clone()
     }
 
     /// The recurrence: each variable that changes with its next value, in the terms `r(n)` of the sequences.

@@ -140,7 +140,7 @@ type Open = Vec<(Term, Term, usize)>;
 
 fn parts(term: &Term) -> Vec<Term> {
     match term.node() {
-        Node::Seq(parts) => parts.clone(),
+        Node::Seq(parts) => parts.to_vec(),
         _ => vec![term.clone()],
     }
 }

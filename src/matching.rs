@@ -141,7 +141,7 @@ impl Fits<'_> {
         let ([set, next], [first, rest @ ..], Node::Seq(result)) = (wanted, parts, self.law.right.node()) else {
             return None;
         };
-        let (Node::Par(_), Node::Par(_), [kept, put]) = (set.node(), first.node(), result.as_slice()) else {
+        let (Node::Par(_), Node::Par(_), [kept, put]) = (set.node(), first.node(), &**result) else {
             return None;
         };
         let Node::Replace(process, ..) = put.node() else { return None };
@@ -326,7 +326,7 @@ fn may_be_guard(term: &Term) -> bool {
 
 fn sequence_of(term: &Term) -> Vec<Term> {
     match term.node() {
-        Node::Seq(parts) => parts.clone(),
+        Node::Seq(parts) => parts.to_vec(),
         Node::Stop => Vec::new(),
         _ => vec![term.clone()],
     }

@@ -115,7 +115,7 @@ fn disabled(term: &Term) -> Vec<Term> {
 
 fn sequence(term: &Term) -> Vec<Term> {
     match term.node() {
-        Node::Seq(parts) => parts.clone(),
+        Node::Seq(parts) => parts.to_vec(),
         _ => vec![term.clone()],
     }
 }

@@ -1,11 +1,12 @@
 //! Which names, metavariables and calls stand in a term, and where.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use crate::definition::Definitions;
 use crate::law::{Condition, Law};
 use crate::name::Name;
-use crate::term::{Node, Term};
+use crate::term::{Node, Term, TermMap};
 use crate::value::Value;
 
 /// Every subterm, the term itself first.
@@ -34,20 +35,19 @@ impl<'a> Iterator for Subterms<'a> {
 
 /// All names that the term writes, binds by an index or replaces, wherever.
 pub fn bound_names(term: &Term) -> BTreeSet<Name> {
-    let mut names = BTreeSet::new();
-    for part in subterms(term) {
-        match part.node() {
-            Node::In(_, name)
-            | Node::Set(_, name)
-            | Node::Ran(_, name)
-            | Node::Power(_, _, Some(name))
-            | Node::Replace(_, name, _) => {
-                names.insert(name.clone());
-            }
-            _ => {}
-        }
+    subterms(term).flat_map(binds_itself).cloned().collect()
+}
+
+/// The name that an operator writes, binds by an index or replaces.
+fn binds_itself(term: &Term) -> Option<&Name> {
+    match term.node() {
+        Node::In(_, name)
+        | Node::Set(_, name)
+        | Node::Ran(_, name)
+        | Node::Power(_, _, Some(name))
+        | Node::Replace(_, name, _) => Some(name),
+        _ => None,
     }
-    names
 }
 
 /// All names that are read by some value of the term, wherever.
@@ -83,6 +83,91 @@ pub fn metavariables(term: &Term) -> BTreeSet<Name> {
     }
     names.retain(Name::is_meta);
     names
+}
+
+/// Which names stand in a term, whatever they are there for.
+#[derive(Clone, Default, PartialEq, Eq, Debug)]
+pub struct Spoken {
+    /// Those of [`bound_names`].
+    pub bound: BTreeSet<Name>,
+    /// Those of [`calls`].
+    pub calls: BTreeSet<Name>,
+    /// The metavariables that its values read.
+    pub supposed: BTreeSet<Name>,
+    /// A metavariable that stands for a process, or for a name.
+    pub open: Option<Name>,
+}
+
+impl Spoken {
+    /// The names of a term. What is found of the term, of its parts and of what is left of its sequences is kept in
+    /// `known`, so that a run through a long sequence asks of each part once.
+    pub fn of(term: &Term, known: &mut TermMap<Rc<Spoken>>) -> Rc<Spoken> {
+        if let Some(found) = known.get(term) {
+            return Rc::clone(found);
+        }
+        let found = match term.node() {
+            Node::Seq(parts) => {
+                let mut behind = Rc::new(Spoken::default());
+                for (place, part) in parts.iter().enumerate().rev() {
+                    behind = Spoken::of(part, known).and(&behind);
+                    known.insert(parts.after(place), Rc::clone(&behind));
+                }
+                return behind;
+            }
+            _ => {
+                let own = Rc::new(Spoken::operator(term));
+                term.children().fold(own, |before, part| before.and(&Spoken::of(part, known)))
+            }
+        };
+        known.insert(term.clone(), Rc::clone(&found));
+        found
+    }
+
+    /// Of the outermost operator alone.
+    fn operator(term: &Term) -> Spoken {
+        let mut spoken = Spoken::default();
+        let names: Vec<&Name> = match term.node() {
+            Node::Meta(name, _) | Node::Replace(_, name, _) => {
+                spoken.open = Some(name.clone());
+                vec![name]
+            }
+            Node::Call(name, _) => {
+                spoken.calls.insert(name.clone());
+                Vec::new()
+            }
+            Node::In(port, name) => vec![port, name],
+            Node::Out(name, _) | Node::New(name, _) | Node::Set(_, name) | Node::Ran(_, name) => vec![name],
+            Node::Power(_, _, Some(name)) => vec![name],
+            Node::Project(_, shown) => shown.iter().collect(),
+            _ => Vec::new(),
+        };
+        spoken.open = spoken.open.or_else(|| names.into_iter().find(|name| name.is_meta()).cloned());
+        spoken.bound.extend(binds_itself(term).cloned());
+        spoken.supposed.extend(term.values().flat_map(Value::variables).filter(Name::is_meta));
+        spoken
+    }
+
+    /// With those of another part; nothing is copied where it adds none.
+    fn and(self: Rc<Spoken>, other: &Rc<Spoken>) -> Rc<Spoken> {
+        let holds = |one: &Spoken, other: &Spoken| {
+            other.bound.is_subset(&one.bound)
+                && other.calls.is_subset(&one.calls)
+                && other.supposed.is_subset(&one.supposed)
+                && (one.open.is_some() || other.open.is_none())
+        };
+        if holds(&self, other) {
+            return self;
+        }
+        if self.open.is_none() && holds(other, &self) {
+            return Rc::clone(other);
+        }
+        let mut all = Spoken::clone(&self);
+        all.bound.extend(other.bound.iter().cloned());
+        all.calls.extend(other.calls.iter().cloned());
+        all.supposed.extend(other.supposed.iter().cloned());
+        all.open = all.open.or_else(|| other.open.clone());
+        Rc::new(all)
+    }
 }
 
 /// The terms and values of a condition.

@@ -304,8 +304,8 @@ const GUARD: u32 = 31;
 impl Oriented {
     fn of(law: &Arc<Law>) -> Oriented {
         let needs = match law.left.node() {
-            Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => {
-                parts.iter().fold(0, |all, part| all | needed(part, law))
+            Node::Seq(_) | Node::Par(_) | Node::Disable(_) => {
+                law.left.children().fold(0, |all, part| all | needed(part, law))
             }
             _ => 0,
         };
@@ -315,14 +315,14 @@ impl Oriented {
 
 /// The kinds without which a part of a pattern fits nothing.
 fn needed(pattern: &Term, law: &Law) -> u64 {
-    let inner = match pattern.node() {
-        Node::Seq(inner) | Node::Disable(inner) => inner,
+    let mut inner = match pattern.node() {
+        Node::Seq(_) | Node::Disable(_) => pattern.children(),
         Node::Meta(..) => return if wants_guard(law, pattern) { 1 << GUARD } else { 0 },
         _ => return 1 << kind(pattern),
     };
-    let solid = inner.iter().filter(|part| !matches!(part.node(), Node::Meta(..) | Node::Seq(_) | Node::Disable(_)));
+    let solid = inner.clone().filter(|part| !matches!(part.node(), Node::Meta(..) | Node::Seq(_) | Node::Disable(_)));
     let needs = solid.fold(0, |all, part| all | 1 << (INSIDE + kind(part)));
-    let first = matches!(pattern.node(), Node::Seq(_)).then(|| inner.first()).flatten();
+    let first = matches!(pattern.node(), Node::Seq(_)).then(|| inner.next()).flatten();
     if first.is_some_and(|first| wants_guard(law, first)) { needs | 1 << GUARD } else { needs }
 }
 
@@ -402,14 +402,15 @@ const LONG: usize = 8;
 
 /// A law `P op unit = P`: `P ; Stop`, `Stop ; P`, `P # Idle`, `P | Abort`.
 pub fn is_unit(law: &Law) -> bool {
-    let two = |parts: &[Term]| {
-        parts.len() == 2
-            && parts.contains(&law.right)
-            && parts.iter().any(|part| matches!(part.node(), Node::Stop | Node::Idle | Node::Abort))
+    let two = || {
+        let mut both = law.left.children();
+        both.len() == 2
+            && both.clone().any(|part| *part == law.right)
+            && both.any(|part| matches!(part.node(), Node::Stop | Node::Idle | Node::Abort))
     };
     let plain = matches!(law.right.node(), Node::Meta(_, arguments) if arguments.is_empty());
     let shape = match law.left.node() {
-        Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => two(parts),
+        Node::Seq(_) | Node::Par(_) | Node::Disable(_) => two(),
         _ => false,
     };
     plain && shape && law.conditions.is_empty() && law.connective == Connective::Equal

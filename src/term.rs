@@ -7,6 +7,8 @@
 //! There are two binders only, the index of `P^{i<n}` and the private port of `new c. P`. A result `<y>` is a
 //! write and a parameter expression a read of what was written, so nothing else needs renaming.
 
+mod sequence;
+
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hash, Hasher};
@@ -15,6 +17,7 @@ use std::sync::Arc;
 use crate::digest::Digest;
 use crate::name::Name;
 use crate::value::{Relation, Value};
+pub use sequence::Sequence;
 
 /// A process, shared and immutable.
 #[derive(Clone)]
@@ -55,7 +58,7 @@ pub enum Node {
     /// `?P`, `?P_{u}`: any process, in a law or a claim
     Meta(Name, Vec<Value>),
     /// `P ; Q ; …`: at least two parts, none of them a `Seq`
-    Seq(Vec<Term>),
+    Seq(Sequence),
     /// `P else Q`
     Else(Term, Term),
     /// `P | Q | …`: at least two parts, sorted, none of them a `Par`
@@ -78,7 +81,6 @@ impl Term {
     /// A term with this node; the constructors below keep the canonical shape.
     pub fn new(node: Node) -> Term {
         match node {
-            Node::Seq(parts) => Term::seq(parts),
             Node::Par(parts) => Term::par(parts),
             Node::Disable(parts) => Term::disable(parts),
             // What is certain is not drawn.
@@ -91,16 +93,16 @@ impl Term {
     }
 
     fn raw(node: Node) -> Term {
-        let mut size = 1usize;
-        let mut depth = 0usize;
-        for child in node.children() {
-            size = size.saturating_add(child.size());
-            depth = depth.max(child.depth());
-        }
+        let (size, depth) = match &node {
+            Node::Seq(parts) => parts.size_and_depth(),
+            node => node.children().fold((0usize, 0usize), |(size, depth), part| {
+                (size.saturating_add(part.size()), depth.max(part.depth()))
+            }),
+        };
         let mut hasher = Digest::default();
         node.hash(&mut hasher);
         let hash = hasher.finish();
-        Term(Arc::new(Shared { node, hash, size, depth: depth + 1 }))
+        Term(Arc::new(Shared { node, hash, size: size.saturating_add(1), depth: depth + 1 }))
     }
 
     /// `Stop`
@@ -130,18 +132,17 @@ impl Term {
 
     /// The parts in sequence: flattened; of one part, that part; of none, `Stop`.
     pub fn seq(parts: impl IntoIterator<Item = Term>) -> Term {
+        let mut parts = parts.into_iter();
+        let Some(first) = parts.next() else { return Term::stop() };
+        let Some(second) = parts.next() else { return first };
         let mut flat = Vec::new();
-        for part in parts {
+        for part in [first, second].into_iter().chain(parts) {
             match part.node() {
                 Node::Seq(inner) => flat.extend(inner.iter().cloned()),
                 _ => flat.push(part),
             }
         }
-        match flat.len() {
-            0 => Term::stop(),
-            1 => flat.swap_remove(0),
-            _ => Term::raw(Node::Seq(flat)),
-        }
+        Term::raw(Node::Seq(Sequence::new(flat)))
     }
 
     /// The parts in parallel: flattened and sorted; of one part, that part; of none, `Abort`, the unit of `|`.
@@ -269,7 +270,8 @@ impl Term {
 impl Node {
     fn children(&self) -> Parts<'_, Term> {
         match self {
-            Node::Seq(parts) | Node::Par(parts) | Node::Disable(parts) => Parts::all(parts),
+            Node::Seq(parts) => Parts::all(parts),
+            Node::Par(parts) | Node::Disable(parts) => Parts::all(parts),
             Node::Else(first, second) => Parts::of(first).and(second),
             Node::Power(body, ..)
             | Node::Loop(body)

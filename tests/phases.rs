@@ -1,8 +1,11 @@
 //! Phase graphs: pictures in which nothing covers anything else, the flow for print, and work that is interrupted.
 
+mod common;
+
 use std::cell::Cell;
 use std::fmt::Write as _;
 
+use common::ran;
 use pars::flow::flows;
 use pars::latex;
 use pars::lower::Environment;
@@ -174,4 +177,18 @@ fn what_nothing_asks_for_is_beside() {
          proc World_r = Out_{p,r} ; In_v<u> ; World_{r+u}\nsystem Sys = On_5 | World_0\n",
     );
     assert_eq!(slower.course(&environment.assumptions, &|| false), None, "it takes longer each time");
+}
+
+#[test]
+fn long_sequences_are_theorems_too() {
+    let writer: String = (0..3_000).map(|number| format!("Out_{{c,{}}} ; ", number % 7)).collect();
+    let text = format!(
+        "observer See(x)\nproc Writer = {writer}Delay_1 ; Writer\nproc Sum_s = In_c<x> ; In_c<y> ; Sum_{{s+x*y}}\n\
+         proc Reader = In_c<z> ; Reader\nsystem Alone = Writer | Reader\nperiod Alone\n\
+         system Both = Writer | Sum_0\nperiod Both\n"
+    );
+    let output = ran(&text);
+    let told = String::from_utf8_lossy(&output.stdout);
+    let told: Vec<&str> = told.lines().filter(|line| line.contains("by the kernel")).collect();
+    assert_eq!(told, ["    by the kernel: all 2 ways from start and phases, with their flow functions"; 2]);
 }

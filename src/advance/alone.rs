@@ -62,7 +62,7 @@ impl<'t, 'r, 'c, 'd> Parts<'t, 'r, 'c, 'd> {
         running: Vec<Component<'t>>,
         later: Vec<Component<'t>>,
     ) -> Option<Parts<'t, 'r, 'c, 'd>> {
-        let of = |part: &Component<'t>| Facts::of(part.term, runner.context);
+        let of = |part: &Component<'t>| Facts::of(&part.term, runner.context);
         let facts: Vec<Rc<Facts>> = running.iter().chain(&later).map(of).collect();
         let mut users: HashMap<(Name, Option<usize>), Vec<usize>> = HashMap::new();
         for (place, (part, facts)) in running.iter().chain(&later).zip(&facts).enumerate() {
@@ -91,7 +91,7 @@ impl<'t, 'r, 'c, 'd> Parts<'t, 'r, 'c, 'd> {
         }
         // A server does not end before time passes, so what follows it does not begin.
         let reads = |place: usize| {
-            own(place) || self.part(place).is_some_and(|part| !self.runner.writes_port(part.term, meeting.port))
+            own(place) || self.part(place).is_some_and(|part| !self.runner.writes_port(&part.term, meeting.port))
         };
         self.is_server(writer, meeting.writer) && users().all(reads)
     }
@@ -109,7 +109,7 @@ impl<'t, 'r, 'c, 'd> Parts<'t, 'r, 'c, 'd> {
     /// Whether a part is what it was before when this leaf of it, its one write, has been made.
     fn is_server(&self, place: usize, leaf: usize) -> bool {
         let (Some(part), Some(facts)) = (self.running.get(place), self.facts.get(place)) else { return false };
-        facts.binds.is_empty() && self.runner.is_server(part.term, leaf - part.inside.start)
+        facts.binds.is_empty() && self.runner.is_server(&part.term, leaf - part.inside.start)
     }
 }
 

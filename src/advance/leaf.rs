@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use crate::name::Name;
-use crate::term::{Node, Term};
+use crate::term::{Node, Sequence, Term};
 
 /// Whether this draws at once.
 pub(super) fn is_drawing(leaf: &Term) -> bool {
@@ -27,6 +27,15 @@ pub(super) struct Leaf<'t> {
     pub(super) binder: Option<usize>,
     /// Whether no `to` around it hides what it shows.
     pub(super) shown: bool,
+    /// How many parts of which sequences around it have begun.
+    begun: Vec<(&'t Sequence, usize)>,
+}
+
+impl Leaf<'_> {
+    /// What follows in the sequences around it.
+    pub(super) fn followed_by(&self) -> impl Iterator<Item = Term> {
+        self.begun.iter().map(|(parts, begun)| parts.after(*begun))
+    }
 }
 
 /// The reads, writes, delays, observers and draws that run in a settled term, in order.
@@ -43,6 +52,7 @@ struct Leaves<'t> {
     bound: Vec<(&'t Name, usize)>,
     binders: usize,
     shows: Vec<&'t BTreeSet<Name>>,
+    begun: Vec<(&'t Sequence, usize)>,
 }
 
 /// Which `new` binds a port behind all these.
@@ -78,49 +88,56 @@ impl<'t> Leaves<'t> {
             Node::New(_, body) | Node::Project(body, _) => self.inside(term, |walk| walk.side_by_side(body, found)),
             Node::Seq(parts) => {
                 if let Some(place) = active(parts) {
+                    self.begun.push((parts, place + 1));
                     self.side_by_side(&parts[place], found);
-                    self.follows(parts[place + 1..].iter(), first, found);
+                    self.begun.pop();
+                    self.follows(parts.after(place + 1), first, found);
                 }
             }
             Node::Else(running, other) => {
                 self.side_by_side(running, found);
-                self.follows(std::iter::once(other), first, found);
+                self.follows(other.clone(), first, found);
             }
             _ => {
                 self.through(term);
                 let inside = first..self.found.len();
                 let offers = |leaf: &&Leaf<'_>| matches!(leaf.term.node(), Node::In(..) | Node::Out(..));
                 let offers = self.found[inside.clone()].iter().filter(offers).count();
-                found.running.push(Component { term, inside, offers, bound: self.bound.clone() });
+                found.running.push(Component { term: term.clone(), inside, offers, bound: self.bound.clone() });
             }
         }
     }
 
     /// Notes what follows when all has ended that was found from this leaf on.
-    fn follows(&self, terms: impl Iterator<Item = &'t Term>, first: usize, found: &mut Components<'t>) {
+    fn follows(&self, term: Term, first: usize, found: &mut Components<'t>) {
         let inside = first..self.found.len();
-        let later = |term| Component { term, inside: inside.clone(), offers: 0, bound: self.bound.clone() };
-        found.later.extend(terms.map(later));
+        found.later.push(Component { term, inside, offers: 0, bound: self.bound.clone() });
+    }
+
+    fn find(&mut self, term: &'t Term, binder: Option<usize>, shown: bool) {
+        self.found.push(Leaf { term, binder, shown, begun: self.begun.clone() });
     }
 
     fn through(&mut self, term: &'t Term) {
         match term.node() {
             Node::Seq(parts) => {
                 if let Some(place) = active(parts) {
+                    self.begun.push((parts, place + 1));
                     self.through(&parts[place]);
+                    self.begun.pop();
                 }
             }
             Node::Else(first, _) => self.through(first),
             Node::Par(parts) | Node::Disable(parts) => parts.iter().for_each(|part| self.through(part)),
             Node::New(_, body) | Node::Project(body, _) => self.inside(term, |walk| walk.through(body)),
             Node::In(port, _) | Node::Out(port, _) => {
-                self.found.push(Leaf { term, binder: binder(&self.bound, port), shown: true });
+                self.find(term, binder(&self.bound, port), true);
             }
             Node::Observe(name, _) => {
                 let shown = self.shows.iter().all(|shown| shown.contains(name));
-                self.found.push(Leaf { term, binder: None, shown });
+                self.find(term, None, shown);
             }
-            Node::Delay(_) | Node::Idle | Node::Ran(..) => self.found.push(Leaf { term, binder: None, shown: true }),
+            Node::Delay(_) | Node::Idle | Node::Ran(..) => self.find(term, None, true),
             _ => {}
         }
     }
@@ -137,7 +154,10 @@ fn changed(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term)
         Node::Seq(parts) => {
             let place = active(parts)?;
             let part = changed(&parts[place], number, change)?;
-            let mut parts = parts.clone();
+            if place == 0 && *part.node() == Node::Stop {
+                return Some(parts.after(1));
+            }
+            let mut parts = parts.to_vec();
             parts[place] = part;
             Some(Term::seq(parts))
         }
@@ -163,7 +183,7 @@ fn changed(term: &Term, number: &mut usize, change: &mut dyn FnMut(usize, &Term)
 
 /// A part of a settled network.
 pub(super) struct Component<'t> {
-    pub(super) term: &'t Term,
+    pub(super) term: Term,
     /// The numbers of its leaves, or of those behind which it follows.
     pub(super) inside: Range<usize>,
     /// How many of its leaves are reads and writes.

@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use super::leaf::Leaf;
 use super::{MOST_DEPTH, active, context_reads, is_set, stuck};
 use crate::fact::{Context, Facts};
 use crate::law::Condition;
@@ -53,7 +54,7 @@ fn without_sets(part: Term) -> (Results, Term) {
             results.insert(name.clone(), value.clone());
         }
     }
-    (results, Term::seq(parts[place..].iter().cloned()))
+    (results, parts.after(place))
 }
 
 fn starts_with_set(part: &Term) -> bool {
@@ -125,6 +126,12 @@ impl<'c, 'd> Runner<'c, 'd> {
         Ok(())
     }
 
+    /// Whether nobody reads what this leaf may bind to this name: neither what follows it nor the end of the network.
+    pub(super) fn is_unread(&self, name: &Name, leaf: &Leaf<'_>) -> bool {
+        let reads = |rest: Term| context_reads(&rest, self.context).map_or(true, |reads| reads.contains(name));
+        !self.kept.contains(name) && !leaf.followed_by().any(reads)
+    }
+
     fn simple(&self, value: &Value) -> Value {
         self.context.simplify(value)
     }
@@ -145,7 +152,7 @@ impl<'c, 'd> Runner<'c, 'd> {
                 Ok(State::Stopped(Results::from([(name.clone(), self.simple(value))])))
             }
             Node::Set(..) => Ok(State::Stopped(Results::new())),
-            Node::Seq(parts) => self.settle_sequence(term, parts, wanted, depth),
+            Node::Seq(_) => self.settle_sequence(term, wanted, depth),
             Node::Else(first, second) => match self.settle(first, wanted, depth + 1)? {
                 State::Aborted => self.settle(second, wanted, depth + 1),
                 State::Running(first) if Facts::of(&first, self.context).may_abort => {
@@ -204,48 +211,38 @@ impl<'c, 'd> Runner<'c, 'd> {
         if supposes(relation) { Some(true) } else { supposes(relation.negated()).then_some(false) }
     }
 
-    fn settle_sequence(
-        &self,
-        whole: &Term,
-        parts: &[Term],
-        wanted: &BTreeSet<Name>,
-        depth: usize,
-    ) -> Result<State, Stuck> {
+    fn settle_sequence(&self, whole: &Term, wanted: &BTreeSet<Name>, depth: usize) -> Result<State, Stuck> {
         let mut carried = Results::new();
-        let mut parts = parts.to_vec();
-        let mut changed = false;
+        let mut now = whole.clone();
         loop {
-            if parts.is_empty() {
-                return Ok(State::Stopped(carried));
+            let (first, rest) = match now.node() {
+                Node::Seq(parts) => (parts.first().cloned().unwrap_or_else(Term::stop), Some(parts.after(1))),
+                _ => (now.clone(), None),
+            };
+            let mut all = wanted.clone();
+            if let Some(rest) = &rest {
+                all.extend(context_reads(rest, self.context)?);
             }
-            let first = parts.remove(0);
-            let mut rest = Term::seq(parts.iter().cloned());
-            let reads = context_reads(&rest, self.context)?;
-            let all: BTreeSet<Name> = wanted.union(&reads).cloned().collect();
             let (results, running) = match self.settle(&first, &all, depth + 1)? {
                 State::Aborted => return Ok(State::Aborted),
                 State::Stopped(results) => (results, None),
-                State::Running(part) if !changed && part == first && !starts_with_set(&part) => {
-                    return Ok(State::Running(whole.clone()));
-                }
+                State::Running(part) if part == first && !starts_with_set(&part) => (Results::new(), Some(now)),
                 State::Running(part) => {
                     let (results, part) = without_sets(part);
-                    (results, Some(part))
+                    (results, Some(Term::seq(std::iter::once(part).chain(rest.clone()))))
                 }
             };
-            changed = true;
             let stops = running.is_none();
+            let mut left = running.or(rest);
             // What the running part has bound is read by what follows, unless it binds it again.
-            if !parts.is_empty() || !stops {
-                rest = Term::seq(running.into_iter().chain(parts));
-                for (name, value) in &results {
-                    rest = replace(&rest, name, value, self.context)?;
-                }
-                parts = if let Node::Seq(parts) = rest.node() { parts.clone() } else { vec![rest] };
+            for (name, value) in &results {
+                left = left.map(|left| replace(&left, name, value, self.context)).transpose()?;
             }
             carried.extend(results.into_iter().filter(|(name, _)| wanted.contains(name)));
-            if !stops {
-                return Ok(State::Running(Term::seq(sets(carried).chain(parts))));
+            match left {
+                None => return Ok(State::Stopped(carried)),
+                Some(left) if !stops => return Ok(State::Running(Term::seq(sets(carried).chain([left])))),
+                Some(left) => now = left,
             }
         }
     }

@@ -195,10 +195,7 @@ fn big(
     outer: &mut Vec<Name>,
 ) -> Result<String, ValueError> {
     let used: Vec<Name> = nested.layers.iter().flat_map(|one| one.inner().variables()).collect();
-    let free = |name: &Name| name != index && !used.contains(name) && !outer.contains(name);
-    let names = ["k", "j", "i", "l", "m", "h"].into_iter().map(str::to_string);
-    let count = names.chain((1..).map(|number| format!("k{number}"))).map(|name| Name::new(&name)).find(free);
-    let count = count.unwrap_or_else(|| Name::new("k"));
+    let count = counter(|name| name == index || used.contains(name) || outer.contains(name));
     outer.push(index.clone());
     let image = Value::variable(&count);
     let moved = nested.with_index(index, &image)?;
@@ -207,12 +204,20 @@ fn big(
     Ok(format!("{word}({count}={since}..{index}-1, {text})"))
 }
 
+/// A name that counts, and is not taken.
+fn counter(taken: impl Fn(&Name) -> bool) -> Name {
+    let names = ["k", "j", "i", "l", "m", "h"].into_iter().map(str::to_string);
+    let mut names = names.chain((1..).map(|number| format!("k{number}"))).map(|name| Name::new(&name));
+    names.find(|name| !taken(name)).unwrap_or_else(|| Name::new("k"))
+}
+
 /// The product in factorials where its factors are `n + a` with whole numbers a.
 fn product_text(ratio: &Value, value: &Value, index: &Name, from: i64) -> Result<String, ValueError> {
     let whole = match factorials(ratio, index, from) {
         Some(whole) => whole,
         None => {
-            let (count, under) = (Name::new("k"), format!("prod(k={from}..{index}-1, "));
+            let count = counter(|name| name == index || ratio.mentions(name) || value.mentions(name));
+            let under = format!("prod({count}={from}..{index}-1, ");
             Value::variable(&Name::new(&format!("{under}{})", ratio.with(index, &Value::variable(&count))?)))
         }
     };

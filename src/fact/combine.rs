@@ -4,12 +4,44 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
-use super::{Context, Facts};
+use super::{Context, Facts, NameSet};
+use crate::law::Fact;
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
+/// A sequence of more parts than this is gone through from its end.
+const LONG: usize = 16;
+
 impl Facts {
+    /// With what a claim supposes of it.
+    pub(super) fn suppose(&mut self, fact: Fact) {
+        match fact {
+            Fact::NeverAborts => (self.may_abort, self.starts_aborted, self.instant_abort) = (false, false, false),
+            Fact::NeverStops => (self.may_stop, self.starts_stopped, self.instant_stop) = (false, false, false),
+            Fact::Silent => (self.communicates, self.ports) = (false, NameSet::default()),
+            Fact::DrawsNothing => self.draws = false,
+            Fact::BindsNothing => self.binds = NameSet::default(),
+            Fact::Observer => {
+                let reads = std::mem::take(&mut self.reads);
+                *self =
+                    Facts { starts_running: true, observer: true, reads, shows: self.shows.take(), ..Facts::default() };
+            }
+            Fact::Guard => {
+                let reads = std::mem::take(&mut self.reads);
+                *self = Facts { guard: true, reads, ..Facts::ended(true, true, None) };
+            }
+            Fact::NotStopped => self.starts_stopped = false,
+            Fact::Running => (self.starts_stopped, self.starts_aborted) = (false, false),
+            Fact::Guarded => (self.instant_stop, self.starts_stopped) = (false, false),
+            Fact::Immediate => {
+                (self.starts_running, self.starts_aborted, self.may_abort, self.instant_abort) =
+                    (false, false, false, false);
+            }
+            Fact::Still => self.early = false,
+        }
+    }
+
     fn never_ends(&self) -> bool {
         !self.may_stop && !self.may_abort
     }
@@ -38,6 +70,29 @@ impl Facts {
             all.reads.extend(&part.reads);
         }
         all
+    }
+
+    /// The facts of a long sequence, and of all that is left of it behind its first parts: a run comes to each of these.
+    /// Nothing of what is no long sequence.
+    pub(super) fn of_long(term: &Term, context: &Context<'_>) -> Option<Rc<Facts>> {
+        let Node::Seq(parts) = term.node() else { return None };
+        if parts.len() <= LONG {
+            return None;
+        }
+        let mut behind = Facts::of(&parts.after(parts.len() - 1), context);
+        for place in (0..parts.len() - 1).rev() {
+            let whole = parts.after(place);
+            let known = context.known.borrow().get(&whole).cloned();
+            behind = known.unwrap_or_else(|| {
+                let mut facts = Facts::clone(&Facts::of(&parts[place], context)).then(&behind);
+                if !facts.may_stop {
+                    facts.binds = NameSet::default();
+                }
+                Rc::new(facts)
+            });
+            context.known.borrow_mut().insert(whole, Rc::clone(&behind));
+        }
+        Some(behind)
     }
 
     pub(super) fn then(mut self, next: &Facts) -> Facts {
@@ -215,4 +270,52 @@ pub(super) fn one_goes_on(branches: &[Term], context: &Context<'_>) -> bool {
         }
     }
     compared.iter().any(|(_, holds)| holds.iter().all(|holds| *holds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assumption::Assumptions;
+    use crate::definition::Definitions;
+    use crate::term::Term;
+
+    /// Parts of every kind that a fold may tell apart: that bind, read, end at once, abort, never end, show, last.
+    fn part(number: usize) -> Term {
+        let name = |text: &str| Name::new(text);
+        let (x, y) = (Value::variable(&name("x")), Value::variable(&name("y")));
+        match number % 11 {
+            0 => Term::new(Node::In(name("c"), name("x"))),
+            1 => Term::new(Node::Out(name("d"), x)),
+            2 => Term::delay(Value::one()),
+            3 => Term::delay(y),
+            4 => Term::new(Node::Set(x, name("y"))),
+            5 => Term::new(Node::Guard(Relation::Gtr, y, x)),
+            6 => Term::stop(),
+            7 => Term::attempt(Term::new(Node::Set(y, name("z")))),
+            8 => Term::disable([Term::delay(Value::one()), Term::new(Node::Observe(name("At"), vec![x]))]),
+            9 => Term::new(Node::Guard(Relation::Gtr, Value::one(), Value::zero())),
+            _ => Term::new(Node::Ran(Value::variable(&name("q")), name("x"))),
+        }
+    }
+
+    #[test]
+    fn a_long_sequence_is_known_as_a_short_one() {
+        let (known, definitions) = (Assumptions::default(), Definitions::default());
+        let mut seed = 11_usize;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed >> 33
+        };
+        for round in 0..300 {
+            let mut parts: Vec<Term> = (0..LONG + 1 + next() % 8).map(|_| part(next())).collect();
+            if round % 3 == 0 {
+                let place = next() % parts.len();
+                parts[place] = [Term::idle(), Term::abort()][round % 2].clone();
+            }
+            let whole = Term::seq(parts.clone());
+            let context = Context::new(&known, &definitions, &[]);
+            let each: Vec<Rc<Facts>> = parts.iter().map(|part| Facts::of(part, &context)).collect();
+            assert_eq!(*Facts::of(&whole, &context), Facts::combine(&whole, &each, &context), "{whole:?}");
+        }
+    }
 }

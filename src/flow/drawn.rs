@@ -33,9 +33,8 @@ impl PhaseFlow {
     pub fn means(&self, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<(Name, Closed)> {
         self.mean_map()
             .and_then(|map| {
-                let start = |name: &Name| Value::variable(&Name::new(&format!("{name}0")));
-                let starts = map.keys().map(|name| (name.clone(), start(name))).collect();
-                solve_together(&map, &starts, index, assumptions, stop).ok()
+                let starts = map.keys().map(|name| (name.clone(), self.named.start(name))).collect();
+                solve_together(&map, &starts, index, &self.named.known(assumptions), stop).ok()
             })
             .map_or_else(Vec::new, |all| {
                 let drawn = self.drawn();

@@ -63,7 +63,8 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
         flow.variables.iter().fold(text, |text, name| {
             let below = |index: &str| format!("{}_{{{index}}}", escaped_name(name));
             let text = text.replace(&format!("\\operatorname{{{name}}}({index})"), &below(index.as_str()));
-            text.replace(&format!("\\mathit{{{name}0}}"), &below("0"))
+            let start = flow.named.start(name).to_string();
+            if start == format!("{name}0") { text.replace(&format!("\\mathit{{{start}}}"), &below("0")) } else { text }
         })
     };
     for (name, next) in flow.steps(&index) {

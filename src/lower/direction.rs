@@ -26,9 +26,10 @@ fn windows(pattern: &Term, term: &Term) -> bool {
         parts.iter().zip(window).all(|(pattern, term)| instance(pattern, term, &mut found))
     };
     match (pattern.node(), term.node()) {
-        (Node::Seq(parts), Node::Seq(all))
-        | (Node::Par(parts), Node::Par(all))
-        | (Node::Disable(parts), Node::Disable(all)) => all.windows(parts.len()).any(|window| fits(parts, window)),
+        (Node::Seq(parts), Node::Seq(all)) => all.windows(parts.len()).any(|window| fits(parts, window)),
+        (Node::Par(parts), Node::Par(all)) | (Node::Disable(parts), Node::Disable(all)) => {
+            all.windows(parts.len()).any(|window| fits(parts, window))
+        }
         _ => instance(pattern, term, &mut BTreeMap::new()),
     }
 }

@@ -190,7 +190,7 @@ fn never_aborts(term: &Term) -> bool {
         Node::Stop | Node::Idle | Node::Delay(_) | Node::In(..) | Node::Out(..) => true,
         Node::Set(..) | Node::Ran(..) | Node::Observe(..) | Node::Loop(_) => true,
         Node::Else(_, second) => never_aborts(second),
-        Node::Seq(parts) | Node::Disable(parts) => parts.iter().all(never_aborts),
+        Node::Seq(_) | Node::Disable(_) => term.children().all(never_aborts),
         Node::Par(parts) => parts.iter().any(never_aborts),
         Node::Power(body, ..) | Node::New(_, body) | Node::Project(body, _) | Node::Replace(body, ..) => {
             never_aborts(body)

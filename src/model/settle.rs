@@ -115,7 +115,7 @@ fn cannot_abort(term: &Term, depth: usize) -> bool {
     match term.node() {
         Node::Stop | Node::Idle | Node::Delay(_) | Node::In(..) | Node::Out(..) | Node::Loop(_) => true,
         Node::Set(..) | Node::Ran(..) | Node::Observe(..) => true,
-        Node::Seq(parts) | Node::Disable(parts) => parts.iter().all(safe),
+        Node::Seq(_) | Node::Disable(_) => term.children().all(safe),
         Node::Par(parts) => parts.iter().any(safe),
         Node::Else(_, second) => safe(second),
         Node::Power(body, ..) | Node::New(_, body) | Node::Project(body, _) | Node::Replace(body, ..) => safe(body),

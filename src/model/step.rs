@@ -23,7 +23,7 @@ pub(super) fn fill(term: &Term, value: &Value) -> Term {
         Node::Loop(_) => term.clone(),
         Node::Seq(parts) => {
             // Only the first part that has not yet ended can hold the blank.
-            let mut parts = parts.clone();
+            let mut parts = parts.to_vec();
             if let Some(place) = parts.iter().position(|part| !is_set(part)) {
                 parts[place] = fill(&parts[place], value);
             }

@@ -24,7 +24,7 @@ const MOST_WAYS: usize = 400;
 /// Ways that may fail before no more are looked at.
 const MOST_FAILURES: usize = 3;
 /// Stretches of time on one way that are followed: a proof says again at each what has passed before.
-const MOST_STRETCHES: usize = 1_000;
+const MOST_STRETCHES: usize = 10_000;
 /// Cases in which tests fail that are looked at.
 const MOST_CASES: usize = 200;
 /// The longest reason that is printed, in characters.

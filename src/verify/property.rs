@@ -71,7 +71,7 @@ impl Wanted {
         let mut wants: Vec<Want> = Vec::new();
         let mut again = false;
         let parts = match body.node() {
-            Node::Seq(parts) => parts.clone(),
+            Node::Seq(parts) => parts.to_vec(),
             _ => vec![body.clone()],
         };
         for part in &parts {
