@@ -2,6 +2,7 @@
 //!
 //! Whatever is found here is checked by [`crate::invariant`] or replayed in the executable meaning before it is said.
 
+mod bounds;
 mod candidates;
 mod carried;
 mod condition;
@@ -36,7 +37,7 @@ use orbit::{Limits, Orbit, Run, extreme, follow};
 use points::Points;
 pub use points::{Instance, meets};
 pub use search::supposed;
-use search::{Short, by_curves, by_invariant};
+use search::{Short, by_bounds, by_curves, by_invariant};
 
 /// States of a run that is followed to decide a claim.
 const MOST_STATES: usize = 20_000;
@@ -186,6 +187,9 @@ fn of_phases(asked: Asked<'_>, search: Search, points: &Points<'_>) -> Outcome {
             by_what_matters(&period, asked, search, &mut outcome);
             if search == Search::Wide {
                 from_later_on(&period, asked, &mut outcome);
+            }
+            if open && search == Search::Wide && matches!(outcome.verdict, Verdict::Open) {
+                by_bounds(&period, claim, assumptions, &mut outcome);
             }
             outcome.period = Some(period);
         }

@@ -301,3 +301,44 @@ fn the_flow_of_a_clamped_robot_has_a_form_for_each_order() {
     assert!(told.contains("closed    if r0 < 3:\n"), "{told}");
     assert!(told.contains("r(n) = 1/2*n+r0 for n < 6-floor(2*r0)\n"), "{told}");
 }
+
+#[test]
+fn a_closed_form_calls_nothing_as_something_else_is_called() {
+    let flow = |text: &str| {
+        let told = told(&format!("observer At(r)\n{text}flow Sys\n"));
+        let line = |word: &str| told.lines().find(|line| line.trim_start().starts_with(word)).map(str::trim);
+        (line("closed").unwrap_or_default().to_string(), line("mean").unwrap_or_default().to_string())
+    };
+    let world = |next: &str, start: &str| {
+        format!("proc World_r = (Delay_1 # At_r) ; World_{{{next}}}\nsystem Sys = World_{start}\n")
+    };
+    // A step is no start, and no number of rounds.
+    assert_eq!(flow(&format!("param r0\n{}", world("r+r0", "3"))).0, "closed    r = rstart+n*r0 from n = 0");
+    assert_eq!(flow(&format!("param r0\n{}", world("r+r0", "r0"))).0, "closed    r = r0+n*r0 from n = 0");
+    assert_eq!(flow(&format!("param n, v\n{}", world("r+n+v", "3"))).0, "closed    r = r0+k*n+k*v from k = 0");
+    // What is assumed of a parameter is not assumed of a start that is called so.
+    let clamped = flow(&format!("param r0 > 0\n{}", world("r+clamp(-r,-1,1)", "(-3)")));
+    assert!(clamped.0.starts_with("closed    if r0 <"), "{clamped:?}");
+    let drawn = "param m, r0\nproc World_r = (Delay_1 # At_r) ; Ran_{Normal(r0/2+m, sd: 1)}<e> ; World_{r/2+e}\nsystem Sys = World_3\n";
+    assert_eq!(flow(drawn).1, "mean      r = 2*m+r0+(1/2)^n*(rstart-2*m-r0) from n = 0");
+    // The place from which a robot comes back is no start of the leg that leads there.
+    let back = "param r0, g\nfn s(d) = d/2\nproc World_r = (Delay_1 # At_r # Look_r) ; In_w<u> ; World_{r+u}\nproc Look_r = Out_{p,r} ; Look_r\n\
+        proc Go_a = In_p<r> ; Gtr_{|a-r|,1/10} ; Out_{w,s(a-r)} ; Go_a\nproc Patrol = Go_g ; Go_r0 ; Patrol\nsystem Sys = World_r0 | Patrol\n";
+    let told = told(&format!("observer At(r)\n{back}flow Sys\n"));
+    assert!(told.contains("closed    r = r0+(1/2)^n*(rstart-r0) from n = 0"), "{told}");
+}
+
+#[test]
+fn a_gain_of_one_and_a_value_of_nothing_are_tried() {
+    let mission = |parameters: &str, go: &str, goals: &str, asked: &str| {
+        told(&format!(
+            "{WORLD}{parameters}proc Go2_a = In_l<r> ; {go} ; Go2_a\nsystem Sys = World_0 | ({goals} ; Done)\ncriteria C for Sys {{ {asked} }}\n"
+        ))
+    };
+    let gain =
+        mission("param k = 4/5, d = 12\n", "Gtr_{|r-a|,1/5} ; Out_{w,(a-r)*k}", "Go2_d", "goals Done leg within 1");
+    assert!(gain.contains("k = 59/60 in place of 4/5"), "{gain}");
+    let back =
+        mission("param b = 1\n", "Neq_{r,a} ; Out_{w,clamp(a-r,-1,1)}", "Go2_9 ; Go2_{-b}", "goals Done leg within 18");
+    assert!(back.contains("b = 0 in place of 1"), "{back}");
+}

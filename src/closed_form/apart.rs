@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::check::{failed, whole};
 use super::defined::Defined;
-use super::{Comparison, Form, Recurrence, Solved, Unchecked};
+use super::{Comparison, Form, Recurrence, Solved, Unchecked, product};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Need, Value};
@@ -69,6 +69,39 @@ pub(super) fn has_meaning(
         }
     }
     Ok(())
+}
+
+/// Makes sure that nothing is 0 by which an equation divides, where products are among the terms: one is never 0 if none of
+/// its factors is. Nothing where that is not known.
+pub(super) fn never_zero(
+    next: &Value,
+    (recurrence, forms): (&Recurrence, &[Form]),
+    defined: &mut Defined<'_>,
+) -> Option<()> {
+    let (terms, from) = (recurrence.terms(), recurrence.from);
+    let images = images_of(recurrence, forms).ok()?;
+    let inverse = |value: &Value| Value::one().div(value).ok();
+    for need in next.needs() {
+        let mut rest = need.value().clone();
+        let read: Vec<&(Name, usize, usize)> = terms.iter().filter(|(name, ..)| rest.mentions(name)).collect();
+        if !read.is_empty() && !matches!(need, Need::Nonzero(_)) {
+            return None;
+        }
+        for (name, place, _) in read.into_iter().filter(|(name, ..)| !images.contains_key(name)) {
+            let Form::Product(ratio, value) = forms.get(*place)? else { return None };
+            let ((factor, other), (start, more)) = (rest.linear_in(name)?, value.linear_in(&product())?);
+            if !other.is_zero() || !more.is_zero() {
+                return None;
+            }
+            defined.value(&inverse(ratio)?, from).ok()?;
+            defined.value(&inverse(&start)?, from).ok()?;
+            rest = factor;
+        }
+        if matches!(need, Need::Nonzero(_)) {
+            defined.value(&inverse(&rest.substitute(&images).ok()?)?, from).ok()?;
+        }
+    }
+    Some(())
 }
 
 /// The sets of sequences that all depend on each other, each after those that it reads.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
-use super::apart::{apart, has_meaning, images_of};
+use super::apart::{apart, has_meaning, images_of, never_zero};
 use super::defined::Defined;
 use super::names::names;
 use super::pieces::divides_by;
@@ -118,7 +118,10 @@ impl Induction<'_> {
                 Some((name, ..)) => {
                     let images = images_of(self.recurrence, self.forms)?;
                     if images.len() < terms.len() {
-                        return Err(Unchecked(format!("it divides by {name}, which may be 0")));
+                        let why = || {
+                            Unchecked(format!("it divides by {name}, of which it is not known whether it is ever 0"))
+                        };
+                        never_zero(&sequence.next, (self.recurrence, self.forms), &mut self.defined).ok_or_else(why)?;
                     }
                     has_meaning(&sequence.next, &images, from, &mut self.defined)?;
                 }

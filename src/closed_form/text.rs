@@ -126,7 +126,14 @@ fn written(
         }
         let word = match one {
             Layer::Product(ratio) => match factorials(ratio, index, since) {
-                Some(whole) => return written(nested, &value.with(&name, &whole)?, index, since, outer),
+                Some(whole) => {
+                    if let Some((above, below)) = over_product(value, &name) {
+                        let above = written(nested, &above, index, since, outer)?;
+                        let below = bracketed(below.to_string());
+                        return Ok(format!("{}/({below}*{})", bracketed(above), bracketed(whole.to_string())));
+                    }
+                    return written(nested, &value.with(&name, &whole)?, index, since, outer);
+                }
                 None => "prod",
             },
             Layer::Sum(_) => "sum",
@@ -161,6 +168,13 @@ fn written(
         return written(nested, &value, index, since, outer);
     }
     Ok(value.to_string())
+}
+
+/// The value `a/(b*p)` as a and b, where b is a sum: written out, p would stand in each of its summands.
+fn over_product(value: &Value, product: &Name) -> Option<(Value, Value)> {
+    let (above, (below, rest)) = (value.numerator()?, value.denominator()?.linear_in(product)?);
+    let sum = below.polynomials().is_some_and(|(above, _)| above.terms().len() > 1);
+    (rest.is_zero() && sum && !above.mentions(product)).then_some((above, below))
 }
 
 /// In brackets where it is a choice, to which all that follows would belong.

@@ -300,11 +300,10 @@ impl<'a> Workshop<'a> {
         let at = |value: &BigRational| vec![(parameter.clone(), value.clone())];
         let mut fails = value.clone();
         let mut found = None;
-        for factor in factors() {
+        for next in places(value, up) {
             if (self.judge.interrupted)() {
                 return None;
             }
-            let next = moved(value, &factor, up);
             if self.met(goal, &at(&next)) {
                 found = Some(next);
                 break;
@@ -367,6 +366,23 @@ fn factors() -> impl Iterator<Item = BigRational> {
     factors
         .into_iter()
         .map(|(numerator, denominator): (i64, i64)| BigRational::new(numerator.into(), denominator.into()))
+}
+
+/// Where a change of a parameter is tried, from the present value on: at some factors, at 1 on the way, which a gain that is
+/// just right often is, and last, where it goes towards it, at 0.
+fn places(value: &BigRational, up: bool) -> Vec<BigRational> {
+    let mut places: Vec<BigRational> = factors().map(|factor| moved(value, &factor, up)).collect();
+    places.extend((up == value.is_negative()).then(BigRational::zero).filter(|_| !value.is_zero()));
+    let one = BigRational::one();
+    let beyond = |place: &BigRational| if up { *place >= one } else { *place <= one };
+    if value.is_positive()
+        && !beyond(value)
+        && let Some(first) = places.iter().position(beyond)
+        && places[first] != one
+    {
+        places.insert(first, one);
+    }
+    places
 }
 
 /// A value changed by a factor, away from 0 or towards it; 0 itself is changed by a step.

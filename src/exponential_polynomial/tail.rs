@@ -265,15 +265,18 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
     while at <= MOST {
         if outgrown(parts, place, at) {
             let (verb, what) = match (relation, positive) {
-                (Relation::Eq, _) => ("stays away from", "their difference"),
+                (Relation::Eq, _) => ("is never", "their difference"),
                 (_, Some(true)) => ("stays above", "the difference of both sides"),
                 _ => ("stays below", "the difference of both sides"),
             };
-            let root = bound_text(&main.size);
-            return Ok(Tail::Never(
-                at,
-                format!("from there on {what} {verb} 0: its part with the root of size {root} outgrows all others"),
-            ));
+            let why = match parts {
+                [_] => format!("from there on {what} {verb} 0"),
+                _ => {
+                    let root = bound_text(&main.size);
+                    format!("from there on {what} {verb} 0: its part with the root of size {root} outgrows all others")
+                }
+            };
+            return Ok(Tail::Never(at, why));
         }
         at *= 2;
     }

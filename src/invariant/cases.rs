@@ -91,7 +91,10 @@ fn alternatives(tests: Vec<Test>) -> Result<Vec<Vec<Test>>, ValueError> {
 }
 
 /// The tests with `max(a,b) <= c` as `a <= c` and `b <= c`, which needs no cases.
-fn conjunctions(tests: &[Test]) -> Result<Vec<Test>, ValueError> {
+///
+/// # Errors
+/// When a value has no normal form.
+pub fn conjunctions(tests: &[Test]) -> Result<Vec<Test>, ValueError> {
     let mut work: Vec<Test> = tests.iter().rev().cloned().collect();
     let mut all = Vec::new();
     while let Some(test) = work.pop() {

@@ -18,6 +18,8 @@ pub(super) enum Metas {
     Values,
     /// Values and processes, in a law or a claim.
     Law,
+    /// None, in what is said of what is shown: names of it stand for the values.
+    Shown,
 }
 
 /// Lowers one item; collects what is wrong with it.

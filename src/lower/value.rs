@@ -29,6 +29,9 @@ pub(super) const FUNCTIONS: [(&str, Option<usize>); 11] = [
 
 type Step = fn(&Value, &Value) -> Result<Value, ValueError>;
 
+/// How a claim speaks of what is shown.
+const SHOWN: &str = "give each value that is shown a name, and speak of it by that: `always p <= 6 when At_p`";
+
 impl Lowerer<'_> {
     /// The number, or vector of numbers, that is written here.
     pub(super) fn number(&mut self, written: &Written) -> Option<Value> {
@@ -135,6 +138,13 @@ impl Lowerer<'_> {
                     )),
                 );
             }
+            if self.metas == Metas::Shown {
+                return self.fail(
+                    Diagnostic::error("P0301", format!("nothing shows `{name}`: no value of it would be looked for"))
+                        .label(ident.span, "stands for no value that is shown")
+                        .help(SHOWN),
+                );
+            }
             if let Some(place) = self.ports.get(name).copied() {
                 return self.port_as_value(ident, place);
             }
@@ -199,6 +209,8 @@ impl Lowerer<'_> {
             format!("declare it with `param {name} : distribution`, or write one, such as `Normal(8, sd: 3/5)`")
         } else if self.metas == Metas::Law {
             format!("declare it with `param {0}`, or write `?{0}` for any value", ident.name)
+        } else if self.metas == Metas::Shown {
+            format!("{SHOWN}; what is the same for the whole text is declared with `param {}`", ident.name)
         } else if self.metas == Metas::Values {
             format!("declare it with `param {0}`, or write `?{0}` for a value to be found", ident.name)
         } else {

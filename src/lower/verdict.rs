@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use num_traits::ToPrimitive;
 
-use super::scope::Lowerer;
+use super::scope::{Lowerer, Metas};
 use super::value::count_of;
 use super::{ClaimKind, Entity, Event, Likelihood, Method, Pattern};
 use crate::ast::{self, Comparison, Ident, TermKind, ValueKind};
@@ -98,8 +98,15 @@ impl Lowerer<'_> {
         Some(Pattern { terms, variables, conditions: lowered })
     }
 
-    /// Comparisons of numbers.
+    /// Comparisons of numbers that are shown.
     pub(super) fn compared(&mut self, conditions: &[Comparison]) -> Option<Vec<(Relation, Value, Value)>> {
+        let outside = std::mem::replace(&mut self.metas, Metas::Shown);
+        let lowered = self.comparisons(conditions);
+        self.metas = outside;
+        lowered
+    }
+
+    fn comparisons(&mut self, conditions: &[Comparison]) -> Option<Vec<(Relation, Value, Value)>> {
         let mut lowered = Vec::new();
         for Comparison { relation, left, right, .. } in conditions {
             let sides = (self.number(left), self.number(right)?);

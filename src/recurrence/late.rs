@@ -51,7 +51,13 @@ fn of_quotients(solved: &Solved, relation: Relation, difference: &Value) -> Opti
     let whole = difference.substitute(&images).ok()?;
     let product = whole.numerator()?.mul(&whole.denominator()?).ok()?;
     let sum = ExponentialPolynomial::of(&product, &recurrence.index)?;
-    Some(tail(&sum, relation, recurrence.from.to_u64()?.saturating_add(first as u64)))
+    let found = tail(&sum, relation, recurrence.from.to_u64()?.saturating_add(first as u64));
+    let divided = whole.denominator()?.mentions(&recurrence.index);
+    Some(match found {
+        // What outgrows all others is a part of the product, not of the quotient.
+        Tail::Never(from, why) if divided => Tail::Never(from, why.split(": ").next().unwrap_or_default().to_string()),
+        found => found,
+    })
 }
 
 /// The first index at which a comparison holds, of terms whose difference moves one way only from the first index on.

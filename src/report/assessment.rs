@@ -11,6 +11,9 @@ use crate::name::Name;
 use crate::timeline::Timeline;
 use crate::value::Value;
 
+/// The longest number, in characters, of which somebody may want to know that it is not enough.
+const LONGEST: usize = 8;
+
 /// What came of criteria.
 #[derive(Clone, Debug)]
 pub struct Assessment {
@@ -237,8 +240,9 @@ fn advice(feedback: &Feedback) -> Vec<String> {
         if let Some(least) = &repair.least {
             line.push_str(&format!("; with a change that is smaller by {} it is not met", little(least)));
         }
-        if let Some(place) = &repair.not_at {
-            line.push_str(&format!("; {} itself is not enough", text(place)));
+        // Of a long number it tells nothing that anybody would try.
+        if let Some(place) = repair.not_at.as_ref().map(text).filter(|place| place.len() <= LONGEST) {
+            line.push_str(&format!("; {place} itself is not enough"));
         }
         let (open, broken): (Vec<_>, Vec<_>) = repair.breaks.iter().partition(|name| repair.open.contains(name));
         for (word, names) in [("not met", broken), ("open", open)] {
@@ -268,11 +272,11 @@ fn advice(feedback: &Feedback) -> Vec<String> {
 
 /// A small number, or a round one that it is less than.
 fn little(least: &BigRational) -> String {
-    let mut bound = BigRational::new(1.into(), 1_000_000.into());
-    if *least >= bound {
-        return text(least);
+    let (mut bound, tenth) = (BigRational::from_integer(1.into()), BigRational::new(1.into(), 10.into()));
+    let plain = text(least);
+    if *least >= bound || plain.len() <= LONGEST && *least >= BigRational::new(1.into(), 1_000_000.into()) {
+        return plain;
     }
-    let tenth = BigRational::new(1.into(), 10.into());
     while least.is_positive() && *least < &bound * &tenth && bound.denom().bits() < 400 {
         bound *= &tenth;
     }

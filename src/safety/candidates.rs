@@ -8,7 +8,7 @@ use crate::assumption::Assumptions;
 use crate::invariant::cases::impossible;
 use crate::invariant::{Claim, follows, premises};
 use crate::name::Name;
-use crate::period::{Edge, Next, Period, Test};
+use crate::period::{Edge, Next, Period, Phase, Test};
 use crate::value::{Relation, Value, ValueError};
 
 /// The bits from which on a number is long.
@@ -45,16 +45,9 @@ pub(super) fn candidates(
     kept: Kept,
     equal: &[BTreeSet<Test>],
 ) -> Result<Vec<Vec<Test>>, ValueError> {
-    let mut claimed = Vec::new();
+    let mut claimed = claimed(period, candidate)?;
     let mut asked = Vec::new();
     for (number, phase) in period.phases.iter().enumerate() {
-        let mut tests = BTreeSet::new();
-        for edge in &phase.edges {
-            let Some(first) = edge.segments.first() else { continue };
-            let duties = candidate.duties(&first.observed)?;
-            tests.extend(duties.into_iter().filter(|duty| duty.premises.is_empty()).flat_map(|duty| duty.tests));
-        }
-        claimed.push(tests);
         let own: BTreeSet<&Name> = phase.variables.iter().collect();
         let about = |test: &Test| {
             let names = test.left.variables();
@@ -89,6 +82,20 @@ pub(super) fn candidates(
         }
     }
     Ok(claimed.into_iter().zip(asked).map(|(claimed, asked)| claimed.union(&asked).cloned().collect()).collect())
+}
+
+/// What is claimed of the variables of each phase as it begins.
+pub(super) fn claimed(period: &Period, claim: &Claim) -> Result<Vec<BTreeSet<Test>>, ValueError> {
+    let of = |phase: &Phase| {
+        let mut tests = BTreeSet::new();
+        for edge in &phase.edges {
+            let Some(first) = edge.segments.first() else { continue };
+            let duties = claim.duties(&first.observed)?;
+            tests.extend(duties.into_iter().filter(|duty| duty.premises.is_empty()).flat_map(|duty| duty.tests));
+        }
+        Ok(tests)
+    };
+    period.phases.iter().map(of).collect()
 }
 
 /// The phases that are reached where what is claimed holds; leaves out what does not follow on a way to one of them.

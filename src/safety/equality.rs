@@ -47,7 +47,9 @@ fn forms(variables: &[Value]) -> Vec<Value> {
 
 /// The value of a form on every way, if it is the same and has no variable of a phase.
 fn common(form: &Value, ways: &[&Edge], period: &Period) -> Option<Value> {
-    let mut values = ways.iter().map(|edge| form.substitute(&edge.map).ok());
+    // A way on which it stays what it was says nothing of what it is.
+    let mut values =
+        ways.iter().map(|edge| form.substitute(&edge.map).ok()).filter(|value| value.as_ref() != Some(form));
     let first = values.next()??;
     let free = |name: &Name| {
         let drawn = ways.iter().any(|edge| edge.draws.iter().any(|(draw, _)| draw == name));

@@ -3,19 +3,22 @@
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
-use super::candidates::{Kept, candidates};
+use super::bounds::{carried_back, ranges};
+use super::candidates::{Kept, candidates, claimed};
 use super::condition::{Clause, Sufficient, exclusion, sufficient, weakest};
 use super::curves::{Kind, curves};
 use super::equality::equalities;
 use super::points::Points;
 use super::{Asked, Outcome, Verdict};
 use crate::assumption::Assumptions;
-use crate::invariant::cases::cases;
+use crate::invariant::cases::{cases, conjunctions};
 use crate::invariant::{Claim, Rejected, check, goals, premises};
 use crate::name::Name;
 use crate::period::{Period, Test};
 use crate::value::{Relation, ValueError, View};
 
+/// Phases of which bounds are looked for.
+const MOST_PHASES: usize = 12;
 /// Tests of an invariant of which each is tried to be left out.
 const MOST_TESTS: usize = 60;
 
@@ -73,6 +76,29 @@ pub(super) fn by_invariant(period: &Period, claim: &Claim, assumptions: &Assumpt
         }
     }
     outcome.remaining.extend(reasons);
+}
+
+/// Looks for one among bounds that rounds keep: of each variable, and those that a claim needs of what is before it. They are
+/// many, so nothing is told of them where they do not help.
+pub(super) fn by_bounds(period: &Period, claim: &Claim, assumptions: &Assumptions, outcome: &mut Outcome) {
+    if period.phases.len() > MOST_PHASES {
+        return;
+    }
+    // `|x| <= 1` is two tests, and each is carried back by itself.
+    let Ok(plain) = conjunctions(&claim.tests) else { return };
+    let plain = Claim { tests: plain, ..claim.clone() };
+    let back = claimed(period, &plain).map(|claimed| carried_back(period, &claimed, assumptions));
+    let known = ranges(period).into_iter().zip(back.into_iter().flatten()).enumerate();
+    let known: Vec<BTreeSet<Test>> = known
+        .map(|(phase, (swings, back))| equalities(period, phase).into_iter().chain(swings).chain(back).collect())
+        .collect();
+    if known.len() == period.phases.len()
+        && let Ok(invariant) = candidates(period, &plain, assumptions, Kept::Following, &known)
+        && prove(period, claim, assumptions, invariant, outcome).is_ok()
+    {
+        needed(period, claim, assumptions, outcome);
+        outcome.remaining.clear();
+    }
 }
 
 /// Looks for one among half planes in place of circles, and curves that a map keeps.

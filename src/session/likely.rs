@@ -153,6 +153,12 @@ fn work(answer: &Answer, threshold: &Value) -> String {
         None => {
             let target = threshold.as_rational().map_or(0.5, |number| Interval::of(&number).low);
             let (middle, width) = (f64::midpoint(interval.low, interval.high), interval.width());
+            if target <= 0.0 || target >= 1.0 {
+                return format!(
+                    "{here}: this method comes no closer than {width:.1e} here, and no number of simulated runs tells \
+                     whether it is {threshold}"
+                );
+            }
             let apart = (middle - target).abs().max(width / 10.0);
             let needed = (middle * (1.0 - middle) * (DEVIATIONS / apart).powi(2)).ceil();
             format!(
