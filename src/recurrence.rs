@@ -17,6 +17,7 @@ mod factors;
 mod far;
 mod fractional;
 mod hypergeometric;
+mod in_pieces;
 mod inhomogeneous;
 mod interleaved;
 mod itinerary;

@@ -258,7 +258,8 @@ impl Work<'_> {
         let own = quotient(ratio, self.index);
         for part in self.parts(input)? {
             let closed = match (&own, &part) {
-                (Some(own), Ok(part)) => self.telescoped(own, part)?,
+                (Some(own), Ok(part)) => self.telescoped(own, part, Some(self.since))?,
+                (Some(own), Err(value)) => self.telescoped_from_elsewhere(own, value)?,
                 _ => None,
             };
             match (closed, part) {
@@ -420,7 +421,12 @@ impl Work<'_> {
     }
 
     /// A rational multiple of the part that solves the equation with it for input.
-    fn telescoped(&self, own: &[Univariate; 2], part: &Part) -> Result<Option<Value>, NoClosedForm> {
+    fn telescoped(
+        &self,
+        own: &[Univariate; 2],
+        part: &Part,
+        since: Option<i64>,
+    ) -> Result<Option<Value>, NoClosedForm> {
         let Some(base) = part.base.as_rational() else { return Ok(None) };
         // y = R*base^n*layers: base*ratio(n)*R(n+1) - own(n)*R(n) = numerator/denominator.
         let a = part.ratio[0].times(&own[1]).times(&part.denominator).scale(&base);
@@ -430,7 +436,8 @@ impl Work<'_> {
         // What is not defined from `since` on is no solution there.
         let bad = |(factor, _): &(Univariate, usize)| {
             let root = -factor.coefficient(0);
-            factor.degree() == 1 && root.is_integer() && root >= BigRational::from_integer(self.since.into())
+            let late = since.is_some_and(|since| root >= BigRational::from_integer(since.into()));
+            factor.degree() == 1 && root.is_integer() && late
         };
         if below.factors().iter().any(bad) {
             return Ok(None);
@@ -438,6 +445,34 @@ impl Work<'_> {
         let count = Value::variable(self.index);
         let quotient = value_of(&above, &count)?.div(&value_of(&below, &count)?)?;
         Ok(Some(part.coefficient.mul(&quotient)?.mul(&part.base.power(&count)?)?.mul(&part.layers)?))
+    }
+}
+
+impl Work<'_> {
+    /// The same for a sum of what depends on `n + r` alone, with a symbol r: it is one of numbers, from another index on. Where
+    /// it is defined is asked where the form is checked.
+    fn telescoped_from_elsewhere(
+        &mut self,
+        own: &[Univariate; 2],
+        value: &Value,
+    ) -> Result<Option<Value>, NoClosedForm> {
+        let count = Value::variable(self.index);
+        if own.iter().any(|one| *one != Univariate::one()) {
+            return Ok(None);
+        }
+        for symbol in value.variables().into_iter().filter(|name| name != self.index) {
+            let away = Value::variable(&symbol);
+            let moved = value.with(self.index, &count.sub(&away)?)?;
+            let plain =
+                !moved.mentions(&symbol) && self.layers.iter().enumerate().all(|(at, _)| !moved.mentions(&layer(at)));
+            let parts = if plain { self.parts(&moved)? } else { Vec::new() };
+            if let [Ok(part)] = parts.as_slice()
+                && let Some(closed) = self.telescoped(own, part, None)?
+            {
+                return Ok(Some(closed.with(self.index, &count.add(&away)?)?));
+            }
+        }
+        Ok(None)
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycle::repeating;
 use super::fractional::fractional;
+use super::in_pieces::in_pieces;
 use super::inhomogeneous::first_order;
 use super::interleaved::interleaved;
 use super::itinerary::itineraries;
@@ -306,6 +307,14 @@ fn one_after_the_other(
                 form
             }
         };
+        if let Form::Pieces(pieces) = &form
+            && let Some((own, more)) = in_pieces(&open, (place, pieces), &rest, (known, stop))?
+        {
+            conditions.extend(more);
+            rest.iter().zip(own).for_each(|(place, form)| forms[*place] = Some(form));
+            forms[place] = Some(form);
+            break;
+        }
         for (name, _, offset) in variables.iter().filter(|(_, own, _)| *own == place) {
             if !rest.iter().any(|other| open.sequences[*other].next.mentions(name)) {
                 continue;

@@ -1,0 +1,68 @@
+//! Sequences that read one whose form is in pieces: each piece gives them forms, up to where the next one begins.
+
+use super::NoClosedForm;
+use super::sequences::{Found, found};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Form, Piece, Recurrence, Sequence};
+use crate::name::Name;
+use crate::value::Value;
+
+/// The most pieces that are gone through.
+const MOST_PIECES: usize = 16;
+
+/// The forms of the sequences that are left, which are of order 1, where they read the one at this place, whose own form is
+/// in these pieces, counted from 0; nothing where they do not.
+pub(super) fn in_pieces(
+    open: &Recurrence,
+    (place, pieces): (usize, &[Piece]),
+    rest: &[usize],
+    (known, stop): (&Assumptions, &dyn Fn() -> bool),
+) -> Result<Option<Found>, NoClosedForm> {
+    let sequences: Vec<Sequence> = rest.iter().map(|place| open.sequences[*place].clone()).collect();
+    let term = open.term(&open.sequences[place].name, 0);
+    if !sequences.iter().any(|sequence| sequence.next.mentions(&term)) {
+        return Ok(None);
+    }
+    let group = Recurrence { index: open.index.clone(), from: 0, sequences };
+    piece_by_piece(&group, (&term, pieces), known, stop).map(Some)
+}
+
+fn piece_by_piece(
+    group: &Recurrence,
+    (term, pieces): (&Name, &[Piece]),
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Found, NoClosedForm> {
+    if pieces.len() > MOST_PIECES || group.sequences.iter().any(|sequence| sequence.start.len() != 1) {
+        return Err(NoClosedForm(format!("the form of {term} is in too many pieces to be put into the others")));
+    }
+    let index = &group.index;
+    let count = Value::variable(index);
+    let mut forms: Vec<Vec<Piece>> = vec![Vec::new(); group.sequences.len()];
+    let mut conditions = Vec::new();
+    let mut now = group.clone();
+    for piece in pieces {
+        // Within the piece the index counts from 0.
+        let later = count.add(&piece.from)?;
+        let value = piece.form.with(index, &later)?;
+        for (here, sequence) in now.sequences.iter_mut().zip(&group.sequences) {
+            here.next = sequence.next.with(index, &later)?.with(term, &value)?;
+        }
+        let (own, more) = found(&now, known, stop)?;
+        conditions.extend(more);
+        let since = count.sub(&piece.from)?;
+        for ((form, here), all) in own.iter().zip(&mut now.sequences).zip(&mut forms) {
+            let value = form.value(index).ok_or_else(|| no_value(&here.name))?;
+            if let Some(until) = &piece.until {
+                here.start = vec![value.with(index, &until.sub(&piece.from)?)?];
+            }
+            let (from, until) = (piece.from.clone(), piece.until.clone());
+            all.push(Piece { from, until, form: value.with(index, &since)? });
+        }
+    }
+    Ok((forms.into_iter().map(Form::Pieces).collect(), conditions))
+}
+
+fn no_value(name: &Name) -> NoClosedForm {
+    NoClosedForm(format!("{name} has a form that cannot go on in the next piece"))
+}
