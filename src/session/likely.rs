@@ -259,7 +259,8 @@ fn sought(
             Method::Estimated => Err(reason),
         };
         match found.or_else(exactly) {
-            Ok(mut answer) => {
+            Ok(answer) => {
+                let mut answer = more_closely(answer, likelihood, environment);
                 answer.lines.extend(reasons.iter().map(|reason| format!("note: {reason}")));
                 return Ok(answer);
             }
@@ -293,6 +294,21 @@ fn boxed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
     let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
     let found = boxes(&period, &event, &question).ok()?;
     Some(surely(found, Method::Enclosed, Vec::new(), PERIOD))
+}
+
+/// The answer, or a closer one by boxes, where it is wide and all that is drawn is drawn before the first phase: a number
+/// with a jump in its density is followed better by itself than on a grid.
+fn more_closely(answer: Answer, likelihood: &Likelihood, environment: &Environment) -> Answer {
+    if answer.chance.method != name(Method::Enclosed) || answer.interval.width() < JUMPY {
+        return answer;
+    }
+    let at_first = || {
+        let (system, ..) = event(likelihood, environment).ok()?;
+        let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
+        period.phases.iter().all(|phase| phase.edges.iter().all(|edge| edge.draws.is_empty())).then_some(())
+    };
+    let closer = at_first().and_then(|()| boxed(likelihood, environment));
+    closer.filter(|closer| closer.interval.width() < answer.interval.width()).unwrap_or(answer)
 }
 
 /// Why there is no answer, method by method.
@@ -394,6 +410,8 @@ fn name(method: Method) -> &'static str {
 
 /// Rounds from which on mean and variance are no longer computed as rationals.
 const FAR: u64 = 300;
+/// So wide an interval is looked at by boxes, too.
+const JUMPY: f64 = 1e-5;
 /// An interval that is not narrower for want of digits alone, and the standard deviations of a share to either side.
 const CLOSE: f64 = 1e-11;
 const DEVIATIONS: f64 = 2.6;
