@@ -2,12 +2,16 @@
 //! where the system tells it, so that other work does not count.
 
 use std::fmt::Write as _;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use pars::diagnostic::Source;
 use pars::lower::Environment;
 use pars::name::Name;
 use pars::parser::parse;
 use pars::period::{Period, analyse};
+use pars::report::Output;
+use pars::session::{Session, Surroundings};
 
 /// The program's own.
 #[global_allocator]
@@ -135,8 +139,51 @@ fn scaled(name: &str, sizes: &[usize], make: impl Fn(usize) -> String) {
     }
 }
 
+/// No other texts, and nobody who would interrupt.
+struct Alone;
+
+impl Surroundings for Alone {
+    fn find(&self, _importer: &str, path: &str) -> Result<Source, String> {
+        Err(format!("there is no {path}"))
+    }
+
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
+/// The question `period Sys` as a whole: read, analysed, each way checked by the kernel, and told.
+fn whole(name: &str, sizes: &[usize], make: impl Fn(usize) -> String) {
+    let mut before: Option<f64> = None;
+    for size in sizes {
+        let source = Source::new("bench", format!("{}period Sys\n", make(*size)));
+        let run = || {
+            let mut session = Session::new(Rc::new(Alone)).unwrap_or_else(|_| panic!("a session"));
+            let mut checked = false;
+            let start = Instant::now();
+            let from = spent(start);
+            session.run(&source, &mut |output, _| {
+                if let Output::Answer(answer) = output {
+                    checked |= answer.lines.iter().any(|line| line.contains("by the kernel: all"));
+                }
+            });
+            (spent(start).saturating_sub(from), checked)
+        };
+        let runs: Vec<(Duration, bool)> = (0..RUNS).map(|_| run()).collect();
+        let seconds = runs.iter().map(|(time, _)| *time).min().unwrap_or_default().as_secs_f64();
+        let how = if runs.iter().all(|(_, checked)| *checked) { "checked by the kernel" } else { "not all checked" };
+        let growth = before
+            .map_or(String::new(), |before| format!(", {:.1} times the time of the size before", seconds / before));
+        println!("{name} {size}, {how}: {:.1} ms{growth}", seconds * 1e3);
+        before = Some(seconds);
+    }
+}
+
 fn all() {
     let sizes = [10, 100, 1_000, 10_000];
+    whole("the whole question, operations in one instant", &sizes, |size| line(size, false));
+    whole("the whole question, operations in time", &sizes, |size| line(size, true));
+    whole("the whole question, a ring", &sizes[..3], |size| ring(size / 2));
     scaled("port operations in one instant, two components", &sizes, |size| line(size, false));
     scaled("port operations one after another in time, two components", &sizes, |size| line(size, true));
     scaled("port operations in a ring of components", &sizes, |size| ring(size / 2));

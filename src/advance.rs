@@ -45,6 +45,8 @@ const MOST_DEPTH: usize = 400;
 /// The most ports of a network's own.
 const MOST_PORTS: usize = 1_100;
 /// Orders of communications that are followed in one instant beside the first.
+const MOST_ORDERS: usize = 10_000;
+/// States that several moments of one instant may go through, where something is drawn.
 const MOST_STATES: usize = 10_000;
 
 /// Different orders lead to different states.
@@ -329,7 +331,7 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
                 on_the_way.insert(state.clone());
                 way.push((state, next));
             }
-            if ways > MOST_STATES {
+            if ways > MOST_ORDERS {
                 return stuck("too much may happen in one instant");
             }
         }

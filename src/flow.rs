@@ -14,6 +14,7 @@ pub use named::Named;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, term};
 use crate::definition::{Definition, Definitions};
+use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::graph::ending;
 use crate::period::{Edge, Next, Period, Segment, Test, in_case, in_case_after, stretch, told_after};
@@ -193,8 +194,9 @@ pub struct PhaseFlow {
 }
 
 /// The table of every phase.
-pub fn flows(period: &Period, definitions: &Definitions) -> Vec<PhaseFlow> {
-    let spoken_of = named::spoken_of(period);
+pub fn flows(period: &Period, environment: &Environment) -> Vec<PhaseFlow> {
+    let definitions = &environment.definitions;
+    let spoken_of = named::spoken_of(period, environment);
     period
         .phases
         .iter()

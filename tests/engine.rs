@@ -218,7 +218,7 @@ fn printed_as_in_the_paper() {
     let text =
         format!("param t > 0, p0, a, b, a != b, p0 != a\nfn s(d)\n{ROBOT}\nsystem Sys = DEnv_{{p0}} | BF_{{a,b}}");
     let period = period_of(&text).unwrap();
-    let flows = pars::flow::flows(&period, &load(&text).definitions);
+    let flows = pars::flow::flows(&period, &load(&text));
     for flow in &flows {
         println!("{}", flow.lines().join("\n"));
     }

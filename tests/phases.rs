@@ -86,7 +86,7 @@ fn the_flow_for_print_has_indices_and_ways_on() {
          proc Go_g = In_p<r> ; Lss_{r,g} ; Out_{v,1} ; Go_g\nproc Trip = Go_9 ; Back_0 ; Trip\n\
          proc Back_g = In_p<r> ; Gtr_{r,g} ; Out_{v,-1} ; Back_g\nsystem Sys = World_0 | Trip\n",
     );
-    let text = latex::phases(&flows(&period, &environment.definitions), &environment.assumptions);
+    let text = latex::phases(&flows(&period, &environment), &environment.assumptions);
     for part in [
         "\\text{again} &= \\quad \\text{while } r < 9\\ \\text{after the round}",
         "r_{n+1} &= r_{n}+1",

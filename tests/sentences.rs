@@ -342,3 +342,16 @@ fn a_gain_of_one_and_a_value_of_nothing_are_tried() {
         mission("param b = 1\n", "Neq_{r,a} ; Out_{w,clamp(a-r,-1,1)}", "Go2_9 ; Go2_{-b}", "goals Done leg within 18");
     assert!(back.contains("b = 0 in place of 1"), "{back}");
 }
+
+#[test]
+fn what_is_divided_by_may_be_nothing_in_one_case() {
+    let start = "x(0) = (if c < 3 then 0 else 2), y(0) = 0\n";
+    for next in ["(n+1)*x(n)", "2*x(n)", "x(n)"] {
+        let told = told(&format!("param c\nsolve x(n+1) = {next}, y(n+1) = y(n)+1/x(n), {start}"));
+        assert!(told.contains("if (if 3 > c then 0 else 2) != 0"), "{told}");
+    }
+    // A product is never 0, so there is nothing to suppose.
+    let product =
+        "solve x(n+1) = (n+1)*x(n), a(n+1) = a(n)+1, y(n+1) = y(n)+1/(a(n)*x(n)), x(0) = 1, y(0) = 0, a(0) = 1\n";
+    assert!(!told(product).contains("!= 0"));
+}

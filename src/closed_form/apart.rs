@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::check::{failed, whole};
-use super::defined::Defined;
+use super::defined::{Defined, Layers};
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, product};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -63,7 +63,7 @@ pub(super) fn has_meaning(
 ) -> Result<(), Unchecked> {
     for need in next.needs().into_iter().filter(|need| images.keys().any(|name| need.value().mentions(name))) {
         match need.substitute(images)? {
-            Need::Nonzero(value) => defined.value(&Value::one().div(&value)?, from)?,
+            Need::Nonzero(value) => divides(&value, from, defined)?,
             other if defined.known().grants(&other) == Some(true) => {}
             other => return Err(Unchecked(other.to_string())),
         }
@@ -72,36 +72,49 @@ pub(super) fn has_meaning(
 }
 
 /// Makes sure that nothing is 0 by which an equation divides, where products are among the terms: one is never 0 if none of
-/// its factors is. Nothing where that is not known.
-pub(super) fn never_zero(
+/// its factors is.
+pub(super) fn products_are_never_zero(
     next: &Value,
     (recurrence, forms): (&Recurrence, &[Form]),
     defined: &mut Defined<'_>,
-) -> Option<()> {
+) -> Result<(), Unchecked> {
     let (terms, from) = (recurrence.terms(), recurrence.from);
-    let images = images_of(recurrence, forms).ok()?;
-    let inverse = |value: &Value| Value::one().div(value).ok();
+    let images = images_of(recurrence, forms)?;
     for need in next.needs() {
         let mut rest = need.value().clone();
         let read: Vec<&(Name, usize, usize)> = terms.iter().filter(|(name, ..)| rest.mentions(name)).collect();
         if !read.is_empty() && !matches!(need, Need::Nonzero(_)) {
-            return None;
+            return Err(Unchecked(need.to_string()));
         }
         for (name, place, _) in read.into_iter().filter(|(name, ..)| !images.contains_key(name)) {
-            let Form::Product(ratio, value) = forms.get(*place)? else { return None };
-            let ((factor, other), (start, more)) = (rest.linear_in(name)?, value.linear_in(&product())?);
+            let unlike = || Unchecked(format!("it divides by {rest}, and whether that is ever 0 is not known"));
+            let Some(Form::Product(ratio, value)) = forms.get(*place) else { return Err(unlike()) };
+            let parts = rest.linear_in(name).zip(value.linear_in(&product()));
+            let Some(((factor, other), (start, more))) = parts else { return Err(unlike()) };
             if !other.is_zero() || !more.is_zero() {
-                return None;
+                return Err(unlike());
             }
-            defined.value(&inverse(ratio)?, from).ok()?;
-            defined.value(&inverse(&start)?, from).ok()?;
+            for part in [ratio, &start] {
+                defined.never_zero(part, from, PLAIN)?;
+            }
             rest = factor;
         }
         if matches!(need, Need::Nonzero(_)) {
-            defined.value(&inverse(&rest.substitute(&images).ok()?)?, from).ok()?;
+            divides(&rest.substitute(&images)?, from, defined)?;
         }
     }
-    Some(())
+    Ok(())
+}
+
+/// What does not stand in sums and products.
+const PLAIN: Layers<'_> = Layers { count: 0, fine: &[] };
+
+/// Makes sure that what is divided by is defined and never 0.
+fn divides(value: &Value, from: i64, defined: &mut Defined<'_>) -> Result<(), Unchecked> {
+    if value.is_zero() {
+        return Err(Unchecked("it divides by what is 0".to_string()));
+    }
+    defined.never_zero(value, from, PLAIN)
 }
 
 /// The sets of sequences that all depend on each other, each after those that it reads.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
-use super::apart::{apart, has_meaning, images_of, never_zero};
+use super::apart::{apart, has_meaning, images_of, products_are_never_zero};
 use super::defined::Defined;
 use super::names::names;
 use super::pieces::divides_by;
@@ -115,15 +115,14 @@ impl Induction<'_> {
                 None => self.defined.value(&sequence.next, from)?,
                 // Asked in each piece, where it is known what the terms are.
                 Some(_) if by_pieces => {}
-                Some((name, ..)) => {
+                Some(_) => {
                     let images = images_of(self.recurrence, self.forms)?;
                     if images.len() < terms.len() {
-                        let why = || {
-                            Unchecked(format!("it divides by {name}, of which it is not known whether it is ever 0"))
-                        };
-                        never_zero(&sequence.next, (self.recurrence, self.forms), &mut self.defined).ok_or_else(why)?;
+                        let all = (self.recurrence, self.forms);
+                        products_are_never_zero(&sequence.next, all, &mut self.defined)?;
+                    } else {
+                        has_meaning(&sequence.next, &images, from, &mut self.defined)?;
                     }
-                    has_meaning(&sequence.next, &images, from, &mut self.defined)?;
                 }
             }
             for value in &sequence.start {

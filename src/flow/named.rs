@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::assumption::Assumptions;
+use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::{Edge, Next, Period};
 use crate::scope::read_names;
@@ -19,9 +20,9 @@ pub struct Named {
     own: BTreeSet<Name>,
 }
 
-/// All names that stand in what is said of the phases.
-pub(super) fn spoken_of(period: &Period) -> BTreeSet<Name> {
-    let mut names = BTreeSet::new();
+/// All names that stand in what is said of the phases, or are declared for the whole text.
+pub(super) fn spoken_of(period: &Period, environment: &Environment) -> BTreeSet<Name> {
+    let mut names: BTreeSet<Name> = environment.quantities().map(|(name, _)| name.clone()).collect();
     let edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
     for edge in edges {
         let tests = edge.tests.iter().flat_map(|test| [&test.left, &test.right]);

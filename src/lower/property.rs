@@ -131,7 +131,7 @@ impl Lowerer<'_> {
         placed.sort_by_key(|(place, _)| *place);
         let terms: Vec<Term> = placed.into_iter().map(|(_, term)| term).collect();
         let mut lowered = Vec::new();
-        for ((relation, left, right), written) in self.compared(conditions)?.into_iter().zip(conditions) {
+        for ((relation, left, right), written) in self.compared(&terms, conditions)?.into_iter().zip(conditions) {
             let span = written.span;
             lowered.push((relation, self.put(left, &solved, span)?, self.put(right, &solved, span)?));
         }

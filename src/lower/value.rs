@@ -10,7 +10,7 @@ use num_traits::One;
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Sort, Value, ValueError};
+use crate::value::{Sort, Value, ValueError, taken_for_granted};
 
 /// The functions of the language, with how many arguments they take; none: any number but zero.
 pub(super) const FUNCTIONS: [(&str, Option<usize>); 11] = [
@@ -38,8 +38,8 @@ impl Lowerer<'_> {
         let result = match &written.kind {
             ValueKind::Number(number) => return Some(Value::rational(number.clone())),
             ValueKind::Name(name) => return self.name(name, Class::Number),
-            ValueKind::Sum(parts) => return self.fold(parts, written.span, Value::add, Value::sub),
-            ValueKind::Product(parts) => return self.fold(parts, written.span, Value::mul, Value::over),
+            ValueKind::Sum(parts) => return self.fold(parts, written.span, (Value::add, Value::sub), false),
+            ValueKind::Product(parts) => return self.fold(parts, written.span, (Value::mul, Value::over), true),
             ValueKind::Power(base, exponent) => {
                 let (base, exponent) = (self.number(base), self.number(exponent)?);
                 let base = base?;
@@ -96,7 +96,28 @@ impl Lowerer<'_> {
         }
     }
 
-    fn fold(&mut self, parts: &[(bool, Written)], span: Span, with: Step, without: Step) -> Option<Value> {
+    /// Reports a divisor that is 0 in one of its cases: the fraction would be taken for what it is in the others.
+    fn never_nothing(&mut self, divisor: &Value, span: Span) {
+        let known = &self.environment.assumptions;
+        let Some((relation, inside)) = taken_for_granted(&known.simplify(divisor)) else { return };
+        if known.decide(relation, &inside, &Value::zero()) == Some(true) {
+            return;
+        }
+        let contrary = relation.negated().symbol();
+        self.report(
+            Diagnostic::error("P0402", format!("division by 0 where {inside} {contrary} 0"))
+                .label(span, "0 in one of its cases")
+                .help("choose between whole fractions: `if c < 3 then 0 else 1/2`"),
+        );
+    }
+
+    fn fold(
+        &mut self,
+        parts: &[(bool, Written)],
+        span: Span,
+        (with, without): (Step, Step),
+        divides: bool,
+    ) -> Option<Value> {
         let mut whole: Option<Value> = None;
         for (index, (inverse, part)) in parts.iter().enumerate() {
             let value = self.number(part);
@@ -108,6 +129,9 @@ impl Lowerer<'_> {
             if let (Some(so_far), Some(value)) = (whole.take(), value) {
                 let (so_far, value) = (self.beside(&so_far, &value), self.beside(&value, &so_far));
                 let step = if *inverse { without } else { with };
+                if *inverse && divides {
+                    self.never_nothing(&value, part.span);
+                }
                 whole = self.valid(step(&so_far, &value), span);
             }
         }

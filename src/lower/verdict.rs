@@ -10,6 +10,7 @@ use super::{ClaimKind, Entity, Event, Likelihood, Method, Pattern};
 use crate::ast::{self, Comparison, Ident, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
+use crate::scope::metavariables;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
 
@@ -94,13 +95,20 @@ impl Lowerer<'_> {
             }
             terms.push(Term::new(Node::Observe(name.name.clone(), values)));
         }
-        let lowered = self.compared(conditions)?;
+        let lowered = self.compared(&terms, conditions)?;
         Some(Pattern { terms, variables, conditions: lowered })
     }
 
     /// Comparisons of numbers that are shown.
-    pub(super) fn compared(&mut self, conditions: &[Comparison]) -> Option<Vec<(Relation, Value, Value)>> {
-        let outside = std::mem::replace(&mut self.metas, Metas::Shown);
+    pub(super) fn compared(
+        &mut self,
+        shown: &[Term],
+        conditions: &[Comparison],
+    ) -> Option<Vec<(Relation, Value, Value)>> {
+        // What is shown may have names with `?`, too.
+        let named = shown.iter().any(|term| !metavariables(term).is_empty());
+        let inside = if named { self.metas } else { Metas::Shown };
+        let outside = std::mem::replace(&mut self.metas, inside);
         let lowered = self.comparisons(conditions);
         self.metas = outside;
         lowered

@@ -20,7 +20,9 @@ pub(super) fn in_pieces(
 ) -> Result<Option<Found>, NoClosedForm> {
     let sequences: Vec<Sequence> = rest.iter().map(|place| open.sequences[*place].clone()).collect();
     let term = open.term(&open.sequences[place].name, 0);
-    if !sequences.iter().any(|sequence| sequence.next.mentions(&term)) {
+    // Where pieces end at numbers there are other ways, which find fewer of them.
+    let symbolic = pieces.iter().filter_map(|piece| piece.until.as_ref()).any(|until| until.as_rational().is_none());
+    if !symbolic || !sequences.iter().any(|sequence| sequence.next.mentions(&term)) {
         return Ok(None);
     }
     let group = Recurrence { index: open.index.clone(), from: 0, sequences };
@@ -46,7 +48,10 @@ fn piece_by_piece(
         let later = count.add(&piece.from)?;
         let value = piece.form.with(index, &later)?;
         for (here, sequence) in now.sequences.iter_mut().zip(&group.sequences) {
-            here.next = sequence.next.with(index, &later)?.with(term, &value)?;
+            let next = sequence.next.with(index, &later)?.with(term, &value);
+            here.next = next.map_err(|error| {
+                NoClosedForm(format!("where {term} = {value} the equation of {} has no value: {}", here.name, error.0))
+            })?;
         }
         let (own, more) = found(&now, known, stop)?;
         conditions.extend(more);
@@ -56,13 +61,16 @@ fn piece_by_piece(
             if let Some(until) = &piece.until {
                 here.start = vec![value.with(index, &until.sub(&piece.from)?)?];
             }
-            let (from, until) = (piece.from.clone(), piece.until.clone());
-            all.push(Piece { from, until, form: value.with(index, &since)? });
+            let (from, until, form) = (piece.from.clone(), piece.until.clone(), value.with(index, &since)?);
+            match all.last_mut().filter(|before| before.form == form) {
+                Some(before) => before.until = until,
+                None => all.push(Piece { from, until, form }),
+            }
         }
     }
     Ok((forms.into_iter().map(Form::Pieces).collect(), conditions))
 }
 
 fn no_value(name: &Name) -> NoClosedForm {
-    NoClosedForm(format!("{name} has a form that cannot go on in the next piece"))
+    NoClosedForm(format!("what {name} comes to in one piece is no single value with which the next could begin"))
 }

@@ -211,7 +211,7 @@ fn back(prompt: &mut Prompt, number: &str) -> String {
 fn flow_for_print(environment: &Environment, name: &str) -> String {
     let Some(system) = environment.system(&Name::new(name)) else { return format!("there is no system `{name}`\n") };
     match analyse(&system.components, &environment.definitions, &environment.assumptions) {
-        Ok(period) => latex::phases(&flows(&period, &environment.definitions), &environment.assumptions),
+        Ok(period) => latex::phases(&flows(&period, environment), &environment.assumptions),
         Err(failures) => failures.iter().map(|failure| format!("{failure}\n")).collect(),
     }
 }

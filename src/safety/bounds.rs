@@ -14,7 +14,7 @@ use crate::simplest::simplest;
 use crate::value::{Relation, Value};
 
 /// Rounds that are followed to find out how far variables swing, and where one is taken to go on for ever.
-const MOST_ROUNDS: usize = 3_000;
+const MOST_ROUNDS: usize = 1_000;
 const FARTHEST: f64 = 1e9;
 /// How close what was found is to where it is taken to come to, as a part of it.
 const CLOSE: f64 = 1e-7;

@@ -7,7 +7,6 @@ use super::parts::{Part, Together, headline, parted, steady, together};
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
 use super::satisfies::components;
-use crate::definition::Definitions;
 use crate::flow::flows;
 use crate::lower::{Environment, Expectation, System};
 use crate::name::Name;
@@ -56,7 +55,7 @@ fn told_whole(
     };
     let mut lines = components(system, environment);
     let rounds = period.repetitions(definitions, assumptions, interrupted);
-    lines.extend(told(period, course.as_ref().map(|known| &known.course), rounds, definitions));
+    lines.extend(told(period, course.as_ref().map(|known| &known.course), rounds, environment));
     lines.extend(course.iter().map(|known| whole(&known.course, known.moving)));
     lines.extend(unknown.map(|reason| format!("whether it all repeats is not known: {reason}")));
     lines.extend(checked(period, system, environment, interrupted));
@@ -99,10 +98,10 @@ fn told(
     period: &Period,
     course: Option<&Course>,
     rounds: Option<Vec<(String, u64)>>,
-    definitions: &Definitions,
+    environment: &Environment,
 ) -> Vec<String> {
     let mut lines = Vec::new();
-    for flow in flows(period, definitions) {
+    for flow in flows(period, environment) {
         let periods = flow.periods().into_iter();
         lines.extend(
             periods.map(|(way, tests)| format!("phase {}: {}{}", flow.phase + 1, way.period_term(), in_case(tests))),

@@ -23,7 +23,7 @@ use crate::value::{Relation, Value, ValueError};
 const MOST_WAYS: usize = 400;
 /// Ways that may fail before no more are looked at.
 const MOST_FAILURES: usize = 3;
-/// Stretches of time on one way that are followed: a proof says again at each what has passed before.
+/// Stretches of time on one way that are followed.
 const MOST_STRETCHES: usize = 10_000;
 /// Cases in which tests fail that are looked at.
 const MOST_CASES: usize = 200;

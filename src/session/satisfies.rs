@@ -75,7 +75,7 @@ impl Run<'_, '_> {
         let surroundings = self.surroundings;
         self.examined(system, waiting, |_, period, environment| {
             let mut lines = Vec::new();
-            for flow in flows(period, &environment.definitions) {
+            for flow in flows(period, environment) {
                 lines.extend(flow.lines());
                 let n = flow.index();
                 let next = |(name, next): &(Name, Value)| format!("  next      {} = {next}", term(name, &n, 1));
@@ -182,7 +182,7 @@ fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec
 
 /// The phases with their flow functions, the first of them where there are many.
 pub(super) fn phase_lines(period: &Period, system: &Name, environment: &Environment) -> Vec<String> {
-    let all = flows(period, &environment.definitions);
+    let all = flows(period, environment);
     let mut lines: Vec<String> = Vec::new();
     for flow in all.iter().take(MOST_PHASES) {
         lines.extend(flow.lines().iter().map(|line| said(line)));
@@ -195,7 +195,7 @@ pub(super) fn phase_lines(period: &Period, system: &Name, environment: &Environm
 
 /// The legs, the first and the last where there are many, and what moves on in legs that repeat.
 fn legs(outcome: &Outcome, environment: &Environment) -> Vec<String> {
-    let phases = outcome.period.as_ref().map_or_else(Vec::new, |period| flows(period, &environment.definitions));
+    let phases = outcome.period.as_ref().map_or_else(Vec::new, |period| flows(period, environment));
     let turns = outcome.orbit.as_ref().map(|(from, _)| *from);
     let mut lines = Vec::new();
     for (number, leg) in outcome.legs.iter().enumerate() {

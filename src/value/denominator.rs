@@ -90,6 +90,23 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
     Ok((numerator, denominator))
 }
 
+/// What must hold where this is divided by, so that it is not all 0: the condition s of `B*s`, or the contrary of that of
+/// `A*(1 - s)`. The normal form of a fraction takes it for granted.
+pub fn taken_for_granted(divisor: &Value) -> Option<(Relation, Value)> {
+    let (above, _) = divisor.polynomials()?;
+    above.atoms().into_iter().find_map(|atom| {
+        let Atom::Positive(inside) = atom else { return None };
+        let mut parts = above.coefficients_in(atom);
+        let (constant, factor) = (parts.remove(&0).unwrap_or_else(Polynomial::zero), parts.remove(&1)?);
+        let relation = match (constant.is_zero(), constant.plus(&factor).is_zero()) {
+            (true, _) => Relation::Gtr,
+            (_, true) => Relation::Lte,
+            _ => return None,
+        };
+        parts.is_empty().then(|| (relation, inside.clone()))
+    })
+}
+
 /// What `A + B*s` is multiplied by, and what it is then: (A + B*s)(A - B*s) = A^2 - B^2*s^2 and, where s^2 = s,
 /// (A + B*s)(A + B - B*s) = A*(A + B), each after the common factor of A and B. That must be a number other than 0, as the
 /// conjugate may be 0 elsewhere; or `B*s` is alone.
