@@ -317,8 +317,8 @@ fn a_closed_form_calls_nothing_as_something_else_is_called() {
     assert_eq!(flow(&format!("param r0\n{}", world("r+r0", "r0"))).0, "closed    r = r0+n*r0 from n = 0");
     assert_eq!(flow(&format!("param n, v\n{}", world("r+n+v", "3"))).0, "closed    r = r0+k*n+k*v from k = 0");
     // What is assumed of a parameter is not assumed of a start that is called so.
-    let clamped = flow(&format!("param r0 > 0\n{}", world("r+clamp(-r,-1,1)", "(-3)")));
-    assert!(clamped.0.starts_with("closed    if r0 <"), "{clamped:?}");
+    let clamped = flow(&format!("param r0 > 0\n{}", world("r+clamp(-r,-1,1)", "{-3}")));
+    assert!(clamped.0.starts_with("closed    if rstart <"), "{clamped:?}");
     let drawn = "param m, r0\nproc World_r = (Delay_1 # At_r) ; Ran_{Normal(r0/2+m, sd: 1)}<e> ; World_{r/2+e}\nsystem Sys = World_3\n";
     assert_eq!(flow(drawn).1, "mean      r = 2*m+r0+(1/2)^n*(rstart-2*m-r0) from n = 0");
     // The place from which a robot comes back is no start of the leg that leads there.
