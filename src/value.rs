@@ -27,7 +27,7 @@ use std::sync::{Arc, LazyLock};
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
-pub use denominator::taken_for_granted;
+pub use denominator::{keeps_divisors, taken_for_granted};
 pub use need::Need;
 pub use relation::Relation;
 

@@ -350,6 +350,15 @@ fn what_is_divided_by_may_be_nothing_in_one_case() {
         let told = told(&format!("param c\nsolve x(n+1) = {next}, y(n+1) = y(n)+1/x(n), {start}"));
         assert!(told.contains("if (if 3 > c then 0 else 2) != 0"), "{told}");
     }
+    // Neither is it a value where a process is given it, or reads it.
+    let shown = "proc World_r = (Delay_1 # At_{1/r}) ; World_r\nsystem Sys = World_{if c < 3 then 0 else 2}\n";
+    let told_of = told(&format!("param c\nobserver At(x)\n{shown}prove Sys always x = 1/2 when At_x\n"));
+    assert!(told_of.contains("could not prove") && told_of.contains("division by 0 where 3-c > 0"), "{told_of}");
+    for next in ["f(if c < 3 then 0 else 2)", "(if c < 3 then 0 else 2)^(-1)", "mod(5,if c < 3 then 0 else 2)"] {
+        let text = format!("param c\nfn f(d) = 1/d\nsolve y(n+1) = y(n)+{next}, y(0) = 0\n");
+        let said = String::from_utf8_lossy(&pars("run", &text).stderr).into_owned();
+        assert!(said.contains("P0402") && said.contains("division by 0 where 3-c > 0"), "{next}: {said}");
+    }
     // A product is never 0, so there is nothing to suppose.
     let product =
         "solve x(n+1) = (n+1)*x(n), a(n+1) = a(n)+1, y(n+1) = y(n)+1/(a(n)*x(n)), x(0) = 1, y(0) = 0, a(0) = 1\n";

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use super::distribution::{DISTRIBUTIONS, example};
 use super::scope::{Lowerer, Metas, words};
 use super::{Class, Quantity};
-use num_traits::One;
+use num_traits::{One, Signed};
 
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Sort, Value, ValueError, taken_for_granted};
+use crate::value::{Sort, Value, ValueError, keeps_divisors, taken_for_granted};
 
 /// The functions of the language, with how many arguments they take; none: any number but zero.
 pub(super) const FUNCTIONS: [(&str, Option<usize>); 11] = [
@@ -45,6 +45,9 @@ impl Lowerer<'_> {
                 let base = base?;
                 if base.has_sign() && !self.counts(&exponent) {
                     return self.no_count(&exponent, written.span);
+                }
+                if exponent.as_rational().is_some_and(|exponent| exponent.is_negative()) {
+                    self.never_nothing(&base, written.span);
                 }
                 base.power(&exponent)
             }
@@ -342,10 +345,16 @@ impl Lowerer<'_> {
         let result = match function {
             Some((parameters, Some(body))) => {
                 let images = parameters.iter().cloned().zip(values).collect::<BTreeMap<_, _>>();
-                environment.assumptions.put_in_powers(body, &images)
+                let known = &environment.assumptions;
+                keeps_divisors(body, &images).and_then(|()| known.put_in_powers(body, &images))
             }
             Some((_, None)) => Value::apply(&name.name, &values),
-            None => basic_function(name.name.as_str(), &values),
+            None => {
+                if let ("mod", [_, by]) = (name.name.as_str(), values.as_slice()) {
+                    self.never_nothing(by, span);
+                }
+                basic_function(name.name.as_str(), &values)
+            }
         };
         match result {
             Err(ValueError(text)) if function.is_none() && vectors => {

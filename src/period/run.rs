@@ -20,7 +20,7 @@ use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::read_names;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value, View};
+use crate::value::{Relation, Value, View, keeps_divisors};
 
 /// A process that runs, or has ended.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -222,7 +222,7 @@ pub(crate) fn evaluate(value: &Value, env: &Env) -> Result<Value, Halt> {
     if env.is_empty() {
         return Ok(value.clone());
     }
-    match value.substitute(env) {
+    match keeps_divisors(value, env).and_then(|()| value.substitute(env)) {
         Ok(value) => Ok(value),
         Err(error) => Halt::because(format!("{value} has no value: {}", error.0)),
     }

@@ -1,7 +1,10 @@
 //! What may stand below a fraction: conditions, signs, known roots and lengths leave the denominator where nothing is lost.
 
+use std::collections::BTreeMap;
+
 use super::arithmetic::{DIVISOR_BUDGET, product, relations};
-use super::{Atom, Real, Relation, Value, ValueError};
+use super::{Atom, Need, Real, Relation, Value, ValueError};
+use crate::name::Name;
 use crate::polynomial::{Budget, Polynomial};
 
 /// Whether a fraction is not what [`Value::over`] makes of its numerator and denominator.
@@ -90,6 +93,29 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
     Ok((numerator, denominator))
 }
 
+/// Makes sure that nothing is lost where these are put in for names: what the value divides by may become 0 in a case, and
+/// the normal form is then what the fraction is in the others.
+///
+/// # Errors
+/// Where it is 0.
+pub fn keeps_divisors(value: &Value, images: &BTreeMap<Name, Value>) -> Result<(), ValueError> {
+    let plain = value.polynomials().is_some_and(|(_, below)| below.is_one())
+        && value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_)));
+    if plain {
+        return Ok(());
+    }
+    let cased = |name: &Name| {
+        images.get(name).is_some_and(|image| image.atoms().iter().any(|atom| matches!(atom, Atom::Positive(_))))
+    };
+    let needs = value.needs().into_iter().filter(|need| matches!(need, Need::Nonzero(_)));
+    for need in needs.filter(|need| need.value().variables().iter().any(cased)) {
+        if let Some((relation, inside)) = taken_for_granted(&need.value().substitute(images)?) {
+            return Err(ValueError(format!("division by 0 where {inside} {} 0", relation.negated().symbol())));
+        }
+    }
+    Ok(())
+}
+
 /// What must hold where this is divided by, so that it is not all 0: the condition s of `B*s`, or the contrary of that of
 /// `A*(1 - s)`. The normal form of a fraction takes it for granted.
 pub fn taken_for_granted(divisor: &Value) -> Option<(Relation, Value)> {
@@ -157,7 +183,6 @@ fn decided(polynomial: &Real, atom: &Atom, one: bool) -> Result<Real, ValueError
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::name::Name;
 
     fn name(letter: char) -> Value {
         Value::variable(&Name::new(&letter.to_string()))
