@@ -11,7 +11,7 @@ use pars::name::Name;
 use pars::parser::parse;
 use pars::period::{Period, analyse};
 use pars::report::Output;
-use pars::session::{Session, Surroundings};
+use pars::session::{Alone, Session};
 
 /// The program's own.
 #[global_allocator]
@@ -136,19 +136,6 @@ fn scaled(name: &str, sizes: &[usize], make: impl Fn(usize) -> String) {
             seconds * 1e6 / *size as f64
         );
         before = Some(seconds);
-    }
-}
-
-/// No other texts, and nobody who would interrupt.
-struct Alone;
-
-impl Surroundings for Alone {
-    fn find(&self, _importer: &str, path: &str) -> Result<Source, String> {
-        Err(format!("there is no {path}"))
-    }
-
-    fn interrupted(&self) -> bool {
-        false
     }
 }
 

@@ -4,6 +4,7 @@
 //! [`Facts::of`], serves the kernel and the prover alike.
 
 mod combine;
+mod supposed;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -11,7 +12,7 @@ use std::rc::Rc;
 
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
-use crate::law::{Condition, Fact};
+use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{Spoken, calls};
 use crate::term::{Node, Term, TermMap};
@@ -351,10 +352,7 @@ impl Facts {
         for value in term.values() {
             facts.reads.names.extend(value.variables());
         }
-        if !facts.may_stop {
-            facts.binds = NameSet::default();
-        }
-        facts
+        facts.binding_where_it_stops()
     }
 
     fn leaf(term: &Term, context: &Context<'_>) -> Facts {
@@ -462,24 +460,6 @@ impl Facts {
         let mut facts = known.clone();
         let map: BTreeMap<Name, Value> = definition.parameters.iter().cloned().zip(arguments.iter().cloned()).collect();
         facts.duration = facts.duration.and_then(|duration| context.assumptions.put_in(&duration, &map).ok());
-        facts
-    }
-
-    fn metavariable(name: &Name, term: &Term, context: &Context<'_>) -> Facts {
-        let mut facts = Facts::anything(name);
-        for hypothesis in context.hypotheses {
-            match hypothesis {
-                Condition::Is(fact, subject) if subject == term => facts.suppose(*fact),
-                Condition::Lasts(subject, time) if subject == term => {
-                    let delay = Facts::delay(time, context);
-                    facts = Facts { reads: facts.reads, shows: facts.shows, duration: Some(time.clone()), ..delay };
-                }
-                Condition::Complementary(first, second) if first == term || second == term => {
-                    facts.suppose(Fact::Guard);
-                }
-                _ => {}
-            }
-        }
         facts
     }
 }

@@ -78,6 +78,20 @@ pub trait Surroundings {
     fn ends(&self) {}
 }
 
+/// A session by itself: there are no other texts, and nobody stops it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Alone;
+
+impl Surroundings for Alone {
+    fn find(&self, _importer: &str, path: &str) -> Result<Source, String> {
+        Err(format!("there is no file `{path}`"))
+    }
+
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
 /// A proof with the theory in which the kernel accepted it.
 #[derive(Clone)]
 pub struct Evidence {

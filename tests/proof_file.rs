@@ -4,19 +4,7 @@ use std::rc::Rc;
 
 use pars::diagnostic::Source;
 use pars::proof_file::{Checked, check_file, sealed};
-use pars::session::{Session, Surroundings};
-
-struct Alone;
-
-impl Surroundings for Alone {
-    fn find(&self, _importer: &str, path: &str) -> Result<Source, String> {
-        Err(format!("there is no file `{path}`"))
-    }
-
-    fn interrupted(&self) -> bool {
-        false
-    }
-}
+use pars::session::{Alone, Session};
 
 /// The proof files of all claims that a script proves.
 fn proofs(text: &str) -> Vec<String> {

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::{Context, Facts, NameSet};
-use crate::law::Fact;
 use crate::name::Name;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -14,32 +13,12 @@ use crate::value::{Relation, Value};
 const LONG: usize = 16;
 
 impl Facts {
-    /// With what a claim supposes of it.
-    pub(super) fn suppose(&mut self, fact: Fact) {
-        match fact {
-            Fact::NeverAborts => (self.may_abort, self.starts_aborted, self.instant_abort) = (false, false, false),
-            Fact::NeverStops => (self.may_stop, self.starts_stopped, self.instant_stop) = (false, false, false),
-            Fact::Silent => (self.communicates, self.ports) = (false, NameSet::default()),
-            Fact::DrawsNothing => self.draws = false,
-            Fact::BindsNothing => self.binds = NameSet::default(),
-            Fact::Observer => {
-                let reads = std::mem::take(&mut self.reads);
-                *self =
-                    Facts { starts_running: true, observer: true, reads, shows: self.shows.take(), ..Facts::default() };
-            }
-            Fact::Guard => {
-                let reads = std::mem::take(&mut self.reads);
-                *self = Facts { guard: true, reads, ..Facts::ended(true, true, None) };
-            }
-            Fact::NotStopped => self.starts_stopped = false,
-            Fact::Running => (self.starts_stopped, self.starts_aborted) = (false, false),
-            Fact::Guarded => (self.instant_stop, self.starts_stopped) = (false, false),
-            Fact::Immediate => {
-                (self.starts_running, self.starts_aborted, self.may_abort, self.instant_abort) =
-                    (false, false, false, false);
-            }
-            Fact::Still => self.early = false,
+    /// What never stops hands on nothing that it binds.
+    pub(super) fn binding_where_it_stops(mut self) -> Facts {
+        if !self.may_stop {
+            self.binds = NameSet::default();
         }
+        self
     }
 
     fn never_ends(&self) -> bool {
@@ -84,11 +63,8 @@ impl Facts {
             let whole = parts.after(place);
             let known = context.known.borrow().get(&whole).cloned();
             behind = known.unwrap_or_else(|| {
-                let mut facts = Facts::clone(&Facts::of(&parts[place], context)).then(&behind);
-                if !facts.may_stop {
-                    facts.binds = NameSet::default();
-                }
-                Rc::new(facts)
+                let facts = Facts::clone(&Facts::of(&parts[place], context)).then(&behind);
+                Rc::new(facts.binding_where_it_stops())
             });
             context.known.borrow_mut().insert(whole, Rc::clone(&behind));
         }

@@ -22,7 +22,7 @@ use crate::distribution::Distribution;
 use crate::interval::Interval;
 use crate::invariant::{Claim, PERIOD};
 use crate::lower::{Environment, Event, Likelihood, Method, System};
-use crate::period;
+use crate::period::{self, Period};
 use crate::probability::boxes::boxes;
 use crate::probability::chain::{Chain, chain, curved};
 use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
@@ -255,7 +255,7 @@ fn sought(
         let found = by_method(*method, &chain, &question, threshold, simulated);
         let exactly = |reason| match method {
             Method::Exact => followed(likelihood, environment).ok_or(reason),
-            Method::Enclosed => boxed(likelihood, environment).ok_or(reason),
+            Method::Enclosed => boxed(likelihood, environment, &|_| true).ok_or(reason),
             Method::Estimated => Err(reason),
         };
         match found.or_else(exactly) {
@@ -285,14 +285,15 @@ fn around(
     Some(by_method(Method::Enclosed, &chain, &question, threshold, (RUNS, SEED)))
 }
 
-/// The answer for a system that draws a few numbers in all; none where it draws more, or too much stays open.
-fn boxed(likelihood: &Likelihood, environment: &Environment) -> Option<Answer> {
+/// The answer for a system that draws a few numbers in all, if its phases are such; none where it draws more, or too much
+/// stays open.
+fn boxed(likelihood: &Likelihood, environment: &Environment, may: &dyn Fn(&Period) -> bool) -> Option<Answer> {
     if !matches!(likelihood.method, None | Some(Method::Enclosed)) {
         return None;
     }
     let (system, event, question) = event(likelihood, environment).ok()?;
     let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
-    let found = boxes(&period, &event, &question).ok()?;
+    let found = if may(&period) { boxes(&period, &event, &question).ok()? } else { return None };
     Some(surely(found, Method::Enclosed, Vec::new(), PERIOD))
 }
 
@@ -302,12 +303,8 @@ fn more_closely(answer: Answer, likelihood: &Likelihood, environment: &Environme
     if answer.chance.method != name(Method::Enclosed) || answer.interval.width() < JUMPY {
         return answer;
     }
-    let at_first = || {
-        let (system, ..) = event(likelihood, environment).ok()?;
-        let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
-        period.phases.iter().all(|phase| phase.edges.iter().all(|edge| edge.draws.is_empty())).then_some(())
-    };
-    let closer = at_first().and_then(|()| boxed(likelihood, environment));
+    let at_first = |period: &Period| period.phases.iter().all(|one| one.edges.iter().all(|edge| edge.draws.is_empty()));
+    let closer = boxed(likelihood, environment, &at_first);
     closer.filter(|closer| closer.interval.width() < answer.interval.width()).unwrap_or(answer)
 }
 
@@ -325,7 +322,7 @@ fn without_rounds(
     if let Some(answer) = followed(likelihood, environment) {
         return Ok(answer);
     }
-    if let Some(answer) = boxed(likelihood, environment) {
+    if let Some(answer) = boxed(likelihood, environment, &|_| true) {
         return Ok(answer);
     }
     let raced = unraced.is_some();
