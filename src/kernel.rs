@@ -210,7 +210,7 @@ impl Checker<'_> {
     /// the same everywhere, which is what makes an equation under assumptions usable in every context.
     fn gate(&mut self, derived: Derived) -> Result<Derived, Reason> {
         for side in [&derived.left, &derived.right] {
-            well_sorted(side, &mut self.sorted, &mut self.counts)?;
+            well_sorted(side, &self.fixed, &mut self.sorted, &mut self.counts)?;
             if !self.counts.is_empty() {
                 counts_are_settled(side, self.context.definitions)?;
             }
@@ -224,11 +224,6 @@ impl Checker<'_> {
                 if let Some(name) = counted.find(|name| written.contains(name)) {
                     return Err(Reason::Name(name));
                 }
-            }
-            if !self.fixed.is_empty()
-                && let Some(name) = bound_names(side).intersection(&self.fixed).next()
-            {
-                return Err(Reason::Name(name.clone()));
             }
         }
         Ok(derived)

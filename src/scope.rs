@@ -39,7 +39,7 @@ pub fn bound_names(term: &Term) -> BTreeSet<Name> {
 }
 
 /// The name that an operator writes, binds by an index or replaces.
-fn binds_itself(term: &Term) -> Option<&Name> {
+pub(crate) fn binds_itself(term: &Term) -> Option<&Name> {
     match term.node() {
         Node::In(_, name)
         | Node::Set(_, name)

@@ -213,6 +213,21 @@ impl Term {
         self.node().children()
     }
 
+    /// Its parts for one who goes through many terms and remembers them: of a long sequence some, and then what follows as
+    /// one term, so that what it has in common with a sequence seen before is met at once.
+    pub(crate) fn portions(&self) -> impl Iterator<Item = Term> + '_ {
+        const PORTION: usize = 32;
+        let (count, rest) = match self.node() {
+            Node::Seq(parts) if parts.len() > PORTION => {
+                // So many that those of all that follow are as many again: they begin at the same places.
+                let count = (parts.len() - 1) % PORTION + 1;
+                (count, Some(parts.after(count)))
+            }
+            _ => (usize::MAX, None),
+        };
+        self.children().take(count).cloned().chain(rest)
+    }
+
     /// The same operator over other parts, as many as [`Term::children`] gives; flattened and sorted anew.
     pub fn with_children(&self, parts: Vec<Term>) -> Term {
         let mut parts = parts.into_iter();

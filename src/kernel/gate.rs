@@ -6,7 +6,7 @@ use super::Reason;
 use crate::definition::Definitions;
 use crate::law::Law;
 use crate::name::Name;
-use crate::scope::{index_escapes, metavariables, read_names, subterms, written};
+use crate::scope::{binds_itself, index_escapes, metavariables, read_names, subterms, written};
 use crate::substitution::Substitution;
 use crate::term::{Node, Term, TermSet};
 use crate::value::{Relation, Sort};
@@ -66,21 +66,30 @@ pub(super) fn counts_are_settled(term: &Term, definitions: &Definitions) -> Resu
     }
 }
 
-/// Times and comparisons are over reals, draws are from distributions, counts are natural numbers.
-/// `known` holds terms that are, with all their parts; this one is added, and what its counts read to `counts`.
-pub(super) fn well_sorted(term: &Term, known: &mut TermSet, counts: &mut BTreeSet<Name>) -> Result<(), Reason> {
-    let mut open = vec![term];
+/// Times and comparisons are over reals, draws are from distributions, counts are natural numbers; and no name is bound of
+/// which something is assumed: those are `fixed`. `known` holds terms of which this is so, with all their parts; this one
+/// is added, and what its counts read to `counts`.
+pub(super) fn well_sorted(
+    term: &Term,
+    fixed: &BTreeSet<Name>,
+    known: &mut TermSet,
+    counts: &mut BTreeSet<Name>,
+) -> Result<(), Reason> {
+    let mut open = vec![term.clone()];
     let mut seen = Vec::new();
     while let Some(part) = open.pop() {
-        if known.contains(part) {
+        if known.contains(&part) {
             continue;
         }
-        operator_is_well_sorted(part)?;
+        operator_is_well_sorted(&part)?;
+        if let Some(name) = binds_itself(&part).filter(|name| fixed.contains(*name)) {
+            return Err(Reason::Name(name.clone()));
+        }
         if let Node::Power(_, count, _) = part.node() {
             counts.extend(count.variables());
         }
-        open.extend(part.children());
-        seen.push(part.clone());
+        open.extend(part.portions());
+        seen.push(part);
     }
     // Only now, when all parts have passed.
     known.extend(seen);

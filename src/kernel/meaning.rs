@@ -107,7 +107,7 @@ impl Meaning {
     /// All values of a term have a meaning wherever those of the claim have. An index is a natural number within its
     /// rounds.
     pub(super) fn look(&mut self, term: &Term, known: &Assumptions) -> Result<(), Reason> {
-        let mut open = vec![(term, Vec::new())];
+        let mut open = vec![(term.clone(), Vec::new())];
         while let Some((part, indices)) = open.pop() {
             if !self.looked.insert((part.clone(), indices.clone())) {
                 continue;
@@ -121,7 +121,7 @@ impl Meaning {
             if let Node::Power(_, _, Some(index)) = part.node() {
                 inside.push(index.clone());
             }
-            open.extend(part.children().map(|child| (child, inside.clone())));
+            open.extend(part.portions().map(|child| (child, inside.clone())));
         }
         Ok(())
     }

@@ -3,7 +3,8 @@
 use std::cmp::Ordering;
 use std::hash::{Hash, Hasher};
 use std::ops::Deref;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering as Memory};
+use std::sync::{Arc, OnceLock};
 
 use super::{Node, Term};
 use crate::digest::Digest;
@@ -22,6 +23,25 @@ struct Whole {
     parts: Vec<Term>,
     /// For each part what is known of it and of all that follow.
     ends: Vec<End>,
+    /// No other has this number.
+    number: u64,
+    /// Another of which it is known that so many of the last parts are equal to as many of its own.
+    alike: OnceLock<(u64, usize)>,
+}
+
+static NEXT: AtomicU64 = AtomicU64::new(0);
+
+impl Whole {
+    /// Whether so many of the last parts are known to be equal to as many of those of another.
+    fn is_known_as(&self, other: &Whole, last: usize) -> bool {
+        let seen = |whole: &Whole| whole.alike.get().copied().filter(|(_, equal)| last <= *equal);
+        match (seen(self), seen(other)) {
+            (Some((number, _)), _) if number == other.number => true,
+            (_, Some((number, _))) if number == self.number => true,
+            (Some((one, _)), Some((number, _))) => one == number,
+            _ => false,
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -43,7 +63,8 @@ impl Sequence {
             end = End { hash: hasher.finish(), size, depth };
             *place = end;
         }
-        Sequence { whole: Arc::new(Whole { parts, ends }), from: 0 }
+        let number = NEXT.fetch_add(1, Memory::Relaxed);
+        Sequence { whole: Arc::new(Whole { parts, ends, number, alike: OnceLock::new() }), from: 0 }
     }
 
     /// What follows so many parts, as one process: `Stop` where nothing does.
@@ -94,8 +115,23 @@ impl Hash for Sequence {
 }
 
 impl PartialEq for Sequence {
+    /// Two of which one part after the other is taken are compared once, not again for all that is left each time.
     fn eq(&self, other: &Sequence) -> bool {
-        self.same_place(other) || (self.end().hash == other.end().hash && **self == **other)
+        if self.same_place(other) {
+            return true;
+        }
+        if self.len() != other.len() || self.end().hash != other.end().hash {
+            return false;
+        }
+        if self.whole.is_known_as(&other.whole, self.len()) {
+            return true;
+        }
+        let equal = **self == **other;
+        if equal {
+            // The first to be known is kept.
+            let _ = self.whole.alike.set((other.whole.number, self.len()));
+        }
+        equal
     }
 }
 
@@ -109,7 +145,9 @@ impl PartialOrd for Sequence {
 
 impl Ord for Sequence {
     fn cmp(&self, other: &Sequence) -> Ordering {
-        if self.same_place(other) { Ordering::Equal } else { (**self).cmp(&**other) }
+        let same =
+            self.same_place(other) || (self.len() == other.len() && self.whole.is_known_as(&other.whole, self.len()));
+        if same { Ordering::Equal } else { (**self).cmp(&**other) }
     }
 }
 
@@ -139,6 +177,33 @@ mod tests {
             assert_eq!(left.cmp(&made), Ordering::Equal);
         }
         assert_ne!(sequence.after(1), sequence.after(2));
+    }
+
+    #[test]
+    fn what_is_known_to_be_equal_says_nothing_of_what_stands_before() {
+        let of = |first: i64| {
+            let number = |number: i64| if number == 0 { first } else { number };
+            Term::seq((0..40).map(|place| Term::new(Node::Out(Name::new("c"), Value::integer(number(place))))))
+        };
+        let (one, other, third) = (of(100), of(200), of(300));
+        let (Node::Seq(a), Node::Seq(b), Node::Seq(c)) = (one.node(), other.node(), third.node()) else {
+            panic!("sequences")
+        };
+        for (mine, theirs) in [(a, b), (c, b), (a, c), (c, a)] {
+            assert_eq!(mine.after(3), theirs.after(3));
+            assert_eq!(mine.after(1), theirs.after(1));
+            assert_eq!(mine.after(20), theirs.after(20));
+            assert_ne!(mine.after(0), theirs.after(0));
+            assert_ne!(mine.after(20), theirs.after(21));
+            assert_ne!(mine.after(0).cmp(&theirs.after(0)), Ordering::Equal);
+        }
+    }
+
+    #[test]
+    fn what_follows_comes_after_what_stands_before() {
+        let number = |number: i64| Term::new(Node::Out(Name::new("c"), Value::integer(number)));
+        let whole = Term::seq((0..40).map(number));
+        let Node::Seq(sequence) = whole.node() else { panic!("a sequence") };
         assert!(sequence.after(1) > sequence.after(0), "the numbers go up");
     }
 }
