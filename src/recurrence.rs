@@ -10,6 +10,7 @@ mod at_rest;
 mod barrier;
 mod classes;
 mod comes_round;
+mod cut_off;
 mod cycle;
 mod descent;
 mod end;
@@ -20,6 +21,7 @@ mod hypergeometric;
 mod in_pieces;
 mod inhomogeneous;
 mod interleaved;
+mod interval;
 mod itinerary;
 mod late;
 mod line;
@@ -27,10 +29,12 @@ mod linear;
 mod matrix;
 mod modular;
 mod near;
+mod needed;
 mod nested;
 mod nonlinear;
 mod numeric;
 mod outgrown;
+mod over;
 mod parabola;
 mod parts;
 mod powers;
@@ -57,9 +61,10 @@ use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Sort, Value, ValueError};
 use affine::affine_pieces;
+use interval::Interval;
 use region::{Guard, resolve, solutions};
 pub(crate) use search::NO_VALUE;
-use search::{Entry, Interval, enter};
+use search::{Entry, enter};
 
 use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
@@ -165,7 +170,13 @@ pub fn solve(
         return Ok(closed);
     }
     let pieces = Pieces { map: map.clone(), variable, index, known: known.clone(), closed, history: Vec::new() };
-    pieces.collect(start).or_else(|reason| approach::approach(&map, variable, start, index, &known)?.ok_or(reason))
+    pieces.collect(start).or_else(|reason| match approach::approach(&map, variable, start, index, &known) {
+        Ok(Some(found)) => Ok(found),
+        other => match cut_off::cut_off(&map, variable, start, index, &known) {
+            Ok(Some(found)) => Ok(found),
+            _ => Err(other.err().unwrap_or(reason)),
+        },
+    })
 }
 
 /// A piecewise form in the making.
@@ -390,6 +401,15 @@ fn in_piece(
         // An index is not negative, so neither is a length along the way: `abs(n)` is n.
         let bent = value.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)));
         return entry(if bent { known.simplify(&value) } else { value }, Interval::of(relation));
+    }
+    // Of a quotient of terms it is asked as a function of the index, of which the reasons then speak.
+    if difference.denominator().is_some_and(|below| below.mentions(&closed.variable)) {
+        let value = difference.with(&closed.variable, &piece.form)?;
+        let (form, from, until) = (&value.clone(), &piece.from, piece.until.as_ref());
+        let asked = Entry { value, interval: Interval::of(relation), from, until, at_end, form, index, known };
+        if let found @ Ok(Reach::At(..) | Reach::Never(_)) = enter(&asked) {
+            return found;
+        }
     }
     earliest(&solutions(&difference, &closed.variable, relation, known)?, (piece, at_end), index, known)
 }

@@ -72,7 +72,7 @@ impl Assumptions {
     /// `floor(x/d)*d <= x < floor(x/d)*d + d` for `d > 0`.
     fn facts_of_floor(&self, own: &Form, inner: &Value) -> Vec<Constraint> {
         let Some((top, below)) = inner.polynomials() else { return Vec::new() };
-        let signs = self.quick_signs(below);
+        let signs = self.assumed(below);
         let (top, below) = if signs.within(Signs::POSITIVE) {
             (top.clone(), below.clone())
         } else if signs.within(Signs::NEGATIVE) {
@@ -124,7 +124,7 @@ impl Assumptions {
                     continue;
                 }
                 found.extend(self.facts_of_floor(&Polynomial::atom(atom.clone()), inner));
-                if self.quick_signs(below).within(Signs::POSITIVE)
+                if self.assumed(below).within(Signs::POSITIVE)
                     && let Some(form) = constraint.form.times(below)
                 {
                     found.push(Constraint { form, bound: constraint.bound });

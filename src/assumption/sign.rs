@@ -177,11 +177,12 @@ impl Assumptions {
             }
             Atom::Floor(part) => {
                 let mut signs = self.quick(part);
-                // A quotient has the sign of its numerator, of which something may be assumed, where the rest is positive.
-                if let Some((top, below)) = part.polynomials().filter(|_| signs == Signs::ANY)
-                    && self.quick_signs(below).within(Signs::POSITIVE)
-                {
-                    signs = self.assumed(top);
+                // A quotient has the signs of its numerator and denominator, of which something may be assumed.
+                if let Some((top, below)) = part.polynomials().filter(|_| signs == Signs::ANY) {
+                    let below = self.assumed(below);
+                    if below.within(Signs::NONZERO) {
+                        signs = self.assumed(top).times(below);
+                    }
                 }
                 if signs.within(Signs::NEGATIVE) {
                     Signs::NEGATIVE

@@ -13,7 +13,7 @@ use super::signs::Signs;
 use super::turned::{only_numbers, turned};
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
 use crate::assumption::Assumptions;
-use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -163,7 +163,11 @@ impl Induction<'_> {
         let known = self.defined.known();
         left == right
             || known.decide(Relation::Eq, left, right) == Some(true)
-            || left.sub(right).is_ok_and(|difference| known.simplify(&difference).is_zero())
+            || left.sub(right).is_ok_and(|difference| {
+                // Powers of one number in several forms meet in its base: `(1+sqrt(5))^(2*n)` and `(6+2*sqrt(5))^n`.
+                known.simplify(&difference).is_zero()
+                    || exponentials(&difference, &self.recurrence.index).is_some_and(|powers| powers.is_empty())
+            })
     }
 
     /// The first terms, by the recurrence itself: the starting values and so many steps.

@@ -291,8 +291,49 @@ fn assume_powers(piece: &Piece, index: &Name, known: &mut Assumptions) {
 
 /// Whether two values are equal, after each maximum and condition has become what it is known to be.
 fn same_settled(left: &Value, right: &Value, known: &Assumptions) -> Result<bool, Unchecked> {
+    same_in_cases(left, right, known, MOST_CASES)
+}
+
+/// Maxima and conditions of which it is not known what they are, and which are looked at in either case.
+const MOST_CASES: usize = 3;
+
+fn same_in_cases(left: &Value, right: &Value, known: &Assumptions, more: usize) -> Result<bool, Unchecked> {
     let (left, right) = (settled(left, known)?, settled(right, known)?);
-    Ok(left == right || known.decide(Relation::Eq, &left, &right) == Some(true))
+    if left == right || known.decide(Relation::Eq, &left, &right) == Some(true) {
+        return Ok(true);
+    }
+    let Some(open) = undecided(&left).or_else(|| undecided(&right)).filter(|_| more > 0) else { return Ok(false) };
+    // One of them is the greatest, whatever the values are.
+    let zero = Value::zero();
+    let cases: Vec<Vec<(Relation, Value, Value)>> = match &open {
+        Atom::Maximum(elements) => {
+            let all: Vec<&Value> = elements.iter().chain([&zero]).collect();
+            let greatest =
+                |one: &&Value| all.iter().map(|other| (Relation::Gte, (*one).clone(), (*other).clone())).collect();
+            all.iter().map(greatest).collect()
+        }
+        Atom::Positive(inner) => {
+            [Relation::Gtr, Relation::Lte].map(|relation| vec![(relation, inner.clone(), zero.clone())]).into()
+        }
+        _ => return Ok(false),
+    };
+    for case in cases {
+        let mut here = known.clone();
+        case.iter().for_each(|(relation, left, right)| here.assume(*relation, left, right));
+        if !here.contradictory() && !same_in_cases(&left, &right, &here, more - 1)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// A maximum or condition that stands in a value, with none inside it.
+fn undecided(value: &Value) -> Option<Atom> {
+    value.atoms().into_iter().find_map(|atom| match &atom {
+        Atom::Maximum(elements) => elements.iter().find_map(undecided).or(Some(atom)),
+        Atom::Positive(inner) => undecided(inner).or(Some(atom)),
+        _ => None,
+    })
 }
 
 fn settled(value: &Value, known: &Assumptions) -> Result<Value, Unchecked> {

@@ -273,7 +273,10 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
                 [_] => format!("from there on {what} {verb} 0"),
                 _ => {
                     let root = bound_text(&main.size);
-                    format!("from there on {what} {verb} 0: its part with the root of size {root} outgrows all others")
+                    let others = parts.iter().enumerate().filter(|(other, _)| *other != place);
+                    let alike = others.into_iter().any(|(_, part)| part.size == main.size && part.power == main.power);
+                    let how = if alike { "is more than all others together" } else { "outgrows all others" };
+                    format!("from there on {what} {verb} 0: its part with the root of size {root} {how}")
                 }
             };
             return Ok(Tail::Never(at, why));

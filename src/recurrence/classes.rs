@@ -50,7 +50,8 @@ impl<'a> Classes<'a> {
         let mut reasons: Vec<String> = Vec::new();
         for class in 0..self.count {
             match self.in_class(class, &natural)? {
-                Reach::Never(why) => reasons.push(why),
+                // The numbers in a reason are those of a difference, and its index counts the turns.
+                Reach::Never(why) => reasons.push(why.split(": ").next().unwrap_or_default().to_string()),
                 Reach::At(round, conditions) if conditions.is_empty() => {
                     let at = round.mul(&self.number(self.count)?).ok()?.add(&self.place(class)?).ok()?;
                     let sooner = match &best {
@@ -64,6 +65,7 @@ impl<'a> Classes<'a> {
                 _ => return None,
             }
         }
+        reasons.sort();
         reasons.dedup();
         Some(match best {
             Some(at) => Reach::At(at, Vec::new()),

@@ -2,7 +2,8 @@
 //! before it is there, or as it is.
 
 use super::Reach;
-use super::search::{Entry, Interval};
+use super::interval::Interval;
+use super::search::Entry;
 use crate::value::{Relation, Value};
 
 impl Entry<'_> {

@@ -87,8 +87,9 @@ fn changes(recurrence: &Recurrence, known: &Assumptions) -> Option<(Vec<Value>, 
                 Some(true) => {}
                 Some(false) => continue,
                 None => {
+                    let at = above_zero(&at);
                     known.assume(Relation::Gtr, &at, &Value::zero());
-                    conditions.push((Relation::Gtr, at.clone(), Value::zero()));
+                    conditions.push((Relation::Gtr, at, Value::zero()));
                 }
             }
             let mut place = 0;
@@ -101,6 +102,15 @@ fn changes(recurrence: &Recurrence, known: &Assumptions) -> Option<(Vec<Value>, 
         }
     }
     (!differences.is_empty()).then_some((all, conditions))
+}
+
+/// What is above 0 just where this is: x for `ceil(x)`.
+fn above_zero(at: &Value) -> Value {
+    let rounded = at.neg().ok().and_then(|below| {
+        let floor = below.atoms().into_iter().find(|atom| atom.value().is_ok_and(|value| value == below))?;
+        if let Atom::Floor(inner) = floor { inner.neg().ok() } else { None }
+    });
+    rounded.unwrap_or_else(|| at.clone())
 }
 
 /// What is compared with 0, with whether it matters that 0 itself belongs to one side: in a condition, not in a maximum.

@@ -17,6 +17,7 @@ use super::far::far;
 use super::late::{late, rising};
 use super::modular::modular;
 use super::near::near;
+use super::needed::needed;
 use super::numeric::Numeric;
 use super::parabola::past;
 use super::ranges::joined;
@@ -59,6 +60,11 @@ pub fn reach(
     stop: &dyn Fn() -> bool,
 ) -> Reach {
     let zero = Value::zero();
+    let needed = needed(recurrence, solved, [left, right], known);
+    let (recurrence, solved) = match &needed {
+        Some(solved) => (solved.recurrence(), Some(solved)),
+        None => (recurrence, solved),
+    };
     match furthest(left, right) {
         Ok(Some(distance)) => {
             let by = |distance: &Value| of_numbers(recurrence, solved, (relation, distance, &zero), known, stop);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::NoClosedForm;
-use super::search::Interval;
+use super::interval::Interval;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};

@@ -127,6 +127,15 @@ impl Special {
         self.equations.iter().map(each).collect::<Vec<_>>().join(", ")
     }
 
+    /// A value with what is equal here.
+    pub fn put_in(&self, value: &Value) -> Option<Value> {
+        let images = self.equations.iter().map(|(name, image)| Some((name.as_variable()?, image)));
+        images
+            .collect::<Option<Vec<_>>>()?
+            .into_iter()
+            .try_fold(value.clone(), |value, (name, image)| value.with(name, image).ok())
+    }
+
     /// What must hold beyond that.
     pub fn conditions(&self) -> &[Comparison] {
         self.solved.conditions()

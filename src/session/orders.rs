@@ -1,6 +1,8 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
+use std::collections::BTreeMap;
+
 use super::solve::found_lines;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Sequence, Solved};
@@ -119,6 +121,29 @@ fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known: &Assumptio
         }
     }
     found.extend(steps(recurrence, known));
+    found.extend(first_guards(recurrence, known));
+    found
+}
+
+/// What a condition compares with 0 where the sequences start, where it is not known how it does.
+fn first_guards(recurrence: &Recurrence, known: &Assumptions) -> Vec<(Value, Value)> {
+    let zero = Value::zero();
+    let first = |sequence: &Sequence| Some((recurrence.term(&sequence.name, 0), sequence.start.first()?.clone()));
+    let starts: BTreeMap<Name, Value> = recurrence.sequences.iter().filter_map(first).collect();
+    let terms: Vec<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    let atoms = recurrence.sequences.iter().flat_map(|sequence| sequence.next.atoms());
+    let at_start = |atom: Atom| {
+        let Atom::Positive(inner) = atom else { return None };
+        let value = known.simplify(&inner.substitute(&starts).ok()?);
+        let free = value.variables().iter().all(|name| *name != recurrence.index && !terms.contains(name));
+        (free && known.decide(Relation::Gtr, &value, &zero).is_none()).then(|| (value, zero.clone()))
+    };
+    let mut found: Vec<(Value, Value)> = Vec::new();
+    for pair in atoms.filter_map(at_start) {
+        if !found.contains(&pair) {
+            found.push(pair);
+        }
+    }
     found
 }
 

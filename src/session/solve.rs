@@ -3,7 +3,7 @@
 use super::orders::{forms_in_orders, in_orders};
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Recurrence, Solved};
+use crate::closed_form::{Comparison, Form, Recurrence, Solved};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
@@ -65,7 +65,7 @@ fn answered(
         Ok(solved) => {
             let mut lines = solved.lines();
             lines.push(proof(recurrence));
-            lines.extend(left_out(solved, known, stop));
+            lines.extend(left_out(solved, question.find.as_ref(), known, stop));
             lines
         }
         Err(_) if in_all => each_order(recurrence, orders),
@@ -74,6 +74,7 @@ fn answered(
     let found = question.find.as_ref().map(|(relation, left, right)| {
         let found = reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop);
         lines.extend(found_lines(&found, recurrence, (*relation, left, right)));
+        lines.extend(solved.iter().flat_map(|solved| also(solved, &found, known)));
         found
     });
     let solved = solved.ok();
@@ -94,15 +95,45 @@ fn answered(
     (lines, expected.collect())
 }
 
-/// The forms for the parameters that the conditions leave out.
-fn left_out(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
+/// The forms for the parameters that the conditions leave out, with the first index that is looked for.
+fn left_out(
+    solved: &Solved,
+    find: Option<&(Relation, Value, Value)>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Vec<String> {
     let mut lines = Vec::new();
     for special in special_cases(solved, known, stop) {
+        let (recurrence, forms) = (special.solved.recurrence(), &special.solved);
+        let mut own = forms.lines();
+        own.push(proof(recurrence));
+        if let Some((relation, left, right)) = find
+            && let [Some(left), Some(right)] = [left, right].map(|side| special.put_in(side))
+        {
+            let goal = (*relation, &left, &right);
+            let found = reach(recurrence, Some(forms), goal, forms.known(), stop);
+            own.extend(found_lines(&found, recurrence, goal));
+            own.extend(also(forms, &found, forms.known()));
+        }
         lines.push(format!("where {}:", special.title()));
-        lines.extend(special.solved.lines().into_iter().map(|line| format!("    {line}")));
-        lines.push(format!("    {}", proof(special.solved.recurrence())));
+        lines.extend(own.into_iter().map(|line| format!("    {line}")));
     }
     lines
+}
+
+/// What the forms need, from which an index was found, beyond what was assumed and what is said of the index itself.
+fn also(solved: &Solved, found: &Reach, known: &Assumptions) -> Vec<String> {
+    let said = match found {
+        Reach::At(_, conditions) => conditions.as_slice(),
+        Reach::Never(_) => &[],
+        Reach::Unknown(_) => return Vec::new(),
+    };
+    let open = |condition: &&Comparison| {
+        let (relation, left, right) = condition;
+        !said.contains(condition) && known.decide(*relation, left, right) != Some(true)
+    };
+    let text = |(relation, left, right): &Comparison| format!("if {left} {} {right}", relation.symbol());
+    solved.conditions().iter().filter(open).map(text).collect()
 }
 
 /// The forms in each order of two values.
@@ -240,13 +271,12 @@ fn is_met(
     let (Some((place, _)), Ok(at)) = (recurrence.sequence(&Name::new(sequence)), at.parse::<i64>()) else {
         return false;
     };
-    let term = match solved {
-        Some(solved) => solved.at(&Name::new(sequence), at).ok(),
-        None => usize::try_from(at.saturating_sub(recurrence.from))
-            .ok()
-            .filter(|count| *count < 10_000)
-            .and_then(|count| recurrence.iterate(count + 1).ok()?.get(place)?.get(count).cloned()),
+    let iterated = || {
+        let count = usize::try_from(at.saturating_sub(recurrence.from)).ok().filter(|count| *count < 10_000)?;
+        recurrence.iterate(count + 1).ok()?.get(place)?.get(count).cloned()
     };
+    // In which piece a term lies may not be known where the term itself is.
+    let term = solved.and_then(|solved| solved.at(&Name::new(sequence), at).ok()).or_else(iterated);
     let known = solved.map_or(known, Solved::known);
     term.is_some_and(|term| known.decide(Relation::Eq, &term, value) == Some(true))
 }

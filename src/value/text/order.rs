@@ -247,7 +247,7 @@ impl Printer {
             let (numerator, denominator) = moved.parts()?;
             before += element.parts()?.0.terms().len();
             after += numerator.terms().len();
-            if !denominator.is_one() {
+            if denominator.terms().len() != 1 {
                 return None;
             }
             elements.push(moved);

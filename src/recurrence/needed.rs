@@ -1,0 +1,27 @@
+//! What is asked of some sequences does not depend on those that they do not read.
+
+use std::collections::BTreeSet;
+
+use crate::assumption::Assumptions;
+use crate::closed_form::{Recurrence, Solved, closures};
+use crate::value::Value;
+
+/// The sequences alone on which these values depend, with their forms, where there are others.
+pub(super) fn needed(
+    recurrence: &Recurrence,
+    solved: Option<&Solved>,
+    sides: [&Value; 2],
+    known: &Assumptions,
+) -> Option<Solved> {
+    let (solved, terms) = (solved?, recurrence.terms());
+    let read =
+        |place: &usize| terms.iter().any(|(name, own, _)| own == place && sides.iter().any(|side| side.mentions(name)));
+    let count = recurrence.sequences.len();
+    let closures = closures(count, recurrence.reads());
+    let needed: BTreeSet<usize> = (0..count).filter(read).flat_map(|place| closures[place].clone()).collect();
+    if needed.is_empty() || needed.len() == count {
+        return None;
+    }
+    let forms = needed.iter().map(|place| solved.forms()[*place].clone()).collect();
+    Solved::check(recurrence.only(&needed), forms, solved.conditions().to_vec(), known).ok()
+}
