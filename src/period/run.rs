@@ -451,7 +451,7 @@ impl Settler<'_> {
                 let negative = if is(Relation::Lss) == Some(true) { "is negative" } else { "may be negative" };
                 Halt::because(format!("the duration {} {negative}", path.named(&left)))
             }
-            None if self.varies(&left) => {
+            None if self.varies(&left) || is(Relation::Gte) == Some(true) => {
                 let raw = Test { relation: Relation::Gtr, left: time.clone(), right: zero };
                 Ok(if self.ask(raw, env, path)? { Run::Delay(left) } else { Run::Done(Env::new()) })
             }
@@ -459,16 +459,13 @@ impl Settler<'_> {
         }
     }
 
-    /// What is left of a delay is not negative; it must be known whether there is something left.
+    /// What is left of a delay is not negative; where it is not known whether there is something left, it is asked.
     fn left_of_delay(&self, left: Value, path: &Path) -> Result<Run, Halt> {
         let zero = Value::zero();
         let positive = match path.assumptions.decide(Relation::Gtr, &left, &zero) {
             Some(positive) => positive,
             None if path.assumptions.decide(Relation::Eq, &left, &zero) == Some(true) => false,
-            None if self.varies(&left) => {
-                self.ask(Test { relation: Relation::Gtr, left: left.clone(), right: zero }, &Env::new(), path)?
-            }
-            None => return Halt::because(format!("it must be known whether {left} = 0 or {left} > 0")),
+            None => self.ask(Test { relation: Relation::Gtr, left: left.clone(), right: zero }, &Env::new(), path)?,
         };
         Ok(if positive { Run::Delay(left) } else { Run::Done(Env::new()) })
     }

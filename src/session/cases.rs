@@ -1,9 +1,12 @@
-//! A run that was found for either order of two values: a proof of each order, and from those one of both.
+//! A run that was found for either order of two values, or where one is more and where both are equal: a proof of each case,
+//! and from those one of both.
 
 use super::matched::{RUN, followed, with_run};
 use super::satisfies::said;
+use crate::fact::supposing;
 use crate::kernel::{Theory, Thm, check};
 use crate::law::{Condition, Connective};
+use crate::name::Name;
 use crate::period::Period;
 use crate::proof::{Proof, Statement, Step};
 use crate::prove::run::{Lost, either};
@@ -51,13 +54,20 @@ impl InEach<'_> {
         let (Some(run), Some(own)) = (&outcome.trajectory_term, &outcome.property_term) else {
             return Err(unwritten(outcome));
         };
-        let (left, right) = (run.clone(), own.clone());
-        let statement = Statement { hypotheses: hypotheses.to_vec(), left, connective: Connective::Refines, right };
-        let Answer::Proved(_, matched) =
-            prove(self.theory, &statement, &By::Search, Limits::default(), self.interrupted)
-        else {
-            return Err("the run of the system could not be proved to match the property".to_string());
-        };
+        let mut open = String::new();
+        let matched = self.alike(own, hypotheses).into_iter().find_map(|right| {
+            let (hypotheses, left) = (hypotheses.to_vec(), run.clone());
+            let statement = Statement { hypotheses, left, connective: Connective::Refines, right };
+            match prove(self.theory, &statement, &By::Search, Limits::default(), self.interrupted) {
+                Answer::Proved(_, matched) => Some(matched),
+                Answer::Open(gap) => {
+                    let (left, right) = (said(&gap.left.to_string()), said(&gap.right.to_string()));
+                    open = format!("the run of the system, {left}, could not be proved to match {right}");
+                    None
+                }
+            }
+        });
+        let Some(matched) = matched else { return Err(open) };
         let stages = outcome.stages_of(self.period);
         let proof = match followed(self.theory, (self.whole, run), &matched, &stages) {
             Ok((_, proof)) => proof,
@@ -70,6 +80,27 @@ impl InEach<'_> {
         Ok(self.as_wanted(proof))
     }
 
+    /// What is wanted in this case, written as it is for all of them: as it is, or with durations that are 0 here written
+    /// out, or with all that is equal here.
+    fn alike(&self, own: &Term, hypotheses: &[Condition]) -> Vec<Term> {
+        if blank(own) == blank(self.wanted) {
+            return vec![own.clone()];
+        }
+        let (known, zero) = (supposing(&self.theory.assumptions, hypotheses), Value::zero());
+        let equal = |left: &Value, right: &Value| known.decide(Relation::Eq, left, right) == Some(true);
+        let plain = |value: &Value| Some(if equal(value, &zero) { zero.clone() } else { value.clone() });
+        let mut put_in = Some(self.wanted.clone());
+        for hypothesis in hypotheses {
+            if let Condition::Compare(Relation::Lte, left, right) = hypothesis
+                && equal(left, right)
+                && let Some((name, image)) = equation(left, right)
+            {
+                put_in = put_in.and_then(|wanted| everywhere(&wanted, &|value| value.with(&name, &image).ok()));
+            }
+        }
+        everywhere(self.wanted, &plain).into_iter().chain(put_in).collect()
+    }
+
     /// The same proof, of what is written for all orders.
     fn as_wanted(&self, mut proof: Proof) -> Proof {
         if proof.statement.right != *self.wanted {
@@ -80,6 +111,27 @@ impl InEach<'_> {
         }
         proof
     }
+}
+
+/// The first parameter that an equation gives, with its value.
+fn equation(left: &Value, right: &Value) -> Option<(Name, Value)> {
+    let difference = left.sub(right).ok()?;
+    difference.variables().into_iter().find_map(|name| {
+        let (factor, rest) = difference.linear_in(&name)?;
+        let number = factor.as_rational().is_some();
+        number.then(|| rest.neg().ok()?.div(&factor).ok()).flatten().map(|image| (name, image))
+    })
+}
+
+/// A term with 0 for all its values.
+fn blank(term: &Term) -> Option<Term> {
+    everywhere(term, &|_| Some(Value::zero()))
+}
+
+fn everywhere(term: &Term, change: &dyn Fn(&Value) -> Option<Value>) -> Option<Term> {
+    let parts = term.children().map(|part| everywhere(part, change)).collect::<Option<Vec<_>>>()?;
+    let whole = if parts.is_empty() { term.clone() } else { term.with_children(parts) };
+    whole.map_values(&mut |value| change(value).ok_or(())).ok()
 }
 
 /// Why the run and the property, which agree, are no terms.

@@ -10,15 +10,18 @@ use crate::name::Name;
 use crate::period::Period;
 use crate::period::course::Course;
 use crate::term::Term;
-use crate::value::Value;
-use crate::verify::Unit;
+use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
 use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
+use crate::verify::{Unit, may_be_zero};
 
 /// The longest system, in operators, that is run for its round.
 const MOST_TERM: usize = 1_000;
 /// How often it is looked whether to go on, while legs are followed by closed forms.
 const MOST_LOOKS: usize = 150;
+
+/// Assumptions that a value is not less than another of which either case is looked at.
+const MOST_CASES: usize = 3;
 
 /// Where a system comes to.
 pub(super) struct Known {
@@ -33,6 +36,42 @@ pub(super) struct Known {
 /// # Errors
 /// Why that is not known; nothing where something is drawn, so that there is no such time.
 pub(super) fn course_of(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Option<Known>, Option<String>> {
+    let found = course_as_assumed(period, system, environment, interrupted);
+    found.or_else(|why| in_either_case(period, system, environment, interrupted).map(Some).ok_or(why))
+}
+
+/// The same where a value is only known not to be less than another: where it is more and where it is equal, if it all takes
+/// the same time in either case.
+fn in_either_case(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Option<Known> {
+    may_be_zero(&environment.assumptions).into_iter().take(MOST_CASES).find_map(|value| {
+        let [more, equal] = [Relation::Gtr, Relation::Eq].map(|relation| {
+            let mut environment = environment.clone();
+            environment.assumptions.assume(relation, &value, &Value::zero());
+            let found = course_as_assumed(period, system, &environment, interrupted).ok().flatten();
+            found.map(|found| (found, environment.assumptions))
+        });
+        let ((more, _), (equal, known)) = (more?, equal?);
+        let same = |one: &Value, other: &Value| known.decide(Relation::Eq, one, other) == Some(true);
+        let (Course::Repeats { lasting, from, beside }, Course::Repeats { lasting: other, from: since, beside: also }) =
+            (&more.course, &equal.course)
+        else {
+            return None;
+        };
+        (same(lasting, other) && same(from, since) && beside == also && more.moving == equal.moving).then_some(more)
+    })
+}
+
+fn course_as_assumed(
     period: &Period,
     system: &System,
     environment: &Environment,

@@ -1,5 +1,6 @@
 //! Parameters that are only known to differ: the system is looked at once for either order, and what was found is
-//! written as one, with the distance `abs(x - y)` and the direction `(x - y)/abs(x - y)`.
+//! written as one, with the distance `abs(x - y)` and the direction `(x - y)/abs(x - y)`. The same where one is only known
+//! not to be less than another: where it is more, and where it is equal.
 //!
 //! What is written as one must be, in either case and under its assumptions, what was found there.
 
@@ -23,7 +24,7 @@ pub struct Apart {
     pub difference: Value,
     /// Where it is more than 0.
     pub above: Outcome,
-    /// Where it is less than 0; it is known not to be 0.
+    /// Where it is less than 0, and known not to be 0; or where it is 0, and known not to be less.
     pub below: Outcome,
 }
 
@@ -34,7 +35,8 @@ pub(super) fn in_cases(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) ->
 
 fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most: usize) -> Outcome {
     let whole = look(assumptions);
-    if most == 0 || !matches!(whole.verdict, Verdict::Open { .. }) {
+    let Verdict::Open { remaining } = &whole.verdict else { return whole };
+    if most == 0 {
         return whole;
     }
     let zero = Value::zero();
@@ -42,11 +44,21 @@ fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most
         difference.variables().iter().any(|name| solved(difference, name).is_some())
             && assumptions.decide(Relation::Gtr, difference, &zero).is_none()
     };
-    let differ = assumptions.iter().filter(|(relation, _)| *relation == Relation::Neq).map(|(_, value)| value);
-    for difference in differ.filter(undirected) {
+    let differ = |wanted| assumptions.iter().filter(move |(relation, _)| *relation == wanted).map(|(_, value)| value);
+    let orders = differ(Relation::Neq).filter(undirected).map(|value| (value, Relation::Lss));
+    // Only what it is open for is looked at in cases: of many that are not known each would take as long as all of it.
+    let asked = |value: &Value| {
+        let names = value.variables();
+        remaining.iter().any(|reason| {
+            let words: Vec<&str> = reason.split(|letter: char| !letter.is_alphanumeric() && letter != '_').collect();
+            reason.contains("must be known whether") && names.iter().all(|name| words.contains(&name.as_str()))
+        })
+    };
+    let weak = may_be_zero(assumptions).into_iter().filter(undirected).filter(asked).map(|value| (value, Relation::Eq));
+    for (difference, otherwise) in orders.chain(weak) {
         let [mut above, mut below] = [assumptions.clone(), assumptions.clone()];
         above.assume(Relation::Gtr, &difference, &zero);
-        below.assume(Relation::Lss, &difference, &zero);
+        below.assume(otherwise, &difference, &zero);
         let one = split(&above, look, most - 1);
         if !matches!(one.verdict, Verdict::Proved) {
             continue;
@@ -56,11 +68,28 @@ fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most
             continue;
         }
         let merge = Merge { difference, above, below };
-        if let Some(found) = merge.outcomes(&one, &other) {
+        let found = match otherwise {
+            Relation::Eq => merge.equal_or_more(&one, &other),
+            _ => merge.outcomes(&one, &other),
+        };
+        if let Some(found) = found {
             return found;
         }
     }
     whole
+}
+
+/// Values that are assumed not to be less than 0, and may be 0 and may be more; of a number of rounds it, and it less 1.
+pub fn may_be_zero(assumptions: &Assumptions) -> Vec<Value> {
+    let zero = Value::zero();
+    let weak = assumptions.iter().filter(|(relation, _)| *relation == Relation::Gte).map(|(_, value)| value);
+    let counted = assumptions.naturals().iter().map(Value::variable);
+    let counts = counted.flat_map(|count| [Some(count.clone()), count.sub(&Value::one()).ok()]).flatten();
+    let open = |value: &Value| {
+        assumptions.decide(Relation::Gte, value, &zero) == Some(true)
+            && assumptions.decide(Relation::Gtr, value, &zero).is_none()
+    };
+    weak.chain(counts).filter(open).collect()
 }
 
 /// The factor of a variable in a difference that it occurs in once, with the rest.
@@ -70,7 +99,7 @@ fn solved(difference: &Value, name: &Name) -> Option<(Value, Value)> {
     (!num_traits::Zero::is_zero(&number)).then_some((factor, rest))
 }
 
-/// Two cases of one difference: above and below 0.
+/// Two cases of one difference: above 0, and below 0 or equal to it.
 pub(crate) struct Merge {
     pub(crate) difference: Value,
     pub(crate) above: Assumptions,
@@ -97,6 +126,33 @@ impl Merge {
         found.legs =
             one.legs.iter().zip(&other.legs).map(|(one, other)| self.legs(one, other)).collect::<Option<_>>()?;
         Some(found)
+    }
+
+    /// What was found where a difference is more than 0, if all that is said of the property is so where it is 0 too. The
+    /// legs, which may be fewer there, are those of the first.
+    fn equal_or_more(&self, one: &Outcome, other: &Outcome) -> Option<Outcome> {
+        let mut found = one.clone();
+        found.values = self.same(&one.values, &other.values)?;
+        found.steady = self.same(&one.steady, &other.steady)?;
+        found.by_turns = one.by_turns.clone().filter(|turns| other.by_turns.as_ref() == Some(turns));
+        // Where a duration is 0 the property may be written without it.
+        if [one, other].iter().any(|case| case.trajectory_term.is_none() || case.property_term.is_none()) {
+            return None;
+        }
+        let (above, below) = (one.clone(), other.clone());
+        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below }));
+        Some(found)
+    }
+
+    /// Values that are in the other case, where they have a meaning, what was found there.
+    fn same(&self, one: &BTreeMap<Name, Value>, other: &BTreeMap<Name, Value>) -> Option<BTreeMap<Name, Value>> {
+        let is = |(name, value): (&Name, &Value)| {
+            let wanted = other.get(name)?;
+            let meant = value.needs().iter().all(|need| self.below.grants(need) == Some(true));
+            let same = value == wanted || (meant && self.below.decide(Relation::Eq, value, wanted) == Some(true));
+            same.then(|| (name.clone(), value.clone()))
+        };
+        if one.len() == other.len() { one.iter().map(is).collect() } else { None }
     }
 
     fn maps(&self, one: &BTreeMap<Name, Value>, other: &BTreeMap<Name, Value>) -> Option<BTreeMap<Name, Value>> {
