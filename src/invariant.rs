@@ -192,8 +192,13 @@ impl Checker<'_> {
             for test in &goal.tests {
                 if !follows(self.assumptions, &premises, test) {
                     let premises: Vec<String> = premises.iter().map(Test::to_string).collect();
-                    let from = if premises.is_empty() { "nothing".to_string() } else { premises.join(" and ") };
-                    return Err(Rejected(format!("{test} does not follow from {from}")));
+                    return Err(Rejected(match premises.as_slice() {
+                        [] if test.decide(self.assumptions) == Some(false) => {
+                            format!("what was tried would need {test}")
+                        }
+                        [] => format!("nothing is known from which {test} would follow"),
+                        premises => format!("{test} does not follow from {}", premises.join(" and ")),
+                    }));
                 }
                 self.derived += 1;
             }

@@ -355,6 +355,8 @@ impl Scene<'_> {
                 finding.margin = Some(Measure::Exact(Value::zero()));
             }
             finding.trusted.extend(safe.trusted().iter().cloned());
+        } else if !self.run.closed() && self.broken_by_draws(&claim, limit, &mut finding) {
+            return finding;
         } else {
             finding.notes.extend(outcome.remaining);
         }

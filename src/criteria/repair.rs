@@ -228,7 +228,8 @@ impl<'a> Workshop<'a> {
         for ((finding, _), single) in failing.iter().zip(&mut singles) {
             self.repaired_by_others(&finding.name, &points, single);
             if !single.iter().any(Repair::is_harmless) {
-                single.extend(self.wider(Some(&finding.name)));
+                let wider = self.wider(Some(&finding.name), single);
+                single.extend(wider);
             }
         }
         let several = failing.len() > 1;

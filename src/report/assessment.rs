@@ -117,12 +117,15 @@ fn repair_json(repair: &Repair) -> Json {
 
 fn sensitivity_json(one: &Sensitivity) -> Json {
     let [up, down] = [&one.up, &one.down].map(|measure| measure.as_ref().map(ToString::to_string));
+    let [lost_up, lost_down] = one.lost.map(|standing| standing.map(Standing::spelling));
     let [slope_up, slope_down] = one.slopes.each_ref().map(|slope| slope.as_ref().map(text));
     json!({
         "parameter": one.parameter.as_str(),
         "step": one.step.as_ref().map_or_else(|| "1 %".to_string(), text),
         "up": up,
         "down": down,
+        "lost_up": lost_up,
+        "lost_down": lost_down,
         "slope_up": slope_up,
         "slope_down": slope_down,
     })
@@ -190,14 +193,19 @@ fn is_still(one: &Sensitivity) -> bool {
 /// How a margin moves, where it does.
 fn sensitivity(one: &Sensitivity) -> Option<String> {
     let slopes = one.slopes.each_ref().map(|slope| slope.as_ref().filter(|slope| !slope.is_zero()));
-    if !moves(&one.up) && !moves(&one.down) && slopes.iter().all(Option::is_none) {
+    let lost = one.lost != [None, None];
+    if !moves(&one.up) && !moves(&one.down) && !lost && slopes.iter().all(Option::is_none) {
         return None;
     }
     let mut parts = Vec::new();
-    for (sign, measure) in [("+", &one.up), ("-", &one.down)] {
-        if let Some(measure) = measure {
-            let step = one.step.as_ref().map_or_else(|| "1 %".to_string(), text);
-            parts.push(format!("{sign}{step} changes it by {}", brief(measure)));
+    let step = one.step.as_ref().map_or_else(|| "1 %".to_string(), text);
+    for ((sign, measure), lost) in [("+", &one.up), ("-", &one.down)].into_iter().zip(&one.lost) {
+        match (measure, lost) {
+            (_, Some(standing)) => {
+                parts.push(format!("with {sign}{step} it is {}", standing.spelling()));
+            }
+            (Some(measure), None) => parts.push(format!("{sign}{step} changes it by {}", brief(measure))),
+            (None, None) => {}
         }
     }
     match slopes {

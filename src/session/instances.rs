@@ -3,6 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use num_rational::BigRational;
+use num_traits::Signed;
+
 use crate::assumption::Assumptions;
 use crate::invariant::Claim;
 use crate::lower::Environment;
@@ -11,13 +14,15 @@ use crate::period::Test;
 use crate::safety::orbit::{self, Limits, Orbit, follow};
 use crate::safety::{self, drawn};
 use crate::sample::{Closed, close};
-use crate::scope::read_names;
+use crate::scope::{calls, read_names, subterms};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::Value;
 
 /// Instances in which one parameter is changed.
-const MOST_INSTANCES: usize = 12;
+const MOST_INSTANCES: usize = 24;
+/// Numbers of the text, the largest ones, that parameters are given.
+const MOST_WRITTEN: usize = 3;
 /// Instances with other values for all of them, and these values.
 const MOST_MIXED: u64 = 30;
 const MIXED: [(i64, i64); 10] = [(1, 3), (1, 2), (2, 3), (1, 1), (3, 2), (2, 1), (5, 2), (3, 1), (5, 1), (10, 1)];
@@ -173,7 +178,8 @@ impl<'a> Choices<'a> {
     /// One parameter with another value: those that bound it come first.
     fn changed(&self, environment: &Environment, most: usize) -> Vec<Vec<(Name, Value)>> {
         let half = Value::fraction(1, 2).unwrap_or_else(|_| Value::one());
-        let others = [Value::integer(2), half, Value::integer(3), Value::integer(10), Value::zero()];
+        let near = [Value::integer(2), half, Value::integer(3), Value::integer(10), Value::zero()];
+        let others = near.into_iter().chain(written(self.system, environment)).collect::<Vec<_>>();
         let changed = others
             .iter()
             .flat_map(|value| self.chosen.iter().map(move |(name, _)| vec![(name.clone(), value.clone())]));
@@ -202,7 +208,28 @@ impl<'a> Choices<'a> {
     }
 }
 
-/// For each parameter the numbers that bound it, where these are assumed.
+/// The largest numbers that a system is written with, itself and in what it calls: at such a place a parameter may tell.
+fn written(system: &Term, environment: &Environment) -> Vec<Value> {
+    let mut numbers: BTreeSet<BigRational> = BTreeSet::new();
+    let mut collect = |term: &Term| {
+        for value in subterms(term).flat_map(Term::values) {
+            let parts = value.components().unwrap_or_else(|| vec![value.clone()]);
+            let constants = parts.iter().filter_map(|part| Some(part.polynomials()?.0.constant_term()));
+            numbers.extend(constants.map(|number| number.abs()));
+        }
+    };
+    collect(system);
+    let (mut seen, mut open) = (BTreeSet::new(), calls(system).into_iter().collect::<Vec<_>>());
+    while let Some(name) = open.pop() {
+        if let Some(definition) = environment.definitions.get(&name).filter(|_| seen.insert(name.clone())) {
+            collect(&definition.body);
+            open.extend(calls(&definition.body));
+        }
+    }
+    numbers.into_iter().rev().take(MOST_WRITTEN).map(Value::rational).collect()
+}
+
+/// For each parameter the numbers that bound it, where these are assumed, and places a little beyond them.
 fn bounds(chosen: &[(Name, Value)], assumptions: &Assumptions) -> Vec<Vec<(Name, Value)>> {
     let mut found = Vec::new();
     for (name, _) in chosen {
@@ -210,7 +237,13 @@ fn bounds(chosen: &[(Name, Value)], assumptions: &Assumptions) -> Vec<Vec<(Name,
             let Some((factor, rest)) = value.linear_in(name) else { continue };
             let bound =
                 rest.neg().and_then(|rest| rest.div(&factor)).ok().filter(|bound| bound.as_rational().is_some());
-            found.extend(bound.map(|bound| vec![(name.clone(), bound)]));
+            let half = Value::fraction(1, 2).unwrap_or_else(|_| Value::one());
+            if let Some(bound) = bound {
+                let beyond = [bound.add(&half), bound.sub(&half)];
+                found.extend(
+                    std::iter::once(bound).chain(beyond.into_iter().flatten()).map(|at| vec![(name.clone(), at)]),
+                );
+            }
         }
     }
     found

@@ -8,6 +8,8 @@ use super::{Scene, exact};
 use crate::invariant::Claim;
 use crate::name::Name;
 use crate::period::Test;
+use crate::replay::replays;
+use crate::safety::drawn::broken;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value, ValueError};
 
@@ -75,6 +77,41 @@ impl Scene<'_> {
         finding.margin = margin.map(|margin| if closed { Measure::Exact(margin) } else { Measure::AtMost(margin) });
         finding.moment = Some(Moment { stretch, from: time, to: None, leg: None });
     }
+}
+
+impl Scene<'_> {
+    /// Notes a run that comes too near by what it draws, if trying values finds one that replays.
+    pub(super) fn broken_by_draws(&self, claim: &Claim, limit: &BigRational, finding: &mut Finding) -> bool {
+        let (definitions, assumptions) = (&self.environment.definitions, &self.environment.assumptions);
+        let term = self.system.term(definitions);
+        let Some(run) = broken(&term, definitions, assumptions, claim, self.judge.interrupted) else { return false };
+        let Some((time, shown)) = run.shown.last() else { return false };
+        if !replays(&term, definitions, &run.shown, &run.drawn) {
+            return false;
+        }
+        let duties = claim.duties(shown).unwrap_or_default();
+        let near = duties.iter().flat_map(|duty| &duty.tests).find(|test| test.decide(assumptions) == Some(false));
+        let Some(near) = near.map(|test| test.left.clone()) else { return false };
+        let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
+        finding.standing = Standing::NotMet;
+        finding.margin = near.sub(&exact(limit)).ok().map(Measure::AtMost);
+        finding.value = Some(Measure::AtMost(near));
+        finding.moment = None;
+        finding.notes = vec![format!("a run comes so near at {time}: {}", shown.join(", "))];
+        let drawn = run.drawn.iter().map(|one| listed(&one.values)).take(MOST_DRAWS).collect::<Vec<_>>();
+        let more = if run.drawn.len() > MOST_DRAWS { ", …" } else { "" };
+        if !drawn.is_empty() {
+            finding.notes.push(format!("where it draws, in turn: {}{more}", drawn.join(", ")));
+        }
+        true
+    }
+}
+
+/// Draws of a run that are noted.
+const MOST_DRAWS: usize = 12;
+
+fn listed(values: &[Value]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and ")
 }
 
 /// Whether two distances are nearly the same.

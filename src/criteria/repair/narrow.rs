@@ -1,5 +1,7 @@
 //! The least change that repairs, between one that does not and one that does.
 
+use std::collections::BTreeSet;
+
 use num_rational::BigRational;
 use num_traits::Signed;
 
@@ -105,15 +107,20 @@ impl Workshop<'_> {
                 continue;
             }
             for repair in single.iter_mut() {
-                let nearer = found.iter().filter(|one| one.ways() == repair.ways() && change(one) < change(repair));
-                let met = nearer.into_iter().find(|one| self.met(Some(name), &one.point()));
+                // One that breaks nothing is not given up for one that does.
+                let as_good = |one: &Repair| one.is_harmless() || !repair.is_harmless();
+                let nearer = |one: &Repair| as_good(one) && change(one) < change(repair);
+                let found = found.iter().filter(|one| one.ways() == repair.ways() && nearer(one));
+                let met = found.into_iter().find(|one| self.met(Some(name), &one.point()));
                 let Some([(parameter, present, place)]) = met.map(|one| one.changes.as_slice()) else { continue };
                 let between = (present.clone(), place.clone());
                 let nearest = self.narrowed(Some(name), parameter, present, between);
-                if let Some(nearest) = nearest.filter(|one| change(one) < change(repair)) {
+                if let Some(nearest) = nearest.filter(nearer) {
                     *repair = nearest;
                 }
             }
+            let mut seen = BTreeSet::new();
+            single.retain(|one| seen.insert(one.point()));
         }
     }
 }

@@ -4,7 +4,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::{Workshop, difference};
-use crate::criteria::{Finding, Measure};
+use crate::criteria::{Finding, Measure, Standing};
 use crate::name::Name;
 use crate::value::Value;
 
@@ -24,6 +24,9 @@ pub struct Sensitivity {
     /// The slope of the margin from here upward and downward, as long as the run takes the same ways; none where the
     /// margin jumps.
     pub slopes: [Option<BigRational>; 2],
+    /// What becomes of the criterion upward and downward where its margin, which is known here, is not known there: the goal
+    /// of a leg is reached no more.
+    pub lost: [Option<Standing>; 2],
 }
 
 impl Workshop<'_> {
@@ -47,9 +50,15 @@ impl Workshop<'_> {
                     difference(there.margin.as_ref()?, finding.margin.as_ref()?)
                 });
                 let slopes = self.slopes(finding, parameter, value);
-                if up.is_some() || down.is_some() || slopes.iter().any(Option::is_some) {
-                    let name = finding.name.clone();
-                    all.push(Sensitivity { name, parameter: parameter.clone(), step: own.clone(), up, down, slopes });
+                let lost = around.each_ref().map(|findings| {
+                    let there = findings.as_ref()?.iter().find(|other| other.name == finding.name)?;
+                    let known = finding.exact_margin().is_some() && there.exact_margin().is_none();
+                    (known && there.standing != finding.standing).then_some(there.standing)
+                });
+                let none = up.is_none() && down.is_none() && lost == [None, None];
+                if !none || slopes.iter().any(Option::is_some) {
+                    let (name, parameter) = (finding.name.clone(), parameter.clone());
+                    all.push(Sensitivity { name, parameter, step: own.clone(), up, down, slopes, lost });
                 }
             }
         }

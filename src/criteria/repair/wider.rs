@@ -18,7 +18,7 @@ const FORMULAS: usize = 10;
 const MOST_TOLD: usize = 3;
 
 /// The factors of a wider search.
-const FACTORS: [(i64, i64); 14] = [
+const FACTORS: [(i64, i64); 16] = [
     (101, 100),
     (9, 8),
     (5, 4),
@@ -28,8 +28,10 @@ const FACTORS: [(i64, i64); 14] = [
     (5, 2),
     (3, 1),
     (4, 1),
+    (5, 1),
     (6, 1),
     (8, 1),
+    (10, 1),
     (16, 1),
     (64, 1),
     (256, 1),
@@ -87,11 +89,35 @@ impl Workshop<'_> {
     }
 
     /// The first change of one parameter that meets the goal and breaks nothing, of each that is found at the same
-    /// factor.
-    pub(super) fn wider(&self, goal: Goal<'_>) -> Vec<Repair> {
+    /// factor. Where a change is known that meets the goal and breaks something, it is looked for beyond that first.
+    pub(super) fn wider(&self, goal: Goal<'_>, harmful: &[Repair]) -> Vec<Repair> {
         let mut budget = Budget(MOST_JUDGED);
-        let mut before: Vec<[BigRational; 2]> =
-            self.parameters.iter().map(|(_, value)| [value.clone(), value.clone()]).collect();
+        let begun = |parameter: &Name, up: bool| {
+            let ends = harmful.iter().filter_map(|one| match one.changes.as_slice() {
+                [(name, before, after)] if name == parameter && (after > before) == up => Some(after.clone()),
+                _ => None,
+            });
+            if up { ends.min() } else { ends.max() }
+        };
+        let beyond = self.outward(goal, &mut budget, &begun);
+        if !beyond.is_empty() {
+            return beyond;
+        }
+        let present = |parameter: &Name| self.parameters.iter().find(|(name, _)| name == parameter);
+        self.outward(goal, &mut budget, &|name, up| {
+            present(name).filter(|_| begun(name, up).is_none()).map(|(_, value)| value.clone())
+        })
+    }
+
+    /// The same, of each parameter either way from a value on; not at all where none is given.
+    fn outward(
+        &self,
+        goal: Goal<'_>,
+        budget: &mut Budget,
+        from: &dyn Fn(&Name, bool) -> Option<BigRational>,
+    ) -> Vec<Repair> {
+        let mut before: Vec<[Option<BigRational>; 2]> =
+            self.parameters.iter().map(|(name, _)| [true, false].map(|up| from(name, up))).collect();
         for (above, below) in FACTORS {
             let factor = BigRational::new(above.into(), below.into());
             let mut found = Vec::new();
@@ -101,8 +127,11 @@ impl Workshop<'_> {
                         return found;
                     }
                     let next = moved(value, &factor, up);
-                    found.extend(self.about(goal, (name, value), (before, &next), &mut budget));
-                    *before = next;
+                    let Some(last) = before.as_ref().filter(|last| next != **last && (next > **last) == up) else {
+                        continue;
+                    };
+                    found.extend(self.about(goal, (name, value), (last, &next), budget));
+                    *before = Some(next);
                 }
             }
             if !found.is_empty() {
@@ -169,7 +198,7 @@ impl Workshop<'_> {
         let repairs: Vec<Vec<Repair>> =
             feedback.iter().map(|one| [one.single.as_slice(), one.pairs.as_slice()].concat()).collect();
         let mut found: Vec<Repair> = points(&repairs).iter().filter_map(|point| self.harmless(None, point)).collect();
-        found.extend(self.wider(None));
+        found.extend(self.wider(None, &[]));
         if found.is_empty() {
             let single: Vec<Repair> = feedback.iter().flat_map(|one| one.single.iter().take(2)).cloned().collect();
             found = self.pairs(None, &single);
