@@ -364,3 +364,32 @@ fn what_is_divided_by_may_be_nothing_in_one_case() {
         "solve x(n+1) = (n+1)*x(n), a(n+1) = a(n)+1, y(n+1) = y(n)+1/(a(n)*x(n)), x(0) = 1, y(0) = 0, a(0) = 1\n";
     assert!(!told(product).contains("!= 0"));
 }
+
+#[test]
+fn an_index_is_said_with_what_its_form_needs() {
+    // Where no round adds anything it is never met: the case that the form leaves out has an answer of its own.
+    let text = "param a : natural\nsolve r(n+1) = if n < a then r(n)+2 else r(n)-1, r(0) = 0 find n with r(n) > 0\n";
+    let told = told(text);
+    assert!(told.contains("n = 1 is the first with r(n) > 0\n    if a > 0"), "{told}");
+    let own = told.split("where a = 0:").nth(1).unwrap_or_default();
+    assert!(own.contains("never r(n) > 0: it moves away"), "{told}");
+}
+
+#[test]
+fn a_repair_that_breaks_nothing_is_looked_for_beyond_one_that_does() {
+    let told = told(&std::fs::read_to_string("tests/cases/operator/beyond_a_harmful_repair.pars").expect("a file"));
+    let repairs: Vec<&str> = told.lines().filter(|line| line.contains("try: leg1: v = ")).collect();
+    assert!(repairs.first().is_some_and(|line| line.contains("v = 10/3") && !line.contains("not met")), "{told}");
+    assert_eq!(repairs.iter().collect::<std::collections::BTreeSet<_>>().len(), repairs.len(), "{told}");
+    assert!(told.contains("a run comes so near at 9: At_9, Rock_9"), "{told}");
+}
+
+#[test]
+fn a_goal_that_is_missed_beside_a_value_is_said_to_be() {
+    let text = "param h = 1\nproc World_r = (Delay_1 # Odo_r # At_r) ; In_m<u> ; World_{r+u}\n\
+                proc Odo_r = Out_{g,r} ; Odo_r\nproc Go_q = In_g<r> ; Neq_{r,q} ; Out_{m,h} ; Go_q\n\
+                proc Stay = Out_{m,0} ; Stay\nsystem Sys = World_0 | (Go_6 ; Stay)\n\
+                criteria Trip for Sys { goals At_6 leg within 8 }\n";
+    let told = told(text);
+    assert!(told.contains("margin of leg1 by h: with +1 % it is not met, with -1 % it is not met"), "{told}");
+}

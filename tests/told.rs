@@ -169,7 +169,7 @@ fn a_parameter_that_is_0_is_changed_by_what_is_said() {
     let script = "param p0 = 0, v = 1/1000\nproc Env_r = (Delay_1 # At_r) ; Env_{r+v}\nsystem S = Env_{p0}\n\
         criteria C for S {\n  goals At_{1/100}\n  leg within 12\n}\n";
     // From -1/50 it takes 30 in place of 10.
-    says(script, &["margin of leg1 by p0: -1/50 changes it by -20"]);
+    says(script, &["margin of leg1 by p0: with +1/50 it is not met, -1/50 changes it by -20"]);
 }
 
 #[test]

@@ -239,7 +239,11 @@ impl Lowerer<'_> {
         } else if self.metas == Metas::Shown {
             format!("{SHOWN}; what is the same for the whole text is declared with `param {}`", ident.name)
         } else if self.metas == Metas::Values {
-            format!("declare it with `param {0}`, or write `?{0}` for a value to be found", ident.name)
+            let name = &ident.name;
+            format!(
+                "declare it with `param {name}`, write `?{name}` for a value to be found, or say what is to hold of it \
+                 wherever it is shown: `property … where {name} > 1`"
+            )
         } else {
             format!(
                 "declare it with `param {}`, make it a parameter, or bind it before with `In_c<{0}>` or `Set_x<{0}>`",

@@ -153,7 +153,11 @@ impl Parser<'_> {
     }
 
     fn axis(&mut self) -> Parse<(Ident, AxisKind)> {
-        let name = self.small("the name of a parameter, as in `sweep k in 0 .. 1 step 1/10 { … }`")?;
+        let name = match self.kind() {
+            // As `param T` is.
+            Kind::Upper => self.ident(),
+            _ => self.small("the name of a parameter, as in `sweep k in 0 .. 1 step 1/10 { … }`")?,
+        };
         self.word("in")?;
         if self.at(Kind::OpenSquare) {
             self.advance();

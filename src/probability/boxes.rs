@@ -390,7 +390,7 @@ fn all<'a>(looks: impl Iterator<Item = &'a Look>, over: &[Interval]) -> Result<b
         match look.holds(over) {
             Some(true) => {}
             Some(false) => return Ok(false),
-            None => open.extend(look.places.iter().copied()),
+            None => open.extend(look.places(over)),
         }
     }
     if open.is_empty() { Ok(true) } else { Err(open) }

@@ -288,7 +288,7 @@ impl Machine {
                 let mut kept = Vec::new();
                 for patch in 0..count {
                     let here = (phase, way, patch);
-                    let both = [self.operator(here, 0), self.operator(here, 1)];
+                    let both = [self.operator(here, 0)?, self.operator(here, 1)?];
                     let one = &self.phases[phase][way];
                     let most = both.map(|place| self.operators[place].most);
                     let most = one.weight.abs() * one.onward[patch].weight * most[0] * most[1];
@@ -322,7 +322,7 @@ impl Machine {
         }
     }
 
-    fn operator(&mut self, (phase, way, patch): (usize, usize, usize), axis: usize) -> usize {
+    fn operator(&mut self, (phase, way, patch): (usize, usize, usize), axis: usize) -> Result<usize, String> {
         let one = &self.phases[phase][way];
         let key = self.key(one, &one.onward[patch], axis, phase * AXES + axis);
         let grid = |number: usize| &self.grids[number / AXES][number % AXES];
@@ -333,11 +333,11 @@ impl Machine {
         };
         let slice = [phase, one.next].iter().any(|phase| *phase >= self.whole);
         if let Some(found) = (!slice).then(|| self.operators.iter().position(same)).flatten() {
-            return found;
+            return Ok(found);
         }
-        let operator = Operator::new(key.clone(), &grid(key.from).nodes, grid(key.to), self.cut(one.next));
-        self.operators.push(operator);
-        self.operators.len() - 1
+        let points = (&grid(key.from).nodes, grid(key.to));
+        self.operators.push(Operator::new(key.clone(), points.0, points.1, self.cut(one.next), MOST_VALUES)?);
+        Ok(self.operators.len() - 1)
     }
 
     /// What one round errs by at most: quadrature of the chance and of what is left out, and rounding.
@@ -395,7 +395,7 @@ impl Machine {
             std::mem::swap(&mut now, &mut next);
             while let Some(entry) = entries.next_if(|entry| entry.time == time) {
                 let chance = f64::midpoint(entry.chance.low, entry.chance.high);
-                let (entered, kept) = self.enter(&entry.way, chance, &mut now, &mut room);
+                let (entered, kept) = self.enter(&entry.way, chance, &mut now, &mut room)?;
                 wide += entry.chance.width() + self.error(entry, entered, plan.rounds - time);
                 if entry.way.next < self.whole {
                     over += kept;
@@ -476,17 +476,17 @@ impl Machine {
         all
     }
 
-    /// From where there is no state into a phase; gives the chance of coming there, and what should have been taken out of
-    /// it and was not.
-    fn enter(&self, way: &FastWay, chance: f64, fields: &mut [Field], room: &mut Room) -> (f64, f64) {
+    /// From no state into a phase; gives the chance of coming there, and what should have been taken out and was not.
+    fn enter(&self, way: &FastWay, chance: f64, fields: &mut [Field], room: &mut Room) -> Result<(f64, f64), String> {
         let mut start = Field::default();
         start.put(chance);
         let (mut sum, mut over) = (0.0, 0.0);
         for patch in &way.onward {
             let make = |axis: usize| {
-                Operator::new(self.key(way, patch, axis, 0), &[0.0], &self.grids[way.next][axis], self.cut(way.next))
+                let (key, grid) = (self.key(way, patch, axis, 0), &self.grids[way.next][axis]);
+                Operator::new(key, &[0.0], grid, self.cut(way.next), MOST_VALUES)
             };
-            let ([one, other], weight) = ([make(0), make(1)], way.weight * patch.weight);
+            let ([one, other], weight) = ([make(0)?, make(1)?], way.weight * patch.weight);
             let going = weight * start.weighted(&one.chances, &other.chances);
             sum += going;
             if weight < 0.0 {
@@ -495,6 +495,6 @@ impl Machine {
                 start.go(weight, &one, &other, &mut fields[way.next], room);
             }
         }
-        (sum, over)
+        Ok((sum, over))
     }
 }

@@ -110,7 +110,10 @@ impl Rows {
 
 impl Operator {
     /// The operator from these points.
-    pub(super) fn new(key: Key, from: &[f64], to: &Grid, cut: Cut) -> Operator {
+    ///
+    /// # Errors
+    /// Where it has more than so many values.
+    pub(super) fn new(key: Key, from: &[f64], to: &Grid, cut: Cut, most_values: usize) -> Result<Operator, String> {
         let Key { motion, ranges, lands, .. } = &key;
         let (mut rows, mut chances) = (Rows::default(), Vec::with_capacity(from.len()));
         let mut bell = Bell::new(motion, to, cut.band);
@@ -127,13 +130,16 @@ impl Operator {
             let values = &values[..values.len() - values.iter().rev().take_while(small).count()];
             let before = values.iter().take_while(small).count();
             longest = longest.max(values.len() - before);
+            if rows.values.len() + values.len() > most_values {
+                return Err("the kernel is too large".to_string());
+            }
             rows.add(first + before, &values[before..]);
         }
         let columns = rows.turned(if *lands { to.nodes.len() } else { 1 });
         let deep = columns.spans.iter().map(|span| span.end - span.start).max().unwrap_or(0);
         let support = [rows.support(), columns.support()];
         let most = chances.iter().copied().fold(0.0, f64::max);
-        Operator { key, columns, chances, most, support, longest: longest.max(deep) }
+        Ok(Operator { key, columns, chances, most, support, longest: longest.max(deep) })
     }
 
     pub(super) fn size(&self) -> usize {

@@ -100,7 +100,7 @@ pub fn races(
     found.add(&fate, &Region::default(), &BigRational::one())?;
     let chance = Enclosed::within(found.chance.probability());
     if chance.width() > WIDEST {
-        return Err("several drawn times are compared with each other, and no narrow interval was found".to_string());
+        return Err("several drawn times decide it together, and no narrow interval was found".to_string());
     }
     Ok(Found { chance, cases: found.cases, wide: found.wide })
 }

@@ -41,8 +41,9 @@ struct Span {
 /// What is left to read.
 enum Work {
     Part(Term),
-    /// The end of a definition that was opened, with what names stood for before it.
-    Closed(BTreeMap<Name, Option<usize>>),
+    /// The end of a definition that was opened, with what names stood for before it, and whether a part that aborts in it
+    /// ends it: so it is of a loop, and where the definition calls itself.
+    Closed(BTreeMap<Name, Option<usize>>, bool),
 }
 
 struct Reader<'a> {
@@ -231,7 +232,7 @@ impl<'a> Reader<'a> {
             }
             let term = match next {
                 Work::Part(term) => term,
-                Work::Closed(before) => {
+                Work::Closed(before, _) => {
                     self.close(before);
                     continue;
                 }
@@ -241,15 +242,24 @@ impl<'a> Reader<'a> {
                 Node::Power(body, count, index) => work.extend(copies(body, count, index.as_ref())?),
                 Node::Loop(body) => {
                     self.round();
+                    work.push(Work::Closed(self.names.clone(), true));
                     work.push(Work::Part(term.clone()));
                     work.push(Work::Part(body.clone()));
                 }
                 Node::Call(name, arguments) => {
                     let body = self.open(name, arguments)?;
-                    work.push(Work::Closed(self.names.clone()));
+                    let recursive = self.definitions.get(name).is_some_and(|definition| definition.recursive);
+                    work.push(Work::Closed(self.names.clone(), recursive));
                     work.push(Work::Part(body));
                 }
                 Node::Ran(..) | Node::Set(..) => self.bound(&term)?,
+                Node::Guard(..) if self.begins(&term) == Some(true) => {}
+                Node::Guard(..) if self.begins(&term) == Some(false) => self.abort(&mut work),
+                Node::Par(parts) if parts.iter().any(|part| self.begins(part) == Some(false)) => {
+                    // A branch that aborts at once adds nothing to those that go on.
+                    let on = parts.iter().filter(|part| self.begins(part) != Some(false)).cloned();
+                    work.push(Work::Part(Term::par(on)));
+                }
                 Node::Par(parts) if parts.iter().all(|part| matches!(part.node(), Node::Ran(..) | Node::Set(..))) => {
                     parts.iter().try_for_each(|part| self.bound(part))?;
                 }
@@ -260,6 +270,31 @@ impl<'a> Reader<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Whether a part that begins with a guard on numbers goes on behind it; none of any other.
+    fn begins(&self, part: &Term) -> Option<bool> {
+        match part.node() {
+            Node::Seq(parts) => self.begins(parts.first()?),
+            Node::Guard(relation, left, right) => {
+                let difference = self.resolved(left).ok()?.sub(&self.resolved(right).ok()?).ok()?;
+                Some(relation.holds(difference.as_rational()?.cmp(&BigRational::zero())))
+            }
+            _ => None,
+        }
+    }
+
+    /// Leaves what a part ends that aborts; where that is all, nothing is shown any more.
+    fn abort(&mut self, work: &mut Vec<Work>) {
+        while let Some(next) = work.pop() {
+            if let Work::Closed(before, recursive) = next {
+                self.close(before);
+                if recursive {
+                    return;
+                }
+            }
+        }
+        self.spans.push(Span { length: Length::ForEver, shown: Vec::new() });
     }
 
     /// One more round of a loop, which nothing ends: whatever might is not read here.

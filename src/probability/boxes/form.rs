@@ -1,5 +1,7 @@
 //! Values over drawn numbers, in interval arithmetic.
 
+use std::collections::BTreeSet;
+
 use num_rational::BigRational;
 use num_traits::Signed;
 
@@ -34,8 +36,6 @@ enum Form {
 pub(super) struct Look {
     form: Form,
     relation: Relation,
-    /// The draws that it depends on.
-    pub(super) places: Vec<usize>,
 }
 
 impl Look {
@@ -45,8 +45,7 @@ impl Look {
     /// What stands in it that is no number then.
     pub(super) fn of(test: &Test, names: &[Name]) -> Result<Look, String> {
         let difference = test.left.sub(&test.right).map_err(|error| error.0)?;
-        let places = (0..names.len()).filter(|place| difference.mentions(&names[*place])).collect();
-        Ok(Look { form: Form::of(&difference, names)?, relation: test.relation, places })
+        Ok(Look { form: Form::of(&difference, names)?, relation: test.relation })
     }
 
     /// What must hold for a value to be one, each as a comparison: it divides by nothing that is 0, and takes no root of what
@@ -64,6 +63,13 @@ impl Look {
             Look::of(&Test { relation, left: need.value().clone(), right: Value::zero() }, names)
         };
         value.needs().into_iter().map(test).collect()
+    }
+
+    /// The draws that it depends on in these ranges: a condition that is decided there depends on none.
+    pub(super) fn places(&self, ranges: &[Interval]) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        self.form.depends(ranges, &mut found);
+        found
     }
 
     /// Whether it holds of all numbers of these ranges, or of none; nothing where that is open.
@@ -129,6 +135,27 @@ impl Form {
             Atom::Power(..) | Atom::Apply(..) => {
                 Err("powers with drawn exponents, and functions that are left open, are not followed".to_string())
             }
+        }
+    }
+
+    fn depends(&self, ranges: &[Interval], found: &mut BTreeSet<usize>) {
+        match self {
+            Form::Number(_) => {}
+            Form::Drawn(place) => {
+                found.insert(*place);
+            }
+            Form::Sum(terms) => {
+                terms.iter().flat_map(|(_, factors)| factors).for_each(|(factor, _)| factor.depends(ranges, found));
+            }
+            Form::Quotient(both) => both.iter().for_each(|part| part.depends(ranges, found)),
+            Form::Greatest(parts) | Form::Least(parts) => parts.iter().for_each(|part| part.depends(ranges, found)),
+            Form::Positive(part) => {
+                let Interval { low, high } = part.at(ranges);
+                if low <= 0.0 && high > 0.0 {
+                    part.depends(ranges, found);
+                }
+            }
+            Form::Floor(part) | Form::Root(part) => part.depends(ranges, found),
         }
     }
 
