@@ -174,6 +174,7 @@ pub fn solve(
         Ok(Some(found)) => Ok(found),
         other => match cut_off::cut_off(&map, variable, start, index, &known) {
             Ok(Some(found)) => Ok(found),
+            Err(unknown) if other.is_ok() => Err(unknown),
             _ => Err(other.err().unwrap_or(reason)),
         },
     })

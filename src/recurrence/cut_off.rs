@@ -3,6 +3,7 @@
 
 use super::affine::affine_pieces;
 use super::interval::Interval;
+use super::region::unknown;
 use super::search::{Entry, enter};
 use super::{Closed, Comparison, NoClosedForm, Piece, Reach};
 use crate::assumption::Assumptions;
@@ -38,6 +39,11 @@ impl Cut {
             (false, true) => Some(Cut { free: other, bound: one, least }),
             _ => None,
         }
+    }
+
+    /// How what is beyond the bound compares with it.
+    fn onward(&self) -> Relation {
+        if self.least { Relation::Gte } else { Relation::Lte }
     }
 
     fn with(&self, free: &Value) -> Option<Value> {
@@ -107,7 +113,7 @@ impl Cut {
 /// The form of such a map; `None` of any other.
 ///
 /// # Errors
-/// Where the form of the affine map is not known.
+/// Where it is not known whether the map is one, or what the form of the affine map is.
 pub(super) fn cut_off(
     map: &Value,
     variable: &Name,
@@ -116,13 +122,20 @@ pub(super) fn cut_off(
     known: &Assumptions,
 ) -> Result<Option<Closed>, NoClosedForm> {
     let Some(cut) = Cut::of(map, variable, known) else { return Ok(None) };
-    if cut.free.linear_in(variable).is_none() {
-        return Ok(None);
+    let Some((slope, _)) = cut.free.linear_in(variable) else { return Ok(None) };
+    // It keeps the order, and takes the bound no further back.
+    let (beyond, zero) = (cut.free.with(variable, &cut.bound)?.sub(&cut.bound)?, Value::zero());
+    for (relation, value) in [(Relation::Gte, slope), (cut.onward(), beyond)] {
+        match known.decide(relation, &value, &zero) {
+            Some(true) => {}
+            Some(false) => return Ok(None),
+            None => return Err(unknown(relation, &value, &zero)),
+        }
     }
     let (pieces, conditions) = affine_pieces(&cut.free, variable, start, index, known)?;
     let [only] = pieces.as_slice() else { return Ok(None) };
     let Some(form) = cut.with(&only.form) else { return Ok(None) };
-    let within = if cut.least { Relation::Lte } else { Relation::Gte };
+    let within = cut.onward().mirrored();
     let piece = |from: i64, until: Option<i64>, form: &Value| Piece {
         from: Value::integer(from),
         until: until.map(Value::integer),
