@@ -18,13 +18,19 @@ const WORLD: &str = "observer At(r), Done\nproc World_r = (Delay_1 # Look_r # At
 
 #[test]
 fn an_assumption_that_is_named_tells() {
-    let mission = "system Sys = World_0 | ((Go_2 ; Go_0)^k ; Done)\nproperty P = Delay_{?s} ; Done\n\
-        prove Sys satisfies P\n";
-    let open = told(&format!("{WORLD}param k : natural\n{mission}"));
+    let mission = "system Sys = World_0 | (((Gtr_{k,0} ; Go_2 ; Go_0) | (Lte_{k,0} ; Go_2)) ; Done)\n\
+        property P = Delay_{?s} ; Done\nprove Sys satisfies P\n";
+    let open = told(&format!("{WORLD}param k > -5\n{mission}"));
     assert!(open.contains("could not prove") && open.contains("an assumption such as `param k > 0` tells"), "{open}");
     assert_eq!(open.matches("it must be known whether").count(), 1, "each question once: {open}");
     // And so it does.
-    let proved = told(&format!("{WORLD}param k : natural, k > 0\n{mission}"));
+    let proved = told(&format!("{WORLD}param k > 0\n{mission}"));
+    assert!(proved.contains("proved: Sys satisfies P") && proved.contains("with ?s = 2"), "{proved}");
+    assert!(!proved.contains("on trust"), "{proved}");
+    // Where what is found is the same in both cases no assumption is needed.
+    let mission = "system Sys = World_0 | ((Go_2 ; Go_0)^k ; Done)\nproperty P = Delay_{?s} ; Done\n\
+        prove Sys satisfies P\n";
+    let proved = told(&format!("{WORLD}param k : natural\n{mission}"));
     assert!(proved.contains("proved: Sys satisfies P") && proved.contains("with ?s = 2*k"), "{proved}");
     assert!(!proved.contains("on trust"), "{proved}");
 }
