@@ -26,7 +26,7 @@ pub(crate) use apart::closures;
 pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
 pub use nested::{Layer, Nested, layer};
-pub(crate) use text::bracketed;
+pub(crate) use text::{bracketed, needed};
 
 /// A comparison that must hold for a result to be right.
 pub type Comparison = (Relation, Value, Value);

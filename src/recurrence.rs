@@ -61,6 +61,8 @@ use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Sort, Value, ValueError};
 use affine::affine_pieces;
+use approach::approach;
+use cut_off::cut_off;
 use interval::Interval;
 use region::{Guard, resolve, solutions};
 pub(crate) use search::NO_VALUE;
@@ -170,14 +172,25 @@ pub fn solve(
         return Ok(closed);
     }
     let pieces = Pieces { map: map.clone(), variable, index, known: known.clone(), closed, history: Vec::new() };
-    pieces.collect(start).or_else(|reason| match approach::approach(&map, variable, start, index, &known) {
+    let motion = Motion { map: &map, variable, start, index, known: &known };
+    pieces.collect(start).or_else(|reason| match approach(&motion) {
         Ok(Some(found)) => Ok(found),
-        other => match cut_off::cut_off(&map, variable, start, index, &known) {
+        other => match cut_off(&motion) {
             Ok(Some(found)) => Ok(found),
             Err(unknown) if other.is_ok() => Err(unknown),
             _ => Err(other.err().unwrap_or(reason)),
         },
     })
+}
+
+/// `x(n+1) = map(x(n))` from a start on, where the index is known to be natural.
+#[derive(Clone, Copy)]
+struct Motion<'a> {
+    map: &'a Value,
+    variable: &'a Name,
+    start: &'a Value,
+    index: &'a Name,
+    known: &'a Assumptions,
 }
 
 /// A piecewise form in the making.

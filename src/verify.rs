@@ -26,8 +26,8 @@ use crate::period::{self, End, Failure, Period};
 use crate::term::Term;
 use crate::value::Value;
 
-pub(crate) use cases::Merge;
 pub use cases::{Apart, may_be_zero};
+pub(crate) use cases::{Merge, equation};
 pub use orbit::Orbit;
 pub use round::Endless;
 pub use trajectory::{Leg, Rounds, Trajectory};

@@ -5,7 +5,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
 
 use super::readable::readable;
-use super::{Form, Layer, Nested, Solved, layer, product};
+use super::{Comparison, Form, Layer, Nested, Solved, layer, product};
 use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
 use crate::univariate::Univariate;
@@ -29,9 +29,7 @@ impl Solved {
         for (sequence, form) in all.filter(|(sequence, _)| shown(&sequence.name)) {
             lines.extend(form_lines(form, &sequence.name, &recurrence.index, recurrence.from));
         }
-        for (relation, left, right) in &self.conditions {
-            let [left, right] = [left, right].map(|side| chosen(side.to_string()));
-            let line = format!("if {left} {} {right}", relation.symbol());
+        for line in self.conditions.iter().map(needed) {
             if !lines.contains(&line) {
                 lines.push(line);
             }
@@ -175,6 +173,12 @@ fn over_product(value: &Value, product: &Name) -> Option<(Value, Value)> {
     let (above, (below, rest)) = (value.numerator()?, value.denominator()?.linear_in(product)?);
     let sum = below.polynomials().is_some_and(|(above, _)| above.terms().len() > 1);
     (rest.is_zero() && sum && !above.mentions(product)).then_some((above, below))
+}
+
+/// What must hold for a result to be right, as a line.
+pub(crate) fn needed((relation, left, right): &Comparison) -> String {
+    let [left, right] = [left, right].map(|side| chosen(side.to_string()));
+    format!("if {left} {} {right}", relation.symbol())
 }
 
 /// In brackets where it is a choice, to which all that follows would belong.

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use super::region::breaks_of;
-use super::{Closed, NoClosedForm, Piece};
+use super::{Closed, Motion, NoClosedForm, Piece};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -14,13 +14,8 @@ use crate::value::{Relation, Value};
 ///
 /// # Errors
 /// When it is not known on which side of the goal it starts.
-pub(super) fn approach(
-    map: &Value,
-    variable: &Name,
-    start: &Value,
-    index: &Name,
-    known: &Assumptions,
-) -> Result<Option<Closed>, NoClosedForm> {
+pub(super) fn approach(motion: &Motion<'_>) -> Result<Option<Closed>, NoClosedForm> {
+    let Motion { map, variable, start, index, known } = *motion;
     let either_way = goal_and_steps(map, variable, known)?;
     let one_way = either_way.is_none();
     let found = match either_way {
@@ -141,11 +136,12 @@ mod tests {
         known.assume(Relation::Lss, &vp, &vg);
         let clamped = Value::clamp(&vg.sub(&vx).unwrap(), &vw.neg().unwrap(), &vw).unwrap();
         let map = vx.add(&clamped).unwrap();
-        let found = approach(&map, &x, &vp, &n, &known).unwrap().expect("this map");
+        let motion = |map| Motion { map, variable: &x, start: &vp, index: &n, known: &known };
+        let found = approach(&motion(&map)).unwrap().expect("this map");
         let steps = vg.sub(&vp).unwrap().div(&vw).unwrap().ceiling().unwrap();
         assert_eq!(found.pieces[1].from, steps);
         assert_eq!(found.pieces[1].form, vg);
         let other = vx.add(&clamped.mul(&Value::fraction(1, 2).unwrap()).unwrap()).unwrap();
-        assert_eq!(approach(&other, &x, &vp, &n, &known), Ok(None));
+        assert_eq!(approach(&motion(&other)), Ok(None));
     }
 }

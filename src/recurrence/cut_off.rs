@@ -5,7 +5,7 @@ use super::affine::affine_pieces;
 use super::interval::Interval;
 use super::region::unknown;
 use super::search::{Entry, enter};
-use super::{Closed, Comparison, NoClosedForm, Piece, Reach};
+use super::{Closed, Comparison, Motion, NoClosedForm, Piece, Reach};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
@@ -114,13 +114,8 @@ impl Cut {
 ///
 /// # Errors
 /// Where it is not known whether the map is one, or what the form of the affine map is.
-pub(super) fn cut_off(
-    map: &Value,
-    variable: &Name,
-    start: &Value,
-    index: &Name,
-    known: &Assumptions,
-) -> Result<Option<Closed>, NoClosedForm> {
+pub(super) fn cut_off(motion: &Motion<'_>) -> Result<Option<Closed>, NoClosedForm> {
+    let Motion { map, variable, start, index, known } = *motion;
     let Some(cut) = Cut::of(map, variable, known) else { return Ok(None) };
     let Some((slope, _)) = cut.free.linear_in(variable) else { return Ok(None) };
     // It keeps the order, and takes the bound no further back.

@@ -29,6 +29,21 @@ pub struct Run {
     pub drawn: Vec<Drawn>,
 }
 
+/// Draws of a run that are told.
+const MOST_TOLD: usize = 12;
+
+impl Run {
+    /// What it draws, in turn, as a sentence; nothing where it draws nothing.
+    pub fn draws(&self) -> Option<String> {
+        let listed =
+            |values: &[Value], between: &str| values.iter().map(ToString::to_string).collect::<Vec<_>>().join(between);
+        let one = |drawn: &Drawn| format!("{} from {}", listed(&drawn.values, ", "), listed(&drawn.from, " and "));
+        let all: Vec<String> = self.drawn.iter().take(MOST_TOLD).map(one).collect();
+        let more = if self.drawn.len() > MOST_TOLD { ", …" } else { "" };
+        (!all.is_empty()).then(|| format!("where it draws, in turn: {}{more}", all.join(", ")))
+    }
+}
+
 /// What came of following a system.
 #[derive(Debug)]
 pub enum Orbit {

@@ -15,7 +15,7 @@ use crate::invariant::{Claim, Safe};
 use crate::lower::{Environment, Pattern};
 use crate::name::Name;
 use crate::period::Test;
-use crate::replay::{Drawn, replays};
+use crate::replay::replays;
 use crate::report::Verdict;
 use crate::safety::{self, orbit};
 use crate::term::Term;
@@ -208,17 +208,6 @@ fn grounds(safe: &Safe, invariant: &[Vec<Test>]) -> Vec<String> {
     lines
 }
 
-/// Draws of a run that are printed.
-const MOST_DRAWS: usize = 12;
-
-/// What a run draws, in turn.
-fn draws(run: &orbit::Run) -> Option<String> {
-    let one = |drawn: &Drawn| format!("{} from {}", listed(&drawn.values, ", "), listed(&drawn.from, " and "));
-    let all: Vec<String> = run.drawn.iter().take(MOST_DRAWS).map(one).collect();
-    let more = if run.drawn.len() > MOST_DRAWS { ", …" } else { "" };
-    (!all.is_empty()).then(|| format!("where it draws, in turn: {}{more}", all.join(", ")))
-}
-
 /// `phase 3`, `phases 1, 4 to 7`.
 fn numbered(phases: &[usize]) -> String {
     let runs = phases.chunk_by(|one, next| one + 1 == *next);
@@ -288,7 +277,7 @@ fn broken(
         let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
         found.trace.push(format!("  at {time}: {}", shown.join(", ")));
     }
-    found.trace.extend(draws(run));
+    found.trace.extend(run.draws());
     if let Some((_, shown)) = run.shown.last() {
         for duty in claim.duties(shown).unwrap_or_default() {
             for (test, asked) in duty.tests.iter().zip(&claim.tests) {

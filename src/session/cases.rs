@@ -6,7 +6,6 @@ use super::satisfies::said;
 use crate::fact::supposing;
 use crate::kernel::{Theory, Thm, check};
 use crate::law::{Condition, Connective};
-use crate::name::Name;
 use crate::period::Period;
 use crate::proof::{Proof, Statement, Step};
 use crate::prove::run::{Lost, either};
@@ -14,7 +13,7 @@ use crate::prove::{Answer, By, prove};
 use crate::rewrite::Limits;
 use crate::term::Term;
 use crate::value::{Relation, Value};
-use crate::verify::{Apart, Outcome};
+use crate::verify::{Apart, Outcome, equation};
 
 /// What is proved in each order: that the system shows what is wanted, which is written for all orders.
 pub(super) struct InEach<'a> {
@@ -111,16 +110,6 @@ impl InEach<'_> {
         }
         proof
     }
-}
-
-/// The first parameter that an equation gives, with its value.
-fn equation(left: &Value, right: &Value) -> Option<(Name, Value)> {
-    let difference = left.sub(right).ok()?;
-    difference.variables().into_iter().find_map(|name| {
-        let (factor, rest) = difference.linear_in(&name)?;
-        let number = factor.as_rational().is_some();
-        number.then(|| rest.neg().ok()?.div(&factor).ok()).flatten().map(|image| (name, image))
-    })
 }
 
 /// A term with 0 for all its values.

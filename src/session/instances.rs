@@ -13,8 +13,8 @@ use crate::name::Name;
 use crate::period::Test;
 use crate::safety::orbit::{self, Limits, Orbit, follow};
 use crate::safety::{self, drawn};
-use crate::sample::{Closed, close};
-use crate::scope::{calls, read_names, subterms};
+use crate::sample::{Closed, close, reached};
+use crate::scope::{read_names, subterms};
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
 use crate::value::Value;
@@ -219,13 +219,8 @@ fn written(system: &Term, environment: &Environment) -> Vec<Value> {
         }
     };
     collect(system);
-    let (mut seen, mut open) = (BTreeSet::new(), calls(system).into_iter().collect::<Vec<_>>());
-    while let Some(name) = open.pop() {
-        if let Some(definition) = environment.definitions.get(&name).filter(|_| seen.insert(name.clone())) {
-            collect(&definition.body);
-            open.extend(calls(&definition.body));
-        }
-    }
+    let called = reached(system, &environment.definitions);
+    called.iter().filter_map(|name| environment.definitions.get(name)).for_each(|one| collect(&one.body));
     numbers.into_iter().rev().take(MOST_WRITTEN).map(Value::rational).collect()
 }
 

@@ -3,7 +3,7 @@
 use super::orders::{forms_in_orders, in_orders};
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Form, Recurrence, Solved};
+use crate::closed_form::{Comparison, Form, Recurrence, Solved, needed};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
@@ -132,8 +132,7 @@ fn also(solved: &Solved, found: &Reach, known: &Assumptions) -> Vec<String> {
         let (relation, left, right) = condition;
         !said.contains(condition) && known.decide(*relation, left, right) != Some(true)
     };
-    let text = |(relation, left, right): &Comparison| format!("if {left} {} {right}", relation.symbol());
-    solved.conditions().iter().filter(open).map(text).collect()
+    solved.conditions().iter().filter(open).map(needed).collect()
 }
 
 /// The forms in each order of two values.
@@ -222,11 +221,8 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relatio
     let goal = format!("{} {} {}", goal.1, goal.0.symbol(), goal.2);
     match found {
         Reach::At(at, conditions) => {
-            let mut lines = vec![format!("{index} = {at} is the first with {goal}")];
-            lines.extend(
-                conditions.iter().map(|(relation, left, right)| format!("if {left} {} {right}", relation.symbol())),
-            );
-            lines
+            let first = format!("{index} = {at} is the first with {goal}");
+            std::iter::once(first).chain(conditions.iter().map(needed)).collect()
         }
         Reach::Never(reason) => vec![format!("never {goal}: {reason}")],
         Reach::Unknown(reason) if reason.ends_with(NO_VALUE) => {

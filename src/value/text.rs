@@ -102,9 +102,8 @@ impl Printer {
         let mut top = self.sum(&numerator, &Monomial::one());
         let mut bottom = self.sum(&denominator, &Monomial::one());
         // `g/(b-a)`, not `(-g)/(a-b)`.
-        let below_zero = |sum: &Real| sum.terms().iter().map(|(_, number)| number.is_negative()).collect::<Vec<_>>();
-        let both = below_zero(&numerator).into_iter().all(|negative| negative)
-            && below_zero(&denominator).into_iter().any(|negative| negative);
+        let both = numerator.terms().iter().all(|(_, number)| number.is_negative())
+            && denominator.terms().iter().any(|(_, number)| number.is_negative());
         if bottom.0.starts_with('-') || both {
             top = self.sum(&numerator.negated(), &Monomial::one());
             bottom = self.sum(&denominator.negated(), &Monomial::one());

@@ -99,6 +99,15 @@ fn solved(difference: &Value, name: &Name) -> Option<(Value, Value)> {
     (!num_traits::Zero::is_zero(&number)).then_some((factor, rest))
 }
 
+/// The first name that an equation of two values gives, with its value.
+pub(crate) fn equation(left: &Value, right: &Value) -> Option<(Name, Value)> {
+    let difference = left.sub(right).ok()?;
+    difference.variables().into_iter().find_map(|name| {
+        let (factor, rest) = solved(&difference, &name)?;
+        Some((name, rest.neg().ok()?.div(&factor).ok()?))
+    })
+}
+
 /// Two cases of one difference: above 0, and below 0 or equal to it.
 pub(crate) struct Merge {
     pub(crate) difference: Value,

@@ -77,9 +77,7 @@ impl Scene<'_> {
         finding.margin = margin.map(|margin| if closed { Measure::Exact(margin) } else { Measure::AtMost(margin) });
         finding.moment = Some(Moment { stretch, from: time, to: None, leg: None });
     }
-}
 
-impl Scene<'_> {
     /// Notes a run that comes too near by what it draws, if trying values finds one that replays.
     pub(super) fn broken_by_draws(&self, claim: &Claim, limit: &BigRational, finding: &mut Finding) -> bool {
         let (definitions, assumptions) = (&self.environment.definitions, &self.environment.assumptions);
@@ -98,20 +96,9 @@ impl Scene<'_> {
         finding.value = Some(Measure::AtMost(near));
         finding.moment = None;
         finding.notes = vec![format!("a run comes so near at {time}: {}", shown.join(", "))];
-        let drawn = run.drawn.iter().map(|one| listed(&one.values)).take(MOST_DRAWS).collect::<Vec<_>>();
-        let more = if run.drawn.len() > MOST_DRAWS { ", …" } else { "" };
-        if !drawn.is_empty() {
-            finding.notes.push(format!("where it draws, in turn: {}{more}", drawn.join(", ")));
-        }
+        finding.notes.extend(run.draws());
         true
     }
-}
-
-/// Draws of a run that are noted.
-const MOST_DRAWS: usize = 12;
-
-fn listed(values: &[Value]) -> String {
-    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and ")
 }
 
 /// Whether two distances are nearly the same.
