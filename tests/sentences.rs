@@ -399,3 +399,14 @@ fn a_goal_that_is_missed_beside_a_value_is_said_to_be() {
     let told = told(text);
     assert!(told.contains("margin of leg1 by h: with +1 % it is not met, with -1 % it is not met"), "{told}");
 }
+
+#[test]
+fn a_delay_that_may_be_nothing_is_asked_once_in_a_round_and_runs_where_it_is_entered() {
+    let twice =
+        "param w >= 0\nproc Twice = Delay_1 ; Delay_w ; Delay_2 ; Delay_w ; Twice\nsystem Sys = Twice\nperiod Sys\n";
+    let twice = told(twice);
+    assert!(twice.contains("lasting 2*w+3 if w > 0:") && !twice.contains("w > 0 and w > 0"), "{twice}");
+    // The phase in which it runs is entered only where there is something left of it, and the kernel is told so.
+    let first = told("param w >= 0\nproc First = Delay_w ; Delay_1 ; First\nsystem Sys = First\nperiod Sys\n");
+    assert!(first.contains("start -> phase 1 if w > 0") && first.contains("by the kernel: all 5 ways"), "{first}");
+}

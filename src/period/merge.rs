@@ -217,11 +217,15 @@ fn append(first: &mut Edge, second: &Edge) -> Result<(), ValueError> {
         first.draws.push((drawn.clone(), distribution.substitute(&map)?));
         map.insert(name.clone(), Value::variable(&drawn));
     }
-    for test in &second.tests {
-        first.tests.push(test.substitute(&map)?);
-    }
     first.after.iter_mut().for_each(|after| *after = None);
-    first.after.extend(second.after.iter().cloned());
+    for (test, after) in second.tests.iter().zip(&second.after) {
+        let test = test.substitute(&map)?;
+        // What was asked in the first round, of the same values, is answered.
+        if !first.tests.contains(&test) {
+            first.tests.push(test);
+            first.after.push(after.clone());
+        }
+    }
     for segment in &second.segments {
         let observed: Result<Vec<_>, _> = segment.observed.iter().map(|term| substitute_values(term, &map)).collect();
         let observed = observed.map_err(|stuck| ValueError(stuck.0))?;

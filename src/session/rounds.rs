@@ -1,7 +1,7 @@
 //! The rounds of a period as theorems: from each phase the system passes as the round says, to the next phase with its
 //! variables mapped.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::compare::theory;
 use super::drawn::{Layer, followed, named_alike, with_supports};
@@ -226,9 +226,16 @@ impl Rounds<'_> {
         let phase = from.and_then(|number| self.period.phases.get(number));
         let named = phase.map_or_else(Named::new, any_values);
         let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
+        let open = |left: &&Value| {
+            let varies = left.variables().iter().any(Name::is_meta);
+            varies || self.theory.assumptions.decide(Relation::Gtr, left, &Value::zero()) != Some(true)
+        };
         let entered = |phase: &Phase| -> Vec<Condition> {
             let copies = counts(&phase.state).cloned().map(Condition::Natural);
-            delays(&phase.state).map(more_than_none).chain(copies).collect()
+            let mut all: Vec<Condition> = delays(&phase.state).filter(open).map(more_than_none).chain(copies).collect();
+            let mut seen = BTreeSet::new();
+            all.retain(|condition| seen.insert(condition.clone()));
+            all
         };
         let running: Vec<Condition> = phase.map_or_else(Vec::new, entered);
         if edge.draws.is_empty() {
@@ -304,12 +311,12 @@ impl Rounds<'_> {
     }
 }
 
-/// What is left of the delays that run in a state, where that is a variable.
+/// What is left of the delays that run in a state, where that is no number.
 fn delays(state: &[Term]) -> impl Iterator<Item = &Value> {
     let (mut open, mut found): (Vec<&Term>, Vec<&Value>) = (state.iter().collect(), Vec::new());
     while let Some(term) = open.pop() {
         match term.node() {
-            Node::Delay(left) if left.variables().iter().any(Name::is_meta) => found.push(left),
+            Node::Delay(left) if left.as_rational().is_none() => found.push(left),
             Node::Seq(_) | Node::Else(..) => open.extend(term.children().next()),
             Node::Par(_) | Node::Disable(_) | Node::New(..) | Node::Project(..) => open.extend(term.children()),
             _ => {}
