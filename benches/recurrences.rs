@@ -218,6 +218,6 @@ fn far_term() {
                 println!("six by six: the term {at}, of {bits} bits, in {:?}", start.elapsed());
             }
         }
-        Err(reason) => println!("six by six: {}", reason.0),
+        Err(reason) => println!("six by six: {}", reason.reason),
     }
 }

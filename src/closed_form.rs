@@ -7,6 +7,7 @@ mod apart;
 mod cells;
 mod check;
 mod defined;
+mod instance;
 mod names;
 mod nested;
 mod pieces;
@@ -26,7 +27,7 @@ pub(crate) use apart::closures;
 pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
 pub use nested::{Layer, Nested, layer};
-pub(crate) use text::{bracketed, needed};
+pub(crate) use text::{bracketed, compared, needed};
 
 /// A comparison that must hold for a result to be right.
 pub type Comparison = (Relation, Value, Value);

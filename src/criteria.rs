@@ -70,6 +70,11 @@ impl Measure {
         }
     }
 
+    /// Whether it is no more than a bound.
+    pub fn is_bound(&self) -> bool {
+        matches!(self, Measure::AtLeast(_) | Measure::AtMost(_))
+    }
+
     /// To be read: a long number rounded, and said to be.
     pub fn readable(&self) -> String {
         let (word, value) = match self {
@@ -159,6 +164,17 @@ pub struct Finding {
     pub notes: Vec<String>,
     /// What was taken on trust.
     pub trusted: Vec<String>,
+    /// Where two things come too near between two looks, if each goes straight from one place to the next.
+    pub passing: Option<Passing>,
+}
+
+/// Two looks at which two things are far enough apart, and the least distance on the straight way between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Passing {
+    /// When the first look ends and the second begins.
+    pub looks: [Value; 2],
+    /// About how near they come.
+    pub near: f64,
 }
 
 impl Finding {
@@ -172,6 +188,7 @@ impl Finding {
             moment: None,
             notes: Vec::new(),
             trusted: Vec::new(),
+            passing: None,
         }
     }
 

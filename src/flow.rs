@@ -12,13 +12,13 @@ pub use folded::{folded, value_folded};
 pub use named::Named;
 
 use crate::assumption::Assumptions;
-use crate::closed_form::{Recurrence, Sequence, term};
+use crate::closed_form::{Recurrence, Sequence, Solved, term};
 use crate::definition::{Definition, Definitions};
 use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::graph::ending;
 use crate::period::{Edge, Next, Period, Segment, Test, in_case, in_case_after, stretch, told_after};
-use crate::recurrence::{Apart, Closed, Comparison, solve_all, solve_apart};
+use crate::recurrence::{Apart, Closed, Comparison, InCase, solve_all, solve_apart, solve_in_cases};
 use crate::scope::calls;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
@@ -261,6 +261,21 @@ impl PhaseFlow {
             map.iter().filter(changes).map(|(name, image)| (name.clone(), image.clone())).collect();
         let starts = map.keys().map(|name| (name.clone(), self.named.start(name))).collect();
         solve_apart(&changing, &starts, index, &self.named.known(assumptions), stop)
+    }
+
+    /// The closed forms in each case of what is open, where none is found without, for the reasons that are given.
+    pub fn recurrences_in_cases(
+        &self,
+        found: &Apart,
+        index: &Name,
+        assumptions: &Assumptions,
+        stop: &dyn Fn() -> bool,
+    ) -> Vec<InCase<Solved>> {
+        let open = found.missing.iter().map(|(_, reason)| reason).find(|reason| reason.open.is_some());
+        match open.filter(|_| found.closed.is_empty()) {
+            Some(reason) => solve_in_cases(&self.recurrence(index), reason, assumptions, stop),
+            None => Vec::new(),
+        }
     }
 
     /// The checked closed forms as text, where one of them is no single value: a sum over the roots of a polynomial.

@@ -157,12 +157,32 @@ impl Setter<'_> {
                 }
             }
             self.place += 1;
-            match token.kind {
-                Kind::Underscore | Kind::Caret => self.script(token.kind),
+            match (token.kind, self.brackets(token)) {
+                (Kind::Underscore | Kind::Caret, _) => self.script(token.kind),
+                (_, Some((open, close))) => {
+                    let end = self.closing(self.place, Kind::OpenRound, Kind::CloseRound);
+                    self.out.push_str(open);
+                    self.place += 1;
+                    self.until(end);
+                    self.out.push_str(close);
+                    self.place += 1;
+                }
                 _ => self.token(token, role),
             }
             let close = self.places.iter().filter(|place| place.end == self.end() && place.end > place.start).count();
             self.out.push_str(&"}".repeat(close));
+        }
+    }
+
+    /// The brackets of a function that is written as such, when its name stands before one.
+    fn brackets(&self, token: Token) -> Option<(&'static str, &'static str)> {
+        let called = self.tokens.get(self.place).is_some_and(|(next, _)| next.kind == Kind::OpenRound);
+        match token.span.of(self.text) {
+            "sqrt" if called => Some(("\\sqrt{", "}")),
+            "floor" if called => Some(("\\lfloor ", "\\rfloor ")),
+            "ceil" if called => Some(("\\lceil ", "\\rceil ")),
+            "abs" if called => Some(("\\lvert ", "\\rvert ")),
+            _ => None,
         }
     }
 

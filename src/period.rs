@@ -119,6 +119,8 @@ pub enum Failure {
         one: (String, Value),
         /// Others.
         other: (String, Value),
+        /// A natural number for each value of which there is one.
+        rational: Option<Name>,
     },
     /// Two delays run, and it is not known which ends first.
     Order {
@@ -175,8 +177,12 @@ impl fmt::Display for Failure {
                 writer.0, writer.1, reader.0, reader.1, rounds.1, rounds.0, writer.0
             ),
             Failure::NoPeriod { reason } => write!(f, "no period found: {reason}"),
-            Failure::Drift { one, other } => {
-                let (why, found) = (drift::what_would_do(&one.1, &other.1), if self.is_open() { " found" } else { "" });
+            Failure::Drift { one, other, rational } => {
+                let found = if self.is_open() { " found" } else { "" };
+                let why = match rational {
+                    Some(name) => drift::rational_told(&one.1, &other.1, name),
+                    None => drift::what_would_do(&one.1, &other.1),
+                };
                 write!(f, "no period{found}: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)
             }
             Failure::Order { one, other } => {

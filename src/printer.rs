@@ -205,9 +205,10 @@ fn any_set(names: &BTreeSet<Name>) -> String {
     }
 }
 
+/// A name with a capital stands in braces: a process could begin with it.
 fn exponent(count: &Value) -> String {
     let text = count.to_string();
-    if simple(&text) { format!("^{text}") } else { format!("^{{{text}}}") }
+    if simple(&text) && !text.starts_with(char::is_uppercase) { format!("^{text}") } else { format!("^{{{text}}}") }
 }
 
 impl fmt::Display for Term {

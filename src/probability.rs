@@ -5,6 +5,7 @@ pub mod axes;
 pub mod boxes;
 pub mod branches;
 pub mod chain;
+mod changed;
 pub mod direct;
 mod deviate;
 pub mod disc;

@@ -8,15 +8,18 @@ mod affine;
 mod approach;
 mod at_rest;
 mod barrier;
+mod bounds;
 mod classes;
 mod comes_round;
 mod cut_off;
 mod cycle;
 mod descent;
+mod either_way;
 mod end;
 mod factors;
 mod far;
 mod fractional;
+mod grouped;
 mod hypergeometric;
 mod in_pieces;
 mod inhomogeneous;
@@ -33,10 +36,12 @@ mod needed;
 mod nested;
 mod nonlinear;
 mod numeric;
+mod orders;
 mod outgrown;
 mod over;
 mod parabola;
 mod parts;
+mod pieces;
 mod powers;
 mod product;
 mod ranges;
@@ -49,6 +54,7 @@ mod search;
 mod sequences;
 mod sides;
 mod special;
+mod squares;
 mod switching;
 mod symbolic;
 mod terms;
@@ -64,14 +70,20 @@ use affine::affine_pieces;
 use approach::approach;
 use cut_off::cut_off;
 use interval::Interval;
-use region::{Guard, resolve, solutions};
-pub(crate) use search::NO_VALUE;
+use pieces::Pieces;
+use region::solutions;
+use search::NO_VALUE;
 use search::{Entry, enter};
 
 use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
 pub use at_rest::at_rest;
+pub use either_way::InCase;
+pub(crate) use either_way::either_way;
+pub(crate) use needed::read_by;
 pub use nonlinear::{Behaviour, behaviour};
+pub use orders::solve_in_cases;
+pub(crate) use orders::{MOST_PAIRS, pairs, parameters};
 pub use parts::{Part, parts};
 pub use reach::reach;
 pub use sequences::{solve_all, solve_until};
@@ -90,9 +102,14 @@ pub struct Closed {
     pub conditions: Vec<Comparison>,
 }
 
-/// There is no closed form, and why.
+/// A closed form, or an index, that is not known.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoClosedForm(pub String);
+pub struct Unknown {
+    /// Why.
+    pub reason: String,
+    /// The comparison that would have to be decided, where the reason is that it is not.
+    pub open: Option<Box<Comparison>>,
+}
 
 /// What is asked of a sequence.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,21 +130,50 @@ pub enum Reach {
     /// Never, and why.
     Never(String),
     /// Not known, and why.
-    Unknown(String),
+    Unknown(Unknown),
 }
 
-/// The most pieces that a form may have.
-const MOST_PIECES: usize = 200;
-/// The same where a piece begins with a value that has symbols, and the size of such a value: it grows from piece to
-/// piece, and so does the time that a comparison takes.
-const MOST_SYMBOLIC: usize = 16;
-const LARGEST_SYMBOLIC: usize = 100;
 /// The indices that are tried one by one where there is no better way.
 const MOST_TRIED: i64 = 500;
 
-impl From<ValueError> for NoClosedForm {
-    fn from(error: ValueError) -> NoClosedForm {
-        NoClosedForm(error.0)
+impl Unknown {
+    pub(crate) fn because(reason: impl Into<String>) -> Unknown {
+        Unknown { reason: reason.into(), open: None }
+    }
+
+    /// Whether there is an index, but none that can be written as a value here.
+    pub fn has_no_value(&self) -> bool {
+        self.reason.ends_with(NO_VALUE)
+    }
+
+    /// It is not known whether a comparison holds.
+    fn undecided(relation: Relation, left: &Value, right: &Value) -> Unknown {
+        let reason = format!("it must be known whether {left} {} {right}", relation.symbol());
+        Unknown { reason, open: Some(Box::new((relation, left.clone(), right.clone()))) }
+    }
+}
+
+impl std::fmt::Display for Unknown {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.reason)
+    }
+}
+
+impl Reach {
+    /// Not known, for this reason.
+    pub(crate) fn unknown(reason: impl Into<String>) -> Reach {
+        Reach::Unknown(Unknown::because(reason))
+    }
+
+    /// It is not known whether a comparison holds.
+    fn undecided(relation: Relation, left: &Value, right: &Value) -> Reach {
+        Reach::Unknown(Unknown::undecided(relation, left, right))
+    }
+}
+
+impl From<ValueError> for Unknown {
+    fn from(error: ValueError) -> Unknown {
+        Unknown::because(error.0)
     }
 }
 
@@ -157,9 +203,9 @@ pub fn solve(
     start: &Value,
     index: &Name,
     assumptions: &Assumptions,
-) -> Result<Closed, NoClosedForm> {
+) -> Result<Closed, Unknown> {
     if map.sort() != Sort::Real || start.sort() != Sort::Real {
-        return Err(NoClosedForm("closed forms are known of sequences of numbers only".to_string()));
+        return Err(Unknown::because("closed forms are known of sequences of numbers only".to_string()));
     }
     let mut known = assumptions.clone();
     known.assume_natural(index);
@@ -193,146 +239,6 @@ struct Motion<'a> {
     known: &'a Assumptions,
 }
 
-/// A piecewise form in the making.
-struct Pieces<'a> {
-    map: Value,
-    variable: &'a Name,
-    index: &'a Name,
-    known: Assumptions,
-    closed: Closed,
-    /// Where the pieces began, and with which values.
-    history: Vec<(Value, Value)>,
-}
-
-impl Pieces<'_> {
-    fn collect(mut self, start: &Value) -> Result<Closed, NoClosedForm> {
-        let mut from = Value::zero();
-        let mut value = self.known.simplify(start);
-        for number in 0..MOST_PIECES {
-            if let Some(place) = self.history.iter().position(|(_, earlier)| *earlier == value) {
-                return self.periodic(place, &from);
-            }
-            let grown = number >= MOST_SYMBOLIC || value.size() > LARGEST_SYMBOLIC;
-            if grown && !value.variables().is_empty() {
-                let map = &self.map;
-                return Err(NoClosedForm(format!("the guards of {map} change {number} times and more")));
-            }
-            self.history.push((from.clone(), value.clone()));
-            let Some((next, image)) = self.piece(&from, &value)? else { return Ok(self.closed) };
-            from = next;
-            value = image;
-        }
-        Err(NoClosedForm(format!("the guards of {} change more than {MOST_PIECES} times", self.map)))
-    }
-
-    /// The piece that begins here; where the next begins and with which value.
-    fn piece(&mut self, from: &Value, value: &Value) -> Result<Option<(Value, Value)>, NoClosedForm> {
-        let (local, guards) = resolve(&self.map, self.variable, value, &self.known)?;
-        if local.linear_in(self.variable).is_none() {
-            return Err(NoClosedForm(format!("{local} is not affine in {}", self.variable)));
-        }
-        let (pieces, conditions) = affine_pieces(&local, self.variable, value, self.index, &self.known)?;
-        for (relation, left, right) in &conditions {
-            self.known.assume(*relation, left, right);
-        }
-        self.closed.conditions.extend(conditions);
-        let Some((length, failed)) = self.length(&pieces, &guards)? else {
-            self.append(&pieces, from, None)?;
-            return Ok(None);
-        };
-        self.append(&pieces, from, Some(&length))?;
-        let local_form = Closed { variable: self.variable.clone(), pieces, conditions: Vec::new() };
-        let Some(image) = local_form.at(self.index, &length, &self.known) else {
-            return Err(NoClosedForm(format!("it must be known which piece holds at {length}")));
-        };
-        let failing = failed.value.with(self.variable, &image)?;
-        self.known.assume(failed.relation.negated(), &failing, &Value::zero());
-        Ok(Some((from.add(&length)?, self.known.simplify(&image))))
-    }
-
-    /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
-    fn length(&mut self, pieces: &[Piece], guards: &[Guard]) -> Result<Option<(Value, Guard)>, NoClosedForm> {
-        let local = Closed { variable: self.variable.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
-        let mut least: Option<(Value, Guard)> = None;
-        for guard in guards {
-            let goal = Goal::Holds(guard.relation.negated(), guard.value.clone(), Value::zero());
-            match first(&local, self.index, &goal, &self.known) {
-                Reach::Never(_) => {}
-                Reach::Unknown(reason) if reason.ends_with(NO_VALUE) => {
-                    let (value, sign) = (&guard.value, guard.relation.negated().symbol());
-                    return Err(NoClosedForm(format!("of the first index at which {value} {sign} 0: {reason}")));
-                }
-                Reach::Unknown(reason) => return Err(NoClosedForm(reason)),
-                Reach::At(at, conditions) => {
-                    for (relation, left, right) in &conditions {
-                        self.known.assume(*relation, left, right);
-                    }
-                    self.closed.conditions.extend(conditions);
-                    let sooner = match &least {
-                        None => true,
-                        Some((other, _)) => self
-                            .known
-                            .decide(Relation::Lss, &at, other)
-                            .ok_or_else(|| NoClosedForm(format!("it must be known whether {at} < {other}")))?,
-                    };
-                    if sooner {
-                        least = Some((at, guard.clone()));
-                    }
-                }
-            }
-        }
-        Ok(least)
-    }
-
-    /// Adds forms that count from `from`, up to `length` steps after it.
-    fn append(&mut self, pieces: &[Piece], from: &Value, length: Option<&Value>) -> Result<(), NoClosedForm> {
-        let shifted = Value::variable(self.index).sub(from)?;
-        for piece in pieces {
-            if let Some(length) = length
-                && self.known.decide(Relation::Gte, &piece.from, length) == Some(true)
-            {
-                break;
-            }
-            let until = match (&piece.until, length) {
-                (Some(until), Some(length)) => {
-                    if self.known.decide(Relation::Lte, until, length) == Some(true) {
-                        Some(until)
-                    } else {
-                        Some(length)
-                    }
-                }
-                (until, length) => until.as_ref().or(length),
-            };
-            self.closed.pieces.push(Piece {
-                from: from.add(&piece.from)?,
-                until: until.map(|until| from.add(until)).transpose()?,
-                form: piece.form.with(self.index, &shifted)?,
-            });
-        }
-        Ok(())
-    }
-
-    /// The value at `from` was there before: of two values in turn there is a form, with `(-1)^n`.
-    fn periodic(mut self, place: usize, from: &Value) -> Result<Closed, NoClosedForm> {
-        let since = self.history[place].0.clone();
-        let period = from.sub(&since)?;
-        let mut values = Vec::new();
-        for step in 0..2 {
-            let at = since.add(&Value::integer(step))?;
-            values.extend(self.closed.at(self.index, &at, &self.known));
-        }
-        let ([first, second], true) = (values.as_slice(), period == Value::integer(2)) else {
-            return Err(NoClosedForm(format!("from n = {since} on it goes round in {period} steps")));
-        };
-        let half = Value::fraction(1, 2)?;
-        let (middle, swing) = (first.add(second)?.mul(&half)?, first.sub(second)?.mul(&half)?);
-        let turn = Value::integer(-1).power(&Value::variable(self.index).sub(&since)?)?;
-        self.closed.pieces.retain(|piece| self.known.decide(Relation::Lss, &piece.from, &since) == Some(true));
-        self.closed.pieces.push(Piece { from: since, until: None, form: middle.add(&swing.mul(&turn)?)? });
-        Ok(self.closed)
-    }
-}
-
 /// The least index at which a goal is met.
 pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptions) -> Reach {
     let mut known = assumptions.clone();
@@ -353,7 +259,7 @@ fn by_shape(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> 
         let at_end = value.is_some_and(|value| meets(&value, closed, goal, known) == Some(true));
         match in_piece((piece, at_end), closed, index, goal, known) {
             Ok(Reach::Never(why)) => reason = why,
-            Err(NoClosedForm(why)) => return Reach::Unknown(why),
+            Err(unknown) => return Reach::Unknown(unknown),
             Ok(found) => return found,
         }
     }
@@ -392,7 +298,7 @@ fn in_piece(
     index: &Name,
     goal: &Goal,
     known: &Assumptions,
-) -> Result<Reach, NoClosedForm> {
+) -> Result<Reach, Unknown> {
     let entry = |value: Value, interval: Interval| {
         let (from, until) = (&piece.from, piece.until.as_ref());
         enter(&Entry { value, interval, from, until, at_end, form: &piece.form, index, known })
@@ -434,7 +340,7 @@ fn earliest(
     (piece, at_end): (&Piece, bool),
     index: &Name,
     known: &Assumptions,
-) -> Result<Reach, NoClosedForm> {
+) -> Result<Reach, Unknown> {
     let (from, until) = (&piece.from, piece.until.as_ref());
     let mut best = Reach::Never(format!("it is never met from n = {from} on"));
     for interval in intervals {
@@ -445,8 +351,8 @@ fn earliest(
                 return Ok(Reach::At(at, conditions));
             }
             // Of several intervals the first one that is come to counts.
-            (Reach::Unknown(why), _) | (_, Reach::Unknown(why)) if why.ends_with(NO_VALUE) && intervals.len() > 1 => {
-                Reach::Unknown("it may be met on either side, and when first is not known".to_string())
+            (Reach::Unknown(why), _) | (_, Reach::Unknown(why)) if why.has_no_value() && intervals.len() > 1 => {
+                Reach::unknown("it may be met on either side, and when first is not known")
             }
             (Reach::Unknown(why), _) | (_, Reach::Unknown(why)) => Reach::Unknown(why),
             (Reach::Never(_), found) => found,
@@ -458,7 +364,7 @@ fn earliest(
                 {
                     Some(true) => Reach::At(one, first),
                     Some(false) => Reach::At(other, second),
-                    None => Reach::Unknown(format!("it must be known whether {one} <= {other}")),
+                    None => Reach::undecided(Relation::Lte, &one, &other),
                 }
             }
         };
@@ -467,12 +373,12 @@ fn earliest(
 }
 
 /// The least index of a piece at which a value is not 0.
-fn differs(value: &Value, piece: &Piece, index: &Name, known: &Assumptions) -> Result<Reach, NoClosedForm> {
+fn differs(value: &Value, piece: &Piece, index: &Name, known: &Assumptions) -> Result<Reach, Unknown> {
     if !value.mentions(index) {
         return Ok(match known.decide(Relation::Neq, value, &Value::zero()) {
             Some(true) => Reach::At(piece.from.clone(), Vec::new()),
             Some(false) => Reach::Never(format!("it stays {}", piece.form)),
-            None => Reach::Unknown(format!("it must be known whether {value} = 0")),
+            None => Reach::undecided(Relation::Eq, value, &Value::zero()),
         });
     }
     let mut at = piece.from.clone();
@@ -482,15 +388,15 @@ fn differs(value: &Value, piece: &Piece, index: &Name, known: &Assumptions) -> R
             match known.decide(Relation::Lss, &at, until) {
                 Some(true) => {}
                 Some(false) => return Ok(Reach::Never("it stays the same in this piece".to_string())),
-                None => return Ok(Reach::Unknown(format!("it must be known whether {at} < {until}"))),
+                None => return Ok(Reach::undecided(Relation::Lss, &at, until)),
             }
         }
         let here = value.with(index, &at)?;
         match known.decide(Relation::Neq, &here, &Value::zero()) {
             Some(true) => return Ok(Reach::At(at, Vec::new())),
             Some(false) => at = at.add(&Value::one())?,
-            None => return Ok(Reach::Unknown(format!("it must be known whether {here} = 0"))),
+            None => return Ok(Reach::undecided(Relation::Eq, &here, &Value::zero())),
         }
     }
-    Ok(Reach::Unknown(format!("when {value} differs from 0 first")))
+    Ok(Reach::unknown(format!("when {value} differs from 0 first")))
 }

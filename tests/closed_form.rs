@@ -28,7 +28,8 @@ fn question(text: &str) -> (Question, Environment) {
 
 fn solved(text: &str) -> Solved {
     let (question, environment) = question(text);
-    solve_all(question.recurrence, &environment.assumptions).unwrap_or_else(|reason| panic!("{text}: {}", reason.0))
+    solve_all(question.recurrence, &environment.assumptions)
+        .unwrap_or_else(|reason| panic!("{text}: {}", reason.reason))
 }
 
 fn value(text: &str) -> Value {

@@ -190,7 +190,7 @@ fn no_closed_form() {
     assert!(solve(&mul(&var("r"), &var("r")), &r(), &frac(1, 2), &n(), &none).is_err());
     assert!(solve(&var("r").floor().unwrap(), &r(), &frac(1, 2), &n(), &none).is_err());
     let turn = Value::choose(Relation::Gtr, &var("r"), &int(2), &int(0), &add(&var("r"), &int(1))).unwrap();
-    assert!(solve(&turn, &r(), &int(0), &n(), &none).unwrap_err().0.contains("goes round"));
+    assert!(solve(&turn, &r(), &int(0), &n(), &none).unwrap_err().reason.contains("goes round"));
 }
 
 proptest! {
@@ -257,7 +257,7 @@ fn a_search_ends_when_it_is_interrupted() {
             asked.set(asked.get() + 1);
             asked.get() > most
         };
-        solve_until(long(), &Assumptions::default(), &stop).unwrap_err().0
+        solve_until(long(), &Assumptions::default(), &stop).unwrap_err().reason
     };
     let whole = count(usize::MAX);
     let polls = asked.get();

@@ -64,7 +64,11 @@ fn form_lines(form: &Form, name: &Name, index: &Name, from: i64) -> Vec<String> 
                     (Some(until), true) => format!(" for {index} < {until}"),
                     (Some(until), false) => format!(" for {} <= {index} < {until}", piece.from),
                 };
-                format!("{name}({index}) = {}{range}", readable(&piece.form, index, &piece.from))
+                let alone = piece.from.add(&Value::one()).ok().filter(|_| piece.from.as_rational().is_some());
+                match piece.form.with(index, &piece.from) {
+                    Ok(term) if alone.is_some() && piece.until == alone => format!("{name}({}) = {term}", piece.from),
+                    _ => format!("{name}({index}) = {}{range}", readable(&piece.form, index, &piece.from)),
+                }
             };
             return pieces.iter().map(line).collect();
         }
@@ -179,6 +183,14 @@ fn over_product(value: &Value, product: &Name) -> Option<(Value, Value)> {
 pub(crate) fn needed((relation, left, right): &Comparison) -> String {
     let [left, right] = [left, right].map(|side| chosen(side.to_string()));
     format!("if {left} {} {right}", relation.symbol())
+}
+
+/// A comparison of parameters, each term on the side where it is added.
+pub(crate) fn compared((relation, left, right): &Comparison) -> String {
+    match left.sub(right) {
+        Ok(difference) => difference.compared(relation.symbol()),
+        Err(_) => format!("{left} {} {right}", relation.symbol()),
+    }
 }
 
 /// In brackets where it is a choice, to which all that follows would belong.

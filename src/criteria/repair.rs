@@ -51,6 +51,8 @@ pub struct Repair {
     pub breaks: Vec<Name>,
     /// Those of them that are open.
     pub open: Vec<Name>,
+    /// Those of them that are met by a jump between two looks alone.
+    pub jumps: Vec<Name>,
     /// By how little the change may not be less.
     pub least: Option<BigRational>,
     /// A value that is only just not enough.
@@ -181,14 +183,27 @@ impl<'a> Workshop<'a> {
             judge.stretches = judge.stretches.min(MOST_SEARCHED);
         }
         match goal {
-            Some(name) => judge.one(&criteria, &environment, name).map(|finding| finding.standing),
+            Some(name) => {
+                let finding = judge.one(&criteria, &environment, name)?;
+                Some(if finding.passing.is_some() { Standing::NotMet } else { finding.standing })
+            }
             None => {
                 // A clearance of a run that only goes on is proved once, at the end.
                 let later = |finding: &Finding| finding.standing == Standing::Open && self.goes_on(Some(&finding.name));
-                let standing = |finding: &Finding| if later(finding) { Standing::Met } else { finding.standing };
+                let standing = |finding: &Finding| match later(finding) {
+                    _ if self.jumps(finding) => Standing::NotMet,
+                    true => Standing::Met,
+                    false => finding.standing,
+                };
                 judge.judge(&criteria, &environment).findings.iter().map(standing).min()
             }
         }
+    }
+
+    /// Whether a change lets something jump over what it is to be kept away from, which is no repair.
+    fn jumps(&self, finding: &Finding) -> bool {
+        let before = self.judged.findings.iter().find(|one| one.name == finding.name);
+        finding.passing.is_some() && before.is_none_or(|before| before.passing.is_none())
     }
 
     /// Judges everything with a change: a repair if the goal is met then.
@@ -199,19 +214,21 @@ impl<'a> Workshop<'a> {
             Some(name) => judged.findings.iter().find(|finding| finding.name == *name)?,
             None => judged.findings.iter().min_by_key(|finding| finding.standing)?,
         };
-        if after.standing != Standing::Met {
+        if after.standing != Standing::Met || (goal.is_some() && after.passing.is_some()) {
             return None;
         }
-        let met_before =
-            |name: &Name| self.judged.findings.iter().any(|one| one.name == *name && one.standing == Standing::Met);
-        let breaks = judged.findings.iter().filter(|one| one.standing != Standing::Met && met_before(&one.name));
-        let open = breaks.clone().filter(|one| one.standing != Standing::NotMet).map(|one| one.name.clone()).collect();
+        let before = |name: &Name| self.judged.findings.iter().find(|one| one.name == *name);
+        let met_before = |name: &Name| before(name).is_some_and(|one| one.standing == Standing::Met);
+        let broken = |one: &&Finding| self.jumps(one) || (one.standing != Standing::Met && met_before(&one.name));
+        let breaks = judged.findings.iter().filter(broken);
+        let open = breaks.clone().filter(|one| one.standing == Standing::Open).map(|one| one.name.clone()).collect();
+        let jumps = breaks.clone().filter(|one| one.standing == Standing::Met).map(|one| one.name.clone()).collect();
         let breaks = breaks.map(|one| one.name.clone()).collect();
         let present = |name: &Name| self.parameters.iter().find(|(other, _)| other == name).map(|(_, value)| value);
         let changes =
             point.iter().filter_map(|(name, value)| Some((name.clone(), present(name)?.clone(), value.clone())));
         let (changes, after) = (changes.collect(), after.clone());
-        Some(Repair { changes, after, breaks, open, least: None, not_at: None, formula: None })
+        Some(Repair { changes, after, breaks, open, jumps, least: None, not_at: None, formula: None })
     }
 
     /// A repair that breaks nothing.

@@ -4,6 +4,8 @@ use std::cell::OnceCell;
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
+use num_traits::ToPrimitive;
+
 use crate::interval::Interval;
 use crate::lower::Goal;
 use crate::name::Name;
@@ -108,6 +110,21 @@ impl Distance {
         let square = |sum: Interval, one: Interval| sum.plus(one.times(one));
         let about = numbers.map(|all| all.into_iter().fold(Interval::exactly(0.0), square));
         Some(Distance { differences, about, squared: OnceCell::new() })
+    }
+
+    /// About how near two things come that are so far apart at one look and at the next, where each goes straight from one
+    /// place to the next; none where the places are no numbers.
+    pub fn between_looks(&self, next: &Distance) -> Option<f64> {
+        let numbers = |one: &Distance| {
+            one.differences.iter().map(|one| one.as_rational()?.to_f64()).collect::<Option<Vec<f64>>>()
+        };
+        let (here, there) = (numbers(self)?, numbers(next)?);
+        let step: Vec<f64> = here.iter().zip(&there).map(|(here, there)| there - here).collect();
+        let dot = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(one, other)| one * other).sum::<f64>();
+        let long = dot(&step, &step);
+        let part = if long > 0.0 { (-dot(&here, &step) / long).clamp(0.0, 1.0) } else { 0.0 };
+        let nearest: Vec<f64> = here.iter().zip(&step).map(|(here, step)| here + part * step).collect();
+        Some(dot(&nearest, &nearest).sqrt())
     }
 
     /// The square of it.

@@ -186,7 +186,15 @@ fn in_turns(
             Tail::Unknown(_) => return found,
         }
     }
-    Tail::Never(latest.0, format!("taking even and odd indices apart, {}", latest.1))
+    // Apart in turns of more than two.
+    const HALVES: &str = "taking even and odd indices apart, ";
+    Tail::Never(
+        latest.0,
+        match latest.1.strip_prefix(HALVES) {
+            Some(why) => format!("taking the indices apart in four turns, {why}"),
+            None => format!("{HALVES}{}", latest.1),
+        },
+    )
 }
 
 fn at_once(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {

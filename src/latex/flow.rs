@@ -2,13 +2,20 @@
 
 use std::fmt::Write as _;
 
-use super::{escaped, math, process};
+use super::{escaped, letter, math, process};
 use crate::assumption::Assumptions;
+use crate::closed_form::{Form, Piece, Solved};
 use crate::flow::{PhaseFlow, needed};
 use crate::name::Name;
 use crate::period::graph::ending;
 use crate::period::{Next, Test};
+use crate::recurrence::InCase;
 use crate::value::{Relation, Value};
+
+/// Before what a row says is drawn from a distribution.
+const DRAWN: &str = "~";
+/// Stands in a name for the sign before its number.
+const NUMBERED: &str = "drawn";
 
 /// A table of the phases, an `align*` each, for use inside a document with `amsmath`.
 pub fn phases(flows: &[PhaseFlow], assumptions: &Assumptions) -> String {
@@ -17,19 +24,66 @@ pub fn phases(flows: &[PhaseFlow], assumptions: &Assumptions) -> String {
 
 /// The closed forms of a phase and of its means, a row for each piece.
 fn closed_forms(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions) -> Vec<(String, String)> {
-    let closed = flow.recurrences(index, assumptions, &|| false).closed.into_iter().map(|one| ("", one));
+    let found = flow.recurrences(index, assumptions, &|| false);
+    let cases = flow.recurrences_in_cases(&found, index, assumptions, &|| false);
+    let closed = found.closed.into_iter().map(|one| ("", one));
     let means = flow.means(index, assumptions, &|| false).into_iter().map(|one| ("\\operatorname{E}", one));
     let mut rows = Vec::new();
     for (of, (name, closed)) in closed.chain(means) {
         let when = conditions(&needed(&closed), "if");
-        for piece in &closed.pieces {
-            let from = if piece.from.is_zero() { String::new() } else { format!("{} \\le ", value(&piece.from)) };
-            let range = match (&piece.until, from.is_empty()) {
-                (Some(until), _) => format!(" \\quad ({from}{index} < {})", value(until)),
-                (None, false) => format!(" \\quad ({from}{index})"),
-                (None, true) => String::new(),
-            };
-            rows.push((format!("{of}{}_{{{index}}}", escaped_name(&name)), value(&piece.form) + &range + &when));
+        rows.extend(pieces((of, &name), &closed.pieces, index, &when));
+    }
+    rows.extend(cases.iter().flat_map(|case| in_case(case, index)));
+    rows
+}
+
+/// A form by pieces, a row for each.
+fn pieces((of, name): (&str, &Name), pieces: &[Piece], index: &Name, when: &str) -> Vec<(String, String)> {
+    let row = |piece: &Piece| {
+        let from = if piece.from.is_zero() { String::new() } else { format!("{} \\le ", value(&piece.from)) };
+        let range = match (&piece.until, from.is_empty()) {
+            (Some(until), _) => format!(" \\quad ({from}{index} < {})", value(until)),
+            (None, false) => format!(" \\quad ({from}{index})"),
+            (None, true) => String::new(),
+        };
+        (format!("{of}{}_{{{index}}}", escaped_name(name)), value(&piece.form) + &range + when)
+    };
+    pieces.iter().map(row).collect()
+}
+
+/// The forms in one case; one that is no value in the index stands as it is told.
+fn in_case(case: &InCase<Solved>, index: &Name) -> Vec<(String, String)> {
+    let assumed = case.assumed.iter().chain(case.found.conditions());
+    let tests: Vec<Test> = assumed
+        .map(|(relation, left, right)| Test { relation: *relation, left: left.clone(), right: right.clone() })
+        .collect();
+    let when = conditions(&tests, "if");
+    let forms = case.found.recurrence().sequences.iter().zip(case.found.forms());
+    let rows = forms.flat_map(|(sequence, form)| match (form, form.value(index)) {
+        (Form::Pieces(all), _) => pieces(("", &sequence.name), all, index, &when),
+        (_, Some(form)) => {
+            pieces(("", &sequence.name), &[Piece { from: Value::zero(), until: None, form }], index, &when)
+        }
+        _ => {
+            let told = case.found.lines_of(std::slice::from_ref(&sequence.name));
+            told.iter().map(|line| ("\\text{closed}".to_string(), typewriter(line))).collect()
+        }
+    });
+    rows.collect()
+}
+
+/// What passes through the ports, a row for each communication.
+fn ports(flow: &PhaseFlow) -> Vec<(String, String)> {
+    let all = flow.communications().into_iter().flat_map(|(way, tests)| {
+        let when = conditions(tests, "if");
+        way.communications
+            .iter()
+            .map(move |(port, passed)| (format!("\\text{{port }}{}", escaped_name(port)), value(passed) + &when))
+    });
+    let mut rows: Vec<(String, String)> = Vec::new();
+    for row in all {
+        if !rows.contains(&row) {
+            rows.push(row);
         }
     }
     rows
@@ -56,7 +110,8 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
         let ways = ways.collect::<String>();
         rows.push(("\\text{again}".to_string(), format!("{}\\ \\text{{after the round}}", ways.trim_start())));
     }
-    rows.extend(flow.draws.iter().map(|(name, distribution)| (escaped_name(name), value(distribution))));
+    rows.extend(flow.draws.iter().map(|(name, from)| (escaped_name(name), format!("{DRAWN}{}", value(from)))));
+    rows.extend(ports(flow));
     let index = flow.index();
     // The terms and first values of the sequences, with the index below them.
     let indexed = |text: String| {
@@ -86,7 +141,11 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     let control = escaped(&flow.control.join(" | "));
     let mut out = format!("{{\\raggedright\\noindent Phase {}: \\texttt{{{control}}}\\par}}\n", flow.phase + 1);
     out.push_str("\\begin{align*}\n");
-    let rows: Vec<String> = rows.iter().map(|(left, right)| format!("  {left} &= {right}")).collect();
+    let row = |(left, right): &(String, String)| match right.strip_prefix(DRAWN) {
+        Some(right) => format!("  {left} &\\sim {right}"),
+        None => format!("  {left} &= {right}"),
+    };
+    let rows: Vec<String> = rows.iter().map(row).collect();
     let _ = writeln!(out, "{}", rows.join(" \\\\\n"));
     out + "\\end{align*}\n"
 }
@@ -112,9 +171,26 @@ fn conditions(tests: &[Test], word: &str) -> String {
     format!(" \\quad \\text{{{word} }} {}", tests.collect::<Vec<_>>().join(",\\ "))
 }
 
-/// A value in mathematics: as the parameter of a process, which is then taken away.
+/// A value in mathematics: as the parameter of a process, which is then taken away. What is drawn has a name that nobody
+/// could write, `e~1`, and is set with its number above.
 fn value(value: &Value) -> String {
-    let whole = math(&format!("Delay_{{{value}}}"), &[]);
+    let text = value.to_string();
+    let whole = math(&format!("Delay_{{{}}}", text.replace('~', NUMBERED)), &[]);
     let inside = whole.strip_prefix("\\mathsf{Delay}_{").and_then(|rest| rest.strip_suffix('}'));
-    inside.map_or_else(|| format!("\\text{{\\texttt{{{}}}}}", escaped(&value.to_string())), str::to_string)
+    let Some(inside) = inside else { return typewriter(&text) };
+    let mut parts = inside.split("\\mathit{");
+    let mut out = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let drawn = part.split_once('}').and_then(|(name, rest)| Some((name.split_once(NUMBERED)?, rest)));
+        out += &match drawn {
+            Some(((name, number), rest)) => format!("{}^{{({number})}}{rest}", letter(name)),
+            None => format!("\\mathit{{{part}"),
+        };
+    }
+    out
+}
+
+/// As it is written.
+fn typewriter(text: &str) -> String {
+    format!("\\text{{\\texttt{{{}}}}}", escaped(text))
 }

@@ -172,7 +172,7 @@ impl Parser<'_> {
                 Ok((value, index))
             }
             Kind::OpenRound => Ok((self.primary()?, None)),
-            Kind::Number | Kind::Lower | Kind::Meta => Ok((self.single()?, None)),
+            Kind::Number | Kind::Lower | Kind::Upper | Kind::Meta => Ok((self.single()?, None)),
             _ => self.unexpected("a number of rounds, such as `3`, `n` or `{n+1}`"),
         }
     }

@@ -6,14 +6,15 @@ use super::run::Run;
 use super::step::inspect;
 use super::{Edge, Failure, Next, Phase};
 use crate::assumption::Assumptions;
-use crate::value::{Relation, Value};
+use crate::name::Name;
+use crate::value::{Atom, Relation, Value, View};
 
 impl Failure {
     /// Whether it says no more than that something is not known: there may be a period all the same.
     pub fn is_open(&self) -> bool {
         match self {
             Failure::Order { .. } | Failure::NoPeriod { .. } | Failure::Interrupted => true,
-            Failure::Drift { one, other } => rational_ratio(&one.1, &other.1).is_none(),
+            Failure::Drift { one, other, .. } => rational_ratio(&one.1, &other.1).is_none(),
             _ => false,
         }
     }
@@ -93,19 +94,51 @@ pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
 
 /// Why parts that do not communicate drift, if they do: their names with the durations of their rounds.
 pub fn drifting(rounds: &[(String, Value)], known: &Assumptions) -> Option<Failure> {
-    let (one, others) = rounds.split_first()?;
+    // Two with an irrational ratio settle it, whatever is not known of the others.
+    let never = rounds.iter().enumerate().find_map(|(place, one)| {
+        let other = rounds[..place].iter().find(|other| rational_ratio(&other.1, &one.1) == Some(false))?;
+        Some((other, one))
+    });
+    let (first, others) = rounds.split_first()?;
     // What has a common multiple with the first has one with all that have.
-    let other = others.iter().find(|other| !commensurable(&one.1, &other.1, known))?;
-    Some(Failure::Drift { one: one.clone(), other: other.clone() })
+    let open = || others.iter().find(|other| !commensurable(&first.1, &other.1, known)).map(|other| (first, other));
+    let (one, other) = never.or_else(open)?;
+    let rational = one.1.div(&other.1).ok().and_then(|ratio| rational_for_each(&ratio, known));
+    Some(Failure::Drift { one: one.clone(), other: other.clone(), rational })
+}
+
+/// A natural number for each value of which a ratio is rational, if it depends on such numbers alone.
+fn rational_for_each(ratio: &Value, known: &Assumptions) -> Option<Name> {
+    let natural = |name: &Name| known.naturals().contains(name);
+    let View::Real(above, below) = ratio.view() else { return None };
+    let factors = above.iter().chain(&below).flat_map(|(_, factors)| factors);
+    let mut natural = factors.map(|(atom, _)| match atom {
+        Atom::Variable(name) if natural(name) => Some(name.clone()),
+        _ => None,
+    });
+    let first = natural.next()??;
+    natural.all(|name| name.is_some()).then_some(first)
+}
+
+/// That a ratio is rational for each value of a natural number.
+pub(super) fn rational_told(one: &Value, other: &Value, name: &Name) -> String {
+    format!(
+        ": the ratio of {one} and {other} is rational for each {name}, but how often each goes round depends on it; a period \
+         is found where {name} is a number, such as `param {name} = 2`"
+    )
 }
 
 /// How two delays that remain lie to each other: one may run once, so nothing follows from it for the rounds.
-fn ratio_told(one: &Value, other: &Value) -> String {
+fn ratio_told(one: &Value, other: &Value, known: &Assumptions) -> String {
     match one.div(other) {
         Ok(ratio) if rational_ratio(one, other) == Some(false) => {
             format!(": {one} is {ratio} times {other}, which is irrational")
         }
-        _ => what_would_do(one, other),
+        Ok(ratio) => match rational_for_each(&ratio, known) {
+            Some(name) => rational_told(one, other, &name),
+            None => what_would_do(one, other),
+        },
+        Err(_) => what_would_do(one, other),
     }
 }
 
@@ -142,8 +175,9 @@ pub(super) fn what_tells(one: &Value, other: &Value) -> String {
     };
     match Value::fraction(2, 3).and_then(|ratio| fixed.mul(&ratio)) {
         Ok(third) => {
+            let what = if third.as_rational().is_some() { "number" } else { "ratio" };
             format!(
-                "; an assumption such as `param {one} < {other}` tells, or a ratio such as `param {given} = {third}`"
+                "; an assumption such as `param {one} < {other}` tells, or a {what} such as `param {given} = {third}`"
             )
         }
         Err(_) => String::new(),
@@ -164,7 +198,7 @@ fn in_short(delay: &Value) -> String {
 }
 
 /// That the same control points come again and again with other delays.
-pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure {
+pub(super) fn growth(names: &[String], state: &[Run], phases: usize, known: &Assumptions) -> Failure {
     let mut left: Vec<(String, Value)> = Vec::new();
     for (name, run) in names.iter().zip(state) {
         let (mut delays, mut shown) = (Vec::new(), Vec::new());
@@ -174,7 +208,7 @@ pub(super) fn growth(names: &[String], state: &[Run], phases: usize) -> Failure 
     }
     let drifts = left.iter().enumerate().find_map(|(place, one)| {
         let other = left.get(place + 1..)?.iter().find(|other| rational_ratio(&one.1, &other.1) != Some(true))?;
-        Some(ratio_told(&one.1, &other.1))
+        Some(ratio_told(&one.1, &other.1, known))
     });
     let drifts = drifts.unwrap_or_default();
     let left: Vec<String> = left.iter().map(|(name, delay)| format!("{name} {}", in_short(delay))).collect();

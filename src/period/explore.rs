@@ -272,7 +272,7 @@ impl<'a> Explorer<'a> {
         let apart = || drift::apart(left(), self.assumptions);
         let many = self.apart && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
         if many || number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
-            return Err(drift::growth(self.clock.names, state, number));
+            return Err(drift::growth(self.clock.names, state, number, self.assumptions));
         }
         remainders.insert(key, number);
         let held = first_held(&entries, |value| self.clock.settler.varies(value));

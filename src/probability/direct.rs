@@ -6,7 +6,7 @@ use num_traits::{ToPrimitive, Zero};
 
 use super::Question;
 use super::estimated::{Estimate, counted, interval};
-use super::random::{Sampler, Source};
+use super::random::{Draws, Sampler, Source};
 use super::rounded::rounded;
 use crate::assumption::Assumptions;
 use crate::definition::{Definition, Definitions};
@@ -74,6 +74,51 @@ pub fn trajectories(
     let subject = Subject { system: &system, event, question };
     let model = Model::new(&lasted);
     (0..runs).map(|run| subject.trajectory(&model, &Source::new(seed, run))).collect()
+}
+
+/// What is asked about in some runs: when it happens first, where it does by the time asked about; and what is shown then.
+pub struct Sample {
+    /// Since when, in each run.
+    pub arrivals: Vec<Option<BigRational>>,
+    /// What is shown at the time that is asked about.
+    pub ends: Vec<Vec<Term>>,
+}
+
+/// So many runs at most, to be drawn as one curve.
+///
+/// # Errors
+/// As of [`direct`].
+pub fn sample(
+    system: &Term,
+    definitions: &Definitions,
+    event: &Claim,
+    question: &Question,
+    (runs, seed): (u64, u64),
+) -> Result<Sample, String> {
+    let (system, lasted) = counted_from_nothing(system, definitions)?;
+    let subject = Subject { system: &system, event, question };
+    let model = Model::new(&lasted);
+    let mut sample = Sample { arrivals: Vec::new(), ends: Vec::new() };
+    let (mut run, mut left) = (0, STEPS);
+    while run < runs && left > 0 {
+        let (mut arrival, mut end) = (None, Vec::new());
+        let steps = subject.follow(&model, &Source::new(seed, run), MOST_STEPS, &mut |state, (from, until)| {
+            if arrival.is_none() && subject.shown(state)? {
+                arrival = Some(from.clone());
+            }
+            let last = until.is_none_or(|until| *until > question.time);
+            if last && !question.first {
+                end = crate::invariant::shown(state);
+            }
+            // Of what is asked of the first time nothing more is looked at.
+            Ok(question.first && arrival.is_some())
+        })?;
+        sample.arrivals.push(arrival);
+        sample.ends.push(end);
+        left = left.saturating_sub(steps.max(1));
+        run += 1;
+    }
+    Ok(sample)
 }
 
 /// A system and its definitions, in which durations that are drawn below 0 count as 0.

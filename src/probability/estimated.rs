@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 
 use super::Question;
 use super::chain::Chain;
+use super::changed::changed;
 use super::random::Source;
 use super::simulation::lanes::LANES;
 use super::simulation::{Numbers, Program, Scratch};
-use super::splitting::split;
+use super::splitting::{Split, split};
 
 /// What a simulation found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,21 +22,33 @@ pub struct Estimate {
     pub share: f64,
     /// How many runs there were.
     pub runs: u64,
-    /// Whether runs were split, because too few of them came there.
-    pub split: bool,
-    /// Whether they were split in vain: what they gave was too uneven to be relied on.
-    pub uneven: bool,
+    /// What was done where hardly any of the runs came there.
+    pub rare: Rare,
+}
+
+/// How a chance was estimated that is too small for plain simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rare {
+    /// It is not.
+    No,
+    /// Runs were split where they came nearer.
+    Split,
+    /// Runs were changed as a whole.
+    Changed,
+    /// Both in vain: what they gave was too uneven to be relied on.
+    InVain,
 }
 
 impl Estimate {
     /// What is said of the runs where it hardly ever happened.
     pub fn how(&self) -> &'static str {
-        match (self.split, self.uneven) {
-            (true, _) => ", of which those that came nearest were split again and again",
-            (_, true) => {
-                ", hardly any of which came there; splitting those that came nearest gave nothing to be relied on"
+        match self.rare {
+            Rare::No => "",
+            Rare::Split => ", of which those that came nearest were split again and again",
+            Rare::Changed => ", of which those that came nearest were copied and changed again and again",
+            Rare::InVain => {
+                ", hardly any of which came there; splitting or changing those that came nearest gave nothing to be relied on"
             }
-            _ => "",
         }
     }
 }
@@ -136,13 +149,19 @@ fn simulated(program: &Program, runs: u64, seed: u64) -> Result<Estimate, String
     // Runs that are too long to be split leave the plain answer, which is right too; so do two that contradict each other.
     let rare = happened * RARE < runs;
     // Exact numbers are too long for that.
-    let split = if rare && !program.is_exact() { split(program, seed).ok().flatten() } else { None };
-    Ok(match split.filter(|found| found.low <= plain.high && plain.low <= found.high) {
-        Some(found) => {
+    let agrees = |found: &Split| found.low <= plain.high && plain.low <= found.high;
+    if !rare || program.is_exact() {
+        return Ok(plain);
+    }
+    let split = split(program, seed).ok().flatten().filter(agrees).map(|found| (found, Rare::Split));
+    // Where a run soon forgets where it was, runs are changed as a whole.
+    let changed = || Some((changed(program, seed).ok()?.filter(agrees)?, Rare::Changed));
+    Ok(match split.or_else(changed) {
+        Some((found, rare)) => {
             let runs = runs + found.runs;
-            Estimate { low: found.low, high: found.high, share: found.share, runs, split: true, uneven: false }
+            Estimate { low: found.low, high: found.high, share: found.share, runs, rare }
         }
-        None => Estimate { uneven: rare && !program.is_exact(), ..plain },
+        None => Estimate { rare: Rare::InVain, ..plain },
     })
 }
 
@@ -191,7 +210,7 @@ pub fn interval(happened: u64, runs: u64) -> Estimate {
         (_, few) if few <= FEW => (1.0 - most(few, runs), 1.0 - least(few, runs)),
         _ => (middle - half, middle + half),
     };
-    Estimate { low, high, share, runs, split: false, uneven: false }
+    Estimate { low, high, share, runs, rare: Rare::No }
 }
 
 /// The share from which so many runs or more come with half the chance that the confidence leaves; 0 for none.

@@ -244,7 +244,7 @@ impl Moments {
             sequences.push(Sequence { name: self.covariance_name(one, other), start, next });
         }
         let recurrence = Recurrence { index: index(), from: 0, sequences };
-        solve_all(recurrence, &Assumptions::default()).map_err(|reason| reason.0)
+        solve_all(recurrence, &Assumptions::default()).map_err(|error| error.reason)
     }
 
     fn mean_name(&self, place: usize) -> Name {

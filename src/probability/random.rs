@@ -18,9 +18,21 @@ impl Source {
     pub fn new(seed: u64, run: u64) -> Source {
         Source { key: (seed as u32, (seed >> 32) as u32), run }
     }
+}
 
-    /// Two numbers between 0 and 1, neither included.
-    pub fn uniform(&self, round: u64, place: u64) -> (f64, f64) {
+/// Where random numbers come from.
+pub trait Draws {
+    /// Two numbers between 0 and 1, neither included: of one round and place always the same.
+    fn uniform(&self, round: u64, place: u64) -> (f64, f64);
+
+    /// Two standard normal numbers in place of these.
+    fn normal(&self, round: u64, place: u64) -> (f64, f64) {
+        gauss(self.uniform(round, place))
+    }
+}
+
+impl Draws for Source {
+    fn uniform(&self, round: u64, place: u64) -> (f64, f64) {
         deviate::uniform(self.key, self.run, round, place)
     }
 }
@@ -99,7 +111,7 @@ impl Sampler {
     }
 
     /// The part of a mixture that is drawn, with the place at which its number is.
-    fn part(&self, source: &Source, round: u64, place: u64) -> (&Sampler, u64) {
+    fn part(&self, source: &impl Draws, round: u64, place: u64) -> (&Sampler, u64) {
         let (mut sampler, mut place) = (self, place * STRIDE);
         while let Sampler::Mixture(parts) = sampler {
             let (mut left, _) = source.uniform(round, place);
@@ -118,7 +130,7 @@ impl Sampler {
     }
 
     /// The number drawn at a place.
-    pub fn draw(&self, source: &Source, round: u64, place: u64) -> f64 {
+    pub fn draw(&self, source: &impl Draws, round: u64, place: u64) -> f64 {
         if let Sampler::Normal(mean, sd) = self {
             let (first, second) = pair(source, round, place);
             return mean + sd * if place.is_multiple_of(2) { first } else { second };
@@ -126,7 +138,7 @@ impl Sampler {
         let (sampler, place) = self.part(source, round, place);
         match sampler {
             Sampler::Point(at, _) => *at,
-            Sampler::Normal(mean, sd) => mean + sd * gauss(source.uniform(round, place)).0,
+            Sampler::Normal(mean, sd) => mean + sd * source.normal(round, place).0,
             Sampler::Uniform(low, width) => low + width * source.uniform(round, place).0,
             Sampler::Exponential(start, mean) => start - mean * logarithm(source.uniform(round, place).0),
             Sampler::Poisson(parts, mean) => {
@@ -137,7 +149,7 @@ impl Sampler {
     }
 
     /// The number drawn at a place, exactly, where it is discrete.
-    pub fn exactly(&self, source: &Source, round: u64, place: u64) -> Option<BigRational> {
+    pub fn exactly(&self, source: &impl Draws, round: u64, place: u64) -> Option<BigRational> {
         match self.part(source, round, place).0 {
             Sampler::Point(_, at) => Some(at.clone()),
             Sampler::Poisson(..) => BigRational::from_float(self.draw(source, round, place)),
@@ -189,8 +201,8 @@ fn beside(place: u64) -> u64 {
 }
 
 /// Two standard normal numbers for a place and the one beside it.
-pub fn pair(source: &Source, round: u64, place: u64) -> (f64, f64) {
-    gauss(source.uniform(round, beside(place)))
+pub fn pair(source: &impl Draws, round: u64, place: u64) -> (f64, f64) {
+    source.normal(round, beside(place))
 }
 
 fn near(number: &BigRational) -> f64 {

@@ -20,7 +20,7 @@ use self::foresight::Foresight;
 use self::trim::trimmed;
 use super::Question;
 use super::chain::{Chain, Linear, Move, Side};
-use super::random::{Sampler, Source, pair};
+use super::random::{Draws, Sampler, Source, pair};
 use crate::value::Relation;
 
 /// Bits of an exact number.
@@ -186,7 +186,12 @@ impl Program {
     ///
     /// # Errors
     /// Where a run gets stuck, or never ends.
-    pub(super) fn turn(&self, run: &mut Runner, source: &Source, space: &mut Scratch) -> Result<Option<bool>, String> {
+    pub(super) fn turn(
+        &self,
+        run: &mut Runner,
+        source: &impl Draws,
+        space: &mut Scratch,
+    ) -> Result<Option<bool>, String> {
         let steps = run.phase.map_or(self.initial.as_slice(), |phase| self.phases[phase].as_slice());
         let width = run.state.len();
         space.numbers.clear();
@@ -376,7 +381,7 @@ impl Step {
     }
 
     /// The same place of the same round gives the same number, whichever way it is drawn on.
-    fn draw(&self, source: &Source, round: u64, space: &mut Scratch) {
+    fn draw(&self, source: &impl Draws, round: u64, space: &mut Scratch) {
         let mut place = 0;
         while place < self.samplers.len() {
             let at = place as u64;

@@ -10,7 +10,7 @@
 
 use std::rc::Rc;
 
-use super::random::Source;
+use super::random::{Draws, Source};
 use super::simulation::{Program, Runner, Scratch};
 
 /// Independent estimates.
@@ -52,10 +52,20 @@ impl Path {
 
 /// A chance that is too small for plain simulation; none where nothing was found, or nothing to be relied on.
 pub(super) fn split(program: &Program, seed: u64) -> Result<Option<Split>, String> {
+    independent(MOST_EXCESS, RUNS, &|number| estimate(program, seed, number))
+}
+
+/// The interval that independent estimates without bias give, each with its runs; none where their variance is more than
+/// so often that of the best measure of nearness with so many runs at a time.
+pub(super) fn independent(
+    most_excess: f64,
+    runs_at_a_time: usize,
+    estimate: &(dyn Fn(u64) -> Result<(f64, u64), String> + Sync),
+) -> Result<Option<Split>, String> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get) as u64;
     let work = |first: u64| -> Result<Vec<(u64, f64, u64)>, String> {
         let mine = (first..TIMES).step_by(threads as usize);
-        mine.map(|number| estimate(program, seed, number).map(|(share, runs)| (number, share, runs))).collect()
+        mine.map(|number| estimate(number).map(|(share, runs)| (number, share, runs))).collect()
     };
     let found = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || work(first))).collect();
@@ -73,7 +83,7 @@ pub(super) fn split(program: &Program, seed: u64) -> Result<Option<Split>, Strin
         return Ok(None);
     }
     let square = all.iter().map(|(_, share, _)| (share / mean - 1.0).powi(2)).sum::<f64>() / (times - 1.0);
-    if square > MOST_EXCESS * -mean.ln() / RUNS as f64 {
+    if square > most_excess * -mean.ln() / runs_at_a_time as f64 {
         return Ok(None);
     }
     // Estimates that are products have a long tail above: a mean of few of them is too low more often than too high, by what

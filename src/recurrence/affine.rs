@@ -1,6 +1,6 @@
 //! Closed forms of affine maps, and what kind of sequence a form is.
 
-use super::{Comparison, NoClosedForm, Piece};
+use super::{Comparison, Piece, Unknown};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -12,9 +12,9 @@ pub(super) fn affine_pieces(
     start: &Value,
     index: &Name,
     known: &Assumptions,
-) -> Result<(Vec<Piece>, Vec<Comparison>), NoClosedForm> {
+) -> Result<(Vec<Piece>, Vec<Comparison>), Unknown> {
     let Some((factor, constant)) = map.linear_in(variable) else {
-        return Err(NoClosedForm(format!("{map} is not affine in {variable}")));
+        return Err(Unknown::because(format!("{map} is not affine in {variable}")));
     };
     let (one, count) = (Value::one(), Value::variable(index));
     let piece = |from: i64, until: Option<i64>, form: Value| Piece {
@@ -57,13 +57,13 @@ fn check(
     index: &Name,
     form: &Value,
     known: &Assumptions,
-) -> Result<(), NoClosedForm> {
+) -> Result<(), Unknown> {
     let same = |left: &Value, right: &Value| left == right || known.decide(Relation::Eq, left, right) == Some(true);
     let next = form.with(index, &Value::variable(index).add(&Value::one())?)?;
     if same(&form.with(index, &Value::zero())?, start) && same(&map.with(variable, form)?, &next) {
         return Ok(());
     }
-    Err(NoClosedForm(format!("the form {form} could not be checked")))
+    Err(Unknown::because(format!("the form {form} could not be checked")))
 }
 
 /// What kind of sequence a value is, as a function of the index.
@@ -78,7 +78,7 @@ pub(super) enum Shape {
 }
 
 /// The shape of a value, found from its differences.
-pub(super) fn shape(value: &Value, index: &Name) -> Result<Shape, NoClosedForm> {
+pub(super) fn shape(value: &Value, index: &Name) -> Result<Shape, Unknown> {
     if !value.mentions(index) {
         return Ok(Shape::Constant);
     }
@@ -90,7 +90,7 @@ pub(super) fn shape(value: &Value, index: &Name) -> Result<Shape, NoClosedForm> 
     }
     let ratio = next(&step)?.div(&step)?;
     if ratio.mentions(index) {
-        return Err(NoClosedForm(format!("{value} is neither linear nor geometric in {index}")));
+        return Err(Unknown::because(format!("{value} is not known to be linear or geometric in {index}")));
     }
     let factor = step.with(index, &Value::zero())?.div(&ratio.sub(&Value::one())?)?;
     Ok(Shape::Geometric { limit: base.sub(&factor)?, factor, ratio })

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use super::region::breaks_of;
-use super::{Closed, Motion, NoClosedForm, Piece};
+use super::{Closed, Motion, Piece, Unknown};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -14,7 +14,7 @@ use crate::value::{Relation, Value};
 ///
 /// # Errors
 /// When it is not known on which side of the goal it starts.
-pub(super) fn approach(motion: &Motion<'_>) -> Result<Option<Closed>, NoClosedForm> {
+pub(super) fn approach(motion: &Motion<'_>) -> Result<Option<Closed>, Unknown> {
     let Motion { map, variable, start, index, known } = *motion;
     let either_way = goal_and_steps(map, variable, known)?;
     let one_way = either_way.is_none();
@@ -33,7 +33,9 @@ pub(super) fn approach(motion: &Motion<'_>) -> Result<Option<Closed>, NoClosedFo
     } else if known.decide(Relation::Lss, &distance, &zero) == Some(true) {
         false
     } else {
-        return Err(NoClosedForm(format!("it must be known whether {start} < {goal}")));
+        // Where it is known not to lie ahead it may still be where it starts.
+        let behind = known.decide(Relation::Lte, &distance, &zero) == Some(true);
+        return Err(Unknown::undecided(if behind { Relation::Eq } else { Relation::Lss }, start, &goal));
     };
     let step = if ahead { upward } else { downward };
     let up = known.decide(Relation::Gtr, &step, &zero) == Some(true);
@@ -53,7 +55,7 @@ pub(super) fn approach(motion: &Motion<'_>) -> Result<Option<Closed>, NoClosedFo
 }
 
 /// The goal of `max(x - w, g)` or `min(x + w, g)` with the step towards it, `-w` or `w`.
-fn one_sided(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option<(Value, Value)>, NoClosedForm> {
+fn one_sided(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option<(Value, Value)>, Unknown> {
     let mut breaks = Vec::new();
     if breaks_of(map, variable, known, &mut breaks).is_err() {
         return Ok(None);
@@ -80,11 +82,7 @@ fn one_sided(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option
 }
 
 /// The goal and the longest steps up and down, if the map is this one: it is looked at where it must be affine.
-fn goal_and_steps(
-    map: &Value,
-    variable: &Name,
-    known: &Assumptions,
-) -> Result<Option<(Value, [Value; 2])>, NoClosedForm> {
+fn goal_and_steps(map: &Value, variable: &Name, known: &Assumptions) -> Result<Option<(Value, [Value; 2])>, Unknown> {
     let mut breaks = Vec::new();
     if breaks_of(map, variable, known, &mut breaks).is_err() {
         return Ok(None);

@@ -3,9 +3,8 @@
 
 use super::affine::affine_pieces;
 use super::interval::Interval;
-use super::region::unknown;
 use super::search::{Entry, enter};
-use super::{Closed, Comparison, Motion, NoClosedForm, Piece, Reach};
+use super::{Closed, Comparison, Motion, Piece, Reach, Unknown};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
@@ -72,7 +71,7 @@ impl Cut {
     ///
     /// # Errors
     /// As [`enter`].
-    pub(super) fn enter(&self, entry: &Entry<'_>) -> Result<Reach, NoClosedForm> {
+    pub(super) fn enter(&self, entry: &Entry<'_>) -> Result<Reach, Unknown> {
         // Of the lesser of two values both must be above what bounds it from below, and one below what bounds it from above.
         let (of_both, of_one) = (entry.interval.bound(self.least), entry.interval.bound(!self.least));
         let asked = |low: bool, side| self.asked(low, side);
@@ -95,8 +94,7 @@ impl Cut {
                 Some(false) => of_one.cloned(),
                 None => {
                     let (relation, left, right) = beyond;
-                    let open = format!("it must be known whether {left} {} {right}", relation.symbol());
-                    return Ok(Reach::Unknown(open));
+                    return Ok(Reach::undecided(relation, &left, &right));
                 }
             },
         };
@@ -114,7 +112,7 @@ impl Cut {
 ///
 /// # Errors
 /// Where it is not known whether the map is one, or what the form of the affine map is.
-pub(super) fn cut_off(motion: &Motion<'_>) -> Result<Option<Closed>, NoClosedForm> {
+pub(super) fn cut_off(motion: &Motion<'_>) -> Result<Option<Closed>, Unknown> {
     let Motion { map, variable, start, index, known } = *motion;
     let Some(cut) = Cut::of(map, variable, known) else { return Ok(None) };
     let Some((slope, _)) = cut.free.linear_in(variable) else { return Ok(None) };
@@ -124,7 +122,7 @@ pub(super) fn cut_off(motion: &Motion<'_>) -> Result<Option<Closed>, NoClosedFor
         match known.decide(relation, &value, &zero) {
             Some(true) => {}
             Some(false) => return Ok(None),
-            None => return Err(unknown(relation, &value, &zero)),
+            None => return Err(Unknown::undecided(relation, &value, &zero)),
         }
     }
     let (pieces, conditions) = affine_pieces(&cut.free, variable, start, index, known)?;

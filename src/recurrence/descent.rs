@@ -9,7 +9,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::Reach;
-use super::nonlinear::{Motion, course, single};
+use super::nonlinear::{LATER_STARTS, Motion, course, later, single};
 use super::product::quotient;
 use super::reach::Wanted;
 use crate::assumption::Assumptions;
@@ -25,7 +25,42 @@ const MOST_BITS: u64 = 1 << 14;
 const PRECISIONS: [usize; 2] = [192, 1_024];
 
 /// The first index at which a comparison of a term with a number holds, or why there is none; nothing where neither is found.
+/// Where it does not move one way from its start, it may from a term after it.
 pub(super) fn descends(
+    recurrence: &Recurrence,
+    wanted: Wanted<'_>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<Reach> {
+    let at_once = descends_at_once(recurrence, wanted, known, stop);
+    if at_once.is_some() || course(recurrence, known).is_some() {
+        return at_once;
+    }
+    let (relation, left, right) = wanted;
+    let mut here = recurrence.clone();
+    for _ in 0..LATER_STARTS {
+        let (_, name, start) = single(&here)?;
+        let sides = [left, right].map(|side| side.with(&name, start).ok());
+        if known.decide(relation, sides[0].as_ref()?, sides[1].as_ref()?) != Some(false) {
+            return None;
+        }
+        here = later(&here)?;
+        if course(&here, known).is_none() {
+            continue;
+        }
+        match descends_at_once(&here, wanted, known, stop) {
+            Some(Reach::Never(why)) => {
+                let (index, from) = (&here.index, here.from);
+                return Some(Reach::Never(format!("no term before {index} = {from} is, and from there on {why}")));
+            }
+            Some(found) => return Some(found),
+            None => {}
+        }
+    }
+    None
+}
+
+fn descends_at_once(
     recurrence: &Recurrence,
     (relation, left, right): Wanted<'_>,
     known: &Assumptions,

@@ -1,7 +1,7 @@
 //! Linear fractional maps, `x(n+1) = (a*x(n) + b)/(c*x(n) + d)`: the numerator and the denominator of x are two sequences that
 //! are linear together.
 
-use super::{NoClosedForm, solve_all};
+use super::{Unknown, solve_all};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Form, Recurrence, Sequence, term};
 use crate::name::Name;
@@ -21,7 +21,7 @@ pub(super) fn fractional(
     start: &Value,
     index: &Name,
     known: &Assumptions,
-) -> Result<Option<(Form, Vec<Comparison>)>, NoClosedForm> {
+) -> Result<Option<(Form, Vec<Comparison>)>, Unknown> {
     let linear = |part: Option<Value>| {
         let (slope, rest) = part?.linear_in(name)?;
         (!slope.mentions(index) && !rest.mentions(index)).then_some((slope, rest))
@@ -57,7 +57,7 @@ fn has_roots(value: &Value) -> bool {
 }
 
 /// Why there is no form of a quotient whose numerator and denominator have roots: what these are.
-fn apart(name: &Name, start: &Value, (above, below): (&Linear, &Linear), index: &Name) -> NoClosedForm {
+fn apart(name: &Name, start: &Value, (above, below): (&Linear, &Linear), index: &Name) -> Unknown {
     let [one, other] = ["u", "v"].map(|letter| Value::variable(&term(&Name::new(letter), index, 0)));
     let next = |(slope, rest): &Linear| slope.mul(&one)?.add(&rest.mul(&other)?);
     let mut text = format!("no form of {name} without roots was found");
@@ -66,5 +66,5 @@ fn apart(name: &Name, start: &Value, (above, below): (&Linear, &Linear), index: 
             "; it is u({index})/v({index}), where u({index}+1) = {above}, u(0) = {start}, v({index}+1) = {below}, v(0) = 1"
         );
     }
-    NoClosedForm(text)
+    Unknown::because(text)
 }

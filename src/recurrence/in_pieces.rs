@@ -1,6 +1,6 @@
 //! Sequences that read one whose form is in pieces: each piece gives them forms, up to where the next one begins.
 
-use super::NoClosedForm;
+use super::Unknown;
 use super::sequences::{Found, found};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Sequence};
@@ -17,12 +17,14 @@ pub(super) fn in_pieces(
     (place, pieces): (usize, &[Piece]),
     rest: &[usize],
     (known, stop): (&Assumptions, &dyn Fn() -> bool),
-) -> Result<Option<Found>, NoClosedForm> {
+) -> Result<Option<Found>, Unknown> {
     let sequences: Vec<Sequence> = rest.iter().map(|place| open.sequences[*place].clone()).collect();
     let term = open.term(&open.sequences[place].name, 0);
-    // Where pieces end at numbers there are other ways, which find fewer of them.
+    // Where pieces end at numbers there are other ways, which find fewer of them; not so where first terms are pieces.
     let symbolic = pieces.iter().filter_map(|piece| piece.until.as_ref()).any(|until| until.as_rational().is_none());
-    if !symbolic || !sequences.iter().any(|sequence| sequence.next.mentions(&term)) {
+    let alone = |piece: &Piece| piece.until == piece.from.add(&Value::one()).ok();
+    let first_terms = pieces.split_last().is_some_and(|(_, early)| !early.is_empty() && early.iter().all(alone));
+    if !(symbolic || first_terms) || !sequences.iter().any(|sequence| sequence.next.mentions(&term)) {
         return Ok(None);
     }
     let group = Recurrence { index: open.index.clone(), from: 0, sequences };
@@ -34,9 +36,9 @@ fn piece_by_piece(
     (term, pieces): (&Name, &[Piece]),
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Found, NoClosedForm> {
+) -> Result<Found, Unknown> {
     if pieces.len() > MOST_PIECES || group.sequences.iter().any(|sequence| sequence.start.len() != 1) {
-        return Err(NoClosedForm(format!("the form of {term} is in too many pieces to be put into the others")));
+        return Err(Unknown::because(format!("the form of {term} is in too many pieces to be put into the others")));
     }
     let index = &group.index;
     let count = Value::variable(index);
@@ -50,7 +52,10 @@ fn piece_by_piece(
         for (here, sequence) in now.sequences.iter_mut().zip(&group.sequences) {
             let next = sequence.next.with(index, &later)?.with(term, &value);
             here.next = next.map_err(|error| {
-                NoClosedForm(format!("where {term} = {value} the equation of {} has no value: {}", here.name, error.0))
+                Unknown::because(format!(
+                    "where {term} = {value} the equation of {} has no value: {}",
+                    here.name, error.0
+                ))
             })?;
         }
         let (own, more) = found(&now, known, stop)?;
@@ -71,6 +76,6 @@ fn piece_by_piece(
     Ok((forms.into_iter().map(Form::Pieces).collect(), conditions))
 }
 
-fn no_value(name: &Name) -> NoClosedForm {
-    NoClosedForm(format!("what {name} comes to in one piece is no single value with which the next could begin"))
+fn no_value(name: &Name) -> Unknown {
+    Unknown::because(format!("what {name} comes to in one piece is no single value with which the next could begin"))
 }

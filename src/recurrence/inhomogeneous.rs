@@ -3,7 +3,7 @@
 use num_rational::BigRational;
 use num_traits::One;
 
-use super::{Comparison, NoClosedForm};
+use super::{Comparison, Unknown};
 use crate::assumption::Assumptions;
 use crate::closed_form::Form;
 use crate::exponential_polynomial::exponentials;
@@ -17,7 +17,7 @@ pub(super) fn first_order(
     start: &Value,
     index: &Name,
     known: &Assumptions,
-) -> Result<Option<(Form, Vec<Comparison>)>, NoClosedForm> {
+) -> Result<Option<(Form, Vec<Comparison>)>, Unknown> {
     let Some(parts) = exponentials(input, index) else { return Ok(None) };
     let count = Value::variable(index);
     if known.decide(Relation::Eq, factor, &Value::zero()) == Some(true) {
@@ -48,7 +48,7 @@ pub(super) fn first_order(
 }
 
 /// The polynomial q with `base*q(n+1) - factor*q(n) = p(n)`.
-fn off_resonance(base: &Value, factor: &Value, p: &[Value]) -> Result<Vec<Value>, NoClosedForm> {
+fn off_resonance(base: &Value, factor: &Value, p: &[Value]) -> Result<Vec<Value>, Unknown> {
     let mut q = vec![Value::zero(); p.len()];
     let divisor = base.sub(factor)?;
     for place in (0..p.len()).rev() {
@@ -62,7 +62,7 @@ fn off_resonance(base: &Value, factor: &Value, p: &[Value]) -> Result<Vec<Value>
 }
 
 /// The polynomial q without constant with `factor*(q(n+1) - q(n)) = p(n)`.
-fn resonant(factor: &Value, p: &[Value]) -> Result<Vec<Value>, NoClosedForm> {
+fn resonant(factor: &Value, p: &[Value]) -> Result<Vec<Value>, Unknown> {
     let mut q = vec![Value::zero(); p.len() + 1];
     for place in (0..p.len()).rev() {
         let mut rest = p[place].div(factor)?;

@@ -1,7 +1,7 @@
 //! One sequence whose next term depends on that of k steps before alone: k sequences, one after the other in turn.
 
 use super::sequences::found;
-use super::{Comparison, NoClosedForm};
+use super::{Comparison, Unknown};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Sequence, in_class};
 
@@ -11,7 +11,7 @@ pub(super) fn interleaved(
     recurrence: &Recurrence,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Option<(Form, Vec<Comparison>)>, NoClosedForm> {
+) -> Result<Option<(Form, Vec<Comparison>)>, Unknown> {
     let (count, index) = (sequence.start.len(), &recurrence.index);
     if (1..count).any(|offset| sequence.next.mentions(&recurrence.term(&sequence.name, offset))) {
         return Ok(None);
@@ -27,7 +27,7 @@ pub(super) fn interleaved(
     }
     let simple = |form: &Form| matches!(form, Form::Value(..) | Form::Sum(..) | Form::Product(..) | Form::Nested(_));
     if !forms.iter().all(simple) {
-        return Err(NoClosedForm(format!("its {count} parts have no simple closed forms")));
+        return Err(Unknown::because(format!("its {count} parts have no simple closed forms")));
     }
     Ok(Some((Form::Turns(forms), conditions)))
 }

@@ -1,8 +1,7 @@
 //! Where a value is to lie: between two bounds.
 
-use super::NoClosedForm;
+use super::Unknown;
 use super::powers::Numbers;
-use super::region::unknown;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -51,18 +50,19 @@ impl Interval {
         variable: &Name,
         relation: Relation,
         known: &Assumptions,
-    ) -> Result<Option<Interval>, NoClosedForm> {
+    ) -> Result<Option<Interval>, Unknown> {
         let Some((factor, rest)) = affine.linear_in(variable) else {
-            return Err(NoClosedForm(format!("{affine} is not affine in {variable}")));
+            return Err(Unknown::because(format!("{affine} is not affine in {variable}")));
         };
         let zero = Value::zero();
         if known.decide(Relation::Eq, &factor, &zero) == Some(true) {
-            let holds = known.decide(relation, &rest, &zero).ok_or_else(|| unknown(relation, &rest, &zero))?;
+            let holds =
+                known.decide(relation, &rest, &zero).ok_or_else(|| Unknown::undecided(relation, &rest, &zero))?;
             return Ok(holds.then_some(self));
         }
         let positive = known.decide(Relation::Gtr, &factor, &zero) == Some(true);
         if !positive && known.decide(Relation::Lss, &factor, &zero) != Some(true) {
-            return Err(unknown(Relation::Gtr, &factor, &zero));
+            return Err(Unknown::undecided(Relation::Gtr, &factor, &zero));
         }
         let wanted = Interval::of(relation).pulled_back(&rest, &factor, positive)?;
         // The tighter of two bounds; where they are equal the open one, which is that of the interval itself.
@@ -70,7 +70,7 @@ impl Interval {
             (Some((a, _)), Some((b, _))) => match known.decide(tight, a, b) {
                 Some(true) => Ok(own.clone()),
                 Some(false) => Ok(other.clone()),
-                None => Err(unknown(tight, a, b)),
+                None => Err(Unknown::undecided(tight, a, b)),
             },
             (own, other) => Ok(own.clone().or(other.clone())),
         };
@@ -81,7 +81,7 @@ impl Interval {
             match known.decide(relation, low, high) {
                 Some(true) => {}
                 Some(false) => return Ok(None),
-                None => return Err(unknown(relation, low, high)),
+                None => return Err(Unknown::undecided(relation, low, high)),
             }
         }
         Ok(Some(Interval { low, high }))
@@ -98,8 +98,8 @@ impl Interval {
     }
 
     /// The interval of y where `base + factor*y` lies in this one; the factor is positive or negative.
-    pub(super) fn pulled_back(&self, base: &Value, factor: &Value, positive: bool) -> Result<Interval, NoClosedForm> {
-        let back = |bound: &Option<(Value, bool)>| -> Result<Option<(Value, bool)>, NoClosedForm> {
+    pub(super) fn pulled_back(&self, base: &Value, factor: &Value, positive: bool) -> Result<Interval, Unknown> {
+        let back = |bound: &Option<(Value, bool)>| -> Result<Option<(Value, bool)>, Unknown> {
             match bound {
                 None => Ok(None),
                 Some((value, strict)) => Ok(Some((value.sub(base)?.div(factor)?, *strict))),

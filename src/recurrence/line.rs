@@ -4,14 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::together::closed;
-use super::{Closed, NoClosedForm, Piece, solve_all};
+use super::{Closed, Piece, Unknown, solve_all};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Form, Recurrence, Sequence, term};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
 /// Forms of variables, where they are found.
-type Forms = Result<Option<Vec<(Name, Closed)>>, NoClosedForm>;
+type Forms = Result<Option<Vec<(Name, Closed)>>, Unknown>;
 
 /// The forms of variables that move straight towards a point; `None` if they do not.
 ///
@@ -160,7 +160,7 @@ impl Motion<'_> {
         for variable in self.maps.keys() {
             let image = |piece: &Piece| {
                 let form = goals[variable].sub(&piece.form.mul(&ways[variable])?)?;
-                Ok::<_, NoClosedForm>(Piece { form, ..piece.clone() })
+                Ok::<_, Unknown>(Piece { form, ..piece.clone() })
             };
             let pieces = left.pieces.iter().map(image).collect::<Result<_, _>>()?;
             found.push((variable.clone(), Closed { variable: variable.clone(), pieces, ..left.clone() }));
@@ -171,7 +171,7 @@ impl Motion<'_> {
 
 /// A value by the sign of a variable: a distance, which a direction is divided by, is simple on either side. Where the
 /// variable is 0 and the value is not defined, nothing is said: 0 stands there. None where it may divide by 0 elsewhere.
-fn by_side(value: &Value, variable: &Name, known: &Assumptions) -> Result<Option<Value>, NoClosedForm> {
+fn by_side(value: &Value, variable: &Name, known: &Assumptions) -> Result<Option<Value>, Unknown> {
     let (own, zero) = (Value::variable(variable), Value::zero());
     let side = |relation| {
         let mut here = known.clone();
@@ -192,7 +192,7 @@ fn left_next(
     places: &BTreeMap<Name, Value>,
     (goals, ways): (&BTreeMap<Name, Value>, &BTreeMap<Name, Value>),
     known: &Assumptions,
-) -> Result<Option<Value>, NoClosedForm> {
+) -> Result<Option<Value>, Unknown> {
     let Some((variable, way)) = ways.iter().find(|(_, way)| !way.is_zero()) else { return Ok(None) };
     let next = known.simplify(&goals[variable].sub(&maps[variable].substitute(places)?)?.div(way)?);
     for (variable, map) in maps {
@@ -206,7 +206,7 @@ fn left_next(
 }
 
 /// Where on the line a distance in the maps vanishes: its square is a square there.
-fn centre(maps: &BTreeMap<Name, Value>, line: &BTreeMap<Name, Value>) -> Result<Option<Value>, NoClosedForm> {
+fn centre(maps: &BTreeMap<Name, Value>, line: &BTreeMap<Name, Value>) -> Result<Option<Value>, Unknown> {
     let way = Name::new("[way]");
     let mut roots = BTreeSet::new();
     maps.values().for_each(|map| collect_roots(map, &mut roots));

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
-use super::NoClosedForm;
+use super::Unknown;
 use super::matrix::characteristic;
 use crate::closed_form::{Form, Recurrence};
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -83,7 +83,7 @@ impl System {
     }
 
     /// The closed forms of the sequences.
-    pub(super) fn forms(&self) -> Result<Vec<Form>, NoClosedForm> {
+    pub(super) fn forms(&self) -> Result<Vec<Form>, Unknown> {
         let numbers: Option<Vec<BigRational>> = self.start.iter().map(Value::as_rational).collect();
         let inputs: Option<Vec<Inputs<BigRational>>> = self
             .inputs
@@ -104,7 +104,7 @@ impl System {
         }
     }
 
-    fn solved<T: Linear>(&self, start: &[T], inputs: &[Inputs<T>]) -> Result<Vec<Form>, NoClosedForm> {
+    fn solved<T: Linear>(&self, start: &[T], inputs: &[Inputs<T>]) -> Result<Vec<Form>, Unknown> {
         let mut factors: BTreeMap<Univariate, usize> = characteristic(&self.matrix).factors().into_iter().collect();
         for (base, count) in &self.bases {
             *factors.entry(Univariate::root(base)).or_insert(0) += count;
@@ -113,13 +113,13 @@ impl System {
         let whole = factors.iter().fold(Univariate::one(), |all, (factor, count)| all.times(&factor.power(*count)));
         let count = zeros + whole.degree();
         if count > MOST_VARIABLES {
-            return Err(NoClosedForm("the system is too large".to_string()));
+            return Err(Unknown::because("the system is too large".to_string()));
         }
         let terms = self.terms(start, inputs, count)?;
         let fractions: Vec<Fraction> =
             factors.iter().filter_map(|(factor, count)| Fraction::of(factor, *count, &whole, zeros)).collect();
         if fractions.len() != factors.len() {
-            return Err(NoClosedForm("the characteristic polynomial could not be taken apart".to_string()));
+            return Err(Unknown::because("the characteristic polynomial could not be taken apart".to_string()));
         }
         terms.into_iter().map(|terms| form(&terms, zeros, &whole, &fractions)).collect()
     }
@@ -327,12 +327,7 @@ fn taylor(coefficients: &[BigRational], order: usize, powers: &[Univariate], mod
 }
 
 /// The closed form of a sequence from its first terms, of which so many come before it.
-fn form<T: Linear>(
-    terms: &[T],
-    zeros: usize,
-    whole: &Univariate,
-    fractions: &[Fraction],
-) -> Result<Form, NoClosedForm> {
+fn form<T: Linear>(terms: &[T], zeros: usize, whole: &Univariate, fractions: &[Fraction]) -> Result<Form, Unknown> {
     let later = &terms[zeros..];
     let degree = whole.degree();
     let mut numerator = Vec::new();

@@ -13,15 +13,19 @@ pub(super) fn needed(
     sides: [&Value; 2],
     known: &Assumptions,
 ) -> Option<Solved> {
-    let (solved, terms) = (solved?, recurrence.terms());
+    let solved = solved?;
+    let needed = read_by(recurrence, &sides)?;
+    let forms = needed.iter().map(|place| solved.forms()[*place].clone()).collect();
+    Solved::check(recurrence.only(&needed), forms, solved.conditions().to_vec(), known).ok()
+}
+
+/// The places of the sequences on which these values depend, where there are others.
+pub(crate) fn read_by(recurrence: &Recurrence, sides: &[&Value]) -> Option<BTreeSet<usize>> {
+    let terms = recurrence.terms();
     let read =
         |place: &usize| terms.iter().any(|(name, own, _)| own == place && sides.iter().any(|side| side.mentions(name)));
     let count = recurrence.sequences.len();
     let closures = closures(count, recurrence.reads());
     let needed: BTreeSet<usize> = (0..count).filter(read).flat_map(|place| closures[place].clone()).collect();
-    if needed.is_empty() || needed.len() == count {
-        return None;
-    }
-    let forms = needed.iter().map(|place| solved.forms()[*place].clone()).collect();
-    Solved::check(recurrence.only(&needed), forms, solved.conditions().to_vec(), known).ok()
+    (!needed.is_empty() && needed.len() < count).then_some(needed)
 }

@@ -5,7 +5,7 @@
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive};
 
-use super::NoClosedForm;
+use super::Unknown;
 use super::hypergeometric::ratio;
 use super::product::{quotient, value_of};
 use super::rational::{distance, shifted, solution};
@@ -26,12 +26,12 @@ const MOST_EARLY: i64 = 60;
 ///
 /// # Errors
 /// When a value becomes too large.
-pub(super) fn nested(recurrence: &Recurrence) -> Result<Option<Form>, NoClosedForm> {
+pub(super) fn nested(recurrence: &Recurrence) -> Result<Option<Form>, Unknown> {
     over(recurrence, Vec::new())
 }
 
 /// The same of one whose equation speaks of layers that are there already, and begin at 0.
-fn over(recurrence: &Recurrence, layers: Vec<Layer>) -> Result<Option<Form>, NoClosedForm> {
+fn over(recurrence: &Recurrence, layers: Vec<Layer>) -> Result<Option<Form>, Unknown> {
     let [_] = recurrence.sequences.as_slice() else { return Ok(None) };
     let Some((coefficients, input)) = linear(recurrence) else { return Ok(None) };
     let index = &recurrence.index;
@@ -79,7 +79,7 @@ impl Layers {
     ///
     /// # Errors
     /// When none is found, or a value becomes too large.
-    pub(super) fn above(&self, single: &Recurrence) -> Result<Option<Form>, NoClosedForm> {
+    pub(super) fn above(&self, single: &Recurrence) -> Result<Option<Form>, Unknown> {
         if !self.are_read(single) {
             return Ok(None);
         }
@@ -93,10 +93,10 @@ impl Layers {
     }
 
     /// Why sequences that read these have no form.
-    pub(super) fn no_form(recurrence: &Recurrence) -> NoClosedForm {
+    pub(super) fn no_form(recurrence: &Recurrence) -> Unknown {
         let names: Vec<&str> = recurrence.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
         let reads = if names.len() == 1 { "reads" } else { "read" };
-        NoClosedForm(format!("{} {reads} a sum or product, and no form over that is known", names.join(", ")))
+        Unknown::because(format!("{} {reads} a sum or product, and no form over that is known", names.join(", ")))
     }
 
     /// The term of a form so many places on, over these, which its own sums and products join; none of one that is no
@@ -130,7 +130,7 @@ fn linear(recurrence: &Recurrence) -> Option<(Vec<Value>, Value)> {
 }
 
 /// Ratios r with `(S - r_1) … (S - r_d)`, the last one applied first, for the operator of a recurrence, S the step.
-fn factors(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Value>>, NoClosedForm> {
+fn factors(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Value>>, Unknown> {
     let mut rest = coefficients.to_vec();
     let mut ratios = Vec::new();
     while rest.len() > 1 {
@@ -154,7 +154,7 @@ fn factors(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Value>>, N
 }
 
 /// `p_0, …, p_d`, polynomials without common denominator; nothing if they are none.
-fn operator(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Univariate>>, NoClosedForm> {
+fn operator(coefficients: &[Value], index: &Name) -> Result<Option<Vec<Univariate>>, Unknown> {
     let mut parts = Vec::new();
     for one in coefficients {
         let Some(part) = quotient(one, index) else { return Ok(None) };
@@ -235,7 +235,7 @@ struct Part {
 
 impl Work<'_> {
     /// The sequence that these factors and this input give, from its terms at `since` on.
-    fn solve(&mut self, ratios: &[Value], input: &Value, terms: &[Value]) -> Result<Value, NoClosedForm> {
+    fn solve(&mut self, ratios: &[Value], input: &Value, terms: &[Value]) -> Result<Value, Unknown> {
         let (Some((ratio, rest)), Some(start)) = (ratios.split_first(), terms.first()) else {
             return Ok(Value::zero());
         };
@@ -253,7 +253,7 @@ impl Work<'_> {
     }
 
     /// `u(n+1) = ratio*u(n) + input`, where the ratio is never 0.
-    fn first_order(&mut self, ratio: &Value, input: &Value, start: &Value) -> Result<Value, NoClosedForm> {
+    fn first_order(&mut self, ratio: &Value, input: &Value, start: &Value) -> Result<Value, Unknown> {
         let (mut particular, mut left) = (Value::zero(), Value::zero());
         let own = quotient(ratio, self.index);
         for part in self.parts(input)? {
@@ -292,7 +292,7 @@ impl Work<'_> {
     }
 
     /// A multiple of the product of a ratio: factors that meet again further on leave a quotient of polynomials.
-    fn product(&mut self, ratio: &Value) -> Result<Value, NoClosedForm> {
+    fn product(&mut self, ratio: &Value) -> Result<Value, Unknown> {
         let count = Value::variable(self.index);
         if !ratio.mentions(self.index) {
             return Ok(ratio.power(&count)?);
@@ -334,7 +334,7 @@ impl Work<'_> {
     }
 
     /// A value in the index and layers, part by part; a part that is not hypergeometric is left as a value.
-    fn parts(&self, value: &Value) -> Result<Vec<Result<Part, Value>>, NoClosedForm> {
+    fn parts(&self, value: &Value) -> Result<Vec<Result<Part, Value>>, Unknown> {
         // First by sums, then by products: each part has one monomial in the layers.
         let mut pieces = vec![(value.clone(), Value::one(), [Univariate::one(), Univariate::one()], true)];
         for (place, one) in self.layers.iter().enumerate().rev() {
@@ -414,19 +414,14 @@ impl Work<'_> {
         Some(parts)
     }
 
-    fn part_value(&self, part: &Part) -> Result<Value, NoClosedForm> {
+    fn part_value(&self, part: &Part) -> Result<Value, Unknown> {
         let count = Value::variable(self.index);
         let quotient = value_of(&part.numerator, &count)?.div(&value_of(&part.denominator, &count)?)?;
         Ok(part.coefficient.mul(&quotient)?.mul(&part.base.power(&count)?)?.mul(&part.layers)?)
     }
 
     /// A rational multiple of the part that solves the equation with it for input.
-    fn telescoped(
-        &self,
-        own: &[Univariate; 2],
-        part: &Part,
-        since: Option<i64>,
-    ) -> Result<Option<Value>, NoClosedForm> {
+    fn telescoped(&self, own: &[Univariate; 2], part: &Part, since: Option<i64>) -> Result<Option<Value>, Unknown> {
         let Some(base) = part.base.as_rational() else { return Ok(None) };
         // y = R*base^n*layers: base*ratio(n)*R(n+1) - own(n)*R(n) = numerator/denominator.
         let a = part.ratio[0].times(&own[1]).times(&part.denominator).scale(&base);
@@ -451,11 +446,7 @@ impl Work<'_> {
 impl Work<'_> {
     /// The same for a sum of what depends on `n + r` alone, with a symbol r: it is one of numbers, from another index on. Where
     /// it is defined is asked where the form is checked.
-    fn telescoped_from_elsewhere(
-        &mut self,
-        own: &[Univariate; 2],
-        value: &Value,
-    ) -> Result<Option<Value>, NoClosedForm> {
+    fn telescoped_from_elsewhere(&mut self, own: &[Univariate; 2], value: &Value) -> Result<Option<Value>, Unknown> {
         let count = Value::variable(self.index);
         if own.iter().any(|one| *one != Univariate::one()) {
             return Ok(None);

@@ -32,11 +32,30 @@ const LISTED: usize = 20;
 /// What is known without a closed form.
 pub fn behaviour(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Behaviour {
     let mut result = Behaviour { terms: listed(recurrence, LISTED, known, stop), ..Behaviour::default() };
-    let Some((map, name, start)) = single(recurrence) else { return result };
+    let Some((map, name, _)) = single(recurrence) else { return result };
     let Some((points, all)) = fixed_points(map, &name) else { return result };
-    result.motion = motion(map, &name, start, &points, all, known).map(|motion| motion.text(start));
+    let starts = std::iter::successors(Some(recurrence.clone()), later).take(1 + LATER_STARTS);
+    result.motion = starts.into_iter().find_map(|here| {
+        let (_, _, start) = single(&here)?;
+        let text = motion(map, &name, start, &points, all, known)?.text(start);
+        Some(if here.from == recurrence.from { text } else { format!("from {} = {} on {text}", here.index, here.from) })
+    });
     (result.fixed_points, result.all_fixed_points) = (points, all);
     result
+}
+
+/// How many terms after the start are looked at as starts.
+pub(super) const LATER_STARTS: usize = 3;
+
+/// A single sequence without its first term, which is a number.
+pub(super) fn later(recurrence: &Recurrence) -> Option<Recurrence> {
+    let (map, name, start) = single(recurrence)?;
+    let next = map.with(&name, start).ok()?;
+    next.as_rational()?;
+    let mut later = recurrence.clone();
+    later.from = recurrence.from.checked_add(1)?;
+    later.sequences.first_mut()?.start = vec![next];
+    Some(later)
 }
 
 /// The map, the variable and the start of a single sequence whose map does not depend on the index.

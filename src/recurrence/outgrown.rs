@@ -6,7 +6,7 @@ use num_traits::ToPrimitive;
 
 use super::powers::Numbers;
 use super::search::{Entry, whole};
-use super::{NoClosedForm, Reach};
+use super::{Reach, Unknown};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{Tail, first_by_halves, outside, tail};
 use crate::value::{Relation, Value};
@@ -15,7 +15,7 @@ use crate::value::{Relation, Value};
 const MOST_TERMS: u64 = 2_000;
 
 /// The answer, where the sequence is a sum of exponentials and polynomials with numbers in it.
-pub(super) fn outgrown(entry: &Entry) -> Option<Result<Reach, NoClosedForm>> {
+pub(super) fn outgrown(entry: &Entry) -> Option<Result<Reach, Unknown>> {
     let sum = ExponentialPolynomial::of(&entry.value, entry.index)?;
     let numbers = entry.interval.numbers()?;
     let from = entry.from.as_rational().filter(BigRational::is_integer)?.to_u64()?;

@@ -3,11 +3,11 @@
 
 use super::interval::Interval;
 use super::search::{Entry, enter};
-use super::{NoClosedForm, Reach};
+use super::{Reach, Unknown};
 use crate::value::{Relation, Value};
 
 /// When a quotient comes to one side of a bound first, or meets it; `None` of any other question.
-pub(super) fn of_quotient(entry: &Entry<'_>) -> Option<Result<Reach, NoClosedForm>> {
+pub(super) fn of_quotient(entry: &Entry<'_>) -> Option<Result<Reach, Unknown>> {
     let (above, below) = (entry.value.numerator()?, entry.value.denominator()?);
     if !below.mentions(entry.index) {
         return None;

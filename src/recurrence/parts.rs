@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::sequences::{Found, solve_until};
-use super::{Comparison, NoClosedForm};
+use super::{Comparison, Unknown};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Solved, closures};
 use crate::name::Name;
@@ -16,16 +16,16 @@ pub struct Part {
     /// The sequences.
     pub names: Vec<Name>,
     /// Their forms with those of all that they depend on, or why there are none.
-    pub found: Result<Solved, NoClosedForm>,
+    pub found: Result<Solved, Unknown>,
 }
 
 /// What is found of places that depend on each other, by one attempt for each set of places that depends on no other:
 /// of each with the set that it belongs to, smaller sets first. What depends on a place of which nothing is found is not tried.
 pub(super) fn each_set<T>(
     closures: &[BTreeSet<usize>],
-    mut attempt: impl FnMut(&BTreeSet<usize>) -> Result<T, NoClosedForm>,
+    mut attempt: impl FnMut(&BTreeSet<usize>) -> Result<T, Unknown>,
     name: impl Fn(usize) -> String,
-) -> Vec<(Vec<usize>, Result<T, NoClosedForm>)> {
+) -> Vec<(Vec<usize>, Result<T, Unknown>)> {
     let mut sets: Vec<&BTreeSet<usize>> = closures.iter().collect();
     sets.sort_by_key(|set| (set.len(), *set));
     sets.dedup();
@@ -39,7 +39,7 @@ pub(super) fn each_set<T>(
             attempt(set)
         } else {
             let verb = if own.len() == 1 { "it depends" } else { "they depend" };
-            Err(NoClosedForm(format!("{verb} on {}", missing.join(", "))))
+            Err(Unknown::because(format!("{verb} on {}", missing.join(", "))))
         };
         if result.is_err() {
             without.extend(&own);
@@ -51,12 +51,7 @@ pub(super) fn each_set<T>(
 
 /// The sequences of a recurrence that has no forms, smaller sets that depend on each other first; none where all depend on
 /// all. `reason` is why all together have none.
-pub fn parts(
-    recurrence: &Recurrence,
-    reason: &NoClosedForm,
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Vec<Part> {
+pub fn parts(recurrence: &Recurrence, reason: &Unknown, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<Part> {
     let count = recurrence.sequences.len();
     let closures = closures(count, recurrence.reads());
     if closures.iter().all(|set| set.len() == count) {

@@ -5,7 +5,7 @@
 use num_rational::BigRational;
 use num_traits::One;
 
-use super::NoClosedForm;
+use super::Unknown;
 use super::rational::solution;
 use crate::closed_form::{Form, product};
 use crate::exponential_polynomial::exponentials;
@@ -14,16 +14,16 @@ use crate::univariate::Univariate;
 use crate::value::Value;
 
 /// The form of a sequence that begins at 0.
-pub(super) fn with_product(factor: &Value, input: &Value, start: &Value, index: &Name) -> Result<Form, NoClosedForm> {
+pub(super) fn with_product(factor: &Value, input: &Value, start: &Value, index: &Name) -> Result<Form, Unknown> {
     let whole = Value::variable(&product());
     if input.is_zero() {
         return Ok(Form::Product(factor.clone(), start.mul(&whole)?));
     }
     let none = || {
         if factor.is_zero() {
-            return NoClosedForm(format!("the next term is {input}, of which no form could be checked"));
+            return Unknown::because(format!("the next term is {input}, of which no form could be checked"));
         }
-        NoClosedForm(format!(
+        Unknown::because(format!(
             "without {input} it is a product of {factor}; with it a sum remains, and no closed form of that is known"
         ))
     };

@@ -24,6 +24,7 @@ use super::ranges::joined;
 use super::ratio::in_ratio;
 use super::roots::between_roots;
 use super::sides::{furthest, squared};
+use super::squares::late_products;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
@@ -89,7 +90,7 @@ pub fn reach(
                 _ => found((relation, left, right)),
             }
         }
-        Err(error) => Reach::Unknown(error.to_string()),
+        Err(error) => Reach::unknown(error.to_string()),
     }
 }
 
@@ -144,7 +145,8 @@ fn of_numbers(
     };
     if let Tail::Unknown(_) = tail {
         let found = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted, known));
-        tail = found.or_else(|| near(recurrence, wanted, known)).unwrap_or(tail);
+        let found = found.or_else(|| near(recurrence, wanted, known));
+        tail = found.or_else(|| late_products(recurrence, wanted, known, stop)).unwrap_or(tail);
     }
     if let Tail::Unknown(_) = tail
         && let Some(found) = descends(recurrence, wanted, known, stop)
@@ -153,11 +155,15 @@ fn of_numbers(
     }
     match (by_terms((recurrence, solved), wanted, &tail, known, stop), reason) {
         (Reach::Unknown(_), Some(reason)) if symbolic(recurrence, wanted) => Reach::Unknown(reason),
-        (Reach::Unknown(why), _) => far(recurrence, wanted, &tail, stop).unwrap_or_else(|count| {
-            let (Tail::Unknown(late) | Tail::Never(_, late)) = &tail;
-            let later = recurrence.from.checked_add_unsigned(count).filter(|_| count > MOST_TERMS);
-            Reach::Unknown(later.map_or(why, |at| format!("not before {} = {at}; {late}", recurrence.index)))
-        }),
+        (Reach::Unknown(why), _) => {
+            far(recurrence, wanted, &tail, stop).unwrap_or_else(|count| {
+                let (Tail::Unknown(late) | Tail::Never(_, late)) = &tail;
+                let later = recurrence.from.checked_add_unsigned(count).filter(|_| count > MOST_TERMS);
+                Reach::Unknown(later.map_or(why, |at| {
+                    super::Unknown::because(format!("not before {} = {at}; {late}", recurrence.index))
+                }))
+            })
+        }
         (found, _) => found,
     }
 }
@@ -238,9 +244,7 @@ fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<R
     let closed = Closed { variable: variable.clone(), pieces, conditions };
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
     match by_shape(&closed, &recurrence.index, &goal, &natural) {
-        Reach::Never(_) => {
-            Some(Reach::Never("the difference of both sides is never of the sign that it needs".to_string()))
-        }
+        Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
         other => Some(other),
     }
 }
@@ -380,13 +384,13 @@ fn tried(
             variables.iter().map(|(name, ..)| name.clone()).zip(state.iter().cloned()).collect();
         images.insert(recurrence.index.clone(), Value::integer(at));
         let [Ok(one), Ok(other)] = [left, right].map(|side| side.substitute(&images)) else {
-            return Reach::Unknown(format!("it is not defined at {} = {at}", recurrence.index));
+            return Reach::unknown(format!("it is not defined at {} = {at}", recurrence.index));
         };
         match known.decide(relation, &one, &other) {
             Some(true) => return Reach::At(Value::integer(at), Vec::new()),
             Some(false) => {}
             None => {
-                return Reach::Unknown(format!(
+                return Reach::unknown(format!(
                     "it must be known whether {one} {} {other}, at {} = {at}",
                     relation.symbol(),
                     recurrence.index
@@ -396,7 +400,7 @@ fn tried(
         bits += state.iter().map(cost).sum::<u64>();
         state = match following(recurrence, &state, &images) {
             Ok(next) => next.iter().map(|value| known.simplify(value)).collect(),
-            Err(error) => return Reach::Unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
+            Err(error) => return Reach::unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
         };
         at += 1;
         let most = if matches!(tail, Tail::Never(..)) { MOST_BITS } else { FEW_BITS };
@@ -449,7 +453,7 @@ fn counted(
 /// What ends a search before it looks at a term: that it is to stop, or that no later term is met.
 fn ended(recurrence: &Recurrence, at: i64, count: u64, tail: &Tail, stop: &dyn Fn() -> bool) -> Option<Reach> {
     if stop() {
-        return Some(Reach::Unknown(format!("not before {} = {at}; interrupted", recurrence.index)));
+        return Some(Reach::unknown(format!("not before {} = {at}; interrupted", recurrence.index)));
     }
     let Tail::Never(until, reason) = tail else { return None };
     at.to_u64().filter(|at| at >= until)?;
@@ -469,7 +473,7 @@ fn not_before(recurrence: &Recurrence, at: i64, tail: &Tail) -> Reach {
         Tail::Unknown(why) => why.clone(),
         Tail::Never(until, _) => format!("it can be met up to {} = {until} only", recurrence.index),
     };
-    Reach::Unknown(format!("not before {} = {at}; {why}", recurrence.index))
+    Reach::unknown(format!("not before {} = {at}; {why}", recurrence.index))
 }
 
 /// The terms that the recurrence reads next, from those that it reads now.

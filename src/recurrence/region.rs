@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::NoClosedForm;
+use super::Unknown;
 use super::interval::Interval;
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -25,7 +25,7 @@ pub(super) fn solutions(
     variable: &Name,
     relation: Relation,
     known: &Assumptions,
-) -> Result<Vec<Interval>, NoClosedForm> {
+) -> Result<Vec<Interval>, Unknown> {
     let mut breaks = Vec::new();
     breaks_of(expression, variable, known, &mut breaks)?;
     let mut found: Vec<Interval> = Vec::new();
@@ -46,7 +46,7 @@ pub(super) fn solutions(
             match known.decide(relation, &here, &zero) {
                 Some(true) => found.push(Interval::between(high.clone(), high.clone())),
                 Some(false) => {}
-                None => return Err(unknown(relation, &here, &zero)),
+                None => return Err(Unknown::undecided(relation, &here, &zero)),
             }
         }
     }
@@ -61,17 +61,13 @@ pub(super) fn solutions(
     Ok(merged)
 }
 
-pub(super) fn unknown(relation: Relation, left: &Value, right: &Value) -> NoClosedForm {
-    NoClosedForm(format!("it must be known whether {left} {} {right}", relation.symbol()))
-}
-
 /// The places where elements of a maximum are equal, or a condition is 0, in order.
 pub(super) fn breaks_of(
     expression: &Value,
     variable: &Name,
     known: &Assumptions,
     breaks: &mut Vec<Value>,
-) -> Result<(), NoClosedForm> {
+) -> Result<(), Unknown> {
     for atom in expression.atoms().into_iter().filter(|atom| atom.mentions(variable)) {
         let mut differences = Vec::new();
         match &atom {
@@ -88,15 +84,15 @@ pub(super) fn breaks_of(
         }
         for difference in differences.into_iter().filter(|difference| difference.mentions(variable)) {
             let Some((factor, rest)) = difference.linear_in(variable) else {
-                return Err(NoClosedForm(format!("{difference} is not affine in {variable}")));
+                return Err(Unknown::because(format!("{difference} is not affine in {variable}")));
             };
             insert(rest.neg()?.div(&factor)?, known, breaks)?;
         }
     }
-    if breaks.len() > MOST_BREAKS { Err(NoClosedForm(format!("{expression} has too many parts"))) } else { Ok(()) }
+    if breaks.len() > MOST_BREAKS { Err(Unknown::because(format!("{expression} has too many parts"))) } else { Ok(()) }
 }
 
-fn insert(value: Value, known: &Assumptions, sorted: &mut Vec<Value>) -> Result<(), NoClosedForm> {
+fn insert(value: Value, known: &Assumptions, sorted: &mut Vec<Value>) -> Result<(), Unknown> {
     let mut place = 0;
     while let Some(other) = sorted.get(place) {
         if known.decide(Relation::Eq, &value, other) == Some(true) {
@@ -105,7 +101,7 @@ fn insert(value: Value, known: &Assumptions, sorted: &mut Vec<Value>) -> Result<
         match known.decide(Relation::Lss, &value, other) {
             Some(true) => break,
             Some(false) => place += 1,
-            None => return Err(unknown(Relation::Lss, &value, other)),
+            None => return Err(Unknown::undecided(Relation::Lss, &value, other)),
         }
     }
     sorted.insert(place, value);
@@ -132,7 +128,7 @@ impl Point<'_> {
         self.values.keys().all(|name| self.index == Some(name) || !atom.mentions(name))
     }
 
-    fn at(&self, value: &Value) -> Result<Value, NoClosedForm> {
+    fn at(&self, value: &Value) -> Result<Value, Unknown> {
         Ok(value.substitute(&self.values)?)
     }
 }
@@ -143,7 +139,7 @@ pub(super) fn resolve(
     variable: &Name,
     point: &Value,
     known: &Assumptions,
-) -> Result<(Value, Vec<Guard>), NoClosedForm> {
+) -> Result<(Value, Vec<Guard>), Unknown> {
     let point = Point { values: BTreeMap::from([(variable.clone(), point.clone())]), index: None };
     resolve_at(expression, &point, known)
 }
@@ -153,7 +149,7 @@ pub(super) fn resolve_at(
     expression: &Value,
     point: &Point<'_>,
     known: &Assumptions,
-) -> Result<(Value, Vec<Guard>), NoClosedForm> {
+) -> Result<(Value, Vec<Guard>), Unknown> {
     let mut guards = Vec::new();
     let value = local(expression, point, known, &mut guards)?;
     guards.retain(|guard| point.mentioned(&guard.value));
@@ -167,7 +163,7 @@ fn local(
     point: &Point<'_>,
     known: &Assumptions,
     guards: &mut Vec<Guard>,
-) -> Result<Value, NoClosedForm> {
+) -> Result<Value, Unknown> {
     let mut value = expression.clone();
     for atom in expression.atoms().into_iter().filter(|atom| point.in_atom(atom)) {
         let image = match &atom {
@@ -176,7 +172,7 @@ fn local(
                 let condition = local(condition, point, known, guards)?;
                 let here = point.at(&condition)?;
                 let Some(holds) = known.decide(Relation::Gtr, &here, &Value::zero()) else {
-                    return Err(NoClosedForm(format!("it must be known whether {here} > 0")));
+                    return Err(Unknown::undecided(Relation::Gtr, &here, &Value::zero()));
                 };
                 let relation = if holds { Relation::Gtr } else { Relation::Lte };
                 guards.push(Guard { relation, value: condition });
@@ -193,7 +189,7 @@ fn local(
             _ => {
                 let names = point.values.keys().filter(|name| point.index != Some(name));
                 let names = names.map(Name::as_str).collect::<Vec<_>>().join(", ");
-                return Err(NoClosedForm(format!("{expression} is not affine in {names}, not even by pieces")));
+                return Err(Unknown::because(format!("{expression} is not affine in {names}, not even by pieces")));
             }
         };
         value = value.with_atom(&atom, &image)?;
@@ -202,12 +198,7 @@ fn local(
 }
 
 /// The greatest of some values at a point, and that it is.
-fn greatest(
-    all: &[Value],
-    point: &Point<'_>,
-    known: &Assumptions,
-    guards: &mut Vec<Guard>,
-) -> Result<Value, NoClosedForm> {
+fn greatest(all: &[Value], point: &Point<'_>, known: &Assumptions, guards: &mut Vec<Guard>) -> Result<Value, Unknown> {
     let here = all.iter().map(|one| point.at(one)).collect::<Result<Vec<_>, _>>()?;
     let mut missing = None;
     'candidates: for (place, candidate) in all.iter().enumerate() {
@@ -227,5 +218,5 @@ fn greatest(
         return Ok(candidate.clone());
     }
     let (left, right) = missing.unwrap_or_else(|| (here[0].clone(), Value::zero()));
-    Err(NoClosedForm(format!("it must be known whether {left} >= {right}")))
+    Err(Unknown::undecided(Relation::Gte, &left, &right))
 }

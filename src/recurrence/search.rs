@@ -18,10 +18,10 @@ use super::interval::Interval;
 use super::outgrown::outgrown;
 use super::over::of_quotient;
 use super::powers::{Found, Numbers, powers};
-use super::{Comparison, NoClosedForm, Reach};
+use super::{Comparison, Reach, Unknown};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The latest index of a term that a reason writes down.
 const LATEST_TOLD: u64 = 1_000;
@@ -41,7 +41,7 @@ pub(super) struct Entry<'a> {
 }
 
 /// The first index from `from` on, and before `until`, at which the value lies in the interval.
-pub(super) fn enter(entry: &Entry) -> Result<Reach, NoClosedForm> {
+pub(super) fn enter(entry: &Entry) -> Result<Reach, Unknown> {
     let start = entry.value.with(entry.index, entry.from)?;
     if entry.interval.holds(&start, entry.known) == Some(true) {
         return entry.before_end(entry.from.clone(), Vec::new());
@@ -54,7 +54,12 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, NoClosedForm> {
     }
     let shape = match shape(&entry.value, entry.index) {
         Ok(shape) => shape,
-        Err(other) => return of_quotient(entry).or_else(|| outgrown(entry)).unwrap_or(Err(other)),
+        Err(other) => {
+            if let Some(value) = of_size(&entry.value, entry.index) {
+                return enter(&Entry { value, interval: entry.interval.clone(), ..*entry });
+            }
+            return of_quotient(entry).or_else(|| outgrown(entry)).unwrap_or(Err(other));
+        }
     };
     match shape {
         Shape::Constant => entry.constant(),
@@ -67,6 +72,24 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, NoClosedForm> {
         },
         Shape::Geometric { limit, factor, ratio } => entry.geometric(&limit, &factor, &ratio),
     }
+}
+
+/// `a*abs(d*c^n) + b` as `a*abs(d)*abs(c)^n + b`, where the signs of d and c need not be known.
+fn of_size(value: &Value, index: &Name) -> Option<Value> {
+    let maxima: Vec<Atom> = value.atoms().into_iter().filter(|atom| matches!(atom, Atom::Maximum(_))).collect();
+    let [atom @ Atom::Maximum(elements)] = maxima.as_slice() else { return None };
+    let [inner] = &**elements else { return None };
+    let mark = Name::new("[size]");
+    let (factor, rest) = value.with_atom(atom, &Value::variable(&mark)).ok()?.linear_in(&mark)?;
+    // a*abs(e) = 2*a*max(0, e) - a*e
+    let half = factor.mul(&Value::fraction(1, 2).ok()?).ok()?;
+    let rest = rest.add(&inner.mul(&half).ok()?).ok()?;
+    let Ok(Shape::Geometric { limit, factor, ratio }) = shape(inner, index) else { return None };
+    if rest.mentions(index) || half.mentions(index) || !limit.is_zero() {
+        return None;
+    }
+    let power = ratio.abs().ok()?.power(&Value::variable(index)).ok()?;
+    half.mul(&factor.abs().ok()?.mul(&power).ok()?).ok()?.add(&rest).ok()
 }
 
 impl Entry<'_> {
@@ -95,21 +118,21 @@ impl Entry<'_> {
         if self.known.decide(Relation::Lss, value, &zero) == Some(true) {
             return Ok(false);
         }
-        Err(Reach::Unknown(format!("it must be known whether {value} > 0")))
+        Err(Reach::undecided(Relation::Gtr, value, &zero))
     }
 
-    pub(super) fn before_end(&self, at: Value, conditions: Vec<Comparison>) -> Result<Reach, NoClosedForm> {
+    pub(super) fn before_end(&self, at: Value, conditions: Vec<Comparison>) -> Result<Reach, Unknown> {
         let Some(until) = self.until else { return Ok(Reach::At(at, conditions)) };
         let mut known = self.known.clone();
         conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
         Ok(match known.decide(Relation::Lss, &at, until) {
             Some(true) => Reach::At(at, conditions),
             Some(false) => Reach::Never(format!("it is not met before n = {until}")),
-            None => Reach::Unknown(format!("it must be known whether {at} < {until}")),
+            None => Reach::undecided(Relation::Lss, &at, until),
         })
     }
 
-    fn constant(&self) -> Result<Reach, NoClosedForm> {
+    fn constant(&self) -> Result<Reach, Unknown> {
         match self.interval.holds(&self.value, self.known) {
             Some(true) => self.before_end(self.from.clone(), Vec::new()),
             Some(false) => Ok(Reach::Never(format!("it stays {}", self.form))),
@@ -118,8 +141,15 @@ impl Entry<'_> {
     }
 
     /// What would have to be known of a value.
-    fn question(&self, value: &Value) -> String {
-        format!("it must be known whether {}", self.goal(value))
+    fn question(&self, value: &Value) -> Unknown {
+        let bound = match (&self.interval.low, &self.interval.high) {
+            (Some((low, _)), _) if self.interval.is_point() => Some((Relation::Eq, low)),
+            (Some((low, strict)), None) => Some((if *strict { Relation::Gtr } else { Relation::Gte }, low)),
+            (None, Some((high, strict))) => Some((if *strict { Relation::Lss } else { Relation::Lte }, high)),
+            _ => None,
+        };
+        let open = bound.map(|(relation, bound)| Box::new((relation, value.clone(), bound.clone())));
+        Unknown { reason: format!("it must be known whether {}", self.goal(value)), open }
     }
 
     /// That a value lies in the interval.
@@ -135,7 +165,7 @@ impl Entry<'_> {
     }
 
     /// The least n in an interval.
-    fn linear(&self, interval: &Interval) -> Result<Reach, NoClosedForm> {
+    fn linear(&self, interval: &Interval) -> Result<Reach, Unknown> {
         if let (Some(numbers), Some(from)) = (interval.numbers(), self.from.as_rational()) {
             let least = numbers.low.as_ref().map_or_else(
                 || from.clone(),
@@ -184,8 +214,8 @@ impl Entry<'_> {
     }
 
     /// When n is a certain value: if that is a whole number, and not too early.
-    fn linear_point(&self, interval: &Interval) -> Result<Reach, NoClosedForm> {
-        let Some((wanted, _)) = &interval.low else { return Ok(Reach::Unknown(String::new())) };
+    fn linear_point(&self, interval: &Interval) -> Result<Reach, Unknown> {
+        let Some((wanted, _)) = &interval.low else { return Ok(Reach::unknown(String::new())) };
         let wanted = self.known.simplify(wanted);
         let later = self.known.decide(Relation::Gte, &wanted, self.from);
         if later == Some(false) {
@@ -217,14 +247,14 @@ impl Entry<'_> {
         self.before_end(wanted, conditions)
     }
 
-    fn moving_away(&self) -> Result<String, NoClosedForm> {
+    fn moving_away(&self) -> Result<String, Unknown> {
         let start = self.form.with(self.index, self.from)?;
         let next = self.form.with(self.index, &self.from.add(&Value::one())?)?;
         Ok(format!("it moves away: it is {start}, then {next}, and so on"))
     }
 
     /// Why an index at which the sequence has passed the interval is too late.
-    fn missed(&self, at: &BigRational, from: &BigRational) -> Result<String, NoClosedForm> {
+    fn missed(&self, at: &BigRational, from: &BigRational) -> Result<String, Unknown> {
         if at <= from {
             return self.moving_away();
         }
@@ -236,7 +266,7 @@ impl Entry<'_> {
         Ok(format!("it steps over it: it is {before} at n = {} and {after} at n = {at}", at - BigRational::one()))
     }
 
-    fn geometric(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Reach, NoClosedForm> {
+    fn geometric(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Reach, Unknown> {
         if self.known.decide(Relation::Eq, factor, &Value::zero()) == Some(true) {
             return self.constant();
         }
@@ -259,7 +289,7 @@ impl Entry<'_> {
             return Ok(match powers(&ratio, &numbers, from) {
                 Found::At(at) => return self.before_end(whole(at), Vec::new()),
                 Found::Never => Reach::Never(self.passes(limit, &ratio, &numbers, from)?),
-                Found::TooFar => Reach::Unknown("it takes more steps than are counted exactly".to_string()),
+                Found::TooFar => Reach::unknown("it takes more steps than are counted exactly"),
             });
         }
         if self.interval.is_point() {
@@ -271,12 +301,7 @@ impl Entry<'_> {
 
     /// A sequence that goes from its start to its limit stays between them: if both lie on one side of the interval
     /// it never enters, and the limit itself it never reaches.
-    fn between_start_and_limit(
-        &self,
-        limit: &Value,
-        factor: &Value,
-        ratio: &Value,
-    ) -> Result<Option<Reach>, NoClosedForm> {
+    fn between_start_and_limit(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Option<Reach>, Unknown> {
         let (zero, known) = (Value::zero(), self.known);
         let contracts = known.decide(Relation::Gtr, ratio, &zero) == Some(true)
             && known.decide(Relation::Lss, ratio, &Value::one()) == Some(true);
@@ -297,7 +322,7 @@ impl Entry<'_> {
     }
 
     /// Equality with a value when it is not known from which side the sequence comes.
-    fn point_of_unknown_side(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Reach, NoClosedForm> {
+    fn point_of_unknown_side(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Reach, Unknown> {
         let (zero, known) = (Value::zero(), self.known);
         let start = self.value.with(self.index, self.from)?;
         let never_zero = |value: &Value| known.decide(Relation::Neq, value, &zero) == Some(true);
@@ -306,7 +331,7 @@ impl Entry<'_> {
             return Ok(Reach::Never(format!("it is never equal: {} is not 0 for any n", self.value)));
         }
         let open = match [factor, ratio].into_iter().find(|value| !never_zero(value)) {
-            Some(value) if at_limit => format!("it must be known whether {value} = 0"),
+            Some(value) if at_limit => Unknown::undecided(Relation::Eq, value, &zero),
             _ if self.interval.holds(&start, known).is_some() => self.question(&self.value),
             _ => self.question(&start),
         };
@@ -314,7 +339,7 @@ impl Entry<'_> {
     }
 
     /// Why no power lies between the numbers.
-    fn passes(&self, limit: &Value, ratio: &BigRational, numbers: &Numbers, from: u64) -> Result<String, NoClosedForm> {
+    fn passes(&self, limit: &Value, ratio: &BigRational, numbers: &Numbers, from: u64) -> Result<String, Unknown> {
         let one = BigRational::one();
         if ratio.is_positive() {
             let falls = *ratio < one;
@@ -340,7 +365,7 @@ impl Entry<'_> {
     }
 
     /// Why a sequence that closes in on its limit does not meet the goal.
-    fn closes_in(&self, limit: &Value, ratio: &Value) -> Result<String, NoClosedForm> {
+    fn closes_in(&self, limit: &Value, ratio: &Value) -> Result<String, Unknown> {
         let rest = self.known.simplify(&self.form.sub(&self.value)?.add(limit)?);
         let one = BigRational::from_integer(BigInt::from(1));
         let grows = ratio.as_rational().is_some_and(|ratio| ratio.abs() > one);

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycle::repeating;
 use super::fractional::fractional;
+use super::grouped::grouped;
 use super::in_pieces::in_pieces;
 use super::inhomogeneous::first_order;
 use super::interleaved::interleaved;
@@ -17,7 +18,7 @@ use super::ranges::in_ranges;
 use super::switching::switching;
 use super::symbolic::symbolic;
 use super::turns::{as_one, cycle, in_turns};
-use super::{Comparison, NoClosedForm, solve};
+use super::{Comparison, Unknown, solve};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Sequence, Solved, Unchecked};
 use crate::name::Name;
@@ -29,9 +30,9 @@ const MOST_SHIFT: i64 = 1000;
 /// The most terms on which a next one may depend.
 const MOST_TERMS: usize = 150;
 
-impl From<Unchecked> for NoClosedForm {
-    fn from(unchecked: Unchecked) -> NoClosedForm {
-        NoClosedForm(unchecked.0)
+impl From<Unchecked> for Unknown {
+    fn from(unchecked: Unchecked) -> Unknown {
+        Unknown::because(unchecked.0)
     }
 }
 
@@ -39,7 +40,7 @@ impl From<Unchecked> for NoClosedForm {
 ///
 /// # Errors
 /// When none are found, with what stands in the way.
-pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, NoClosedForm> {
+pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, Unknown> {
     solve_until(recurrence, known, &|| false)
 }
 
@@ -47,17 +48,13 @@ pub fn solve_all(recurrence: Recurrence, known: &Assumptions) -> Result<Solved, 
 ///
 /// # Errors
 /// As [`solve_all`], and where it was stopped.
-pub fn solve_until(
-    recurrence: Recurrence,
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Result<Solved, NoClosedForm> {
+pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Result<Solved, Unknown> {
     if recurrence.from.abs() > MOST_SHIFT {
-        return Err(NoClosedForm(format!("the first index is {}, too far from 0", recurrence.from)));
+        return Err(Unknown::because(format!("the first index is {}, too far from 0", recurrence.from)));
     }
     let size = recurrence.terms().len();
     if size > MOST_TERMS {
-        return Err(NoClosedForm(format!(
+        return Err(Unknown::because(format!(
             "{size} terms depend on each other, and no more than {MOST_TERMS} are looked at"
         )));
     }
@@ -67,7 +64,7 @@ pub fn solve_until(
     let checked = |(forms, conditions): Found| {
         let own = |form| begins(form, &moved.index, &recurrence);
         let forms = forms.into_iter().map(own).collect::<Result<Vec<_>, _>>()?;
-        Ok::<_, NoClosedForm>(Solved::check(recurrence.clone(), forms, conditions, known)?)
+        Ok::<_, Unknown>(Solved::check(recurrence.clone(), forms, conditions, known)?)
     };
     let reason = match by_methods(&moved, known, stop, &checked) {
         Ok(solved) => return Ok(solved),
@@ -77,7 +74,10 @@ pub fn solve_until(
     // What is read off the other sequences, and sequences that have nothing to do with each other.
     let read_off = read_off(&moved, known, stop).and_then(|found| checked(found).ok());
     let found = read_off.or_else(|| checked(each_group(&moved, known, stop)?).ok());
-    found.ok_or_else(|| at_own_index(reason, &recurrence, &moved.index))
+    let with_one = |one: Recurrence, known: &Assumptions| solve_until(one, known, stop).ok();
+    found
+        .or_else(|| grouped(&recurrence, known, &with_one))
+        .ok_or_else(|| at_own_index(reason, &recurrence, &moved.index))
 }
 
 /// The first forms that can be checked, of a recurrence that begins at 0.
@@ -85,8 +85,8 @@ fn by_methods(
     moved: &Recurrence,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-    checked: &dyn Fn(Found) -> Result<Solved, NoClosedForm>,
-) -> Result<Solved, NoClosedForm> {
+    checked: &dyn Fn(Found) -> Result<Solved, Unknown>,
+) -> Result<Solved, Unknown> {
     if let Some(solved) = in_ranges(moved, known, stop).into_iter().find_map(|found| checked(found).ok()) {
         return Ok(solved);
     }
@@ -99,7 +99,7 @@ fn by_methods(
     {
         return Ok(solved);
     }
-    let general = reason.0.contains("not linear");
+    let general = reason.reason.contains("not linear");
     let reason = match switching(moved, known, stop) {
         Ok(all) => {
             let mut reason = reason;
@@ -127,16 +127,19 @@ fn by_methods(
 }
 
 /// An error where the work is to end.
-fn go_on(stop: &dyn Fn() -> bool) -> Result<(), NoClosedForm> {
-    if stop() { Err(NoClosedForm("interrupted".to_string())) } else { Ok(()) }
+fn go_on(stop: &dyn Fn() -> bool) -> Result<(), Unknown> {
+    if stop() { Err(Unknown::because("interrupted".to_string())) } else { Ok(()) }
 }
 
 /// A reason that is given of a recurrence counted from 0 by an index called `(n-from)`, in the words of the recurrence itself.
-fn at_own_index(NoClosedForm(mut text): NoClosedForm, recurrence: &Recurrence, place: &Name) -> NoClosedForm {
+fn at_own_index(Unknown { reason: mut text, open }: Unknown, recurrence: &Recurrence, place: &Name) -> Unknown {
     let (index, from) = (&recurrence.index, recurrence.from);
     if from == 0 {
-        return NoClosedForm(text);
+        return Unknown { reason: text, open };
     }
+    // No other name has the brackets of this index.
+    let own = |name: &Name| !name.as_str().contains(place.as_str());
+    let open = open.filter(|open| open.1.variables().iter().chain(&open.2.variables()).all(own));
     for sequence in &recurrence.sequences {
         text = text.replace(&format!("{}({place}", sequence.name), &format!("{}({index}", sequence.name));
     }
@@ -154,11 +157,11 @@ fn at_own_index(NoClosedForm(mut text): NoClosedForm, recurrence: &Recurrence, p
             Err(_) => whole += &format!("{equals}{part}"),
         }
     }
-    NoClosedForm(whole)
+    Unknown { reason: whole, open }
 }
 
 /// The same recurrence, counted from 0, by an index that is called `(n-from)`.
-fn from_zero(recurrence: &Recurrence) -> Result<Recurrence, NoClosedForm> {
+fn from_zero(recurrence: &Recurrence) -> Result<Recurrence, Unknown> {
     let (index, from) = (&recurrence.index, recurrence.from);
     if from == 0 {
         return Ok(recurrence.clone());
@@ -175,7 +178,7 @@ fn from_zero(recurrence: &Recurrence) -> Result<Recurrence, NoClosedForm> {
 }
 
 /// A form that counts from 0 by `moved`, counted as the recurrence does.
-fn begins(form: Form, moved: &Name, recurrence: &Recurrence) -> Result<Form, NoClosedForm> {
+fn begins(form: Form, moved: &Name, recurrence: &Recurrence) -> Result<Form, Unknown> {
     let (count, from) = (Value::variable(&recurrence.index), recurrence.from);
     if from == 0 {
         return Ok(form);
@@ -191,12 +194,12 @@ fn begins(form: Form, moved: &Name, recurrence: &Recurrence) -> Result<Form, NoC
 }
 
 /// A form with `n - from` for n.
-pub(super) fn counted_from(form: Form, index: &Name, from: i64) -> Result<Form, NoClosedForm> {
+pub(super) fn counted_from(form: Form, index: &Name, from: i64) -> Result<Form, Unknown> {
     placed(form, index, &Value::variable(index).sub(&Value::integer(from))?, from)
 }
 
 /// A form with another value, which is less than another index by `from`, for its index.
-fn placed(form: Form, index: &Name, place: &Value, from: i64) -> Result<Form, NoClosedForm> {
+fn placed(form: Form, index: &Name, place: &Value, from: i64) -> Result<Form, Unknown> {
     Ok(match form {
         Form::Value(early, value) => Form::Value(early, value.with(index, place)?),
         Form::Sum(early, mut sum) => {
@@ -216,11 +219,11 @@ fn placed(form: Form, index: &Name, place: &Value, from: i64) -> Result<Form, No
 }
 
 /// Pieces that count from this index, counted from 0.
-pub(super) fn later(pieces: Vec<Piece>, index: &Name, from: &Value) -> Result<Vec<Piece>, NoClosedForm> {
+pub(super) fn later(pieces: Vec<Piece>, index: &Name, from: &Value) -> Result<Vec<Piece>, Unknown> {
     moved_pieces(pieces, index, &Value::variable(index).sub(from)?, from)
 }
 
-fn moved_pieces(pieces: Vec<Piece>, index: &Name, place: &Value, from: &Value) -> Result<Vec<Piece>, NoClosedForm> {
+fn moved_pieces(pieces: Vec<Piece>, index: &Name, place: &Value, from: &Value) -> Result<Vec<Piece>, Unknown> {
     let moved = pieces.into_iter().map(|piece| {
         let until = piece.until.as_ref().map(|until| until.add(from)).transpose()?;
         Ok(Piece { from: piece.from.add(from)?, until, form: piece.form.with(index, place)? })
@@ -231,11 +234,7 @@ fn moved_pieces(pieces: Vec<Piece>, index: &Name, place: &Value, from: &Value) -
 pub(super) type Found = (Vec<Form>, Vec<Comparison>);
 
 /// The forms of a recurrence that begins at 0.
-pub(super) fn found(
-    recurrence: &Recurrence,
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Result<Found, NoClosedForm> {
+pub(super) fn found(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Result<Found, Unknown> {
     go_on(stop)?;
     let count = cycle(recurrence);
     if count > 1 {
@@ -263,7 +262,7 @@ fn one_after_the_other(
     recurrence: &Recurrence,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Found, NoClosedForm> {
+) -> Result<Found, Unknown> {
     let mut rest: Vec<usize> = (0..recurrence.sequences.len()).collect();
     let mut forms: Vec<Option<Form>> = vec![None; rest.len()];
     let mut conditions = Vec::new();
@@ -307,6 +306,10 @@ fn one_after_the_other(
                 form
             }
         };
+        let read = |(name, own, _): &(Name, usize, usize)| {
+            *own == place && rest.iter().any(|other| open.sequences[*other].next.mentions(name))
+        };
+        let form = if variables.iter().any(read) { by_first_terms(form, &open.index) } else { form };
         if let Form::Pieces(pieces) = &form
             && let Some((own, more)) = in_pieces(&open, (place, pieces), &rest, (known, stop))?
         {
@@ -324,7 +327,7 @@ fn one_after_the_other(
                 form => layers.value(form, &open.index, *offset)?,
             };
             let value = value.ok_or_else(|| {
-                NoClosedForm(format!("the form of {} cannot be put into the others", open.sequences[place].name))
+                Unknown::because(format!("the form of {} cannot be put into the others", open.sequences[place].name))
             })?;
             for other in &rest {
                 open.sequences[*other].next = open.sequences[*other].next.with(name, &value)?;
@@ -333,6 +336,21 @@ fn one_after_the_other(
         forms[place] = Some(form);
     }
     Ok((forms.into_iter().flatten().collect(), conditions))
+}
+
+/// A form with first terms of their own as pieces of one term each.
+fn by_first_terms(form: Form, index: &Name) -> Form {
+    let (early, last) = match &form {
+        Form::Value(early, last) => (early, Some(last.clone())),
+        Form::Sum(early, sum) => (early, sum.value(index)),
+        _ => return form,
+    };
+    let (false, Some(last)) = (early.is_empty(), last) else { return form };
+    let at = |place: usize| Value::integer(i64::try_from(place).unwrap_or(i64::MAX));
+    let rest = Piece { from: at(early.len()), until: None, form: last };
+    let first = early.iter().enumerate();
+    let first = first.map(|(place, form)| Piece { from: at(place), until: Some(at(place + 1)), form: form.clone() });
+    Form::Pieces(first.chain([rest]).collect())
 }
 
 /// One sequence whose equation is the same for all indices, by any method there is.
@@ -361,12 +379,12 @@ fn by_ranges(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) 
 }
 
 /// Sequences that depend on each other.
-fn together(group: &Recurrence, known: &Assumptions) -> Result<Found, NoClosedForm> {
+fn together(group: &Recurrence, known: &Assumptions) -> Result<Found, Unknown> {
     if let Some(system) = System::of(group) {
         return Ok((system.forms()?, Vec::new()));
     }
     let names: Vec<&str> = group.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
-    symbolic(group, known)?.ok_or_else(|| NoClosedForm(coupled(group, &names)))
+    symbolic(group, known)?.ok_or_else(|| Unknown::because(coupled(group, &names)))
 }
 
 /// Why sequences that depend on each other have no form.
@@ -395,7 +413,7 @@ fn alone(
     recurrence: &Recurrence,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
+) -> Result<(Form, Vec<Comparison>), Unknown> {
     let index = &recurrence.index;
     let [start] = sequence.start.as_slice() else { return of_higher_order(sequence, recurrence, known, stop) };
     let name = recurrence.term(&sequence.name, 0);
@@ -412,7 +430,7 @@ fn alone(
         return Ok((with_product(&factor, &input, start, index)?, Vec::new()));
     }
     if next.mentions(index) {
-        return Err(NoClosedForm(format!("it is not linear in {name} and depends on {index}")));
+        return Err(Unknown::because(format!("it is not linear in {name} and depends on {index}")));
     }
     let quotient = fractional(&next, &name, start, index, known);
     if let Ok(Some(found)) = quotient {
@@ -427,13 +445,13 @@ fn of_higher_order(
     recurrence: &Recurrence,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
+) -> Result<(Form, Vec<Comparison>), Unknown> {
     if let Some(found) = interleaved(sequence, recurrence, known, stop)? {
         return Ok(found);
     }
     match symbolic(recurrence, known)?.map(|(forms, conditions)| (forms.into_iter().next(), conditions)) {
         Some((Some(form), conditions)) => Ok((form, conditions)),
-        _ => Err(NoClosedForm(format!(
+        _ => Err(Unknown::because(format!(
             "of the order {} closed forms are known where the equation is linear, and its coefficients are the same for all {} or a hypergeometric solution takes it apart",
             sequence.start.len(),
             recurrence.index
@@ -448,7 +466,7 @@ fn by_pieces(
     start: &Value,
     index: &Name,
     known: &Assumptions,
-) -> Result<(Form, Vec<Comparison>), NoClosedForm> {
+) -> Result<(Form, Vec<Comparison>), Unknown> {
     let closed = solve(map, name, start, index, known)?;
     let mut known = known.clone();
     closed.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use super::ranges::{after, as_pieces, joined, trimmed, up_to};
 use super::reach::reach;
-use super::region::{Guard, Point, resolve_at, unknown};
+use super::region::{Guard, Point, resolve_at};
 use super::sequences::{Found, later, solve_until};
-use super::{Closed, Comparison, NoClosedForm, Reach};
+use super::{Closed, Comparison, Reach, Unknown};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Solved};
 use crate::value::{Atom, Relation, Value};
@@ -36,7 +36,7 @@ pub(super) fn switching(
     recurrence: &Recurrence,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Vec<Found>, NoClosedForm> {
+) -> Result<Vec<Found>, Unknown> {
     if !compares(recurrence) {
         return Ok(Vec::new());
     }
@@ -56,12 +56,12 @@ pub(super) fn switching(
         };
         place = switching.go_on(&solved, &place, &length, &failed)?;
         if place.starts.iter().flatten().chain([&place.from]).any(|value| value.size() > MOST_SIZE) {
-            return Err(NoClosedForm(
+            return Err(Unknown::because(
                 "where its maxima and conditions change becomes too long an expression".to_string(),
             ));
         }
     }
-    Err(NoClosedForm(format!("its maxima and conditions change more than {MOST_PIECES} times")))
+    Err(Unknown::because(format!("its maxima and conditions change more than {MOST_PIECES} times")))
 }
 
 /// Whether a maximum or condition reads a term, or the index.
@@ -83,7 +83,7 @@ struct Switching<'a> {
 
 impl Switching<'_> {
     /// The forms from a place on, counted from there, and the guards under which they hold.
-    fn local(&mut self, place: &Place) -> Result<(Solved, Vec<Guard>), NoClosedForm> {
+    fn local(&mut self, place: &Place) -> Result<(Solved, Vec<Guard>), Unknown> {
         let recurrence = self.recurrence;
         let index = &recurrence.index;
         let terms = recurrence.terms();
@@ -116,19 +116,14 @@ impl Switching<'_> {
     }
 
     /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
-    fn length(
-        &mut self,
-        solved: &Solved,
-        guards: &[Guard],
-        from: &Value,
-    ) -> Result<Option<(Value, Guard)>, NoClosedForm> {
+    fn length(&mut self, solved: &Solved, guards: &[Guard], from: &Value) -> Result<Option<(Value, Guard)>, Unknown> {
         let mut least: Option<(Value, Guard)> = None;
         for guard in guards {
             // It holds where the piece begins.
             let wanted = (guard.relation.negated(), &guard.value, &Value::zero());
             let (at, conditions) = match reach(solved.recurrence(), Some(solved), wanted, &self.known, self.stop) {
                 Reach::Never(_) => continue,
-                Reach::Unknown(reason) => return Err(self.until_when(guard, from, &reason)),
+                Reach::Unknown(unknown) => return Err(self.until_when(guard, from, unknown)),
                 Reach::At(at, conditions) => (at, conditions),
             };
             for (relation, left, right) in &conditions {
@@ -137,9 +132,10 @@ impl Switching<'_> {
             self.conditions.extend(conditions);
             let sooner = match &least {
                 None => true,
-                Some((other, _)) => {
-                    self.known.decide(Relation::Lss, &at, other).ok_or_else(|| unknown(Relation::Lss, &at, other))?
-                }
+                Some((other, _)) => self
+                    .known
+                    .decide(Relation::Lss, &at, other)
+                    .ok_or_else(|| Unknown::undecided(Relation::Lss, &at, other))?,
             };
             if sooner {
                 least = Some((at, guard.clone()));
@@ -149,21 +145,21 @@ impl Switching<'_> {
     }
 
     /// It is not known how long a guard holds.
-    fn until_when(&self, guard: &Guard, from: &Value, reason: &str) -> NoClosedForm {
+    fn until_when(&self, guard: &Guard, from: &Value, unknown: Unknown) -> Unknown {
         let index = &self.recurrence.index;
         // What would have to be known of parameters says it all.
         let own = Value::variable(index).sub(from).and_then(|place| guard.value.with(index, &place));
         match own {
-            Ok(own) if !reason.starts_with("it must be known") => {
+            Ok(own) if !unknown.reason.starts_with("it must be known") => {
                 let relation = guard.relation.symbol();
-                NoClosedForm(format!("it is not known how long {own} {relation} 0 holds from {index} = {from} on"))
+                Unknown::because(format!("it is not known how long {own} {relation} 0 holds from {index} = {from} on"))
             }
-            _ => NoClosedForm(reason.to_string()),
+            _ => unknown,
         }
     }
 
     /// Keeps the forms for so many steps; the place where the next ones begin.
-    fn go_on(&mut self, solved: &Solved, place: &Place, length: &Value, failed: &Guard) -> Result<Place, NoClosedForm> {
+    fn go_on(&mut self, solved: &Solved, place: &Place, length: &Value, failed: &Guard) -> Result<Place, Unknown> {
         let index = &self.recurrence.index;
         // All guards hold where the piece begins.
         self.known.assume(Relation::Gte, length, &Value::one());
@@ -189,13 +185,13 @@ impl Switching<'_> {
         Ok(Place { from: self.known.simplify(&place.from.add(length)?), starts })
     }
 
-    fn no_value(&self, own: usize) -> NoClosedForm {
+    fn no_value(&self, own: usize) -> Unknown {
         let recurrence = self.recurrence;
-        NoClosedForm(format!("the form of {} is no value in {}", recurrence.sequences[own].name, recurrence.index))
+        Unknown::because(format!("the form of {} is no value in {}", recurrence.sequences[own].name, recurrence.index))
     }
 
     /// All forms, of which these are the last.
-    fn found(mut self, solved: &Solved, place: &Place) -> Result<Vec<Found>, NoClosedForm> {
+    fn found(mut self, solved: &Solved, place: &Place) -> Result<Vec<Found>, Unknown> {
         let index = &self.recurrence.index;
         let mut all = Vec::new();
         let after_others = self.after_all(solved, place);

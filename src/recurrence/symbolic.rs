@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use super::factors::factors;
 use super::sequences::Found;
-use super::{Comparison, NoClosedForm};
+use super::{Comparison, Unknown};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence};
 use crate::exponential_polynomial::exponentials;
@@ -35,12 +35,12 @@ struct Factor {
 
 /// The forms of a linear recurrence that begins at 0, with what must hold; nothing if it is not linear with coefficients that are
 /// the same for all n.
-pub(super) fn symbolic(recurrence: &Recurrence, known: &Assumptions) -> Result<Option<Found>, NoClosedForm> {
+pub(super) fn symbolic(recurrence: &Recurrence, known: &Assumptions) -> Result<Option<Found>, Unknown> {
     let Some((matrix, inputs)) = system(recurrence) else { return Ok(None) };
     if matrix.len() > MOST_VARIABLES {
         let symbols = matrix.iter().flatten().any(|entry| entry.as_rational().is_none());
         let with = if symbols { ", with symbols" } else { "" };
-        return Err(NoClosedForm(format!("{} terms depend on each other{with}: too many", matrix.len())));
+        return Err(Unknown::because(format!("{} terms depend on each other{with}: too many", matrix.len())));
     }
     let polynomial = characteristic(&matrix)?;
     let mut all = split(&polynomial, known)?;
@@ -57,7 +57,7 @@ pub(super) fn symbolic(recurrence: &Recurrence, known: &Assumptions) -> Result<O
     }
     let degree = whole.len() - 1;
     if degree + zeros > MOST_DEGREE {
-        return Err(NoClosedForm("the system is too large, with symbols".to_string()));
+        return Err(Unknown::because("the system is too large, with symbols".to_string()));
     }
     let mut conditions = real(&all, known)?;
     let mut forms = Vec::new();
@@ -132,7 +132,7 @@ fn characteristic(matrix: &[Row]) -> Result<Row, ValueError> {
 }
 
 /// Its factors, which must all be of degree 1 or 2.
-fn split(polynomial: &[Value], known: &Assumptions) -> Result<Vec<Factor>, NoClosedForm> {
+fn split(polynomial: &[Value], known: &Assumptions) -> Result<Vec<Factor>, Unknown> {
     let text = || {
         let mut terms = vec![format!("x^{}", polynomial.len())];
         let named = polynomial.iter().enumerate().rev().filter(|(_, value)| !value.is_zero());
@@ -143,12 +143,13 @@ fn split(polynomial: &[Value], known: &Assumptions) -> Result<Vec<Factor>, NoClo
         }));
         terms.join("+")
     };
-    let found = factors(polynomial)
-        .ok_or_else(|| NoClosedForm(format!("the characteristic polynomial {} could not be taken apart", text())))?;
+    let found = factors(polynomial).ok_or_else(|| {
+        Unknown::because(format!("the characteristic polynomial {} could not be taken apart", text()))
+    })?;
     let mut all = Vec::new();
     for (modulus, count) in found {
         if modulus.len() > 2 {
-            return Err(NoClosedForm(format!(
+            return Err(Unknown::because(format!(
                 "the characteristic polynomial {} has a factor of degree {} that does not come apart for all values of its symbols",
                 text(),
                 modulus.len()
@@ -156,7 +157,7 @@ fn split(polynomial: &[Value], known: &Assumptions) -> Result<Vec<Factor>, NoClo
         }
         if modulus.len() == 2 && known.decide(Relation::Gtr, &discriminant(&modulus)?[0], &Value::zero()) == Some(false)
         {
-            return Err(NoClosedForm(format!(
+            return Err(Unknown::because(format!(
                 "the characteristic polynomial {} has no two real roots, and complex ones are known of rational coefficients only",
                 text()
             )));
@@ -181,7 +182,7 @@ fn discriminant(modulus: &[Value]) -> Result<[Value; 2], ValueError> {
 }
 
 /// The discriminants must be positive.
-fn real(all: &[Factor], known: &Assumptions) -> Result<Vec<Comparison>, NoClosedForm> {
+fn real(all: &[Factor], known: &Assumptions) -> Result<Vec<Comparison>, Unknown> {
     let mut conditions = Vec::new();
     for factor in all.iter().filter(|factor| factor.modulus.len() == 2) {
         let [discriminant, _] = discriminant(&factor.modulus)?;
@@ -193,7 +194,7 @@ fn real(all: &[Factor], known: &Assumptions) -> Result<Vec<Comparison>, NoClosed
 }
 
 /// The roots that the forms need to differ: those by whose difference a form divides.
-fn distinct(all: &[Factor], forms: &[Form], known: &Assumptions) -> Result<Vec<Comparison>, NoClosedForm> {
+fn distinct(all: &[Factor], forms: &[Form], known: &Assumptions) -> Result<Vec<Comparison>, Unknown> {
     let roots: Vec<Value> = all
         .iter()
         .filter(|factor| factor.modulus.len() == 1)

@@ -6,6 +6,8 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use super::bounds::{Bounds, PRECISIONS};
+
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
 use crate::name::Name;
@@ -17,23 +19,17 @@ pub enum Term {
     /// Exactly.
     Exact(Value),
     /// Between two numbers.
-    Between(BigRational, BigRational),
+    Between(Bounds),
 }
 
-/// The most bits of a term that is computed exactly, and of the whole part of any.
+/// The most bits of a term that is computed exactly.
 const MOST_BITS: u64 = 2_000;
 /// The most parts of a term with symbols: a longer one says nothing to a reader, and takes long to compute.
 const MOST_SIZE: usize = 120;
-/// The bits to which bounds are rounded.
-const PRECISION: u64 = 600;
-/// The most bits of a power of bounds.
-const LONGEST: u64 = 200_000;
 /// The longest text of an exact term.
 const WIDEST: usize = 40;
 /// The digits of other terms.
 const DIGITS: usize = 10;
-
-type Bounds = (BigRational, BigRational);
 
 /// The first terms of every sequence, as many as can be computed and are not too long.
 pub(super) fn listed(
@@ -41,6 +37,21 @@ pub(super) fn listed(
     count: usize,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
+) -> Vec<Vec<Term>> {
+    let [few, many] = PRECISIONS;
+    let all = listed_to(recurrence, count, (known, stop), few);
+    match all.iter().flatten().any(|term| term.leading().is_none()) {
+        true => listed_to(recurrence, count, (known, stop), many),
+        false => all,
+    }
+}
+
+/// The same with so many bits of what is not exact.
+fn listed_to(
+    recurrence: &Recurrence,
+    count: usize,
+    (known, stop): (&Assumptions, &dyn Fn() -> bool),
+    precision: usize,
 ) -> Vec<Vec<Term>> {
     let first = |value: &Value| Term::Exact(known.simplify(value));
     let starts = recurrence.sequences.iter().map(|sequence| sequence.start.iter().map(first).collect());
@@ -50,8 +61,7 @@ pub(super) fn listed(
     while all.iter().any(|terms| terms.len() < count) && !stop() {
         let next = exact.then(|| exactly(recurrence, &all, step, known)).flatten();
         exact = next.as_ref().is_some_and(|next| next.iter().all(short));
-        let bounds = |(low, high)| Term::Between(low, high);
-        let bounded = || Some(bounded(recurrence, &all, step)?.into_iter().map(bounds).collect());
+        let bounded = || Some(bounded(recurrence, &all, step, precision)?.into_iter().map(Term::Between).collect());
         let Some(next) = next.or_else(bounded) else { break };
         all.iter_mut().zip(next).for_each(|(terms, next)| terms.push(next));
         step += 1;
@@ -86,96 +96,68 @@ fn exactly(recurrence: &Recurrence, all: &[Vec<Term>], step: usize, known: &Assu
 }
 
 /// Bounds of the terms that the equations give at a step; `None` where they cannot be had.
-fn bounded(recurrence: &Recurrence, all: &[Vec<Term>], step: usize) -> Option<Vec<Bounds>> {
+fn bounded(recurrence: &Recurrence, all: &[Vec<Term>], step: usize, precision: usize) -> Option<Vec<Bounds>> {
     let mut known = BTreeMap::new();
     for (name, place, offset) in recurrence.terms() {
-        known.insert(name, all.get(place)?.get(step + offset)?.bounds()?);
+        known.insert(name, all.get(place)?.get(step + offset)?.bounds(precision)?);
     }
     let index = BigRational::from_integer(BigInt::from(recurrence.from) + BigInt::from(step));
-    known.insert(recurrence.index.clone(), (index.clone(), index));
-    recurrence.sequences.iter().map(|sequence| evaluated(&sequence.next, &known)).collect()
+    known.insert(recurrence.index.clone(), Bounds::of(&index, precision));
+    recurrence.sequences.iter().map(|sequence| evaluated(&sequence.next, &known, precision)).collect()
 }
 
 /// The bounds of a quotient of polynomials.
-fn evaluated(value: &Value, known: &BTreeMap<Name, Bounds>) -> Option<Bounds> {
+fn evaluated(value: &Value, known: &BTreeMap<Name, Bounds>, precision: usize) -> Option<Bounds> {
     let (numerator, denominator) = value.polynomials()?;
     let polynomial = |polynomial: &crate::polynomial::Polynomial<Atom>| {
-        let mut sum = (BigRational::zero(), BigRational::zero());
+        let mut sum: Option<Bounds> = None;
         for (monomial, number) in polynomial.terms() {
-            let mut product = (number.clone(), number.clone());
+            let mut product = Bounds::of(number, precision);
             for (atom, exponent) in monomial.factors() {
                 let Atom::Variable(name) = atom else { return None };
-                product = times(&product, &power(known.get(name)?, *exponent)?);
+                product = product.times(&known.get(name)?.power(*exponent)?)?;
             }
-            sum = (sum.0 + product.0, sum.1 + product.1);
+            sum = Some(match sum {
+                Some(sum) => sum.plus(&product),
+                None => product,
+            });
         }
-        Some(sum)
+        Some(sum.unwrap_or_else(|| Bounds::of(&BigRational::zero(), precision)))
     };
-    let (top, bottom) = (polynomial(numerator)?, polynomial(denominator)?);
-    if !bottom.0.is_positive() && !bottom.1.is_negative() {
-        return None;
-    }
-    rounded(times(&top, &(bottom.1.recip(), bottom.0.recip())))
-}
-
-fn times(left: &Bounds, right: &Bounds) -> Bounds {
-    let products = [&left.0 * &right.0, &left.0 * &right.1, &left.1 * &right.0, &left.1 * &right.1];
-    let least = products.iter().min().cloned().unwrap_or_else(BigRational::zero);
-    let most = products.into_iter().max().unwrap_or_else(BigRational::zero);
-    (least, most)
-}
-
-/// A power, which is not negative where the exponent is even; `None` when it is too large.
-fn power(bounds: &Bounds, exponent: u32) -> Option<Bounds> {
-    let bits = |number: &BigRational| number.numer().bits() + number.denom().bits();
-    if (bits(&bounds.0) + bits(&bounds.1)).saturating_mul(exponent.into()) > LONGEST {
-        return None;
-    }
-    let ends =
-        [num_traits::pow(bounds.0.clone(), exponent as usize), num_traits::pow(bounds.1.clone(), exponent as usize)];
-    let [one, other] = ends;
-    let (low, high) = if one < other { (one, other) } else { (other, one) };
-    let within = bounds.0.is_negative() && bounds.1.is_positive();
-    Some(if exponent.is_multiple_of(2) && within { (BigRational::zero(), high) } else { (low, high) })
-}
-
-/// Bounds further out, with few bits; `None` when the number is too large.
-fn rounded((low, high): Bounds) -> Option<Bounds> {
-    let largest = low.abs().max(high.abs());
-    if largest.to_integer().bits() > MOST_BITS {
-        return None;
-    }
-    let scale = BigRational::from_integer(BigInt::one() << PRECISION);
-    Some(((low * &scale).floor() / &scale, (high * &scale).ceil() / scale))
+    polynomial(numerator)?.over(&polynomial(denominator)?)
 }
 
 impl Term {
-    fn bounds(&self) -> Option<Bounds> {
+    fn bounds(&self, precision: usize) -> Option<Bounds> {
         match self {
-            Term::Exact(value) => value.as_rational().map(|number| (number.clone(), number)),
-            Term::Between(low, high) => Some((low.clone(), high.clone())),
+            Term::Exact(value) => value.as_rational().map(|number| Bounds::of(&number, precision)),
+            Term::Between(bounds) => Some(bounds.clone()),
         }
     }
 
     /// Exactly where that is short; else, behind `≈`, the leading digits that are certain.
     pub fn text(&self) -> String {
+        self.leading().unwrap_or_else(|| "?".to_string())
+    }
+
+    /// The same; none where no digit is certain.
+    fn leading(&self) -> Option<String> {
         if let Term::Exact(value) = self {
             let text = value.to_string();
             if text.len() <= WIDEST || value.as_rational().is_none() {
-                return text;
+                return Some(text);
             }
         }
-        let Some((low, high)) = self.bounds() else { return "?".to_string() };
-        let certain = (1..=DIGITS).rev().find_map(|digits| {
-            let (one, other) = (decimal(&low, digits)?, decimal(&high, digits)?);
-            (one == other).then_some(one)
-        });
-        certain.map_or_else(|| "?".to_string(), |text| format!("≈{text}"))
+        let (low, high, tens) = self.bounds(PRECISIONS[0])?.in_tens()?;
+        (1..=DIGITS).rev().find_map(|digits| {
+            let (one, other) = (decimal(&low, tens, digits)?, decimal(&high, tens, digits)?);
+            (one == other).then(|| format!("≈{one}"))
+        })
     }
 }
 
-/// The leading digits of a number, rounded: `-0.2065`, `1.234e57`.
-fn decimal(number: &BigRational, digits: usize) -> Option<String> {
+/// The leading digits of a number times a power of ten, rounded: `-0.2065`, `1.234e57`.
+fn decimal(number: &BigRational, tens: i64, digits: usize) -> Option<String> {
     if number.is_zero() {
         return Some("0".to_string());
     }
@@ -201,6 +183,7 @@ fn decimal(number: &BigRational, digits: usize) -> Option<String> {
     }
     let sign = if number.is_negative() { "-" } else { "" };
     let (head, tail) = whole.split_at(1);
+    let exponent = exponent.checked_add(tens)?;
     Some(match exponent {
         -6..=-1 => format!("{sign}0.{}{whole}", "0".repeat(usize::try_from(-exponent - 1).ok()?)),
         0 if tail.is_empty() => format!("{sign}{head}"),
@@ -217,11 +200,11 @@ mod tests {
     #[test]
     fn leading_digits() {
         let number = |top: i64, bottom: i64| BigRational::new(top.into(), bottom.into());
-        assert_eq!(decimal(&number(-55, 256), 4).unwrap(), "-0.2148");
-        assert_eq!(decimal(&number(1, 1), 3).unwrap(), "1.00");
-        assert_eq!(decimal(&number(999_999, 1_000_000), 3).unwrap(), "1.00");
-        assert_eq!(decimal(&number(1, 10), 3).unwrap(), "0.100");
-        assert_eq!(decimal(&number(123_456, 1), 3).unwrap(), "1.23e5");
-        assert_eq!(decimal(&number(1, 300_000_000), 2).unwrap(), "3.3e-9");
+        assert_eq!(decimal(&number(-55, 256), 0, 4).unwrap(), "-0.2148");
+        assert_eq!(decimal(&number(1, 1), 0, 3).unwrap(), "1.00");
+        assert_eq!(decimal(&number(999_999, 1_000_000), 0, 3).unwrap(), "1.00");
+        assert_eq!(decimal(&number(1, 10), 0, 3).unwrap(), "0.100");
+        assert_eq!(decimal(&number(123_456, 1), 0, 3).unwrap(), "1.23e5");
+        assert_eq!(decimal(&number(1, 300_000_000), 0, 2).unwrap(), "3.3e-9");
     }
 }

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::line::along_a_line;
 use super::parts::each_set;
 use super::reach::pieces;
-use super::{Closed, NoClosedForm, Solved, solve_until};
+use super::{Closed, Solved, Unknown, solve_until};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, closures, term};
 use crate::name::Name;
@@ -22,7 +22,7 @@ pub fn solve_together(
     index: &Name,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
+) -> Result<Vec<(Name, Closed)>, Unknown> {
     let names: Vec<&Name> = maps.keys().collect();
     let reads = |one: usize, other: usize| maps[names[one]].mentions(names[other]);
     let mut groups = closures(names.len(), |one, other| reads(one, other) || reads(other, one));
@@ -42,7 +42,7 @@ pub struct Apart {
     /// The checked closed forms of those that depend on none without.
     pub closed: Vec<(Name, Closed)>,
     /// The others, with what stands in the way.
-    pub missing: Vec<(Vec<Name>, NoClosedForm)>,
+    pub missing: Vec<(Vec<Name>, Unknown)>,
 }
 
 /// The same for as many of the variables as have closed forms.
@@ -85,21 +85,21 @@ fn one_group(
     index: &Name,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Vec<(Name, Closed)>, NoClosedForm> {
+) -> Result<Vec<(Name, Closed)>, Unknown> {
     let names: BTreeMap<Name, Value> =
         group.iter().map(|name| ((*name).clone(), Value::variable(&term(name, index, 0)))).collect();
     let mut sequences = Vec::new();
     for name in group {
-        let start = starts.get(*name).ok_or_else(|| NoClosedForm(format!("{name} has no first value")))?;
+        let start = starts.get(*name).ok_or_else(|| Unknown::because(format!("{name} has no first value")))?;
         if start.sort() != Sort::Real {
-            return Err(NoClosedForm("closed forms are known of sequences of numbers only".to_string()));
+            return Err(Unknown::because("closed forms are known of sequences of numbers only".to_string()));
         }
         let next = known.simplify(&maps[*name]).substitute(&names)?;
         sequences.push(Sequence { name: (*name).clone(), start: vec![known.simplify(start)], next });
     }
     let solved = solve_until(Recurrence { index: index.clone(), from: 0, sequences }, known, stop);
     let all = |solved: Solved| group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect();
-    solved.and_then(all).or_else(|reason: NoClosedForm| {
+    solved.and_then(all).or_else(|reason: Unknown| {
         let own = |map: &BTreeMap<Name, Value>| {
             group.iter().filter_map(|name| Some(((*name).clone(), map.get(*name)?.clone()))).collect()
         };
@@ -108,11 +108,11 @@ fn one_group(
 }
 
 /// The form of one sequence by pieces.
-pub(super) fn closed(solved: &Solved, name: &Name) -> Result<Closed, NoClosedForm> {
+pub(super) fn closed(solved: &Solved, name: &Name) -> Result<Closed, Unknown> {
     let recurrence = solved.recurrence();
     let by_pieces = solved.form(name).and_then(|form| pieces(form, &recurrence.index, recurrence.from));
     let pieces =
-        by_pieces.ok_or_else(|| NoClosedForm(format!("the form of {name} is no value in {}", recurrence.index)))?;
+        by_pieces.ok_or_else(|| Unknown::because(format!("the form of {name} is no value in {}", recurrence.index)))?;
     Ok(Closed { variable: name.clone(), pieces, conditions: solved.conditions().to_vec() })
 }
 

@@ -4,7 +4,7 @@ use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-use super::{NoClosedForm, solve_until};
+use super::{Unknown, solve_until};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Sequence, Solved, in_class};
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -109,8 +109,8 @@ pub(super) fn in_turns(
     count: i64,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Vec<Form>, NoClosedForm> {
-    let one = |turn: i64| -> Result<Vec<Value>, NoClosedForm> {
+) -> Result<Vec<Form>, Unknown> {
+    let one = |turn: i64| -> Result<Vec<Value>, Unknown> {
         let all = recurrence.sequences.iter();
         all.map(|sequence| Ok(in_class(&sequence.next, &recurrence.index, count, turn)?)).collect()
     };
@@ -125,7 +125,7 @@ pub(super) fn round(
     turns: &[Vec<Value>],
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
-) -> Result<Vec<Form>, NoClosedForm> {
+) -> Result<Vec<Form>, Unknown> {
     let index = &recurrence.index;
     let variables = recurrence.terms();
     // The terms at each turn, in the terms at the first.
@@ -159,24 +159,24 @@ pub(super) fn round(
     }
     let rounds = Recurrence { index: index.clone(), from: 0, sequences };
     // What is said of a state is said of the term that it is.
-    let told = |NoClosedForm(mut text): NoClosedForm| {
+    let told = |Unknown { reason: mut text, .. }: Unknown| {
         for (own, (name, ..)) in names.iter().zip(&variables) {
             text = text.replace(&crate::closed_form::term(own, index, 0).to_string(), name.as_str());
         }
-        NoClosedForm(text)
+        Unknown::because(text)
     };
     let solved = solve_until(rounds, known, stop).map_err(told)?;
     forms(recurrence, &rows, &solved)
 }
 
 /// Each turn's form of each sequence, from those of the first turn.
-fn forms(recurrence: &Recurrence, rows: &[Vec<Value>], solved: &Solved) -> Result<Vec<Form>, NoClosedForm> {
+fn forms(recurrence: &Recurrence, rows: &[Vec<Value>], solved: &Solved) -> Result<Vec<Form>, Unknown> {
     let variables = recurrence.terms();
     let mut early = 0;
     for form in solved.forms() {
         match form {
             Form::Value(first, _) | Form::Sum(first, _) => early = early.max(first.len()),
-            _ => return Err(NoClosedForm("the steps of one round have no simple closed form".to_string())),
+            _ => return Err(Unknown::because("the steps of one round have no simple closed form".to_string())),
         }
     }
     let turns = rows.len();
@@ -202,7 +202,7 @@ fn composed(
     solved: &Solved,
     index: &Name,
     early: Vec<Value>,
-) -> Result<Form, NoClosedForm> {
+) -> Result<Form, Unknown> {
     let sums = || -> Option<ExponentialPolynomial> {
         let mut sum = ExponentialPolynomial::zero();
         let mut rest = value.clone();
@@ -232,7 +232,7 @@ fn composed(
             Form::Sum(_, sum) => sum.value(index),
             _ => None,
         };
-        let value = value.ok_or_else(|| NoClosedForm("a sum over roots meets a symbol".to_string()))?;
+        let value = value.ok_or_else(|| Unknown::because("a sum over roots meets a symbol".to_string()))?;
         images.insert(name.clone(), value);
     }
     Ok(Form::Value(early, value.substitute(&images)?))

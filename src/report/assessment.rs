@@ -61,7 +61,28 @@ impl Assessment {
         if !still.is_empty() {
             lines.push(format!("margins that such a change does not move: {}", still.join(", ")));
         }
+        lines.extend(self.unknown_sensitivities());
         lines
+    }
+
+    /// Of which margins it is not known how they move, and why.
+    fn unknown_sensitivities(&self) -> Vec<String> {
+        let (mut bounds, mut others) = (Vec::new(), Vec::new());
+        for one in self.sensitivities.iter().filter(|one| !one.is_known()) {
+            let margin = self.findings.iter().find(|finding| finding.name == one.name);
+            let margin = margin.and_then(|finding| finding.margin.as_ref());
+            let list = if margin.is_some_and(Measure::is_bound) { &mut bounds } else { &mut others };
+            list.push(format!("{} by {}", one.name, one.parameter));
+        }
+        let line = |(list, why): (Vec<String>, &str)| {
+            (!list.is_empty())
+                .then(|| format!("margins of which it is not known how they move, {why}: {}", list.join(", ")))
+        };
+        let told = [
+            (bounds, "as of them only bounds are known here"),
+            (others, "as they are not known here, or not with such a change"),
+        ];
+        told.into_iter().filter_map(line).collect()
     }
 
     /// What could be changed.
@@ -112,6 +133,7 @@ fn repair_json(repair: &Repair) -> Json {
         "changes": changes.collect::<Vec<_>>(),
         "margin": repair.after.margin.as_ref().map(ToString::to_string),
         "breaks": repair.breaks.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "jumps": repair.jumps.iter().map(ToString::to_string).collect::<Vec<_>>(),
     })
 }
 
@@ -252,8 +274,9 @@ fn advice(feedback: &Feedback) -> Vec<String> {
         if let Some(place) = repair.not_at.as_ref().map(text).filter(|place| place.len() <= LONGEST) {
             line.push_str(&format!("; {place} itself is not enough"));
         }
-        let (open, broken): (Vec<_>, Vec<_>) = repair.breaks.iter().partition(|name| repair.open.contains(name));
-        for (word, names) in [("not met", broken), ("open", open)] {
+        let (jumps, others): (Vec<_>, Vec<_>) = repair.breaks.iter().partition(|name| repair.jumps.contains(name));
+        let (open, broken): (Vec<_>, Vec<_>) = others.into_iter().partition(|name| repair.open.contains(name));
+        for (word, names) in [("not met", broken), ("open", open), ("met by a jump between two looks only", jumps)] {
             if !names.is_empty() {
                 let names: Vec<String> = names.into_iter().map(ToString::to_string).collect();
                 line.push_str(&format!("; but then {word}: {}", names.join(", ")));

@@ -34,10 +34,14 @@ pub(super) const LIKELY: f64 = 5.0;
 
 /// The middle, to as many digits as are worth it, and the ends. What is printed lies in the interval.
 pub(super) fn between(interval: &Interval, units: f64) -> String {
+    estimate(interval, f64::midpoint(interval.low, interval.high), units)
+}
+
+/// The same of a number in the interval.
+pub(super) fn estimate(interval: &Interval, middle: f64, units: f64) -> String {
     if interval.low == interval.high {
         return decimal(interval.low);
     }
-    let middle = f64::midpoint(interval.low, interval.high);
     // The place of the first digit; of what may be 0, no digit is known.
     let first = if interval.low > 0.0 { middle.log10().floor() as i32 } else { 0 };
     let mut places = 12 - first;

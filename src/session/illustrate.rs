@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-use super::likely::{distributions, sampled};
+use super::likely::{distributions, many, sampled};
 use super::reading::{Question, Run, Waiting};
 use super::roughly::growth;
 use crate::connectivity::connectivity;
@@ -155,6 +155,9 @@ fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn 
         }));
     }
     all.extend(grown(likelihood, environment, interrupted));
+    if all.is_empty() && !interrupted() {
+        all.extend(counted(likelihood, environment));
+    }
     if !interrupted() {
         all.extend(drawn(likelihood, environment));
     }
@@ -172,18 +175,63 @@ fn grown(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn F
     let wide = bounds.iter().any(|(low, high)| high - low > 5e-3);
     let low = stairs(places().zip(bounds.iter().map(|(low, _)| *low)));
     let high = stairs(places().zip(bounds.iter().map(|(_, high)| *high)));
+    // Bounds that are not told apart in the picture are the probability itself.
+    let how = if wide || method != "enclosed" { format!(" ({method})") } else { String::new() };
     let name = if wide { "lower bound" } else { "probability" };
     let mut lines = vec![Line { name: name.to_string(), points: low }];
     if wide {
         lines.push(Line { name: "upper bound".to_string(), points: high });
     }
     Some(Picture {
-        title: format!("Probability of being there by a time, {} ({method})", likelihood.system),
+        title: format!("Probability of being there by a time, {}{how}", likelihood.system),
         across: "time".to_string(),
         up: "probability".to_string(),
         lines,
         ..Picture::default()
     })
+}
+
+/// The share of many runs that are there by a time, or in which what is shown at the time is at most a number; nothing
+/// where they cannot be followed, or nothing is drawn.
+fn counted(likelihood: &Likelihood, environment: &Environment) -> Option<Picture> {
+    let Event::Shown { first: arrival, time, pattern } = &likelihood.event else { return None };
+    let arrival = *arrival;
+    let (sample, seed) = many(likelihood, environment)?;
+    let (runs, near) = (sample.arrivals.len(), |number: &BigRational| number.to_f64());
+    let (title, across, mut places, last) = if arrival {
+        let places: Vec<f64> = sample.arrivals.iter().flatten().filter_map(near).collect();
+        let title = format!("Share of {runs} runs of {} that are there by a time, seed {seed}", likelihood.system);
+        (title, "time".to_string(), places, near(&time.as_rational()?)?)
+    } else {
+        let [asked] = pattern.terms.as_slice() else { return None };
+        let Node::Observe(observer, values) = asked.node() else { return None };
+        let [value] = values.as_slice() else { return None };
+        let shown = |what: &Vec<Term>| {
+            let values = what.iter().find_map(|term| match term.node() {
+                Node::Observe(name, values) if name == observer => Some(values),
+                _ => None,
+            });
+            values?.first()?.as_rational().as_ref().and_then(near)
+        };
+        let places: Vec<f64> = sample.ends.iter().filter_map(shown).collect();
+        let title = format!(
+            "Share of {runs} runs of {} in which {value} is at most so much at {time}, seed {seed}",
+            likelihood.system
+        );
+        let last = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (title, value.to_string(), places, last)
+    };
+    places.sort_by(f64::total_cmp);
+    let (first, alike) = (places.first().copied()?, places.windows(2).all(|pair| pair[0] == pair[1]));
+    if alike && (!arrival || places.len() == runs) {
+        return None;
+    }
+    let start = if arrival { 0.0 } else { first };
+    let share = |count: usize| count as f64 / runs as f64;
+    let steps = places.iter().enumerate().map(|(count, place)| (*place, share(count + 1)));
+    let points = stairs([(start, 0.0)].into_iter().chain(steps).chain([(last, share(places.len()))]));
+    let lines = vec![Line { name: "share".to_string(), points }];
+    Some(Picture { title, across, up: "share of the runs".to_string(), lines, ..Picture::default() })
 }
 
 /// Some runs that were drawn, up to the time that is asked about, and what is asked for in them; nothing where they cannot

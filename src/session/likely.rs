@@ -13,7 +13,7 @@ use num_traits::{Signed, Zero};
 use super::always::claim_of;
 use super::beside::{BESIDE, relevant};
 use super::claim::Found;
-use super::digits::{LIKELY, between, decimal, rational, told};
+use super::digits::{LIKELY, decimal, estimate, rational, told};
 use super::drawn::{durations_are_drawn, no_two_taken, once};
 use super::reading::{Run, Waiting};
 use super::rounds::{Grounds, how_far};
@@ -29,8 +29,8 @@ use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear,
 use crate::report::{Chance, Verdict};
 use crate::value::{Relation, Value};
 use read::read;
-pub(super) use timed::sampled;
 use timed::{followed, raced, run, scheduled};
+pub(super) use timed::{many, sampled};
 
 /// Runs of a simulation, and its seed.
 const RUNS: u64 = 100_000;
@@ -432,6 +432,7 @@ fn by_method(
     threshold: Option<(Relation, &Value)>,
     (runs, seed): (u64, u64),
 ) -> Result<Answer, String> {
+    let mut share = f64::NAN;
     let (interval, enclosed, runs, mut lines) = match method {
         Method::Exact => {
             let moments = linear::moments(chain, question);
@@ -458,11 +459,12 @@ fn by_method(
             let found = estimated::estimated(chain, question, runs, seed)?;
             let (runs, how) = (found.runs, found.how());
             let line = format!("{runs} runs{how}, seed {seed}, confidence {}", estimated::CONFIDENCE);
+            share = found.share;
             (Interval::between(found.low, found.high), None, Some(found.runs), vec![line])
         }
     };
     let method = name(method);
-    let text = enclosed.as_ref().map_or_else(|| between(&interval, LIKELY), told);
+    let text = enclosed.as_ref().map_or_else(|| estimate(&interval, share, LIKELY), told);
     lines.insert(0, format!("probability {text} ({method})"));
     let chance = Chance {
         low: interval.low,
@@ -481,6 +483,9 @@ fn described(name: &str, parts: &Distribution) -> Vec<String> {
         return vec![format!("{name} is {}, whatever is drawn", rational(&parts.mean()))];
     }
     let kind = match parts {
+        Distribution::Mixture(all) if all.len() > 1 && all.iter().all(|(_, part)| part.variance().is_zero()) => {
+            format!("one of {} values", all.len())
+        }
         Distribution::Mixture(all) if all.len() > 1 => format!("a mixture of {} normal parts", all.len()),
         _ => "normal".to_string(),
     };

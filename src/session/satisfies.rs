@@ -3,7 +3,6 @@
 use super::beside::BESIDE;
 use super::claim::Found;
 use super::contradiction::contradict;
-use super::orders::forms_in_orders;
 use super::parts::large_part;
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
@@ -12,7 +11,7 @@ use crate::flow::{PhaseFlow, component_periods, flows, needed};
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{self, Period, in_case};
-use crate::recurrence::{Closed, NoClosedForm};
+use crate::recurrence::Closed;
 use crate::value::Value;
 use crate::verify::trajectory::{Leg, Rounds};
 use crate::verify::{self, Outcome};
@@ -121,16 +120,11 @@ fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions, s
     let mut lines: Vec<String> =
         found.closed.iter().flat_map(|(name, closed)| closed_lines(name, closed, index)).collect();
     // An order that is open is told as `solve` tells it.
-    let open = |(_, reason): &(Vec<Name>, NoClosedForm)| reason.0.contains("it must be known whether");
-    let orders = if found.closed.is_empty() && found.missing.iter().any(open) {
-        forms_in_orders(&flow.recurrence(index), assumptions, stop).unwrap_or_default()
-    } else {
-        Vec::new()
-    };
+    let orders = flow.recurrences_in_cases(&found, index, assumptions, stop);
     if !orders.is_empty() {
-        for (order, solved) in orders {
-            lines.push(format!("  closed    if {order}:"));
-            lines.extend(solved.lines().into_iter().map(|line| format!("              {line}")));
+        for case in orders {
+            lines.push(format!("  closed    if {}:", case.title()));
+            lines.extend(case.found.lines().into_iter().map(|line| format!("              {line}")));
         }
         return lines;
     }
@@ -141,7 +135,7 @@ fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions, s
         } else {
             format!(" of {}", names.join(", "))
         };
-        lines.push(format!("  no closed form{of}: {}", reason.0));
+        lines.push(format!("  no closed form{of}: {}", reason.reason));
     }
     lines
 }

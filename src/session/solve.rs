@@ -1,13 +1,14 @@
 //! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
 
-use super::orders::{forms_in_orders, in_orders};
+use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Form, Recurrence, Solved, needed};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    Behaviour, NO_VALUE, NoClosedForm, Part, Reach, Term, at_rest, behaviour, parts, reach, solve_until, special_cases,
+    Behaviour, InCase, Part, Reach, Term, Unknown, at_rest, behaviour, parts, reach, read_by, solve_in_cases,
+    solve_until, special_cases,
 };
 use crate::report::Expected;
 use crate::value::{Relation, Value};
@@ -33,20 +34,20 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
 /// The same, given the forms of the recurrence, or why there are none.
 fn answered(
     question: &Question,
-    solved: Result<Solved, NoClosedForm>,
+    solved: Result<Solved, Unknown>,
     waiting: &Waiting,
     stop: &dyn Fn() -> bool,
 ) -> (Vec<String>, Vec<Expected>) {
     let known = &waiting.environment.assumptions;
     let recurrence = &question.recurrence;
-    if let Some(found) = in_orders(question, solved.as_ref().ok(), known, stop) {
+    if let Some(found) = in_orders(question, solved.as_ref(), known, stop) {
         let mut lines = found.lines;
         lines.push(proof(recurrence));
         let met = |(expectation, text): &(Expectation, String)| {
             let met = match expectation {
                 Expectation::Never => found.found.iter().all(|found| matches!(found, Reach::Never(_))),
-                // It is told only where it is known in each order.
-                Expectation::Proved => true,
+                Expectation::Proved => found.found.iter().all(|found| !matches!(found, Reach::Unknown(_))),
+                Expectation::Open => found.found.iter().any(|found| matches!(found, Reach::Unknown(_))),
                 Expectation::Values(values) => values.iter().all(|(name, value)| {
                     is_met(name, value, recurrence, solved.as_ref().ok(), found.merged.as_ref(), known)
                 }),
@@ -58,7 +59,7 @@ fn answered(
     }
     let orders = match &solved {
         Ok(_) => Vec::new(),
-        Err(_) => forms_in_orders(recurrence, known, stop).unwrap_or_default(),
+        Err(reason) => solve_in_cases(recurrence, reason, known, stop),
     };
     let in_all = !orders.is_empty();
     let mut lines = match &solved {
@@ -136,47 +137,59 @@ fn also(solved: &Solved, found: &Reach, known: &Assumptions) -> Vec<String> {
 }
 
 /// The forms in each order of two values.
-fn each_order(recurrence: &Recurrence, orders: Vec<(String, Solved)>) -> Vec<String> {
-    let mut lines = vec!["one closed form for each order:".to_string()];
-    for (title, solved) in orders {
-        lines.push(format!("if {title}:"));
-        lines.extend(solved.lines().into_iter().map(|line| format!("    {line}")));
+fn each_order(recurrence: &Recurrence, orders: Vec<InCase<Solved>>) -> Vec<String> {
+    let mut lines = vec!["one closed form in each case:".to_string()];
+    for case in orders {
+        lines.push(format!("if {}:", case.title()));
+        lines.extend(case.found.lines().into_iter().map(|line| format!("    {line}")));
         lines.push(format!("    {}", proof(recurrence)));
     }
     lines
 }
 
 /// That there are no forms, and what is known without.
-fn unsolved(
-    recurrence: &Recurrence,
-    reason: &NoClosedForm,
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Vec<String> {
+fn unsolved(recurrence: &Recurrence, reason: &Unknown, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
     let behaviour = behaviour(recurrence, known, stop);
     let parts = parts(recurrence, reason, known, stop);
-    if parts.iter().all(|part| part.found.is_err()) {
-        let mut lines = vec![format!("no closed form is known: {}", reason.0)];
+    let told: Vec<Option<Vec<String>>> = parts.iter().map(|part| part_lines(part, recurrence, known, stop)).collect();
+    if told.iter().all(Option::is_none) {
+        let mut lines = vec![format!("no closed form is known: {}", reason.reason)];
         lines.extend(without_form(recurrence, &behaviour, |_| true));
         return lines;
     }
-    let mut lines: Vec<String> = parts.iter().flat_map(part_lines).collect();
-    let open = |name: &Name| parts.iter().any(|part| part.found.is_err() && part.names.contains(name));
-    lines.extend(without_form(recurrence, &behaviour, open));
+    let open: Vec<&Name> =
+        parts.iter().zip(&told).filter(|(_, told)| told.is_none()).flat_map(|(part, _)| &part.names).collect();
+    let mut lines = Vec::new();
+    for (part, told) in parts.iter().zip(told) {
+        lines.extend(told.unwrap_or_else(|| {
+            let names: Vec<&str> = part.names.iter().map(Name::as_str).collect();
+            let reason = part.found.as_ref().err().map(ToString::to_string).unwrap_or_default();
+            vec![format!("no closed form of {} is known: {reason}", names.join(", "))]
+        }));
+    }
+    lines.extend(without_form(recurrence, &behaviour, |name| open.contains(&name)));
     lines
 }
 
-/// The forms of some sequences, or why these have none.
-fn part_lines(part: &Part) -> Vec<String> {
+/// The forms of some sequences, in each case if not at once; nothing where these have none.
+fn part_lines(
+    part: &Part,
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<Vec<String>> {
     match &part.found {
         Ok(solved) => {
             let mut lines = solved.lines_of(&part.names);
             lines.push(proof(solved.recurrence()));
-            lines
+            Some(lines)
         }
         Err(reason) => {
-            let names: Vec<&str> = part.names.iter().map(Name::as_str).collect();
-            vec![format!("no closed form of {} is known: {}", names.join(", "), reason.0)]
+            let terms: Vec<Value> = part.names.iter().map(|name| Value::variable(&recurrence.term(name, 0))).collect();
+            // With all that they read.
+            let alone = recurrence.only(&read_by(recurrence, &terms.iter().collect::<Vec<_>>())?);
+            let cases = solve_in_cases(&alone, reason, known, stop);
+            (!cases.is_empty()).then(|| each_order(&alone, cases))
         }
     }
 }
@@ -225,7 +238,7 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relatio
             std::iter::once(first).chain(conditions.iter().map(needed)).collect()
         }
         Reach::Never(reason) => vec![format!("never {goal}: {reason}")],
-        Reach::Unknown(reason) if reason.ends_with(NO_VALUE) => {
+        Reach::Unknown(reason) if reason.has_no_value() => {
             vec![format!("there is a first {index} with {goal}, but it is no value here: {reason}")]
         }
         Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {reason}")],

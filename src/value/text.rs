@@ -22,6 +22,13 @@ impl fmt::Display for Value {
     }
 }
 
+impl Value {
+    /// The comparison of this with 0 as text, with what is subtracted on the other side: `x > 2*a` of `x-2*a` and `>`.
+    pub(crate) fn compared(&self, symbol: &str) -> String {
+        Printer { expansions: 48 }.condition(self, symbol)
+    }
+}
+
 /// How tightly the outermost operator of a text binds.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {

@@ -91,7 +91,7 @@ impl Walker<'_> {
                 }
                 Ok(())
             }
-            Reach::Unknown(reason) => Err(Unsure(vec![reason])),
+            Reach::Unknown(unknown) => Err(unknown.into()),
             Reach::At(number, conditions) => {
                 let sooner = match &count.stays {
                     None => Some(true),

@@ -170,7 +170,7 @@ impl Matcher<'_> {
                 }
             }
             Reach::At(..) => unsure(),
-            Reach::Unknown(reason) => Moment::Unknown(reason),
+            Reach::Unknown(unknown) => Moment::Unknown(unknown.reason),
         }
     }
 

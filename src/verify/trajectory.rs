@@ -13,7 +13,7 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Phase, Segment, Test};
-use crate::recurrence::{Closed, NoClosedForm};
+use crate::recurrence::{Closed, Unknown};
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
 use crate::value::{Value, ValueError};
@@ -87,9 +87,9 @@ impl From<ValueError> for Unsure {
     }
 }
 
-impl From<NoClosedForm> for Unsure {
-    fn from(error: NoClosedForm) -> Unsure {
-        Unsure(vec![error.0])
+impl From<Unknown> for Unsure {
+    fn from(error: Unknown) -> Unsure {
+        Unsure(vec![error.reason])
     }
 }
 

@@ -291,7 +291,7 @@ fn first_equal(
                 return Round::Unknown(format!("{form} = {value} at {index} = {at} if {}", conditions.join(" and ")));
             }
             Reach::Never(reason) => return Round::Never(Some(format!("{form} is {value} for no {index}: {reason}"))),
-            Reach::Unknown(reason) => return Round::Unknown(reason),
+            Reach::Unknown(unknown) => return Round::Unknown(unknown.reason),
         }
     }
     Round::At(number.unwrap_or_else(Value::zero), 0)
@@ -305,7 +305,7 @@ fn first_of_form(
     assumptions: &Assumptions,
 ) -> Reach {
     let one = form.sub(value).ok().and_then(|difference| one_difference(&difference, index, assumptions));
-    let Some(difference) = one else { return Reach::Unknown(format!("whether ever {form} = {value}")) };
+    let Some(difference) = one else { return Reach::unknown(format!("whether ever {form} = {value}")) };
     let variable = Name::new("[difference]");
     // Of a number the form itself is asked, so that a reason speaks of it and not of a difference.
     let number = !matches!(form.sort(), Sort::Vector(_));

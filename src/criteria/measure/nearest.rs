@@ -1,9 +1,10 @@
 //! Where two things come nearest to each other.
 
 use num_rational::BigRational;
+use num_traits::ToPrimitive;
 
 use super::super::visit::{Distance, values_of};
-use super::super::{Finding, Measure, Moment, Standing};
+use super::super::{Finding, Measure, Moment, Passing, Standing};
 use super::{Scene, exact};
 use crate::invariant::Claim;
 use crate::name::Name;
@@ -11,6 +12,7 @@ use crate::period::Test;
 use crate::replay::replays;
 use crate::safety::drawn::broken;
 use crate::term::{Node, Term};
+use crate::timeline::Stretch;
 use crate::value::{Relation, Sort, Value, ValueError};
 
 impl Scene<'_> {
@@ -76,6 +78,36 @@ impl Scene<'_> {
         finding.value = Some(if closed { Measure::Exact(distance) } else { Measure::AtMost(distance) });
         finding.margin = margin.map(|margin| if closed { Measure::Exact(margin) } else { Measure::AtMost(margin) });
         finding.moment = Some(Moment { stretch, from: time, to: None, leg: None });
+        finding.passing = self.passing(between, &limit);
+        if let Some(passing) = finding.passing.as_ref().filter(|_| finding.standing != Standing::NotMet) {
+            let [from, to] = &passing.looks;
+            finding.notes.push(format!(
+                "between the looks at {from} and {to} the straight way comes as near as {}: only what is shown counts",
+                Measure::Between(passing.near, passing.near)
+            ));
+        }
+    }
+
+    /// Where two looks after each other are far enough from another thing and the straight way between them is not.
+    fn passing(&self, between: &[(Name, usize); 2], limit: &Value) -> Option<Passing> {
+        let least = limit.as_rational()?.to_f64()?;
+        let alone = |stretch: &Stretch| {
+            let mut all = between.iter().map(|(name, _)| {
+                let mut values = values_of(&stretch.shown, name);
+                values.next().filter(|_| values.next().is_none())
+            });
+            Distance::between(all.next()??, all.next()??)
+        };
+        let looks: Vec<(&Stretch, Distance)> =
+            self.run.stretches.iter().filter_map(|stretch| Some((stretch, alone(stretch)?))).collect();
+        let near = |pair: &[(&Stretch, Distance)]| {
+            let [(one, here), (other, there)] = pair else { return None };
+            let apart = [here, there].iter().all(|one| one.compares(self.run, Relation::Gte, limit) == Some(true));
+            let near = here.between_looks(there).filter(|near| apart && *near < least * (1.0 - 1e-9))?;
+            let ended = one.duration.as_ref().and_then(|duration| one.start.add(duration).ok());
+            Some(Passing { looks: [ended.unwrap_or_else(|| one.start.clone()), other.start.clone()], near })
+        };
+        looks.windows(2).filter_map(near).min_by(|one, other| one.near.total_cmp(&other.near))
     }
 
     /// Notes a run that comes too near by what it draws, if trying values finds one that replays.

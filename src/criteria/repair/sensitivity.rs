@@ -29,8 +29,16 @@ pub struct Sensitivity {
     pub lost: [Option<Standing>; 2],
 }
 
+impl Sensitivity {
+    /// Whether anything is known of it.
+    pub fn is_known(&self) -> bool {
+        let changes = self.up.is_some() || self.down.is_some() || self.lost != [None, None];
+        changes || self.slopes.iter().any(Option::is_some)
+    }
+}
+
 impl Workshop<'_> {
-    /// How each margin moves with each parameter.
+    /// How each margin moves with each parameter, or that nothing is known of it.
     pub fn sensitivities(&self) -> Vec<Sensitivity> {
         let mut all = Vec::new();
         for (parameter, value) in self.parameters {
@@ -55,11 +63,8 @@ impl Workshop<'_> {
                     let known = finding.exact_margin().is_some() && there.exact_margin().is_none();
                     (known && there.standing != finding.standing).then_some(there.standing)
                 });
-                let none = up.is_none() && down.is_none() && lost == [None, None];
-                if !none || slopes.iter().any(Option::is_some) {
-                    let (name, parameter) = (finding.name.clone(), parameter.clone());
-                    all.push(Sensitivity { name, parameter, step: own.clone(), up, down, slopes, lost });
-                }
+                let (name, parameter) = (finding.name.clone(), parameter.clone());
+                all.push(Sensitivity { name, parameter, step: own.clone(), up, down, slopes, lost });
             }
         }
         all

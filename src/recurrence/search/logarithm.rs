@@ -2,8 +2,8 @@
 
 use super::Entry;
 use crate::closed_form::bracketed;
-use crate::recurrence::NoClosedForm;
 use crate::recurrence::Reach;
+use crate::recurrence::Unknown;
 use crate::value::{Relation, Value};
 
 /// What a reason ends on where the first index is known, but not as a value.
@@ -17,12 +17,7 @@ const MOST_FACTOR: i64 = 4;
 impl Entry<'_> {
     /// Where `limit + factor*ratio^n` is to be `limit + factor*ratio^N`: at N, as powers of a number between 0 and 1, or above
     /// 1, are all different.
-    pub(super) fn same_power(
-        &self,
-        limit: &Value,
-        factor: &Value,
-        ratio: &Value,
-    ) -> Result<Option<Reach>, NoClosedForm> {
+    pub(super) fn same_power(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Option<Reach>, Unknown> {
         let (known, zero, one) = (self.known, Value::zero(), Value::one());
         let surely = |relation, left: &Value, right: &Value| known.decide(relation, left, right) == Some(true);
         let (Some((wanted, _)), true) = (self.interval.bound(true), self.interval.is_point()) else { return Ok(None) };
@@ -42,12 +37,7 @@ impl Entry<'_> {
 
     /// The least index at which `limit + factor*ratio^n` is in the interval, where it surely is from some index on: a value
     /// where the bound is a power itself, else in words.
-    pub(super) fn logarithm(
-        &self,
-        limit: &Value,
-        factor: &Value,
-        ratio: &Value,
-    ) -> Result<Option<Reach>, NoClosedForm> {
+    pub(super) fn logarithm(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Option<Reach>, Unknown> {
         let zero = Value::zero();
         let surely = |relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
         let falls = surely(Relation::Gtr, ratio, &zero) && surely(Relation::Lss, ratio, &Value::one());
@@ -90,9 +80,13 @@ impl Entry<'_> {
         };
         let least = format!("{part}/log({ratio})");
         let least = if strict { format!("floor({least})+1") } else { format!("ceil({least})") };
-        Ok(Some(Reach::Unknown(format!(
-            "it is the least {index} with {power} {relation} {far}: 0 if {size} {relation} {far}, else {least}, \
-             and {NO_VALUE}",
+        let test = if strict { [Relation::Lss, Relation::Gtr] } else { [Relation::Lte, Relation::Gte] };
+        let early = match self.known.decide(test[usize::from(!falls)], &size, &far) {
+            Some(false) => String::new(),
+            _ => format!("0 if {size} {relation} {far}, else "),
+        };
+        Ok(Some(Reach::unknown(format!(
+            "it is the least {index} with {power} {relation} {far}: {early}{least}, and {NO_VALUE}",
         ))))
     }
 }

@@ -5,7 +5,7 @@ use super::{Answer, CASES, Method, ORDERS, PARTS, SEED, event, name, surely, tru
 use crate::interval::Interval;
 use crate::invariant::PERIOD;
 use crate::lower::{Environment, Likelihood};
-use crate::probability::direct::Shown;
+use crate::probability::direct::{Sample, Shown};
 use crate::probability::{branches, direct, estimated, races, schedule};
 use crate::report::Chance;
 use crate::session::digits::{LIKELY, between};
@@ -106,5 +106,17 @@ pub(in crate::session) fn sampled(
     let term = system.term(&environment.definitions);
     let seed = likelihood.seed.unwrap_or(SEED);
     let found = direct::trajectories(&term, &environment.definitions, &event, &question, (DRAWN, seed)).ok()?;
+    Some((found, seed))
+}
+
+/// Runs of which a curve is drawn.
+const CURVE: u64 = 1_000;
+
+/// Many runs of what is asked about, as far as they say when it happens and what is shown in the end, with the seed.
+pub(in crate::session) fn many(likelihood: &Likelihood, environment: &Environment) -> Option<(Sample, u64)> {
+    let (system, event, question) = event(likelihood, environment).ok()?;
+    let term = system.term(&environment.definitions);
+    let seed = likelihood.seed.unwrap_or(SEED);
+    let found = direct::sample(&term, &environment.definitions, &event, &question, (CURVE, seed)).ok()?;
     Some((found, seed))
 }

@@ -1,0 +1,109 @@
+//! What depends on something that is not known of parameters: it is asked in either case of what would have to be known,
+//! and in each of them in the same way again.
+
+use super::Unknown;
+use crate::assumption::Assumptions;
+use crate::closed_form::{Comparison, Recurrence, compared};
+use crate::name::Name;
+
+/// The most cases, and the most comparisons that one may depend on.
+const MOST_CASES: usize = 8;
+const MOST_ASKED: usize = 3;
+
+/// One case: what is assumed in it, what is known then, and what was found.
+#[derive(Clone, Debug)]
+pub struct InCase<T> {
+    /// What is assumed, beyond what is known in all cases.
+    pub assumed: Vec<Comparison>,
+    /// All that is known here.
+    pub known: Assumptions,
+    /// What was found.
+    pub found: T,
+}
+
+impl<T> InCase<T> {
+    /// `r0 < 3 and g > 2*a`
+    pub fn title(&self) -> String {
+        self.assumed.iter().map(compared).collect::<Vec<_>>().join(" and ")
+    }
+}
+
+/// Where something is not known: what stands in the way, and what is left to tell where that is not settled.
+pub(crate) type Unsettled<T> = (Unknown, Option<T>);
+
+/// What is found in every case, given why it is not known without; nothing where there is nothing to tell in a case, or it
+/// depends on the index.
+pub(crate) fn either_way<T>(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+    unknown: &Unknown,
+    ask: &dyn Fn(&Assumptions) -> Result<T, Unsettled<T>>,
+    stop: &dyn Fn() -> bool,
+) -> Option<Vec<InCase<T>>> {
+    let mut split = Split { recurrence, known, ask, assumed: Vec::new(), cases: Vec::new(), stop };
+    let (relation, left, right) = split.askable(unknown)?;
+    split.cases_of((relation, left, right))?;
+    Some(split.cases).filter(|cases| !cases.is_empty())
+}
+
+struct Split<'a, T> {
+    recurrence: &'a Recurrence,
+    /// What is known in every case.
+    known: &'a Assumptions,
+    ask: &'a dyn Fn(&Assumptions) -> Result<T, Unsettled<T>>,
+    /// What is assumed beyond that where the work is now.
+    assumed: Vec<Comparison>,
+    cases: Vec<InCase<T>>,
+    stop: &'a dyn Fn() -> bool,
+}
+
+impl<T> Split<'_, T> {
+    /// What is open, if it is of parameters alone and there is room for its cases.
+    fn askable(&self, unknown: &Unknown) -> Option<Comparison> {
+        let open = unknown.open.as_deref()?;
+        let (index, terms) = (&self.recurrence.index, self.recurrence.terms());
+        let bound = |name: &Name| name == index || terms.iter().any(|(term, ..)| term == name);
+        let full = self.assumed.len() >= MOST_ASKED || self.cases.len() >= MOST_CASES || (self.stop)();
+        let free = !open.1.variables().iter().chain(&open.2.variables()).any(bound);
+        (free && !full).then(|| open.clone())
+    }
+
+    /// Adds the cases of what is open here.
+    fn cases_of(&mut self, (relation, left, right): Comparison) -> Option<()> {
+        for relation in [relation, relation.negated()] {
+            self.assumed.push((relation, left.clone(), right.clone()));
+            let known = self.assuming(|_| true);
+            if !known.contradictory() {
+                match (self.ask)(&known) {
+                    Ok(found) => self.cases.push(InCase { assumed: self.needed(), known, found }),
+                    Err((unknown, rest)) => match (self.askable(&unknown), rest) {
+                        (Some(open), _) => self.cases_of(open)?,
+                        (None, Some(found)) => self.cases.push(InCase { assumed: self.needed(), known, found }),
+                        (None, None) => return None,
+                    },
+                }
+            }
+            self.assumed.pop();
+        }
+        Some(())
+    }
+
+    /// What is known with some of what is assumed.
+    fn assuming(&self, chosen: impl Fn(usize) -> bool) -> Assumptions {
+        let mut known = self.known.clone();
+        let some = self.assumed.iter().enumerate().filter(|(place, _)| chosen(*place));
+        some.for_each(|(_, (relation, left, right))| known.assume(*relation, left, right));
+        known
+    }
+
+    /// What is assumed, without what follows from the rest of it.
+    fn needed(&self) -> Vec<Comparison> {
+        let mut kept = vec![true; self.assumed.len()];
+        for (place, (relation, left, right)) in self.assumed.iter().enumerate() {
+            let others = self.assuming(|other| other != place && kept[other]);
+            kept[place] = others.decide(*relation, left, right) != Some(true);
+        }
+        let kept = self.assumed.iter().zip(&kept).filter(|(_, kept)| **kept);
+        kept.map(|(assumed, _)| assumed.clone()).collect()
+    }
+}

@@ -1,0 +1,155 @@
+//! Forms by pieces: the region of the start gives a form, which holds until its guards fail; there the next piece begins.
+
+use super::affine::affine_pieces;
+use super::region::{Guard, resolve};
+use super::{Closed, Goal, Piece, Reach, Unknown, first};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// The most pieces that a form may have.
+const MOST_PIECES: usize = 200;
+/// The same where a piece begins with a value that has symbols, and the size of such a value: it grows from piece to
+/// piece, and so does the time that a comparison takes.
+const MOST_SYMBOLIC: usize = 16;
+const LARGEST_SYMBOLIC: usize = 100;
+
+/// A piecewise form in the making.
+pub(super) struct Pieces<'a> {
+    pub(super) map: Value,
+    pub(super) variable: &'a Name,
+    pub(super) index: &'a Name,
+    pub(super) known: Assumptions,
+    pub(super) closed: Closed,
+    /// Where the pieces began, and with which values.
+    pub(super) history: Vec<(Value, Value)>,
+}
+
+impl Pieces<'_> {
+    pub(super) fn collect(mut self, start: &Value) -> Result<Closed, Unknown> {
+        let mut from = Value::zero();
+        let mut value = self.known.simplify(start);
+        for number in 0..MOST_PIECES {
+            if let Some(place) = self.history.iter().position(|(_, earlier)| *earlier == value) {
+                return self.periodic(place, &from);
+            }
+            let grown = number >= MOST_SYMBOLIC || value.size() > LARGEST_SYMBOLIC;
+            if grown && !value.variables().is_empty() {
+                let map = &self.map;
+                return Err(Unknown::because(format!("the guards of {map} change {number} times and more")));
+            }
+            self.history.push((from.clone(), value.clone()));
+            let Some((next, image)) = self.piece(&from, &value)? else { return Ok(self.closed) };
+            from = next;
+            value = image;
+        }
+        Err(Unknown::because(format!("the guards of {} change more than {MOST_PIECES} times", self.map)))
+    }
+
+    /// The piece that begins here; where the next begins and with which value.
+    fn piece(&mut self, from: &Value, value: &Value) -> Result<Option<(Value, Value)>, Unknown> {
+        let (local, guards) = resolve(&self.map, self.variable, value, &self.known)?;
+        if local.linear_in(self.variable).is_none() {
+            return Err(Unknown::because(format!("{local} is not affine in {}", self.variable)));
+        }
+        let (pieces, conditions) = affine_pieces(&local, self.variable, value, self.index, &self.known)?;
+        for (relation, left, right) in &conditions {
+            self.known.assume(*relation, left, right);
+        }
+        self.closed.conditions.extend(conditions);
+        let Some((length, failed)) = self.length(&pieces, &guards)? else {
+            self.append(&pieces, from, None)?;
+            return Ok(None);
+        };
+        self.append(&pieces, from, Some(&length))?;
+        let local_form = Closed { variable: self.variable.clone(), pieces, conditions: Vec::new() };
+        let Some(image) = local_form.at(self.index, &length, &self.known) else {
+            return Err(Unknown::because(format!("it must be known which piece holds at {length}")));
+        };
+        let failing = failed.value.with(self.variable, &image)?;
+        self.known.assume(failed.relation.negated(), &failing, &Value::zero());
+        Ok(Some((from.add(&length)?, self.known.simplify(&image))))
+    }
+
+    /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
+    fn length(&mut self, pieces: &[Piece], guards: &[Guard]) -> Result<Option<(Value, Guard)>, Unknown> {
+        let local = Closed { variable: self.variable.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
+        let mut least: Option<(Value, Guard)> = None;
+        for guard in guards {
+            let goal = Goal::Holds(guard.relation.negated(), guard.value.clone(), Value::zero());
+            match first(&local, self.index, &goal, &self.known) {
+                Reach::Never(_) => {}
+                Reach::Unknown(reason) if reason.has_no_value() => {
+                    let (value, sign) = (&guard.value, guard.relation.negated().symbol());
+                    return Err(Unknown::because(format!("of the first index at which {value} {sign} 0: {reason}")));
+                }
+                Reach::Unknown(unknown) => return Err(unknown),
+                Reach::At(at, conditions) => {
+                    for (relation, left, right) in &conditions {
+                        self.known.assume(*relation, left, right);
+                    }
+                    self.closed.conditions.extend(conditions);
+                    let sooner = match &least {
+                        None => true,
+                        Some((other, _)) => self
+                            .known
+                            .decide(Relation::Lss, &at, other)
+                            .ok_or_else(|| Unknown::undecided(Relation::Lss, &at, other))?,
+                    };
+                    if sooner {
+                        least = Some((at, guard.clone()));
+                    }
+                }
+            }
+        }
+        Ok(least)
+    }
+
+    /// Adds forms that count from `from`, up to `length` steps after it.
+    fn append(&mut self, pieces: &[Piece], from: &Value, length: Option<&Value>) -> Result<(), Unknown> {
+        let shifted = Value::variable(self.index).sub(from)?;
+        for piece in pieces {
+            if let Some(length) = length
+                && self.known.decide(Relation::Gte, &piece.from, length) == Some(true)
+            {
+                break;
+            }
+            let until = match (&piece.until, length) {
+                (Some(until), Some(length)) => {
+                    if self.known.decide(Relation::Lte, until, length) == Some(true) {
+                        Some(until)
+                    } else {
+                        Some(length)
+                    }
+                }
+                (until, length) => until.as_ref().or(length),
+            };
+            self.closed.pieces.push(Piece {
+                from: from.add(&piece.from)?,
+                until: until.map(|until| from.add(until)).transpose()?,
+                form: piece.form.with(self.index, &shifted)?,
+            });
+        }
+        Ok(())
+    }
+
+    /// The value at `from` was there before: of two values in turn there is a form, with `(-1)^n`.
+    fn periodic(mut self, place: usize, from: &Value) -> Result<Closed, Unknown> {
+        let since = self.history[place].0.clone();
+        let period = from.sub(&since)?;
+        let mut values = Vec::new();
+        for step in 0..2 {
+            let at = since.add(&Value::integer(step))?;
+            values.extend(self.closed.at(self.index, &at, &self.known));
+        }
+        let ([first, second], true) = (values.as_slice(), period == Value::integer(2)) else {
+            return Err(Unknown::because(format!("from n = {since} on it goes round in {period} steps")));
+        };
+        let half = Value::fraction(1, 2)?;
+        let (middle, swing) = (first.add(second)?.mul(&half)?, first.sub(second)?.mul(&half)?);
+        let turn = Value::integer(-1).power(&Value::variable(self.index).sub(&since)?)?;
+        self.closed.pieces.retain(|piece| self.known.decide(Relation::Lss, &piece.from, &since) == Some(true));
+        self.closed.pieces.push(Piece { from: since, until: None, form: middle.add(&swing.mul(&turn)?)? });
+        Ok(self.closed)
+    }
+}
