@@ -177,6 +177,17 @@ pub struct Passing {
     pub near: f64,
 }
 
+impl Passing {
+    /// That what is shown says nothing of what is between.
+    fn note(&self) -> String {
+        let [from, to] = &self.looks;
+        let near = digits(self.near);
+        format!(
+            "between the looks at {from} and {to} the straight way comes as near as {near}: only what is shown counts"
+        )
+    }
+}
+
 impl Finding {
     fn new(criterion: &Criterion) -> Finding {
         Finding {

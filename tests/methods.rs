@@ -5,7 +5,7 @@ use num_traits::ToPrimitive;
 
 use pars::probability::chain::Chain;
 use pars::probability::direct::direct;
-use pars::probability::estimated::estimated;
+use pars::probability::estimated::{Rare, estimated};
 use pars::probability::schedule::schedule;
 use pars::probability::{Question, enclosed, exact};
 
@@ -105,12 +105,12 @@ fn exact_numbers_are_not_compared_by_rounding() {
 fn rare_events_are_split() {
     let holds = |asked: &(Chain, Question), wanted: f64| {
         let found: Vec<_> = (0..20u64).map(|seed| estimated(&asked.0, &asked.1, 500, seed).expect("runs")).collect();
-        for found in found.iter().filter(|found| found.split) {
+        for found in found.iter().filter(|found| found.rare == Rare::Split) {
             assert!(found.high < 3.0 * wanted && found.low > wanted / 4.0, "{wanted}: {found:?}");
         }
         let held = found.iter().filter(|found| found.low <= wanted && wanted <= found.high).count();
         // Estimates that happen to differ too much leave the plain runs.
-        let split = found.iter().filter(|found| found.split).count();
+        let split = found.iter().filter(|found| found.rare == Rare::Split).count();
         assert!(held >= 19 && split >= 17, "{wanted}: {held} {split}");
     };
     // A walk of thirty steps that all go up.
@@ -119,12 +119,29 @@ fn rare_events_are_split() {
     holds(&sums("Normal(0, sd: 1)", "showing At_p where p > 26.83281572999748 at 20"), 9.865_876_450_377e-10);
 }
 
+/// Where a run soon forgets where it was, copies that go on from a place have no better chance than others.
+#[test]
+fn runs_that_are_drawn_back_are_changed_as_a_whole() {
+    let asked = load(
+        "proc Env_r = (Delay_1 # At_r) ; (Ran_{N(0, sd: 1)}<e> | In_v<u>) ; Env_{7/10*r+u+e}\nproc Go = Out_{v,0} ; Go\n\
+         system Sys = Env_0 | Go\nprove probability of Sys reaching At_p where p >= 6 within 8",
+    );
+    let exactly = enclosed::enclosed(&asked.0, &asked.1, 1e-9).expect("enclosed");
+    let found: Vec<_> = (0..6).map(|seed| estimated(&asked.0, &asked.1, 500, seed).expect("runs")).collect();
+    let held = found.iter().filter(|one| one.low <= exactly.high && exactly.low <= one.high).count();
+    let changed = found.iter().filter(|one| one.rare == Rare::Changed && one.high < 2.0 * one.low).count();
+    assert!(held >= 5 && changed >= 4, "{exactly:?}: {found:?}");
+}
+
 #[test]
 fn a_rare_first_passage_agrees_with_its_enclosure() {
     let asked = sums("Normal(0, sd: 1)", "reaching At_p where p > 26 within 20");
     let found = enclosed::enclosed(&asked.0, &asked.1, 1e-14).expect("enclosed");
     let estimate = estimated(&asked.0, &asked.1, 1_000, 3).expect("runs");
-    assert!(estimate.split && estimate.low <= found.high && found.low <= estimate.high, "{estimate:?} {found:?}");
+    assert!(
+        estimate.rare == Rare::Split && estimate.low <= found.high && found.low <= estimate.high,
+        "{estimate:?} {found:?}"
+    );
 }
 
 #[test]

@@ -98,6 +98,32 @@ fn the_flow_for_print_has_indices_and_ways_on() {
 }
 
 #[test]
+fn the_flow_for_print_has_cases_ports_and_draws() {
+    let (environment, flow) = period(
+        "observer At(r)\nparam t > 0\nproc W_r = (Delay_t # O_r # At_r) ; In_v<u> ; W_{r+u*t}\nproc O_r = Out_{p,r} ; O_r\n\
+         proc G_g = In_p<r> ; Neq_{r,g} ; Out_{v,clamp(g-r,-1,1)/t} ; G_g\nproc M = G_3 ; G_0 ; M\nsystem Sys = W_0 | M\n",
+    );
+    let text = latex::phases(&flows(&flow, &environment), &environment.assumptions);
+    for part in [
+        "r_{n} &= n+r_{0} \\quad (n < 3-\\lfloor r_{0}\\rfloor ) \\quad \\text{if } r_{0} < 3",
+        "r_{n} &= r_{0} \\quad \\text{if } r_{0} = 3",
+        "\\text{port }v &= \\operatorname{clamp}(3-r,-1,1)/t",
+    ] {
+        assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+    let (environment, flow) = period(
+        "observer At(r)\nparam k, s > 0\nproc N_r = (Delay_1 # O_r # At_r) ; (Ran_{Normal(0, sd: s)}<e> | In_v<u>) ; N_{r+u+e}\n\
+         proc O_r = Out_{p,r} ; O_r\nproc G = In_p<r> ; Out_{v,sqrt(2)*(k-r)} ; G\nsystem Sys = N_0 | G\n",
+    );
+    let text = latex::phases(&flows(&flow, &environment), &environment.assumptions);
+    for part in ["e^{(1)} &\\sim \\mathsf{Normal}(0,", "\\sqrt{2}", "r_{n+1} &= "] {
+        assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+    let rows = text.lines().filter(|line| line.contains("&="));
+    assert!(rows.clone().count() > 3 && rows.into_iter().all(|line| !line.contains("\\texttt")), "{text}");
+}
+
+#[test]
 fn work_that_is_interrupted_says_so() {
     let environment = declared(&mission(100));
     let system = environment.system(&Name::new("Sys")).expect("a system");

@@ -169,9 +169,10 @@ fn read_at(source: &str, parameters: &[(&str, i64)]) -> usize {
         let (text, range) = text.split_once(" for ").unwrap_or((text, &index));
         // What is said of every second index, say, counts rounds.
         let from = if place == index { recurrence.from } else { 0 };
-        let Some((since, until)) = ends(range, &index, from, parameters).filter(|_| place.contains(&index)) else {
-            continue;
-        };
+        // A term alone, `u(3)`, is a range of one index.
+        let alone = || Some((0, 1)).filter(|_| range == index);
+        let ends = if place.contains(&index) { ends(range, &index, from, parameters) } else { alone() };
+        let Some((since, until)) = ends else { continue };
         let sequence = recurrence.sequences.iter().position(|one| one.name == Name::new(name)).expect("a sequence");
         let terms = plain.iterate(16).expect("terms").swap_remove(sequence);
         let mut all = true;

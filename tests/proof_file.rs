@@ -74,6 +74,19 @@ fn a_law_of_the_user_travels_and_is_named() {
 }
 
 #[test]
+fn a_number_of_rounds_with_a_capital_is_read_back() {
+    for count in ["{L}", "L", "{L+1}"] {
+        let files = proofs(&format!("param L : natural, L >= 1\nprove (Delay_1)^{count} ; Stop = (Delay_1)^{count}\n"));
+        assert!(files.iter().all(|file| !checked(file).to_string().is_empty()), "{count}");
+    }
+    let mission = "param L : natural, L >= 1\nobserver At(r)\nproc W_r = (Delay_1 # O_r # At_r) ; In_v<u> ; W_{r+u}\n\
+        proc O_r = Out_{p,r} ; O_r\nproc G_g = In_p<r> ; Neq_{r,g} ; Out_{v,clamp(g-r,-1,1)} ; G_g\n\
+        proc P = G_L ; G_0 ; P\nsystem S = W_0 | P\n\
+        property PG = Delay_{?t1} ; (Delay_{?t2} # At_L) ; Delay_{?t3} ; PG\nprove S satisfies PG\n";
+    checked(&one(mission));
+}
+
+#[test]
 fn one_changed_byte_is_rejected() {
     let file = one(SMALL).into_bytes();
     assert!(check_file(&file).is_ok());

@@ -410,3 +410,32 @@ fn a_delay_that_may_be_nothing_is_asked_once_in_a_round_and_runs_where_it_is_ent
     let first = told("param w >= 0\nproc First = Delay_w ; Delay_1 ; First\nsystem Sys = First\nperiod Sys\n");
     assert!(first.contains("start -> phase 1 if w > 0") && first.contains("by the kernel: all 5 ways"), "{first}");
 }
+
+#[test]
+fn drift_is_told_of_the_parts_that_never_agree_and_of_natural_ratios() {
+    let parts = "observer X, Y, Z\nparam t > 0, s > 0, m : natural, m >= 1\nproc A = (Delay_t # X) ; A\n\
+        proc B = (Delay_s # Y) ; B\nproc C = (Delay_{sqrt(3)*t} # Z) ; C\nproc D = (Delay_{m*t} # Y) ; D\n";
+    let never = told(&format!("{parts}system S = A | B | C\nperiod S\n"));
+    assert!(never.contains("no period: A goes round in t and C in t*sqrt(3)") && !never.contains("2/3"), "{never}");
+    let natural = told(&format!("{parts}system S = A | D\nperiod S\n"));
+    assert!(natural.contains("the ratio of t and m*t is rational for each m"), "{natural}");
+    assert!(natural.contains("`param m = 2`"), "{natural}");
+    let found = told(&format!("{parts}param m = 2\nsystem S = A | D\nperiod S\n").replace(", m : natural, m >= 1", ""));
+    assert!(found.contains("lasting: 2*t"), "{found}");
+}
+
+#[test]
+fn terms_that_are_very_large_or_small_have_leading_digits() {
+    let listed = |map: &str, start: &str| told(&format!("solve r(n+1) = {map}, r(0) = {start}\n"));
+    // 2^-(2^19) and 2^-(3^19) by their logarithms.
+    let squares = listed("r(n)^2", "1/2");
+    assert!(squares.contains("≈3.851530334e-157827, …") && !squares.contains('?'), "{squares}");
+    let cubes = listed("r(n)^3", "1/2");
+    let row = cubes.lines().find(|line| line.contains("from 0 on")).unwrap_or_default();
+    assert_eq!((row.split(", ").count(), row.contains('?')), (21, false), "{row}");
+    let last = row.split(", ").nth(19).unwrap_or_default();
+    let exponent = last.rsplit_once("e-").map(|(_, digits)| digits.parse::<f64>().unwrap());
+    assert_eq!(exponent, Some((3f64.powi(19) * 2f64.log10()).ceil()), "{last}");
+    let both = told("solve x(n+1) = x(n)+x(n)*y(n)/10, y(n+1) = y(n)-x(n)*y(n)/10, x(0) = 1, y(0) = 9\n");
+    assert!(!both.contains('?') && both.contains("e-"), "{both}");
+}

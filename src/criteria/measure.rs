@@ -7,7 +7,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
 use super::visit::{Visits, values_of};
-use super::{Finding, Judge, Measure, Moment, Standing};
+use super::{Finding, Judge, Measure, Moment, Passing, Standing};
 use crate::lower::{Ask, Criteria, Criterion, Environment, Likelihood, System};
 use crate::name::Name;
 use crate::safety;
@@ -344,6 +344,7 @@ impl Scene<'_> {
             finding.standing = Standing::Met;
             let least = if strict { "always more than" } else { "never less than" };
             finding.notes = vec![format!("by an invariant of the phases: it is {least} {}", exact(limit))];
+            finding.notes.extend(finding.passing.as_ref().map(Passing::note));
             if outcome.speaks == Some(false) {
                 finding.notes.push("the two are never shown together".to_string());
             }

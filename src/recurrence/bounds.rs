@@ -103,8 +103,8 @@ impl Bounds {
 
     /// Both as numbers of ordinary size times one power of ten, whose exponent is the third.
     pub(super) fn in_tens(&self) -> Option<(BigRational, BigRational, i64)> {
-        let size = self.low.repr().exponent().max(self.high.repr().exponent());
-        let tens = ((size as f64 + self.precision as f64) * std::f64::consts::LOG10_2).floor().to_i64()?;
+        let size = self.low.repr().exponent() + self.low.digits() as isize;
+        let tens = (size as f64 * std::f64::consts::LOG10_2).floor().to_i64()?;
         let power = self.whole(10).power(u32::try_from(tens.unsigned_abs()).ok()?)?;
         let scaled = if tens >= 0 { self.over(&power)? } else { self.times(&power)? };
         Some((rational(scaled.low)?, rational(scaled.high.with_rounding::<Down>())?, tens))
@@ -176,12 +176,14 @@ mod tests {
             large = large.power(2).unwrap();
         }
         let (low, high, tens) = large.in_tens().unwrap();
-        let digits = |number: &BigRational| number.floor().to_integer().to_string();
-        assert_eq!(digits(&low)[..20], digits(&high)[..20]);
-        assert_eq!(digits(&low).len() as i64 + tens, 500_298);
+        // Thirty digits behind the point.
+        let digits = |one: &BigRational| (one * num_traits::pow(number(10, 1), 30)).floor().to_integer().to_string();
+        assert_eq!(digits(&low)[..30], digits(&high)[..30], "{tens}");
+        assert_eq!(digits(&low).len() as i64 - 30 + tens, 500_298);
         let small = of(&number(1, 1)).over(&large).unwrap();
-        assert!(contains(&small.times(&large).unwrap(), &number(1, 1)));
-        // A sum of the two is the larger one but for the last bit that is kept.
+        let product = small.times(&large).unwrap();
+        assert!(product.low <= Low::ONE && product.high >= High::ONE);
+        // The sum of both is not less than the larger one.
         assert!(large.plus(&small).low >= large.low);
         let mut beyond = large;
         while let Some(next) = beyond.power(2) {

@@ -29,7 +29,7 @@ impl<T> InCase<T> {
 }
 
 /// Where something is not known: what stands in the way, and what is left to tell where that is not settled.
-pub(crate) type Unsettled<T> = (Unknown, Option<T>);
+pub(crate) type Unsettled<T> = (Unknown, Option<Box<T>>);
 
 /// What is found in every case, given why it is not known without; nothing where there is nothing to tell in a case, or it
 /// depends on the index.
@@ -78,7 +78,9 @@ impl<T> Split<'_, T> {
                     Ok(found) => self.cases.push(InCase { assumed: self.needed(), known, found }),
                     Err((unknown, rest)) => match (self.askable(&unknown), rest) {
                         (Some(open), _) => self.cases_of(open)?,
-                        (None, Some(found)) => self.cases.push(InCase { assumed: self.needed(), known, found }),
+                        (None, Some(found)) => {
+                            self.cases.push(InCase { assumed: self.needed(), known, found: *found });
+                        }
                         (None, None) => return None,
                     },
                 }

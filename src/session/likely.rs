@@ -459,7 +459,8 @@ fn by_method(
             let found = estimated::estimated(chain, question, runs, seed)?;
             let (runs, how) = (found.runs, found.how());
             let line = format!("{runs} runs{how}, seed {seed}, confidence {}", estimated::CONFIDENCE);
-            share = found.share;
+            // Of what happened always or never the middle of what is likely says more.
+            share = if found.share < 1.0 { found.share } else { f64::midpoint(found.low, found.high) };
             (Interval::between(found.low, found.high), None, Some(found.runs), vec![line])
         }
     };

@@ -78,7 +78,7 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
     let ask = |known: &Assumptions| {
         let solved = solve_until(recurrence.clone(), known, stop).map_err(|unknown| (unknown, None))?;
         match reach(recurrence, Some(&solved), goal, known, stop) {
-            Reach::Unknown(unknown) => Err((unknown.clone(), Some((solved, Reach::Unknown(unknown))))),
+            Reach::Unknown(unknown) => Err((unknown.clone(), Some(Box::new((solved, Reach::Unknown(unknown)))))),
             found => Ok((solved, found)),
         }
     };

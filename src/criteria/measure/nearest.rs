@@ -79,12 +79,8 @@ impl Scene<'_> {
         finding.margin = margin.map(|margin| if closed { Measure::Exact(margin) } else { Measure::AtMost(margin) });
         finding.moment = Some(Moment { stretch, from: time, to: None, leg: None });
         finding.passing = self.passing(between, &limit);
-        if let Some(passing) = finding.passing.as_ref().filter(|_| finding.standing != Standing::NotMet) {
-            let [from, to] = &passing.looks;
-            finding.notes.push(format!(
-                "between the looks at {from} and {to} the straight way comes as near as {}: only what is shown counts",
-                Measure::Between(passing.near, passing.near)
-            ));
+        if finding.standing != Standing::NotMet {
+            finding.notes.extend(finding.passing.as_ref().map(Passing::note));
         }
     }
 

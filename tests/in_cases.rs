@@ -1,0 +1,163 @@
+//! Forms and first indices that depend on what is not known of parameters: each case is right for numbers, and every number
+//! falls into one.
+
+use std::collections::BTreeMap;
+
+use pars::assumption::Assumptions;
+use pars::closed_form::{Form, Recurrence, Sequence, Solved};
+use pars::lower::{Environment, Lowered, Question};
+use pars::name::Name;
+use pars::parser::parse;
+use pars::recurrence::{solve_all, solve_in_cases};
+use pars::value::{Relation, Value};
+
+/// The question of a text, with the environment in which it stands.
+fn question(text: &str) -> (Question, Environment) {
+    let mut environment = Environment::new();
+    let parsed = parse(text);
+    assert!(parsed.diagnostics.is_empty(), "{text}: {:?}", parsed.diagnostics);
+    let mut found = None;
+    for lowered in environment.declare(&parsed.items, text) {
+        if let Lowered::Solve(solve) = lowered.unwrap_or_else(|error| panic!("{text}: {error:?}")) {
+            found = Some(*solve);
+        }
+    }
+    (found.expect("a question"), environment)
+}
+
+type Numbers = BTreeMap<Name, Value>;
+
+fn put(value: &Value, numbers: &Numbers) -> Value {
+    value.substitute(numbers).unwrap_or_else(|error| panic!("{value}: {error}"))
+}
+
+fn with_numbers(recurrence: &Recurrence, numbers: &Numbers) -> Recurrence {
+    let sequence = |one: &Sequence| Sequence {
+        name: one.name.clone(),
+        start: one.start.iter().map(|value| put(value, numbers)).collect(),
+        next: put(&one.next, numbers),
+    };
+    let sequences = recurrence.sequences.iter().map(sequence).collect();
+    Recurrence { index: recurrence.index.clone(), from: recurrence.from, sequences }
+}
+
+/// The term of a form in pieces or in one value, where parameters are numbers.
+fn term(solved: &Solved, form: &Form, at: i64, numbers: &Numbers) -> Value {
+    let (index, nothing) = (&solved.recurrence().index, Assumptions::default());
+    let here = |value: &Value| put(&put(value, numbers), &BTreeMap::from([(index.clone(), Value::integer(at))]));
+    let form = match form {
+        Form::Pieces(pieces) => {
+            let holds = |until: &Value| {
+                nothing.decide(Relation::Lss, &Value::integer(at), &put(until, numbers)).expect("numbers compare")
+            };
+            &pieces.iter().find(|piece| piece.until.as_ref().is_none_or(holds)).expect("a piece").form
+        }
+        Form::Value(early, _) if (at as usize) < early.len() => return put(&early[at as usize], numbers),
+        Form::Value(_, value) => value,
+        other => return here(&other.value(index).expect("a value")),
+    };
+    here(form)
+}
+
+fn holds((relation, left, right): &(Relation, Value, Value), numbers: &Numbers) -> bool {
+    Assumptions::default().decide(*relation, &put(left, numbers), &put(right, numbers)).expect("numbers compare")
+}
+
+/// Some numbers for the parameters, which meet what is assumed of them.
+fn some_numbers(names: &[&str], known: &Assumptions) -> Vec<Numbers> {
+    let pool: Vec<Value> = ["1/3", "1", "3/2", "2", "5", "7", "29/4"]
+        .iter()
+        .map(|text| {
+            let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+            Value::fraction(above.parse().unwrap(), below.parse().unwrap()).unwrap()
+        })
+        .flat_map(|value| [value.neg().unwrap(), value])
+        .collect();
+    let mut all = vec![Numbers::new()];
+    for name in names {
+        let longer = |numbers: &Numbers| {
+            let with = |value: &Value| {
+                let mut numbers = numbers.clone();
+                numbers.insert(Name::new(name), value.clone());
+                numbers
+            };
+            pool.iter().map(with).collect::<Vec<_>>()
+        };
+        all = all.iter().flat_map(longer).collect();
+    }
+    let allowed =
+        |numbers: &Numbers| known.iter().all(|(relation, value)| holds(&(relation, value, Value::zero()), numbers));
+    all.retain(allowed);
+    assert!(all.len() > 10, "too few numbers meet the assumptions");
+    all
+}
+
+fn each_case_is_right(text: &str, names: &[&str]) {
+    let (question, environment) = question(text);
+    let recurrence = &question.recurrence;
+    let known = &environment.assumptions;
+    let unknown = solve_all(recurrence.clone(), known).expect_err("a form without cases");
+    let cases = solve_in_cases(recurrence, &unknown, known, &|| false);
+    assert!(cases.len() > 1, "{text}: {unknown}");
+    for numbers in some_numbers(names, known) {
+        let wanted = with_numbers(recurrence, &numbers).iterate(14).expect("terms");
+        let here = |one: &&pars::recurrence::InCase<Solved>| one.assumed.iter().all(|one| holds(one, &numbers));
+        let own: Vec<_> = cases.iter().filter(here).collect();
+        assert!(!own.is_empty(), "{text}: {numbers:?} is in no case");
+        for case in own {
+            if !case.found.conditions().iter().all(|one| holds(one, &numbers)) {
+                continue;
+            }
+            for (form, wanted) in case.found.forms().iter().zip(&wanted) {
+                for (at, wanted) in wanted.iter().enumerate() {
+                    let found = term(&case.found, form, at as i64, &numbers);
+                    assert_eq!(&found, wanted, "{text}: at {at} if {} with {numbers:?}", case.title());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_number_has_the_form_of_its_case() {
+    each_case_is_right("param g > 0, a > 0\nsolve r(n+1) = r(n)+clamp((g-r(n))/2,-a,a), r(0) = 0", &["g", "a"]);
+    each_case_is_right(
+        "param v > 0, d > 0, g > 0\nsolve r(n+1) = if abs(g-r(n)) > d then r(n)+v else r(n), r(0) = 0",
+        &["v", "d", "g"],
+    );
+    each_case_is_right("param v > 0, g\nsolve r(n+1) = r(n)+clamp(g-r(n),-v,v), r(0) = 1", &["v", "g"]);
+    each_case_is_right("param g > 0, b > 0\nsolve r(n+1) = min(r(n)+b, (r(n)+g)/2), r(0) = 1", &["g", "b"]);
+}
+
+/// A speed and the time of a step stand nowhere but in their product.
+#[test]
+fn a_product_of_parameters_is_solved_as_one() {
+    let text = "param v > 0, t > 0\nsolve r(n+1) = if norm((1,2)-r(n)) > v*t then r(n)+v*t*unit((1,2)-r(n)) else (1,2), \
+                r(0) = (0,0)";
+    let (question, environment) = question(text);
+    let solved = solve_all(question.recurrence.clone(), &environment.assumptions).expect("a form");
+    assert_eq!(solved.recurrence(), &question.recurrence);
+    let speed = Value::variable(&Name::new("v")).mul(&Value::variable(&Name::new("t"))).unwrap();
+    let root = Value::integer(5).sqrt().unwrap();
+    let Form::Pieces(pieces) = &solved.forms()[0] else { panic!("{:?}", solved.forms()) };
+    assert_eq!(pieces[0].until, Some(root.div(&speed).unwrap().ceiling().unwrap()));
+}
+
+#[test]
+fn an_instance_needs_what_was_assumed() {
+    let (question, environment) = question("param w > 0\nsolve r(n+1) = max(r(n)-w,0), r(0) = 3");
+    let solved = solve_all(question.recurrence, &environment.assumptions).expect("a form");
+    let (w, v, t) = (Name::new("w"), Value::variable(&Name::new("v")), Value::variable(&Name::new("t")));
+    let product = v.mul(&t).unwrap();
+    let mut known = Assumptions::default();
+    assert!(solved.instance(&w, &product, &known).is_err(), "nothing is known of v*t");
+    known.assume(Relation::Gtr, &v, &Value::zero());
+    known.assume(Relation::Gtr, &t, &Value::zero());
+    assert!(solved.instance(&w, &product, &known).is_ok());
+    // A division has no meaning everywhere, and the index is bound.
+    assert!(solved.instance(&w, &v.div(&t).unwrap(), &known).is_err());
+    let mut natural = known.clone();
+    natural.assume_natural(&Name::new("n"));
+    natural.assume(Relation::Gtr, &Value::variable(&Name::new("n")), &Value::zero());
+    assert!(solved.instance(&w, &Value::variable(&Name::new("n")), &natural).is_err());
+}
