@@ -180,10 +180,10 @@ pub struct Passing {
 impl Passing {
     /// That what is shown says nothing of what is between.
     fn note(&self) -> String {
-        let [from, to] = &self.looks;
-        let near = digits(self.near);
+        let (next, near) = (&self.looks[1], digits(self.near));
         format!(
-            "between the looks at {from} and {to} the straight way comes as near as {near}: only what is shown counts"
+            "going straight from what is shown before {next} to what is shown then comes as near as {near}: only what is \
+             shown counts"
         )
     }
 }

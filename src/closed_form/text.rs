@@ -9,7 +9,7 @@ use super::{Comparison, Form, Layer, Nested, Solved, layer, product};
 use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
 use crate::univariate::Univariate;
-use crate::value::{Value, ValueError};
+use crate::value::{Relation, Value, ValueError};
 
 impl Solved {
     /// One line for each form of each sequence, and one for each condition.
@@ -187,10 +187,28 @@ pub(crate) fn needed((relation, left, right): &Comparison) -> String {
 
 /// A comparison of parameters, each term on the side where it is added.
 pub(crate) fn compared((relation, left, right): &Comparison) -> String {
-    match left.sub(right) {
-        Ok(difference) => difference.compared(relation.symbol()),
-        Err(_) => format!("{left} {} {right}", relation.symbol()),
+    let Ok(difference) = left.sub(right) else { return needed(&(*relation, left.clone(), right.clone())) };
+    // A choice would take in what stands behind it.
+    if left.to_string().contains("if ") || right.to_string().contains("if ") {
+        let [left, right] = [left, right].map(|side| chosen(side.to_string()));
+        return format!("{left} {} {right}", relation.symbol());
     }
+    // `2/(1-v) > 0` is `1-v > 0`, and never 0.
+    let parts = (difference.numerator(), difference.denominator());
+    if let (Some(above), Some(below)) = parts
+        && !matches!(relation, Relation::Eq | Relation::Neq)
+        && let Some(above) = above.as_rational()
+        && !below.variables().is_empty()
+    {
+        let relation = match relation {
+            Relation::Gte => Relation::Gtr,
+            Relation::Lte => Relation::Lss,
+            other => *other,
+        };
+        let relation = if above.is_negative() { relation.mirrored() } else { relation };
+        return below.compared(relation.symbol());
+    }
+    difference.compared(relation.symbol())
 }
 
 /// In brackets where it is a choice, to which all that follows would belong.

@@ -161,7 +161,7 @@ impl<'p> Ladder<'p> {
             match self.program.turn(&mut run, &draws, &mut self.space)? {
                 Some(true) => break f64::INFINITY,
                 Some(false) => break best,
-                None => best = best.max(self.program.nearness(&run)),
+                None => best = best.max(self.program.closeness(&run)),
             }
             if draws.after.borrow().len() > MOST_KEPT {
                 return Err("the runs that are changed are too long".to_string());

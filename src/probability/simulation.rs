@@ -310,6 +310,22 @@ impl Program {
         if let Some(effort) = foresight[phase].effort(&run.state, self.deadline.saturating_sub(run.now)) {
             return -distance - effort / (1.0 + effort);
         }
+        let left = self.deadline.saturating_sub(run.now) as f64 / self.deadline.max(1) as f64;
+        let least = self.gap(run, phase);
+        let far = if least == 0.0 { 0.0 } else { least * least / left };
+        -distance - if far.is_finite() { far / (1.0 + far) } else { 1.0 }
+    }
+
+    /// The same whatever time is left: the moves that it still takes, and the gap itself. A run is measured by it as a whole,
+    /// and one that comes near at the last look has come as near as another.
+    pub(super) fn closeness(&self, run: &Runner) -> f64 {
+        let Some(phase) = run.phase else { return f64::NEG_INFINITY };
+        let gap = self.gap(run, phase);
+        -self.distances[phase] - if gap.is_finite() { gap / (1.0 + gap) } else { 1.0 }
+    }
+
+    /// How far a run is from what the next move shows, or from taking it.
+    fn gap(&self, run: &Runner, phase: usize) -> f64 {
         let mut least = f64::INFINITY;
         for step in &self.phases[phase] {
             let number = |place: usize| match run.state.get(place) {
@@ -321,9 +337,7 @@ impl Program {
                 least = least.min(gap);
             }
         }
-        let left = self.deadline.saturating_sub(run.now) as f64 / self.deadline.max(1) as f64;
-        let far = if least == 0.0 { 0.0 } else { least * least / left };
-        -distance - if far.is_finite() { far / (1.0 + far) } else { 1.0 }
+        least
     }
 }
 

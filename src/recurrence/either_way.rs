@@ -5,6 +5,7 @@ use super::Unknown;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, compared};
 use crate::name::Name;
+use crate::value::Relation;
 
 /// The most cases, and the most comparisons that one may depend on.
 const MOST_CASES: usize = 8;
@@ -65,7 +66,8 @@ impl<T> Split<'_, T> {
         let bound = |name: &Name| name == index || terms.iter().any(|(term, ..)| term == name);
         let full = self.assumed.len() >= MOST_ASKED || self.cases.len() >= MOST_CASES || (self.stop)();
         let free = !open.1.variables().iter().chain(&open.2.variables()).any(bound);
-        (free && !full).then(|| open.clone())
+        let known = || self.assuming(|_| true).decide(open.0, &open.1, &open.2).is_some();
+        (free && !full && !known()).then(|| open.clone())
     }
 
     /// Adds the cases of what is open here.
@@ -105,7 +107,23 @@ impl<T> Split<'_, T> {
             let others = self.assuming(|other| other != place && kept[other]);
             kept[place] = others.decide(*relation, left, right) != Some(true);
         }
-        let kept = self.assumed.iter().zip(&kept).filter(|(_, kept)| **kept);
-        kept.map(|(assumed, _)| assumed.clone()).collect()
+        let all = self.assuming(|_| true);
+        let mut needed: Vec<Comparison> = Vec::new();
+        for ((relation, left, right), _) in self.assumed.iter().zip(&kept).filter(|(_, kept)| **kept) {
+            // `a >= 0` with `a <= 0` is `a = 0`, and with `a != 0` it is `a > 0`.
+            let stronger = [Relation::Eq, Relation::Lss, Relation::Gtr].into_iter();
+            let stronger = stronger.filter(|_| matches!(relation, Relation::Gte | Relation::Lte | Relation::Neq));
+            let mut stronger = stronger.filter(|one| all.decide(*one, left, right) == Some(true));
+            let relation = stronger.next().unwrap_or(*relation);
+            let same = |(other, one, two): &Comparison| {
+                let (Ok(here), Ok(there)) = (left.sub(right), one.sub(two)) else { return false };
+                (here == there && *other == relation)
+                    || (here.neg().is_ok_and(|here| here == there) && *other == relation.mirrored())
+            };
+            if !needed.iter().any(same) {
+                needed.push((relation, left.clone(), right.clone()));
+            }
+        }
+        needed
     }
 }

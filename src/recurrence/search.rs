@@ -63,6 +63,10 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, Unknown> {
     };
     match shape {
         Shape::Constant => entry.constant(),
+        // A step that is known to be none leaves it where it is.
+        Shape::Linear { base, step } if entry.known.decide(Relation::Eq, &step, &Value::zero()) == Some(true) => {
+            Entry { value: base, interval: entry.interval.clone(), ..*entry }.constant()
+        }
         Shape::Linear { base, step } => match entry.sign(&step) {
             Ok(positive) => {
                 let interval = entry.interval.pulled_back(&base, &step, positive)?;
@@ -118,7 +122,10 @@ impl Entry<'_> {
         if self.known.decide(Relation::Lss, value, &zero) == Some(true) {
             return Ok(false);
         }
-        Err(Reach::undecided(Relation::Gtr, value, &zero))
+        // Where one side is excluded it is asked whether it is 0.
+        let one_side =
+            [Relation::Lte, Relation::Gte].iter().any(|side| self.known.decide(*side, value, &zero) == Some(true));
+        Err(Reach::undecided(if one_side { Relation::Eq } else { Relation::Gtr }, value, &zero))
     }
 
     pub(super) fn before_end(&self, at: Value, conditions: Vec<Comparison>) -> Result<Reach, Unknown> {

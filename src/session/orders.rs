@@ -3,7 +3,7 @@
 
 use super::solve::found_lines;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Solved};
+use crate::closed_form::{Comparison, Solved, compared};
 use crate::lower::Question;
 use crate::recurrence::{MOST_PAIRS, Reach, Unknown, either_way, pairs, parameters, reach, read_by, solve_until};
 use crate::value::{Relation, Value};
@@ -56,7 +56,7 @@ pub(super) fn in_orders(
             if stop() || matches!(found, Reach::Unknown(_)) {
                 return None;
             }
-            cases.push(Case { order, known, title: format!("{one} {} {other}", order.symbol()), solved, found });
+            cases.push(Case { order, known, title: compared(&(order, one.clone(), other.clone())), solved, found });
         }
         told(&cases, question, (one, other))
     });

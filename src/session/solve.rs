@@ -69,7 +69,7 @@ fn answered(
             lines.extend(left_out(solved, question.find.as_ref(), known, stop));
             lines
         }
-        Err(_) if in_all => each_order(recurrence, orders),
+        Err(_) if in_all => each_order(recurrence, orders, ""),
         Err(reason) => unsolved(recurrence, reason, known, stop),
     };
     let found = question.find.as_ref().map(|(relation, left, right)| {
@@ -137,8 +137,8 @@ fn also(solved: &Solved, found: &Reach, known: &Assumptions) -> Vec<String> {
 }
 
 /// The forms in each order of two values.
-fn each_order(recurrence: &Recurrence, orders: Vec<InCase<Solved>>) -> Vec<String> {
-    let mut lines = vec!["one closed form in each case:".to_string()];
+fn each_order(recurrence: &Recurrence, orders: Vec<InCase<Solved>>, of: &str) -> Vec<String> {
+    let mut lines = vec![format!("one closed form{of} in each case:")];
     for case in orders {
         lines.push(format!("if {}:", case.title()));
         lines.extend(case.found.lines().into_iter().map(|line| format!("    {line}")));
@@ -189,7 +189,8 @@ fn part_lines(
             // With all that they read.
             let alone = recurrence.only(&read_by(recurrence, &terms.iter().collect::<Vec<_>>())?);
             let cases = solve_in_cases(&alone, reason, known, stop);
-            (!cases.is_empty()).then(|| each_order(&alone, cases))
+            let names: Vec<&str> = alone.sequences.iter().map(|one| one.name.as_str()).collect();
+            (!cases.is_empty()).then(|| each_order(&alone, cases, &format!(" of {}", names.join(", "))))
         }
     }
 }

@@ -346,6 +346,8 @@ fn mirrored(symbol: &str) -> &str {
     match symbol {
         ">" => "<",
         "<" => ">",
+        ">=" => "<=",
+        "<=" => ">=",
         other => other,
     }
 }
