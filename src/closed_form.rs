@@ -1,7 +1,8 @@
 //! Closed forms of recurrences, as theorems by induction.
 //!
-//! Only [`Solved::check`] makes a [`Solved`]. It believes nothing of whoever found the forms: it derives anew, by exact
-//! normal forms, that they give the starting values and that each next term is what the recurrence says, for every n.
+//! Only [`Solved::check`] makes a [`Solved`], and [`Solved::instance`] one of another. The check believes nothing of whoever
+//! found the forms: it derives anew, by exact normal forms, that they give the starting values and that each next term is
+//! what the recurrence says, for every n. An instance is the same theorem for one value of a parameter.
 
 mod apart;
 mod cells;

@@ -171,8 +171,8 @@ pub struct Finding {
 /// Two looks at which two things are far enough apart, and the least distance on the straight way between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passing {
-    /// When the first look ends and the second begins.
-    pub looks: [Value; 2],
+    /// When the second look is.
+    pub next: Value,
     /// About how near they come.
     pub near: f64,
 }
@@ -180,7 +180,7 @@ pub struct Passing {
 impl Passing {
     /// That what is shown says nothing of what is between.
     fn note(&self) -> String {
-        let (next, near) = (&self.looks[1], digits(self.near));
+        let (next, near) = (&self.next, digits(self.near));
         format!(
             "going straight from what is shown before {next} to what is shown then comes as near as {near}: only what is \
              shown counts"

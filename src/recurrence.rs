@@ -205,7 +205,7 @@ pub fn solve(
     assumptions: &Assumptions,
 ) -> Result<Closed, Unknown> {
     if map.sort() != Sort::Real || start.sort() != Sort::Real {
-        return Err(Unknown::because("closed forms are known of sequences of numbers only".to_string()));
+        return Err(Unknown::because("closed forms are known of sequences of numbers only"));
     }
     let mut known = assumptions.clone();
     known.assume_natural(index);

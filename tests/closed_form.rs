@@ -1,30 +1,19 @@
 //! Recurrences of every kind against plain iteration and against terms that another program computed.
 
+mod common;
+
 use std::collections::BTreeMap;
 
+use common::question;
 use num_rational::BigRational;
 use pars::assumption::Assumptions;
 use pars::closed_form::{Form, Layer, Nested, Piece, Recurrence, Sequence, Solved, layer};
-use pars::lower::{Environment, Lowered, Question};
+use pars::lower::Environment;
 use pars::name::Name;
-use pars::parser::{parse, parse_value};
+use pars::parser::parse_value;
 use pars::recurrence::{Reach, Special, reach, solve_all, special_cases};
 use pars::value::{Relation, Value};
 use proptest::prelude::*;
-
-/// The question of a text, with the environment in which it stands.
-fn question(text: &str) -> (Question, Environment) {
-    let mut environment = Environment::new();
-    let parsed = parse(text);
-    assert!(parsed.diagnostics.is_empty(), "{text}: {:?}", parsed.diagnostics);
-    let mut found = None;
-    for lowered in environment.declare(&parsed.items, text) {
-        if let Lowered::Solve(solve) = lowered.unwrap_or_else(|error| panic!("{text}: {error:?}")) {
-            found = Some(*solve);
-        }
-    }
-    (found.expect("a question"), environment)
-}
 
 fn solved(text: &str) -> Solved {
     let (question, environment) = question(text);

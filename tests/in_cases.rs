@@ -1,29 +1,16 @@
 //! Forms and first indices that depend on what is not known of parameters: each case is right for numbers, and every number
 //! falls into one.
 
+mod common;
+
 use std::collections::BTreeMap;
 
+use common::question;
 use pars::assumption::Assumptions;
 use pars::closed_form::{Form, Recurrence, Sequence, Solved};
-use pars::lower::{Environment, Lowered, Question};
 use pars::name::Name;
-use pars::parser::parse;
 use pars::recurrence::{solve_all, solve_in_cases};
 use pars::value::{Relation, Value};
-
-/// The question of a text, with the environment in which it stands.
-fn question(text: &str) -> (Question, Environment) {
-    let mut environment = Environment::new();
-    let parsed = parse(text);
-    assert!(parsed.diagnostics.is_empty(), "{text}: {:?}", parsed.diagnostics);
-    let mut found = None;
-    for lowered in environment.declare(&parsed.items, text) {
-        if let Lowered::Solve(solve) = lowered.unwrap_or_else(|error| panic!("{text}: {error:?}")) {
-            found = Some(*solve);
-        }
-    }
-    (found.expect("a question"), environment)
-}
 
 type Numbers = BTreeMap<Name, Value>;
 
@@ -99,15 +86,18 @@ fn each_case_is_right(text: &str, names: &[&str]) {
     let unknown = solve_all(recurrence.clone(), known).expect_err("a form without cases");
     let cases = solve_in_cases(recurrence, &unknown, known, &|| false);
     assert!(cases.len() > 1, "{text}: {unknown}");
+    let mut seen = vec![0; cases.len()];
     for numbers in some_numbers(names, known) {
         let wanted = with_numbers(recurrence, &numbers).iterate(14).expect("terms");
-        let here = |one: &&pars::recurrence::InCase<Solved>| one.assumed.iter().all(|one| holds(one, &numbers));
-        let own: Vec<_> = cases.iter().filter(here).collect();
+        let own: Vec<usize> =
+            (0..cases.len()).filter(|place| cases[*place].assumed.iter().all(|one| holds(one, &numbers))).collect();
         assert!(!own.is_empty(), "{text}: {numbers:?} is in no case");
-        for case in own {
+        for place in own {
+            let case = &cases[place];
             if !case.found.conditions().iter().all(|one| holds(one, &numbers)) {
                 continue;
             }
+            seen[place] += 1;
             for (form, wanted) in case.found.forms().iter().zip(&wanted) {
                 for (at, wanted) in wanted.iter().enumerate() {
                     let found = term(&case.found, form, at as i64, &numbers);
@@ -116,6 +106,7 @@ fn each_case_is_right(text: &str, names: &[&str]) {
             }
         }
     }
+    assert!(seen.iter().filter(|times| **times > 0).count() > 1, "{text}: {seen:?}");
 }
 
 #[test]

@@ -3,10 +3,14 @@
 use std::process::{Command, Output};
 
 fn pars(command: &str, script: &str) -> Output {
+    with(&[command], script)
+}
+
+fn with(arguments: &[&str], script: &str) -> Output {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("mission.pars"), script).expect("written");
     let program = env!("CARGO_BIN_EXE_pars");
-    Command::new(program).args([command, "mission.pars"]).current_dir(folder.path()).output().expect("it runs")
+    Command::new(program).args(arguments).arg("mission.pars").current_dir(folder.path()).output().expect("it runs")
 }
 
 fn told(script: &str) -> String {
@@ -436,6 +440,51 @@ fn terms_that_are_very_large_or_small_have_leading_digits() {
     let last = row.split(", ").nth(19).unwrap_or_default();
     let exponent = last.rsplit_once("e-").map(|(_, digits)| digits.parse::<f64>().unwrap());
     assert_eq!(exponent, Some((3f64.powi(19) * 2f64.log10()).ceil()), "{last}");
+    // Up to exponents of twelve digits; what grows faster ends the list.
+    let fast = listed("r(n)^4+1", "2");
+    let row = fast.lines().find(|line| line.contains("from 0 on")).unwrap_or_default();
+    assert_eq!((row.split(", ").count(), row.contains('?')), (21, false), "{row}");
+    let faster = listed("r(n)^10+1", "2");
+    assert!(faster.contains("e301072386, ") && !faster.contains('?'), "{faster}");
     let both = told("solve x(n+1) = x(n)+x(n)*y(n)/10, y(n+1) = y(n)-x(n)*y(n)/10, x(0) = 1, y(0) = 9\n");
     assert!(!both.contains('?') && both.contains("e-"), "{both}");
+}
+
+#[test]
+fn a_jump_over_an_obstacle_between_two_looks_is_said_and_is_no_repair() {
+    let told = String::from_utf8_lossy(
+        &Command::new(env!("CARGO_BIN_EXE_pars"))
+            .args(["run", "tests/cases/operator/jumps.pars"])
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()
+            .expect("it runs")
+            .stdout,
+    )
+    .into_owned();
+    assert!(told.contains("try: clearance: no change of v was found") && !told.contains("v = "), "{told}");
+    assert!(
+        told.contains("going straight from what is shown before 2 to what is shown then comes as near as 0"),
+        "{told}"
+    );
+    // A margin of which only a bound is known has no sensitivity, which is said.
+    assert!(told.contains("as of them only bounds are known here: clearance by step"), "{told}");
+}
+
+#[test]
+fn what_is_checked_is_what_was_solved() {
+    let script = "param v > 0, p, q\nsolve x(n+1) = x(n)+clamp(p-x(n),-v,v), y(n+1) = y(n)+clamp(q-y(n),-v,v), \
+        x(0) = 0, y(0) = 0 find n with x(n) = p\n";
+    let told = told(script);
+    let proofs: Vec<&str> = told.lines().filter(|line| line.contains("checked by induction")).collect();
+    assert!(told.contains("n = ceil(abs(p)/v) is the first") && proofs.len() == 1, "{told}");
+    assert!(proofs.iter().all(|line| line.contains("x(0) = 0") && !line.contains("y(")), "{told}");
+}
+
+#[test]
+fn a_report_draws_runs_where_no_law_is_drawn() {
+    let script = "observer Done\nproc Job = Ran_{N(10, sd: 2)}<d> ; Delay_d ; (Delay_100 # Done)\n\
+        proc Watch = Ran_{Exp(rate: 1/30)}<f> ; Delay_f\nsystem Race = Job # Watch\n\
+        probability of Race reaching Done within 15\n";
+    let page = String::from_utf8_lossy(&with(&["report", "--terminal"], script).stdout).into_owned();
+    assert!(page.contains("Share of 1000 runs of Race that are there by a time, seed 1"), "{}", page.len());
 }

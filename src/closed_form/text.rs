@@ -180,19 +180,21 @@ fn over_product(value: &Value, product: &Name) -> Option<(Value, Value)> {
 }
 
 /// What must hold for a result to be right, as a line.
-pub(crate) fn needed((relation, left, right): &Comparison) -> String {
+pub(crate) fn needed(comparison: &Comparison) -> String {
+    format!("if {}", as_it_stands(comparison))
+}
+
+fn as_it_stands((relation, left, right): &Comparison) -> String {
     let [left, right] = [left, right].map(|side| chosen(side.to_string()));
-    format!("if {left} {} {right}", relation.symbol())
+    format!("{left} {} {right}", relation.symbol())
 }
 
 /// A comparison of parameters, each term on the side where it is added.
-pub(crate) fn compared((relation, left, right): &Comparison) -> String {
-    let Ok(difference) = left.sub(right) else { return needed(&(*relation, left.clone(), right.clone())) };
+pub(crate) fn compared(comparison: &Comparison) -> String {
+    let (relation, left, right) = comparison;
     // A choice would take in what stands behind it.
-    if left.to_string().contains("if ") || right.to_string().contains("if ") {
-        let [left, right] = [left, right].map(|side| chosen(side.to_string()));
-        return format!("{left} {} {right}", relation.symbol());
-    }
+    let choice = [left, right].iter().any(|side| side.to_string().contains("if "));
+    let Some(difference) = left.sub(right).ok().filter(|_| !choice) else { return as_it_stands(comparison) };
     // `2/(1-v) > 0` is `1-v > 0`, and never 0.
     let parts = (difference.numerator(), difference.denominator());
     if let (Some(above), Some(below)) = parts

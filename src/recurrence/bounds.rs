@@ -45,7 +45,7 @@ impl Bounds {
         Bounds::of(&BigRational::from_integer(number.into()), self.precision)
     }
 
-    /// Whether powers of it are still written with exponents that can be counted.
+    /// Whether its exponents are small enough for a product to have one, too.
     fn counted(&self) -> bool {
         let small = |exponent: isize| (-MOST..MOST).contains(&exponent);
         small(self.low.repr().exponent()) && small(self.high.repr().exponent())
@@ -57,20 +57,17 @@ impl Bounds {
 
     /// The product; none where it is too large or too small.
     pub(super) fn times(&self, other: &Bounds) -> Option<Bounds> {
-        if !self.counted() || !other.counted() {
-            return None;
-        }
         let (a, b) = (&self.low, &self.high.clone().with_rounding::<Down>());
         let (c, d) = (&other.low, &other.high.clone().with_rounding::<Down>());
         let low = [a * c, a * d, b * c, b * d].into_iter().min()?;
         let (a, b) = (&self.low.clone().with_rounding::<Up>(), &self.high);
         let (c, d) = (&other.low.clone().with_rounding::<Up>(), &other.high);
         let high = [a * c, a * d, b * c, b * d].into_iter().max()?;
-        Some(Bounds { low, high, precision: self.precision }.rounded())
+        Some(Bounds { low, high, precision: self.precision }.rounded()).filter(Bounds::counted)
     }
 
     /// A power, which is not negative where the exponent is even.
-    pub(super) fn power(&self, exponent: u32) -> Option<Bounds> {
+    pub(super) fn power(&self, exponent: u64) -> Option<Bounds> {
         let mut whole = self.whole(1);
         let mut square = self.clone();
         let mut left = exponent;
@@ -105,7 +102,7 @@ impl Bounds {
     pub(super) fn in_tens(&self) -> Option<(BigRational, BigRational, i64)> {
         let size = self.low.repr().exponent() + self.low.digits() as isize;
         let tens = (size as f64 * std::f64::consts::LOG10_2).floor().to_i64()?;
-        let power = self.whole(10).power(u32::try_from(tens.unsigned_abs()).ok()?)?;
+        let power = self.whole(10).power(tens.unsigned_abs())?;
         let scaled = if tens >= 0 { self.over(&power)? } else { self.times(&power)? };
         Some((rational(scaled.low)?, rational(scaled.high.with_rounding::<Down>())?, tens))
     }

@@ -113,13 +113,13 @@ impl System {
         let whole = factors.iter().fold(Univariate::one(), |all, (factor, count)| all.times(&factor.power(*count)));
         let count = zeros + whole.degree();
         if count > MOST_VARIABLES {
-            return Err(Unknown::because("the system is too large".to_string()));
+            return Err(Unknown::because("the system is too large"));
         }
         let terms = self.terms(start, inputs, count)?;
         let fractions: Vec<Fraction> =
             factors.iter().filter_map(|(factor, count)| Fraction::of(factor, *count, &whole, zeros)).collect();
         if fractions.len() != factors.len() {
-            return Err(Unknown::because("the characteristic polynomial could not be taken apart".to_string()));
+            return Err(Unknown::because("the characteristic polynomial could not be taken apart"));
         }
         terms.into_iter().map(|terms| form(&terms, zeros, &whole, &fractions)).collect()
     }

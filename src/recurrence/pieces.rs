@@ -1,7 +1,7 @@
 //! Forms by pieces: the region of the start gives a form, which holds until its guards fail; there the next piece begins.
 
 use super::affine::affine_pieces;
-use super::region::{Guard, resolve};
+use super::region::{Failing, Guard, fails_at, resolve};
 use super::{Closed, Goal, Piece, Reach, Unknown, first};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -72,9 +72,9 @@ impl Pieces<'_> {
     }
 
     /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
-    fn length(&mut self, pieces: &[Piece], guards: &[Guard]) -> Result<Option<(Value, Guard)>, Unknown> {
+    fn length(&mut self, pieces: &[Piece], guards: &[Guard]) -> Result<Failing, Unknown> {
         let local = Closed { variable: self.variable.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
-        let mut least: Option<(Value, Guard)> = None;
+        let mut least: Failing = None;
         for guard in guards {
             let goal = Goal::Holds(guard.relation.negated(), guard.value.clone(), Value::zero());
             match first(&local, self.index, &goal, &self.known) {
@@ -85,20 +85,7 @@ impl Pieces<'_> {
                 }
                 Reach::Unknown(unknown) => return Err(unknown),
                 Reach::At(at, conditions) => {
-                    for (relation, left, right) in &conditions {
-                        self.known.assume(*relation, left, right);
-                    }
-                    self.closed.conditions.extend(conditions);
-                    let sooner = match &least {
-                        None => true,
-                        Some((other, _)) => self
-                            .known
-                            .decide(Relation::Lss, &at, other)
-                            .ok_or_else(|| Unknown::undecided(Relation::Lss, &at, other))?,
-                    };
-                    if sooner {
-                        least = Some((at, guard.clone()));
-                    }
+                    fails_at(&mut least, guard, (at, conditions), &mut self.known, &mut self.closed.conditions)?;
                 }
             }
         }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Unknown;
 use super::interval::Interval;
+use super::{Comparison, Unknown};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
@@ -13,6 +13,32 @@ use crate::value::{Atom, Relation, Value};
 pub(super) struct Guard {
     pub(super) relation: Relation,
     pub(super) value: Value,
+}
+
+/// The guard that fails first, and after how many steps.
+pub(super) type Failing = Option<(Value, Guard)>;
+
+/// Takes in the index at which a guard fails, with the conditions under which it is that one: they are assumed from then
+/// on. The one that fails first is kept.
+pub(super) fn fails_at(
+    least: &mut Failing,
+    guard: &Guard,
+    (at, conditions): (Value, Vec<Comparison>),
+    known: &mut Assumptions,
+    needed: &mut Vec<Comparison>,
+) -> Result<(), Unknown> {
+    conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+    needed.extend(conditions);
+    let sooner = match least {
+        None => true,
+        Some((other, _)) => {
+            known.decide(Relation::Lss, &at, other).ok_or_else(|| Unknown::undecided(Relation::Lss, &at, other))?
+        }
+    };
+    if sooner {
+        *least = Some((at, guard.clone()));
+    }
+    Ok(())
 }
 
 /// The most places at which an expression may change its affine form.

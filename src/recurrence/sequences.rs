@@ -128,7 +128,7 @@ fn by_methods(
 
 /// An error where the work is to end.
 fn go_on(stop: &dyn Fn() -> bool) -> Result<(), Unknown> {
-    if stop() { Err(Unknown::because("interrupted".to_string())) } else { Ok(()) }
+    if stop() { Err(Unknown::because("interrupted")) } else { Ok(()) }
 }
 
 /// A reason that is given of a recurrence counted from 0 by an index called `(n-from)`, in the words of the recurrence itself.

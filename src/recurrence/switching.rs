@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use super::ranges::{after, as_pieces, joined, trimmed, up_to};
 use super::reach::reach;
-use super::region::{Guard, Point, resolve_at};
+use super::region::{Failing, Guard, Point, fails_at, resolve_at};
 use super::sequences::{Found, later, solve_until};
 use super::{Closed, Comparison, Reach, Unknown};
 use crate::assumption::Assumptions;
@@ -56,9 +56,7 @@ pub(super) fn switching(
         };
         place = switching.go_on(&solved, &place, &length, &failed)?;
         if place.starts.iter().flatten().chain([&place.from]).any(|value| value.size() > MOST_SIZE) {
-            return Err(Unknown::because(
-                "where its maxima and conditions change becomes too long an expression".to_string(),
-            ));
+            return Err(Unknown::because("where its maxima and conditions change becomes too long an expression"));
         }
     }
     Err(Unknown::because(format!("its maxima and conditions change more than {MOST_PIECES} times")))
@@ -116,29 +114,17 @@ impl Switching<'_> {
     }
 
     /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.
-    fn length(&mut self, solved: &Solved, guards: &[Guard], from: &Value) -> Result<Option<(Value, Guard)>, Unknown> {
-        let mut least: Option<(Value, Guard)> = None;
+    fn length(&mut self, solved: &Solved, guards: &[Guard], from: &Value) -> Result<Failing, Unknown> {
+        let mut least: Failing = None;
         for guard in guards {
             // It holds where the piece begins.
             let wanted = (guard.relation.negated(), &guard.value, &Value::zero());
-            let (at, conditions) = match reach(solved.recurrence(), Some(solved), wanted, &self.known, self.stop) {
-                Reach::Never(_) => continue,
+            match reach(solved.recurrence(), Some(solved), wanted, &self.known, self.stop) {
+                Reach::Never(_) => {}
                 Reach::Unknown(unknown) => return Err(self.until_when(guard, from, unknown)),
-                Reach::At(at, conditions) => (at, conditions),
-            };
-            for (relation, left, right) in &conditions {
-                self.known.assume(*relation, left, right);
-            }
-            self.conditions.extend(conditions);
-            let sooner = match &least {
-                None => true,
-                Some((other, _)) => self
-                    .known
-                    .decide(Relation::Lss, &at, other)
-                    .ok_or_else(|| Unknown::undecided(Relation::Lss, &at, other))?,
-            };
-            if sooner {
-                least = Some((at, guard.clone()));
+                Reach::At(at, conditions) => {
+                    fails_at(&mut least, guard, (at, conditions), &mut self.known, &mut self.conditions)?;
+                }
             }
         }
         Ok(least)

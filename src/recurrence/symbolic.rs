@@ -57,7 +57,7 @@ pub(super) fn symbolic(recurrence: &Recurrence, known: &Assumptions) -> Result<O
     }
     let degree = whole.len() - 1;
     if degree + zeros > MOST_DEGREE {
-        return Err(Unknown::because("the system is too large, with symbols".to_string()));
+        return Err(Unknown::because("the system is too large, with symbols"));
     }
     let mut conditions = real(&all, known)?;
     let mut forms = Vec::new();

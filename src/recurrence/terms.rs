@@ -115,7 +115,7 @@ fn evaluated(value: &Value, known: &BTreeMap<Name, Bounds>, precision: usize) ->
             let mut product = Bounds::of(number, precision);
             for (atom, exponent) in monomial.factors() {
                 let Atom::Variable(name) = atom else { return None };
-                product = product.times(&known.get(name)?.power(*exponent)?)?;
+                product = product.times(&known.get(name)?.power((*exponent).into())?)?;
             }
             sum = Some(match sum {
                 Some(sum) => sum.plus(&product),

@@ -92,7 +92,7 @@ fn one_group(
     for name in group {
         let start = starts.get(*name).ok_or_else(|| Unknown::because(format!("{name} has no first value")))?;
         if start.sort() != Sort::Real {
-            return Err(Unknown::because("closed forms are known of sequences of numbers only".to_string()));
+            return Err(Unknown::because("closed forms are known of sequences of numbers only"));
         }
         let next = known.simplify(&maps[*name]).substitute(&names)?;
         sequences.push(Sequence { name: (*name).clone(), start: vec![known.simplify(start)], next });

@@ -176,7 +176,7 @@ fn forms(recurrence: &Recurrence, rows: &[Vec<Value>], solved: &Solved) -> Resul
     for form in solved.forms() {
         match form {
             Form::Value(first, _) | Form::Sum(first, _) => early = early.max(first.len()),
-            _ => return Err(Unknown::because("the steps of one round have no simple closed form".to_string())),
+            _ => return Err(Unknown::because("the steps of one round have no simple closed form")),
         }
     }
     let turns = rows.len();
@@ -232,7 +232,7 @@ fn composed(
             Form::Sum(_, sum) => sum.value(index),
             _ => None,
         };
-        let value = value.ok_or_else(|| Unknown::because("a sum over roots meets a symbol".to_string()))?;
+        let value = value.ok_or_else(|| Unknown::because("a sum over roots meets a symbol"))?;
         images.insert(name.clone(), value);
     }
     Ok(Form::Value(early, value.substitute(&images)?))

@@ -171,10 +171,13 @@ fn grown(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn F
     let moments = (0..=TIMES).map(|part| &whole * BigRational::new(part.into(), TIMES.into()));
     let moments: Vec<BigRational> = moments.collect();
     let (bounds, method) = growth(likelihood, environment, &moments, interrupted)?;
-    let places = || moments.iter().filter_map(BigRational::to_f64);
-    let wide = bounds.iter().any(|(low, high)| high - low > 5e-3);
-    let low = stairs(places().zip(bounds.iter().map(|(low, _)| *low)));
-    let high = stairs(places().zip(bounds.iter().map(|(_, high)| *high)));
+    let wide = bounds.iter().any(|(_, low, high)| high - low > 5e-3);
+    let side = |upper: bool| {
+        let side =
+            |(time, low, high): &(&BigRational, f64, f64)| Some((time.to_f64()?, if upper { *high } else { *low }));
+        stairs(bounds.iter().filter_map(side))
+    };
+    let (low, high) = (side(false), side(true));
     // Bounds that are not told apart in the picture are the probability itself.
     let how = if wide || method != "enclosed" { format!(" ({method})") } else { String::new() };
     let name = if wide { "lower bound" } else { "probability" };

@@ -3,7 +3,7 @@
 
 use super::solve::found_lines;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Solved, compared};
+use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
 use crate::recurrence::{MOST_PAIRS, Reach, Unknown, either_way, pairs, parameters, reach, read_by, solve_until};
 use crate::value::{Relation, Value};
@@ -12,6 +12,8 @@ use crate::verify::Merge;
 /// The answer in each order of two values.
 pub(super) struct InOrders {
     pub(super) lines: Vec<String>,
+    /// What was solved: all sequences, or those that the question reads.
+    pub(super) recurrence: Recurrence,
     /// What was found in each.
     pub(super) found: Vec<Reach>,
     /// The same as one, where it can be written so.
@@ -27,10 +29,12 @@ struct Case {
     found: Reach,
 }
 
-/// The answer in each order of two values, where it is open without and known in each; nothing if there is no such pair.
+/// The answer in each order of two values, or in each case of something else, where it is known there and open without,
+/// for this reason; nothing if there is no such pair or case.
 pub(super) fn in_orders(
     question: &Question,
     solved: Result<&Solved, &Unknown>,
+    unknown: &Unknown,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Option<InOrders> {
@@ -40,8 +44,6 @@ pub(super) fn in_orders(
     if pairs.is_empty() && parameters(recurrence, left, right).is_empty() {
         return None;
     }
-    let found = reach(recurrence, solved.ok(), (*relation, left, right), known, stop);
-    let Reach::Unknown(unknown) = found else { return None };
     let by_order = pairs.iter().take(MOST_PAIRS).find_map(|(one, other)| {
         let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
         let mut cases = Vec::new();
@@ -61,12 +63,18 @@ pub(super) fn in_orders(
         told(&cases, question, (one, other))
     });
     // For a form, or with one for the index.
-    by_order.or_else(|| in_cases(question, solved.err().unwrap_or(&unknown), known, stop)).or_else(|| {
+    let without = solved.err();
+    by_order.or_else(|| in_cases(question, without.unwrap_or(unknown), known, stop)).or_else(|| {
+        without?;
         // Of those sequences alone that the question reads.
         let recurrence = recurrence.only(&read_by(recurrence, &[left, right])?);
         let question = Question { recurrence, ..question.clone() };
-        let solved = solve_until(question.recurrence.clone(), known, stop);
-        in_orders(&question, solved.as_ref(), known, stop)
+        let recurrence = &question.recurrence;
+        let solved = solve_until(recurrence.clone(), known, stop);
+        match reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop) {
+            Reach::Unknown(unknown) => in_orders(&question, solved.as_ref(), &unknown, known, stop),
+            _ => None,
+        }
     })
 }
 
@@ -92,7 +100,7 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
     }
     let found: Vec<Reach> = cases.into_iter().map(|case| case.found.1).collect();
     let known = found.iter().any(|found| !matches!(found, Reach::Unknown(_)));
-    known.then_some(InOrders { lines, found, merged: None })
+    known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None })
 }
 
 fn told(cases: &[Case], question: &Question, (one, other): (&Value, &Value)) -> Option<InOrders> {
@@ -118,6 +126,7 @@ fn told(cases: &[Case], question: &Question, (one, other): (&Value, &Value)) -> 
     }
     (!cases.is_empty()).then(|| InOrders {
         lines,
+        recurrence: recurrence.clone(),
         found: cases.iter().map(|case| case.found.clone()).collect(),
         merged,
     })

@@ -6,6 +6,7 @@ use super::likely::{asked, chances};
 use crate::criteria::Likely;
 use crate::interval::Interval;
 use crate::lower::{Environment, Event, Likelihood, Method};
+use crate::probability::estimated::Rare;
 use crate::probability::{Question, enclosed, estimated};
 use crate::value::Relation;
 
@@ -13,6 +14,8 @@ use crate::value::Relation;
 const WIDE: f64 = 1e-3;
 /// Runs of a simulation that is drawn.
 const RUNS: u64 = 2_000;
+/// Times at which what hardly ever happens is asked for.
+const FEW: usize = 5;
 
 /// A probability as closely as it is needed to compare it with a threshold.
 pub(super) fn roughly(
@@ -47,27 +50,29 @@ pub(super) fn closely(
     chances(likelihood, environment)
 }
 
-/// A probability that grows with time, at some of the times: lower and upper bounds, with a word on what they are.
-pub(super) fn growth(
+/// A probability that grows with time, at some of the times: each with lower and upper bounds, and a word on what they are.
+/// What hardly ever happens is asked for at few times, as each takes long.
+pub(super) fn growth<'t>(
     likelihood: &Likelihood,
     environment: &Environment,
-    times: &[BigRational],
+    times: &'t [BigRational],
     interrupted: &dyn Fn() -> bool,
-) -> Option<(Vec<(f64, f64)>, &'static str)> {
+) -> Option<(Vec<(&'t BigRational, f64, f64)>, &'static str)> {
     let Event::Shown { .. } = likelihood.event else { return None };
     let (chain, question) = asked(likelihood, environment).ok()?;
     let at = |time: &BigRational| Question { time: time.clone(), names: question.names.clone(), ..question };
-    let by_simulation = likelihood.method == Some(Method::Estimated)
-        || times.last().is_none_or(|last| enclosed::enclosed(&chain, &at(last), WIDE).is_err());
-    let mut all = Vec::new();
-    for time in times.iter().take_while(|_| !interrupted()) {
-        all.push(if by_simulation {
-            let found = estimated::estimated(&chain, &at(time), RUNS, 1).ok()?;
-            (found.low, found.high)
-        } else {
-            let found = enclosed::enclosed(&chain, &at(time), WIDE).ok()?;
-            (found.low, found.high)
-        });
+    let last = times.last()?;
+    let enclosed = |time: &BigRational| enclosed::enclosed(&chain, &at(time), WIDE).ok();
+    if likelihood.method != Some(Method::Estimated) && enclosed(last).is_some() {
+        let all = times.iter().take_while(|_| !interrupted());
+        let all = all.map(|time| enclosed(time).map(|found| (time, found.low, found.high)));
+        return Some((all.collect::<Option<_>>()?, "enclosed"));
     }
-    Some((all, if by_simulation { "estimated" } else { "enclosed" }))
+    let estimated = |time: &BigRational| estimated::estimated(&chain, &at(time), RUNS, 1).ok();
+    let step = if estimated(last)?.rare == Rare::No { 1 } else { times.len().div_ceil(FEW) };
+    let few = times.iter().rev().step_by(step).take_while(|_| !interrupted());
+    let mut all =
+        few.map(|time| estimated(time).map(|found| (time, found.low, found.high))).collect::<Option<Vec<_>>>()?;
+    all.reverse();
+    Some((all, "estimated"))
 }

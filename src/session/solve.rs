@@ -40,9 +40,13 @@ fn answered(
 ) -> (Vec<String>, Vec<Expected>) {
     let known = &waiting.environment.assumptions;
     let recurrence = &question.recurrence;
-    if let Some(found) = in_orders(question, solved.as_ref(), known, stop) {
+    let asked = question.find.as_ref().map(|(relation, left, right)| (*relation, left, right));
+    let found = asked.map(|goal| reach(recurrence, solved.as_ref().ok(), goal, known, stop));
+    if let Some(Reach::Unknown(unknown)) = &found
+        && let Some(found) = in_orders(question, solved.as_ref(), unknown, known, stop)
+    {
         let mut lines = found.lines;
-        lines.push(proof(recurrence));
+        lines.push(proof(&found.recurrence));
         let met = |(expectation, text): &(Expectation, String)| {
             let met = match expectation {
                 Expectation::Never => found.found.iter().all(|found| matches!(found, Reach::Never(_))),
@@ -72,12 +76,10 @@ fn answered(
         Err(_) if in_all => each_order(recurrence, orders, ""),
         Err(reason) => unsolved(recurrence, reason, known, stop),
     };
-    let found = question.find.as_ref().map(|(relation, left, right)| {
-        let found = reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop);
-        lines.extend(found_lines(&found, recurrence, (*relation, left, right)));
-        lines.extend(solved.iter().flat_map(|solved| also(solved, &found, known)));
-        found
-    });
+    if let (Some(goal), Some(found)) = (asked, &found) {
+        lines.extend(found_lines(found, recurrence, goal));
+        lines.extend(solved.iter().flat_map(|solved| also(solved, found, known)));
+    }
     let solved = solved.ok();
     let met = |expectation: &Expectation| match expectation {
         Expectation::Open => match &found {

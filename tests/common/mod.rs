@@ -7,7 +7,9 @@ use std::process::{Command, Output, Stdio};
 use pars::assumption::Assumptions;
 use pars::definition::{Definition, Definitions};
 use pars::law::{Condition, Connective};
+use pars::lower::{Environment, Lowered, Question};
 use pars::name::Name;
+use pars::parser::parse;
 use pars::refute::{Limits, Refutation, refute};
 use pars::term::{Node, Term};
 use pars::value::{Relation, Value};
@@ -151,4 +153,18 @@ pub fn ran(script: &str) -> Output {
         .expect("pars runs");
     child.stdin.take().expect("an input").write_all(script.as_bytes()).expect("it reads");
     child.wait_with_output().expect("it ends")
+}
+
+/// The question of a text, with the environment in which it stands.
+pub fn question(text: &str) -> (Question, Environment) {
+    let mut environment = Environment::new();
+    let parsed = parse(text);
+    assert!(parsed.diagnostics.is_empty(), "{text}: {:?}", parsed.diagnostics);
+    let mut found = None;
+    for lowered in environment.declare(&parsed.items, text) {
+        if let Lowered::Solve(solve) = lowered.unwrap_or_else(|error| panic!("{text}: {error:?}")) {
+            found = Some(*solve);
+        }
+    }
+    (found.expect("a question"), environment)
 }

@@ -97,11 +97,10 @@ impl Scene<'_> {
         let looks: Vec<(&Stretch, Distance)> =
             self.run.stretches.iter().filter_map(|stretch| Some((stretch, alone(stretch)?))).collect();
         let near = |pair: &[(&Stretch, Distance)]| {
-            let [(one, here), (other, there)] = pair else { return None };
+            let [(_, here), (next, there)] = pair else { return None };
             let apart = [here, there].iter().all(|one| one.compares(self.run, Relation::Gte, limit) == Some(true));
             let near = here.between_looks(there).filter(|near| apart && *near < least * (1.0 - 1e-9))?;
-            let ended = one.duration.as_ref().and_then(|duration| one.start.add(duration).ok());
-            Some(Passing { looks: [ended.unwrap_or_else(|| one.start.clone()), other.start.clone()], near })
+            Some(Passing { next: next.start.clone(), near })
         };
         looks.windows(2).filter_map(near).min_by(|one, other| one.near.total_cmp(&other.near))
     }
