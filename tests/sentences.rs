@@ -471,6 +471,12 @@ fn a_jump_over_an_obstacle_between_two_looks_is_said_and_is_no_repair() {
 }
 
 #[test]
+fn a_value_with_a_capital_is_advised_a_name_that_stands_for_a_value() {
+    let errors = String::from_utf8_lossy(&pars("run", "prove (Delay_1)^L = Delay_L\n").stderr).into_owned();
+    assert!(errors.contains("declare it with `param L`, or write `?l` for any value"), "{errors}");
+}
+
+#[test]
 fn what_is_checked_is_what_was_solved() {
     let script = "param v > 0, p, q\nsolve x(n+1) = x(n)+clamp(p-x(n),-v,v), y(n+1) = y(n)+clamp(q-y(n),-v,v), \
         x(0) = 0, y(0) = 0 find n with x(n) = p\n";

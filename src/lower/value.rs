@@ -235,13 +235,15 @@ impl Lowerer<'_> {
             let name = &ident.name;
             format!("declare it with `param {name} : distribution`, or write one, such as `Normal(8, sd: 3/5)`")
         } else if self.metas == Metas::Law {
-            format!("declare it with `param {0}`, or write `?{0}` for any value", ident.name)
+            // `?L` is any process.
+            format!("declare it with `param {}`, or write `?{}` for any value", ident.name, small(&ident.name))
         } else if self.metas == Metas::Shown {
             format!("{SHOWN}; what is the same for the whole text is declared with `param {}`", ident.name)
         } else if self.metas == Metas::Values {
             let name = &ident.name;
+            let unknown = small(name);
             format!(
-                "declare it with `param {name}`, write `?{name}` for a value to be found, or say what is to hold of it \
+                "declare it with `param {name}`, write `?{unknown}` for a value to be found, or say what is to hold of it \
                  wherever it is shown: `property … where {name} > 1`"
             )
         } else {
@@ -430,4 +432,10 @@ pub(super) fn were(count: usize) -> String {
         1 => "1 was".to_string(),
         _ => format!("{count} were"),
     }
+}
+
+/// A name as it begins small: a metavariable with a capital stands for a process.
+fn small(name: &Name) -> String {
+    let mut letters = name.as_str().chars();
+    letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
 }

@@ -7,7 +7,7 @@ use num_traits::ToPrimitive;
 
 use super::likely::{distributions, many, sampled};
 use super::reading::{Question, Run, Waiting};
-use super::roughly::growth;
+use super::roughly::{Growth, growth};
 use crate::connectivity::connectivity;
 use crate::lower::{ClaimKind, Environment, Event, Goal, Likelihood};
 use crate::name::Name;
@@ -170,14 +170,10 @@ fn grown(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn F
     let whole = time.as_rational()?;
     let moments = (0..=TIMES).map(|part| &whole * BigRational::new(part.into(), TIMES.into()));
     let moments: Vec<BigRational> = moments.collect();
-    let (bounds, method) = growth(likelihood, environment, &moments, interrupted)?;
+    let Growth { bounds, method } = growth(likelihood, environment, &moments, interrupted)?;
     let wide = bounds.iter().any(|(_, low, high)| high - low > 5e-3);
-    let side = |upper: bool| {
-        let side =
-            |(time, low, high): &(&BigRational, f64, f64)| Some((time.to_f64()?, if upper { *high } else { *low }));
-        stairs(bounds.iter().filter_map(side))
-    };
-    let (low, high) = (side(false), side(true));
+    let low = stairs(bounds.iter().map(|(time, low, _)| (*time, *low)));
+    let high = stairs(bounds.iter().map(|(time, _, high)| (*time, *high)));
     // Bounds that are not told apart in the picture are the probability itself.
     let how = if wide || method != "enclosed" { format!(" ({method})") } else { String::new() };
     let name = if wide { "lower bound" } else { "probability" };

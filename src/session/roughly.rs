@@ -1,6 +1,7 @@
 //! Probabilities no more closely than is needed: to tell on which side of a threshold they lie, or to be drawn.
 
 use num_rational::BigRational;
+use num_traits::ToPrimitive;
 
 use super::likely::{asked, chances};
 use crate::criteria::Likely;
@@ -50,29 +51,38 @@ pub(super) fn closely(
     chances(likelihood, environment)
 }
 
-/// A probability that grows with time, at some of the times: each with lower and upper bounds, and a word on what they are.
-/// What hardly ever happens is asked for at few times, as each takes long.
-pub(super) fn growth<'t>(
+/// A probability that grows with time.
+pub(super) struct Growth {
+    /// A time, a lower and an upper bound.
+    pub(super) bounds: Vec<(f64, f64, f64)>,
+    /// What the bounds are.
+    pub(super) method: &'static str,
+}
+
+/// A probability that grows with time, at some of the times. What hardly ever happens is asked for at few of them, as each
+/// takes long.
+pub(super) fn growth(
     likelihood: &Likelihood,
     environment: &Environment,
-    times: &'t [BigRational],
+    times: &[BigRational],
     interrupted: &dyn Fn() -> bool,
-) -> Option<(Vec<(&'t BigRational, f64, f64)>, &'static str)> {
+) -> Option<Growth> {
     let Event::Shown { .. } = likelihood.event else { return None };
     let (chain, question) = asked(likelihood, environment).ok()?;
     let at = |time: &BigRational| Question { time: time.clone(), names: question.names.clone(), ..question };
     let last = times.last()?;
     let enclosed = |time: &BigRational| enclosed::enclosed(&chain, &at(time), WIDE).ok();
+    let near = |time: &BigRational| time.to_f64();
     if likelihood.method != Some(Method::Estimated) && enclosed(last).is_some() {
         let all = times.iter().take_while(|_| !interrupted());
-        let all = all.map(|time| enclosed(time).map(|found| (time, found.low, found.high)));
-        return Some((all.collect::<Option<_>>()?, "enclosed"));
+        let all = all.map(|time| enclosed(time).and_then(|found| Some((near(time)?, found.low, found.high))));
+        return Some(Growth { bounds: all.collect::<Option<_>>()?, method: "enclosed" });
     }
     let estimated = |time: &BigRational| estimated::estimated(&chain, &at(time), RUNS, 1).ok();
     let step = if estimated(last)?.rare == Rare::No { 1 } else { times.len().div_ceil(FEW) };
     let few = times.iter().rev().step_by(step).take_while(|_| !interrupted());
-    let mut all =
-        few.map(|time| estimated(time).map(|found| (time, found.low, found.high))).collect::<Option<Vec<_>>>()?;
-    all.reverse();
-    Some((all, "estimated"))
+    let few = few.map(|time| estimated(time).and_then(|found| Some((near(time)?, found.low, found.high))));
+    let mut bounds = few.collect::<Option<Vec<_>>>()?;
+    bounds.reverse();
+    Some(Growth { bounds, method: "estimated" })
 }
