@@ -257,7 +257,7 @@ impl Assumptions {
     /// Whether what a value needs to have a meaning is so.
     pub fn grants(&self, need: &Need) -> Option<bool> {
         match need {
-            Need::Nonzero(value) => self.decide(Relation::Neq, value, &Value::zero()),
+            Need::Nonzero(value) => self.is_nonzero(value),
             Need::Nonnegative(value) if value.is_sum_of_squares() => Some(true),
             Need::Nonnegative(value) => self.decide(Relation::Gte, value, &Value::zero()),
             // Term by term: what is said of a sum alone says nothing of the powers that a normal form makes of it.

@@ -455,15 +455,19 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         Err(failure) if strict => return Err(vec![failure]),
         balance => warnings.extend(balance.err()),
     }
-    if strict
-        && groups.len() > 1
-        && let Some(drift) = apart(&groups, &components, run)?
-    {
+    let mut drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
+    // How often each goes round may depend on a number of times: then phases may say it that are followed in every order.
+    let counted = matches!(&drift, Some(Failure::Drift { rational: Some(_), .. }));
+    if let Some(drift) = drift.take_if(|_| !counted) {
         failures.push(drift);
         failures.append(&mut warnings);
         return Err(failures);
     }
-    let graph = explored.unwrap_or_else(|| explore(&components, &closed, run)).map_err(|failure| vec![failure])?;
+    let found = explored.unwrap_or_else(|| explore(&components, &closed, run));
+    let graph = found.map_err(|failure| match drift {
+        Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
+        _ => vec![failure],
+    })?;
     let Graph { initial, phases, stuck, .. } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     warnings.extend(stuck::ends(&initial, &phases));

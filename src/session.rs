@@ -11,6 +11,7 @@ mod compare;
 mod contradiction;
 mod course;
 mod criteria;
+mod delays;
 mod digits;
 mod drawn;
 mod illustrate;

@@ -90,6 +90,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Whether it is proved, of a run that is a process.
+    fn is_told(&self) -> bool {
+        matches!(self.verdict, Verdict::Proved) && (self.trajectory_term.is_some() || self.apart.is_some())
+    }
+
     fn new(verdict: Verdict) -> Outcome {
         Outcome {
             verdict,
@@ -144,7 +149,7 @@ pub fn verify(
             let run = plain.as_ref().unwrap_or(&period);
             let whole = look(run);
             let whole = match influence::reduced(run, property.1) {
-                Some(reduced) if !matches!(whole.verdict, Verdict::Proved) => better(whole, look(&reduced)),
+                Some(reduced) if !whole.is_told() => better(whole, look(&reduced)),
                 _ => whole,
             };
             let open = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Open { .. });
@@ -159,6 +164,7 @@ pub fn verify(
 /// Of what was found with all variables and with those alone that the property depends on, what says more.
 fn better(whole: Outcome, reduced: Outcome) -> Outcome {
     match (&whole.verdict, &reduced.verdict) {
+        (Verdict::Proved, _) if !reduced.is_told() => whole,
         (_, Verdict::Proved) | (Verdict::Open { .. }, Verdict::Refuted { .. }) => reduced,
         (Verdict::Refuted { .. }, _) | (_, Verdict::Open { .. }) if reduced.period_term.is_none() => whole,
         _ => reduced,

@@ -321,10 +321,11 @@ impl Assumptions {
         let usable = |one: &&Constraint| one.bound != Bound::Zero && one.form.terms().len() <= 12;
         let mut factors: Vec<Constraint> = system.iter().filter(usable).cloned().collect();
         factors.dedup();
-        // Products help where they make monomials that are there: of what stands in some, before all else.
+        // Products help where they make monomials that are there and no numbers: of what stands in some, before all else.
         let monomials = system.iter().flat_map(|one| one.form.terms()).map(|(monomial, _)| monomial);
+        let number = |(atom, _): &(Atom, u32)| atom.is_root_of_number();
         let multiplied: BTreeSet<&Atom> = monomials
-            .filter(|monomial| monomial.degree() > 1)
+            .filter(|monomial| monomial.degree() > 1 && !monomial.factors().iter().all(number))
             .flat_map(|monomial| monomial.factors().iter().map(|(atom, _)| atom))
             .collect();
         factors.sort_by_key(|factor| !factor.form.atoms().iter().any(|atom| multiplied.contains(atom)));
@@ -467,19 +468,29 @@ fn hidden_factor(form: &Form) -> Option<(Form, u32, Form)> {
     if let Some((factor, root)) = square_of(form) {
         return Some((root, 2, Polynomial::constant(factor)));
     }
-    form.atoms().into_iter().find_map(|atom| {
-        let Atom::Root(inner) = atom else { return None };
-        let (radicand, below) = inner.polynomials()?;
-        let mut coefficients = form.coefficients_in(atom);
-        let (rest, mixed) = (coefficients.remove(&0)?, coefficients.remove(&1)?);
-        if !below.is_one() || !coefficients.is_empty() {
-            return None;
+    let (root, mut rest) = form.atoms().into_iter().find_map(|atom| Some((atom.clone(), without_root(form, atom)?)))?;
+    let mut factor = Polynomial::atom(root.clone());
+    // The root of a number is written as those of its prime factors.
+    let beside = |atom: &&Atom| atom.is_root_of_number() && root.is_root_of_number() && **atom != root;
+    for other in form.atoms().into_iter().filter(beside).cloned() {
+        if let Some((less, product)) = without_root(&rest, &other).zip(factor.times(&Polynomial::atom(other))) {
+            (rest, factor) = (less, product);
         }
-        let quotient = rest.divide(radicand, &mut Budget::new(DIVISION_BUDGET))?;
-        let root = Polynomial::atom(atom.clone());
-        let rest = quotient.times(&root)?.plus(&mixed);
-        Some((root, 1, rest))
-    })
+    }
+    Some((factor, 1, rest))
+}
+
+/// What is left of a polynomial without a root that is a factor of it, as a square of it is written without the root.
+fn without_root(form: &Form, atom: &Atom) -> Option<Form> {
+    let Atom::Root(inner) = atom else { return None };
+    let (radicand, below) = inner.polynomials()?;
+    let mut coefficients = form.coefficients_in(atom);
+    let (rest, mixed) = (coefficients.remove(&0)?, coefficients.remove(&1)?);
+    if !below.is_one() || !coefficients.is_empty() {
+        return None;
+    }
+    let quotient = rest.divide(radicand, &mut Budget::new(DIVISION_BUDGET))?;
+    Some(quotient.times(&Polynomial::atom(atom.clone()))?.plus(&mixed))
 }
 
 fn spend(systems: &mut usize) -> bool {

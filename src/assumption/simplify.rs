@@ -21,6 +21,13 @@ impl Assumptions {
         simple
     }
 
+    /// Whether a value is not 0: as it is, or with its maxima and lengths decided, as in `abs(x*sqrt(2)-2)`.
+    pub(super) fn is_nonzero(&self, value: &Value) -> Option<bool> {
+        let nonzero = |value: &Value| self.decide(Relation::Neq, value, &Value::zero());
+        nonzero(value)
+            .or_else(|| Some(self.simplify(value)).filter(|simple| simple != value).and_then(|one| nonzero(&one)))
+    }
+
     fn resolved(&self, value: &Value) -> Result<Value, ValueError> {
         match value.view() {
             View::Vector(parts) => Value::vector(self.all(&parts)?),

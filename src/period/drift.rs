@@ -120,6 +120,13 @@ fn rational_for_each(ratio: &Value, known: &Assumptions) -> Option<Name> {
     natural.all(|name| name.is_some()).then_some(first)
 }
 
+/// Whether how often some of these durations go into the first depends on a natural number.
+pub(super) fn counted<'a>(delays: impl Iterator<Item = &'a Value>, known: &Assumptions) -> bool {
+    let mut delays = delays;
+    let Some(first) = delays.next() else { return false };
+    delays.any(|delay| delay.div(first).is_ok_and(|ratio| rational_for_each(&ratio, known).is_some()))
+}
+
 /// That a ratio is rational for each value of a natural number.
 pub(super) fn rational_told(one: &Value, other: &Value, name: &Name) -> String {
     format!(
@@ -168,17 +175,18 @@ pub(super) fn what_would_do(one: &Value, other: &Value) -> String {
 
 /// What would tell which of two durations is longer.
 pub(super) fn what_tells(one: &Value, other: &Value) -> String {
+    let Ok(less) = one.sub(other).map(|difference| difference.compared(Relation::Lss.symbol())) else {
+        return String::new();
+    };
     let (given, fixed) = match (other.as_variable(), one.as_variable()) {
         (Some(name), _) if !one.mentions(name) => (name, one),
         (_, Some(name)) if !other.mentions(name) => (name, other),
-        _ => return format!("; an assumption such as `param {one} < {other}` tells, or a known ratio"),
+        _ => return format!("; an assumption such as `param {less}` tells, or a known ratio"),
     };
     match Value::fraction(2, 3).and_then(|ratio| fixed.mul(&ratio)) {
         Ok(third) => {
             let what = if third.as_rational().is_some() { "number" } else { "ratio" };
-            format!(
-                "; an assumption such as `param {one} < {other}` tells, or a {what} such as `param {given} = {third}`"
-            )
+            format!("; an assumption such as `param {less}` tells, or a {what} such as `param {given} = {third}`")
         }
         Err(_) => String::new(),
     }

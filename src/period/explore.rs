@@ -1,9 +1,12 @@
 //! The symbolic run: phases found one from another until no new one turns up.
 
+mod delays;
+
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use self::delays::First;
 use super::control::Control;
 use super::held::{Held, absorbed, first_held, name_variables, places};
 use super::instant::{Clock, Moment};
@@ -82,10 +85,23 @@ struct Explorer<'a> {
     spots: Vec<Spot>,
     /// The phases by their control points, and then by the delays that remain.
     index: Quick<Control, Remainders>,
-    /// Whether phases that differ in values are apart.
-    apart: bool,
+    kept: Kept,
     /// Whether a value that differs between two visits has been made a variable.
     general: bool,
+    /// Whether how often one delay goes into another depends on a number of times that is a parameter.
+    counted: bool,
+}
+
+/// By what phases of the same control points are apart.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    /// By the delays that remain.
+    Delays,
+    /// By these and by the values held.
+    Values,
+    /// By nothing: what differs between two visits is a variable, also what remains of a delay. Which of them ends first is
+    /// then asked in every order, and the phases may ask of their variables what never comes.
+    Nothing,
 }
 
 /// Runs the system. Where that fails with variables for what changes, a few values that come again and again may do:
@@ -99,25 +115,36 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     let settler = Settler { definitions, reserved: &reserved, tails };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
-    let mut explorer = Explorer::new(clock, assumptions, false);
-    match explorer.run(components) {
-        Err(failure) if explorer.general && failure != Failure::Interrupted => {
-            let found = Explorer::new(explorer.clock, assumptions, true).run(components);
-            found.map_err(|other| if other == Failure::Interrupted { other } else { failure })
+    let mut explorer = Explorer::new(clock, assumptions, Kept::Delays);
+    let failure = match explorer.run(components) {
+        Err(failure) if failure != Failure::Interrupted => failure,
+        found => return found,
+    };
+    let counted = explorer.counted
+        || matches!(&failure, Failure::Order { one, other } if drift::counted([&one.1, &other.1].into_iter(), assumptions));
+    let others = [(explorer.general, Kept::Values), (counted, Kept::Nothing)];
+    let mut clock = explorer.clock;
+    for kept in others.into_iter().filter_map(|(may, kept)| may.then_some(kept)) {
+        let mut explorer = Explorer::new(clock, assumptions, kept);
+        match explorer.run(components) {
+            Err(other) if other != Failure::Interrupted => clock = explorer.clock,
+            found => return found,
         }
-        found => found,
     }
+    Err(failure)
 }
 
 impl<'a> Explorer<'a> {
-    fn new(clock: Clock<'a>, assumptions: &'a Assumptions, apart: bool) -> Explorer<'a> {
-        Explorer { clock, assumptions, spots: Vec::new(), index: Quick::default(), apart, general: false }
+    fn new(clock: Clock<'a>, assumptions: &'a Assumptions, kept: Kept) -> Explorer<'a> {
+        let (spots, index) = (Vec::new(), Quick::default());
+        Explorer { clock, assumptions, spots, index, kept, general: false, counted: false }
     }
 
     fn run(&mut self, components: &[Term]) -> Result<Graph, Failure> {
         let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
         let mut work = BTreeSet::new();
-        let initial = self.ways(start, Vec::new(), self.assumptions.clone(), &mut work)?;
+        let path = Path { assumptions: Rc::new(self.assumptions.clone()), ..Path::default() };
+        let initial = self.ways(start, Vec::new(), path, &mut work)?;
         // This comes to an end: a phase is explored again only after one of its values became a variable, or one of its
         // variables two.
         while let Some(spot) = work.pop_first() {
@@ -127,7 +154,7 @@ impl<'a> Explorer<'a> {
     }
 
     fn explore_spot(&mut self, spot: usize, work: &mut BTreeSet<usize>) -> Result<(), Failure> {
-        let mut state = self.state_of(spot).map_err(failure_of)?;
+        let state = self.state_of(spot).map_err(failure_of)?;
         let (mut delays, mut shown) = (Vec::new(), Vec::new());
         for run in &state {
             inspect(run, &mut delays, &mut shown).map_err(failure_of)?;
@@ -142,39 +169,16 @@ impl<'a> Explorer<'a> {
                 assumptions.assume(Relation::Gtr, delay, &Value::zero());
             }
         }
-        let least = self.least(&state, &delays, &assumptions)?;
-        state.iter_mut().try_for_each(|run| pass(run, &least)).map_err(unreduced)?;
-        let segments = vec![Segment { duration: least, observed: shown }];
-        let ways = self.ways(state, segments, assumptions, work)?;
+        let mut ways = Vec::new();
+        for First { path, least } in self.first(&state, &delays, assumptions)? {
+            let mut state = state.clone();
+            state.iter_mut().try_for_each(|run| pass(run, &least)).map_err(unreduced)?;
+            let segments = vec![Segment { duration: least, observed: shown.clone() }];
+            ways.extend(self.ways(state, segments, path, work)?);
+        }
         self.spots[spot].ways = ways;
         self.spots[spot].explorations += 1;
         Ok(())
-    }
-
-    fn least(&self, state: &[Run], delays: &[Value], assumptions: &Assumptions) -> Result<Value, Failure> {
-        let mut least: Option<&Value> = None;
-        for delay in delays {
-            least = match least {
-                None => Some(delay),
-                Some(other) => match assumptions.decide(Relation::Lte, other, delay) {
-                    Some(true) => Some(other),
-                    Some(false) => Some(delay),
-                    None if assumptions.decide(Relation::Lte, delay, other) == Some(true) => Some(delay),
-                    None => {
-                        let who = |delay: &Value| {
-                            let holds = |run: &Run| {
-                                let (mut found, mut shown) = (Vec::new(), Vec::new());
-                                inspect(run, &mut found, &mut shown).is_ok() && found.contains(delay)
-                            };
-                            let name = state.iter().position(holds).and_then(|place| self.clock.names.get(place));
-                            (name.cloned().unwrap_or_default(), delay.clone())
-                        };
-                        return Err(Failure::Order { one: who(other), other: who(delay) });
-                    }
-                },
-            };
-        }
-        least.cloned().ok_or_else(|| Failure::not_found("nothing waits"))
     }
 
     /// All that may happen in the instant at which this state is entered.
@@ -182,10 +186,9 @@ impl<'a> Explorer<'a> {
         &mut self,
         state: Vec<Run>,
         segments: Vec<Segment>,
-        assumptions: Assumptions,
+        path: Path,
         work: &mut BTreeSet<usize>,
     ) -> Result<Vec<Way>, Failure> {
-        let path = Path { assumptions: Rc::new(assumptions), ..Path::default() };
         let start = Moment::new(state, path, self.clock.users.len());
         let mut moments = vec![start.clone()];
         let mut ways = Vec::new();
@@ -236,7 +239,7 @@ impl<'a> Explorer<'a> {
         let (mut entries, mut hints, mut delays) = (Vec::new(), Vec::new(), Vec::new());
         let mut take = |slot: Slot<'_>, value: &Value| -> Result<Value, std::convert::Infallible> {
             if matches!(slot, Slot::Delay) {
-                if !self.clock.settler.varies(value) {
+                if self.kept != Kept::Nothing && !self.clock.settler.varies(value) {
                     delays.push(Some(value.clone()));
                     return Ok(Value::zero());
                 }
@@ -258,7 +261,7 @@ impl<'a> Explorer<'a> {
         let control = self.index.get_key_value(&control).map_or(control, |(known, _)| known.clone());
         let remainders = self.index.entry(control.clone()).or_default();
         let mut key = delays.clone();
-        if self.apart {
+        if self.kept == Kept::Values {
             key.extend(entries.iter().map(|entry| (!self.clock.settler.varies(entry)).then(|| entry.clone())));
         }
         if let Some(found) = remainders.get(&key).copied() {
@@ -270,8 +273,9 @@ impl<'a> Explorer<'a> {
         let number = self.spots.len();
         let left = || remainders.keys().chain([&delays]).flat_map(|delays| delays.iter().flatten());
         let apart = || drift::apart(left(), self.assumptions);
-        let many = self.apart && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
+        let many = self.kept == Kept::Values && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
         if many || number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
+            self.counted = drift::counted(left(), self.assumptions);
             return Err(drift::growth(self.clock.names, state, number, self.assumptions));
         }
         remainders.insert(key, number);

@@ -2,6 +2,7 @@
 
 use super::beside::{BESIDE, relevant};
 use super::claim::Found;
+use super::delays::{MOST_CLAIMED, Order, orders};
 use super::instances::{broken_instance, labelled};
 use super::parts::large_part;
 use super::reading::{Run, Waiting};
@@ -39,7 +40,19 @@ impl Run<'_, '_> {
         property: Option<&Name>,
         waiting: &Waiting,
     ) -> Found {
-        let environment = &waiting.environment;
+        self.always_under(system, (pattern, property), &waiting.environment, MOST_CLAIMED)
+    }
+
+    /// The same under what was declared, and where it is not known which of two delays ends first in each order; `most`: so
+    /// many times.
+    fn always_under(
+        &mut self,
+        system: &Name,
+        (pattern, property): (&Pattern, Option<&Name>),
+        environment: &Environment,
+        most: usize,
+    ) -> Found {
+        let whole = system;
         let Some(system) = environment.system(system) else { return Found::default() };
         let claim = claim_of(pattern);
         let mut found = Found::default();
@@ -73,6 +86,14 @@ impl Run<'_, '_> {
             if matches!(alone.verdict, safety::Verdict::Proved(_)) {
                 outcome = alone;
                 found.trusted.push(BESIDE.to_string());
+            }
+        }
+        if matches!(outcome.verdict, safety::Verdict::Open) && most > 0 {
+            let orders = orders(&outcome.diagnostics, environment);
+            let each = |order: &Order| self.always_under(whole, (pattern, property), &order.environment, most - 1);
+            let cases = orders.iter().map(each).collect();
+            if let Some(found) = Found::in_each(&orders, cases, true) {
+                return found;
             }
         }
         if large.is_some() && matches!(outcome.verdict, safety::Verdict::Proved(_)) {

@@ -9,6 +9,7 @@ use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::Period;
 use crate::period::course::Course;
+use crate::recurrence::Closed;
 use crate::term::Term;
 use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
@@ -67,7 +68,11 @@ fn in_either_case(
         else {
             return None;
         };
-        (same(lasting, other) && same(from, since) && beside == also && more.moving == equal.moving).then_some(more)
+        // All that is beside in one of the cases may be another each time.
+        let beside = beside.union(also).cloned().collect();
+        let course = Course::Repeats { lasting: lasting.clone(), from: from.clone(), beside };
+        let moving = more.moving || equal.moving;
+        (same(lasting, other) && same(from, since)).then_some(Known { course, moving })
     })
 }
 
@@ -156,7 +161,9 @@ fn again(run: &Trajectory, period: &Period) -> Option<Course> {
     let told: BTreeSet<Name> = match (run.cycle, &run.orbit, again) {
         (Some(_), None, legs) => legs.iter().flat_map(|leg| leg.start.keys().cloned()).collect(),
         (None, _, [leg]) => {
-            let changes = |name: &Name| leg.closed.iter().any(|(changed, _)| changed == name);
+            let moves =
+                |form: &Closed| form.pieces.len() > 1 || form.pieces.iter().any(|one| one.form.mentions(&leg.index));
+            let changes = |name: &Name| leg.closed.iter().any(|(changed, form)| changed == name && moves(form));
             leg.start.keys().filter(|name| !changes(name)).cloned().collect()
         }
         _ => BTreeSet::new(),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-use super::likely::{distributions, many, sampled};
+use super::likely::{as_shown, distributions, many, sampled};
 use super::reading::{Question, Run, Waiting};
 use super::roughly::{Growth, growth};
 use crate::connectivity::connectivity;
@@ -145,6 +145,7 @@ fn band(goal: &Goal, radius: f64) -> Option<(f64, f64, String)> {
 
 /// The distribution at a time, or the probability as it grows up to the time.
 fn likely(likelihood: &Likelihood, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Vec<Picture> {
+    let likelihood = &*as_shown(likelihood, environment);
     let mut all = Vec::new();
     for (name, distribution) in distributions(likelihood, environment) {
         all.extend(distribution.normals().map(|parts| {

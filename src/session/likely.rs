@@ -21,14 +21,14 @@ use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
 use crate::invariant::{Claim, PERIOD};
-use crate::lower::{Environment, Event, Likelihood, Method, System};
+use crate::lower::{Environment, Likelihood, Method, System};
 use crate::period::{self, Period};
 use crate::probability::boxes::boxes;
 use crate::probability::chain::{Chain, chain, curved};
 use crate::probability::{Enclosed, Question, enclosed, estimated, exact, linear, schedule};
 use crate::report::{Chance, Verdict};
 use crate::value::{Relation, Value};
-use read::read;
+pub(super) use read::as_shown;
 use timed::{followed, raced, run, scheduled};
 pub(super) use timed::{many, sampled};
 
@@ -375,19 +375,7 @@ fn event<'e>(
     let Some(system) = environment.system(&likelihood.system) else {
         return Err(vec![format!("there is no system {}", likelihood.system)]);
     };
-    let (pattern, first, time) = match &likelihood.event {
-        Event::Shown { first, pattern, time } => (pattern.clone(), *first, time.clone()),
-        Event::Satisfies(property) => read(environment.property(property)).ok_or_else(|| {
-            vec![
-                format!("the probability of {property} is understood for `Delay_d ; At_a`,"),
-                "and for `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with a distribution D that is a parameter;"
-                    .to_string(),
-                "and for `Delay_{?x} ; At_a ; Lte_{?x,d}`, that it is shown by d, with one such bound;".to_string(),
-                "all may end with comparisons of what is shown, as `At_{?a} ; Lte_{|?a-b|,e}`;".to_string(),
-                "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
-            ]
-        })?,
-    };
+    let (pattern, first, time) = read::shown(likelihood, environment)?;
     let time = time.as_rational().ok_or_else(|| vec![format!("the time {time} must be a number")])?;
     if time.is_negative() {
         return Err(vec![format!("the time {} is past: times count from the start, which is 0", rational(&time))]);

@@ -2,6 +2,7 @@
 
 use super::beside::BESIDE;
 use super::course::{Known, course_of};
+use super::delays::{self, MOST_ORDERS, Order, orders};
 use super::digits::rational;
 use super::parts::{Part, Together, headline, parted, steady, together};
 use super::reading::{Run, Waiting};
@@ -15,6 +16,18 @@ use crate::period::{self, Failure, Period, graph, in_case};
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
+/// The answer where it is not known whether a period comes again.
+const UNKNOWN: &str = "unknown";
+
+/// What is said of a period.
+struct Told {
+    lines: Vec<String>,
+    /// Whether it comes again: `yes`, `no` or `unknown`.
+    answer: &'static str,
+    /// Which of the expectations are of values that it has.
+    met: Vec<bool>,
+}
+
 impl Run<'_, '_> {
     /// The answer, and what came of the expectations: `yes` or `no` (does it repeat?), `lasting = 2*t`, `phases = 3`.
     pub(super) fn period(&mut self, system: &Name, waiting: &Waiting) -> (Vec<String>, Vec<Expected>) {
@@ -22,23 +35,57 @@ impl Run<'_, '_> {
         let Some(found) = environment.system(system) else {
             return (vec![format!("there is no system {system}")], Run::unmet(&waiting.expected));
         };
-        let interrupted = || self.surroundings.interrupted();
-        let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
-        if let Some((parts, ways)) = parted(found, environment, &interrupted) {
-            return by_parts(&parts, ways, waiting, &interrupted);
-        }
-        let period = period::analyse_until(&found.components, definitions, assumptions, &interrupted);
-        let (lines, course) = match &period {
-            Ok(period) => told_whole(period, found, environment, &interrupted),
-            Err(failures) => (failures.iter().map(ToString::to_string).collect(), None),
+        let wanted: Vec<&Expectation> = waiting.expected.iter().map(|(expectation, _)| expectation).collect();
+        let told = told_of(found, environment, &wanted, MOST_ORDERS, &|| self.surroundings.interrupted());
+        let met = |(expectation, met): (&Expectation, bool)| match expectation {
+            Expectation::Answer(word) => word.as_str() == told.answer,
+            _ => met,
         };
-        let course = course.map(|known| known.course);
-        let expected = waiting.expected.iter().map(|(expectation, text)| {
-            let met = is_met(expectation, (&period, course.as_ref()), waiting);
-            Expected { text: text.clone(), met }
-        });
-        (lines, expected.collect())
+        let expected = waiting.expected.iter().zip(&told.met);
+        let expected =
+            expected.map(|((expectation, text), own)| Expected { text: text.clone(), met: met((expectation, *own)) });
+        (told.lines.clone(), expected.collect())
     }
+}
+
+/// What is said of a system, where it is not known which of two delays ends first in each order; `most`: so many times.
+fn told_of(
+    system: &System,
+    environment: &Environment,
+    wanted: &[&Expectation],
+    most: usize,
+    interrupted: &dyn Fn() -> bool,
+) -> Told {
+    if let Some((parts, ways)) = parted(system, environment, interrupted) {
+        return by_parts(&parts, ways, environment, wanted, interrupted);
+    }
+    let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+    let period = period::analyse_until(&system.components, definitions, assumptions, interrupted);
+    let (lines, course) = match &period {
+        Ok(period) => told_whole(period, system, environment, interrupted),
+        Err(failures) => {
+            let orders = if most > 0 { orders(failures, environment) } else { Vec::new() };
+            let each = |order: &Order| told_of(system, &order.environment, wanted, most - 1, interrupted);
+            let cases: Vec<Told> = orders.iter().map(each).collect();
+            if cases.iter().any(|case| case.answer != UNKNOWN) {
+                return in_each(&orders, cases);
+            }
+            (failures.iter().map(ToString::to_string).collect(), None)
+        }
+    };
+    let course = course.map(|known| known.course);
+    let met = wanted.iter().map(|wanted| is_met(wanted, (&period, course.as_ref()), environment));
+    Told { lines, answer: answer(&period, course.as_ref()), met: met.collect() }
+}
+
+/// What is said in each order, and what holds in all.
+fn in_each(orders: &[Order], cases: Vec<Told>) -> Told {
+    let answer = cases.first().map_or(UNKNOWN, |case| case.answer);
+    let answer = if cases.iter().all(|case| case.answer == answer) { answer } else { UNKNOWN };
+    let count = cases.first().map_or(0, |case| case.met.len());
+    let met = (0..count).map(|place| cases.iter().all(|case| case.met.get(place) == Some(&true))).collect();
+    let lines = orders.iter().zip(cases).flat_map(|(order, case)| delays::told(&order.title, case.lines)).collect();
+    Told { lines, answer, met }
 }
 
 /// All that is said of a system with a period, and where it comes to.
@@ -66,10 +113,10 @@ fn told_whole(
 fn by_parts(
     parts: &[Part],
     ways: usize,
-    waiting: &Waiting,
+    environment: &Environment,
+    wanted: &[&Expectation],
     interrupted: &dyn Fn() -> bool,
-) -> (Vec<String>, Vec<Expected>) {
-    let environment = &waiting.environment;
+) -> Told {
     let mut lines = vec![headline(parts, ways)];
     let mut courses = Vec::new();
     for (number, part) in parts.iter().enumerate() {
@@ -81,17 +128,14 @@ fn by_parts(
     let all = together(parts, courses, environment);
     lines.extend(all.line());
     lines.push(format!("on trust: {BESIDE}"));
-    let met = |expectation: &Expectation| match (expectation, &all) {
-        (Expectation::Answer(word), _) => word.as_str() == all.answer(),
+    let met = |wanted: &&Expectation| match (wanted, &all) {
         (Expectation::Values(values), Together::Again(Course::Repeats { lasting, .. }, _)) => {
             let same = |wanted| environment.assumptions.decide(Relation::Eq, lasting, wanted) == Some(true);
             values.iter().all(|(name, wanted)| name.as_str() == "lasting" && same(wanted))
         }
         _ => false,
     };
-    let expected =
-        waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
-    (lines, expected.collect())
+    Told { lines, answer: all.answer(), met: wanted.iter().map(met).collect() }
 }
 
 fn told(
@@ -141,32 +185,34 @@ pub(crate) fn whole(course: &Course, moving: bool) -> String {
     }
 }
 
+/// Whether a period comes again.
+fn answer(period: &Result<Period, Vec<Failure>>, course: Option<&Course>) -> &'static str {
+    let repeats = period.as_ref().is_ok_and(|period| period.comes_again(course));
+    // That parts share no port is no reason: side by side they may have a period all the same.
+    let reason = |failure: &&Failure| !matches!(failure, Failure::NoCommunication { .. });
+    let open = period.as_ref().is_err_and(|failures| failures.iter().filter(reason).all(Failure::is_open));
+    match (repeats, open) {
+        (true, _) => "yes",
+        (false, true) => UNKNOWN,
+        (false, false) => "no",
+    }
+}
+
+/// Whether a period has the values that are expected of it.
 fn is_met(
     expectation: &Expectation,
     (period, course): (&Result<Period, Vec<Failure>>, Option<&Course>),
-    waiting: &Waiting,
+    environment: &Environment,
 ) -> bool {
-    let repeats = period.as_ref().is_ok_and(|period| period.comes_again(course));
     let round = course.and_then(|course| match course {
         Course::Repeats { lasting, .. } => Some(lasting.clone()),
         Course::Ends(..) => None,
     });
     let is = |found: Option<Value>, wanted: &Value| {
-        let decide = |found: &Value| waiting.environment.assumptions.decide(Relation::Eq, found, wanted);
+        let decide = |found: &Value| environment.assumptions.decide(Relation::Eq, found, wanted);
         found.is_some_and(|found| decide(&found) == Some(true))
     };
     match expectation {
-        Expectation::Answer(word) => {
-            // That parts share no port is no reason: side by side they may have a period all the same.
-            let reason = |failure: &&Failure| !matches!(failure, Failure::NoCommunication { .. });
-            let open = period.as_ref().is_err_and(|failures| failures.iter().filter(reason).all(Failure::is_open));
-            let answer = match (repeats, open) {
-                (true, _) => "yes",
-                (false, true) => "unknown",
-                (false, false) => "no",
-            };
-            word.as_str() == answer
-        }
         Expectation::Values(values) => values.iter().all(|(name, wanted)| match (name.as_str(), period) {
             ("lasting", Ok(period)) => is(period.lasting().or_else(|| round.clone()), wanted),
             ("phases", Ok(period)) => is(i64::try_from(period.phases.len()).ok().map(Value::integer), wanted),

@@ -3,6 +3,7 @@
 use super::beside::BESIDE;
 use super::claim::Found;
 use super::contradiction::contradict;
+use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order};
 use super::parts::large_part;
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
@@ -29,7 +30,13 @@ const WIDEST: usize = 480;
 
 impl Run<'_, '_> {
     pub(super) fn satisfies(&mut self, system: &Name, property: &Name, waiting: &Waiting) -> Found {
-        let environment = &waiting.environment;
+        self.satisfies_under(system, property, &waiting.environment, MOST_CLAIMED)
+    }
+
+    /// The same under what was declared, and where it is not known which of two delays ends first in each order; `most`: so
+    /// many times.
+    fn satisfies_under(&mut self, system: &Name, property: &Name, environment: &Environment, most: usize) -> Found {
+        let names = (system, property);
         let (Some(system), Some(property)) = (environment.system(system), environment.property(property)) else {
             return Found::default();
         };
@@ -43,6 +50,14 @@ impl Run<'_, '_> {
             &environment.assumptions,
             &|| self.surroundings.interrupted(),
         );
+        if matches!(outcome.verdict, verify::Verdict::Open { .. }) && most > 0 {
+            let orders = delays::orders(&outcome.diagnostics, environment);
+            let each = |order: &Order| self.satisfies_under(names.0, names.1, &order.environment, most - 1);
+            let cases = orders.iter().map(each).collect();
+            if let Some(found) = Found::in_each(&orders, cases, false) {
+                return found;
+            }
+        }
         let mut trace: Vec<String> = by_turns(&outcome).into_iter().chain(outcome.remark.clone()).collect();
         trace.extend(account(system, &outcome, environment));
         let mut found = Found { trace, ..Found::default() };
@@ -97,15 +112,35 @@ impl Run<'_, '_> {
     ) -> Vec<String> {
         let environment = &waiting.environment;
         let Some(found) = environment.system(system) else { return vec![format!("there is no system {system}")] };
-        let interrupted = || self.surroundings.interrupted();
-        let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
-        match period::analyse_until(&found.components, definitions, assumptions, &interrupted) {
-            Ok(period) => {
-                let mut lines = describe(found, &period, environment);
-                lines.extend(period.warnings.iter().map(|warning| format!("warning: {warning}")));
-                lines
+        examined(found, environment, &describe, MOST_ORDERS, &|| self.surroundings.interrupted()).0
+    }
+}
+
+/// What is said of the period of a system, where it is not known which of two delays ends first in each order; and whether
+/// one was found. `most`: so many times.
+fn examined(
+    system: &System,
+    environment: &Environment,
+    describe: &dyn Fn(&System, &Period, &Environment) -> Vec<String>,
+    most: usize,
+    interrupted: &dyn Fn() -> bool,
+) -> (Vec<String>, bool) {
+    let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+    match period::analyse_until(&system.components, definitions, assumptions, interrupted) {
+        Ok(period) => {
+            let mut lines = describe(system, &period, environment);
+            lines.extend(period.warnings.iter().map(|warning| format!("warning: {warning}")));
+            (lines, true)
+        }
+        Err(failures) => {
+            let orders = if most > 0 { delays::orders(&failures, environment) } else { Vec::new() };
+            let each = |order: &Order| examined(system, &order.environment, describe, most - 1, interrupted);
+            let cases: Vec<(Vec<String>, bool)> = orders.iter().map(each).collect();
+            if cases.iter().any(|(_, found)| *found) {
+                let all = orders.iter().zip(cases);
+                return (all.flat_map(|(order, (lines, _))| delays::told(&order.title, lines)).collect(), true);
             }
-            Err(failures) => failures.iter().map(ToString::to_string).collect(),
+            (failures.iter().map(ToString::to_string).collect(), false)
         }
     }
 }

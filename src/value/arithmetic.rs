@@ -3,7 +3,7 @@
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
-use super::denominator::{free_denominator, without_lengths};
+use super::denominator::{free_denominator, leading_root, without_lengths};
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
 use crate::polynomial::{Budget, MOST_TERMS, Monomial, Polynomial};
 
@@ -166,6 +166,7 @@ impl Value {
             return Err(ValueError::new("division by zero"));
         }
         let (numerator, denominator) = cancel(numerator, denominator);
+        let (numerator, denominator) = cancel_beside_root(numerator, denominator)?;
         let scale = denominator.leading().recip();
         let (numerator, denominator) = (numerator.scale(&scale), denominator.scale(&scale));
         if !numerator.is_modest() || !denominator.is_modest() {
@@ -220,7 +221,27 @@ fn cancel(numerator: Real, denominator: Real) -> (Real, Real) {
     }
 }
 
+/// The same where the roots of numbers in the numerator hide what both share: `x*sqrt(2)-2` is `sqrt(2)*(x-sqrt(2))`.
+fn cancel_beside_root(numerator: Real, denominator: Real) -> Result<(Real, Real), ValueError> {
+    let hidden = denominator.atoms().iter().any(|atom| atom.is_root_of_number());
+    let Some(root) = leading_root(&numerator).filter(|_| hidden) else { return Ok((numerator, denominator)) };
+    let (above, below) = cancel(relations(product(&numerator, &root)?)?, denominator.clone());
+    if below == denominator {
+        return Ok((numerator, denominator));
+    }
+    let square = relations(product(&root, &root)?)?;
+    match square.as_constant() {
+        Some(square) => Ok((relations(product(&above, &root)?)?.scale(&square.recip()), below)),
+        None => Ok((numerator, denominator)),
+    }
+}
+
 impl Atom {
+    /// The root of a number.
+    pub(crate) fn is_root_of_number(&self) -> bool {
+        matches!(self, Atom::Root(inner) if inner.as_rational().is_some())
+    }
+
     /// 0 or 1 always: `if` and `0^n`.
     pub(crate) fn is_binary(&self) -> bool {
         match self {

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use num_rational::BigRational;
+
 use super::arithmetic::{DIVISOR_BUDGET, product, relations};
 use super::{Atom, Need, Real, Relation, Value, ValueError};
 use crate::name::Name;
-use crate::polynomial::{Budget, Polynomial};
+use crate::polynomial::{Budget, Monomial, Polynomial};
 
 /// Whether a fraction is not what [`Value::over`] makes of its numerator and denominator.
 pub(super) fn hides_a_sign(numerator: &Real, denominator: &Real) -> bool {
@@ -53,6 +55,9 @@ pub(super) fn without_lengths(numerator: Real, denominator: Real) -> Result<(Rea
 /// Multiplies numerator and denominator so that the denominator is free of binary atoms, signs and known roots, where
 /// that is possible without multiplying by what may be 0 where the denominator is not.
 pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Result<(Real, Real), ValueError> {
+    if let Some(root) = leading_root(&denominator) {
+        (numerator, denominator) = (relations(product(&numerator, &root)?)?, relations(product(&denominator, &root)?)?);
+    }
     for _ in 0..8 {
         let special: Vec<Atom> = denominator
             .atoms()
@@ -91,6 +96,23 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
         }
     }
     Ok((numerator, denominator))
+}
+
+/// The roots of numbers by which a polynomial is multiplied to have none in its first term, where that is what they are
+/// roots beside: of `x*sqrt(2)-2`, which is `sqrt(2)*(x-sqrt(2))`, the root of 2.
+pub(super) fn leading_root(polynomial: &Real) -> Option<Real> {
+    let mut parts = Vec::with_capacity(polynomial.terms().len());
+    for (monomial, _) in polynomial.terms() {
+        let (roots, rest): (Vec<_>, Vec<_>) =
+            monomial.factors().iter().cloned().partition(|(atom, _)| atom.is_root_of_number());
+        parts.push((Monomial::of(rest)?, roots));
+    }
+    let first = parts.iter().map(|(rest, _)| rest).max()?.clone();
+    let mut leading = parts.into_iter().filter(|(rest, _)| *rest == first);
+    let (rest, roots) = leading.next()?;
+    let alone = leading.next().is_none() && !rest.factors().is_empty() && !roots.is_empty();
+    alone.then_some(())?;
+    Some(Polynomial::term(Monomial::of(roots)?, BigRational::from_integer(1.into())))
 }
 
 /// Makes sure that nothing is lost where these are put in for names: what the value divides by may become 0 in a case, and

@@ -135,7 +135,8 @@ impl Value {
         let product = self.parts().and_then(|(numerator, denominator)| numerator.times(denominator));
         let Some(product) = product.filter(|product| product.terms().len() <= MOST_TERMS) else { return false };
         let whole = product.scale(&product.content().recip());
-        squares(&whole).is_some() || square_with_root(&whole).is_some() || square_root(&whole).is_some()
+        let plainly = squares(&whole).is_some() || square_with_root(&whole).is_some() || square_root(&whole).is_some();
+        plainly || square_with_numbers(&whole).is_ok_and(|root| root.is_some())
     }
 
     /// The vector of length 1 in the same direction; of a number, its sign.
@@ -343,21 +344,33 @@ fn square_with_root(sum: &Real) -> Option<Vec<Real>> {
     })
 }
 
-/// `q*x + b/(2*q)` of its square, where b has roots of numbers, whose squares are numbers.
+/// `q*m + b/(2*q)` of its square, for a product m, where b has roots of numbers, whose squares are numbers.
 fn square_with_numbers(sum: &Real) -> Result<Option<Real>, ValueError> {
-    let is_root = |atom: &Atom| matches!(atom, Atom::Root(inner) if inner.as_rational().is_some());
+    let is_root = |atom: &Atom| atom.is_root_of_number();
     if sum.terms().len() > MOST_TERMS || !sum.atoms().into_iter().any(is_root) {
         return Ok(None);
     }
     let whole = Value::whole(sum.clone())?;
-    for atom in sum.atoms().into_iter().filter(|atom| !is_root(atom)) {
-        let Some(part) = completed(sum, atom) else { continue };
+    let free = |square: &Monomial<Atom>| !square.factors().iter().any(|(atom, _)| is_root(atom));
+    let squares = sum.terms().iter().filter(|(square, _)| !square.factors().is_empty() && free(square));
+    for part in squares.filter_map(|(square, number)| completed_by(sum, square, number)) {
         let value = Value::whole(part.clone())?;
         if value.mul(&value)? == whole {
             return Ok(Some(part));
         }
     }
     Ok(None)
+}
+
+/// `q*m + b/(2*q)` of `q^2*m^2 + b*m + c`.
+fn completed_by(sum: &Real, square: &Monomial<Atom>, number: &BigRational) -> Option<Real> {
+    let half = square.factors().iter().map(|(atom, count)| (count % 2 == 0).then(|| (atom.clone(), count / 2)));
+    let lead = Monomial::of(half.collect::<Option<Vec<_>>>()?)?;
+    let root = rational_root(number)?;
+    let twice = (&root + &root).recip();
+    let linear = sum.terms().iter().filter(|(monomial, _)| monomial.over(square).is_none());
+    let linear = linear.filter_map(|(monomial, number)| Some(Polynomial::term(monomial.over(&lead)?, number * &twice)));
+    Some(linear.fold(Polynomial::term(lead.clone(), root), |sum, term| sum.plus(&term)))
 }
 
 fn rational_root(number: &BigRational) -> Option<BigRational> {

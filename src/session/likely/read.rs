@@ -1,14 +1,43 @@
 //! What a property that has a probability asks for.
 
-use crate::lower::{Pattern, Property};
+use std::borrow::Cow;
+
+use crate::lower::{Environment, Event, Likelihood, Pattern, Property};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
+
+/// What is to be shown, whether any time up to the given one counts, and that time.
+pub(super) fn shown(likelihood: &Likelihood, environment: &Environment) -> Result<(Pattern, bool, Value), Vec<String>> {
+    match &likelihood.event {
+        Event::Shown { first, pattern, time } => Ok((pattern.clone(), *first, time.clone())),
+        Event::Satisfies(property) => read(environment.property(property)).ok_or_else(|| {
+            vec![
+                format!("the probability of {property} is understood for `Delay_d ; At_a`,"),
+                "and for `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with a distribution D that is a parameter;"
+                    .to_string(),
+                "and for `Delay_{?x} ; At_a ; Lte_{?x,d}`, that it is shown by d, with one such bound;".to_string(),
+                "all may end with comparisons of what is shown, as `At_{?a} ; Lte_{|?a-b|,e}`;".to_string(),
+                "ask for `probability of Sys reaching At_a within d`, or `showing At_a at d`".to_string(),
+            ]
+        }),
+    }
+}
+
+/// The same question with what a property asks for in place of its name, where that is understood.
+pub(in crate::session) fn as_shown<'l>(likelihood: &'l Likelihood, environment: &Environment) -> Cow<'l, Likelihood> {
+    match (&likelihood.event, shown(likelihood, environment)) {
+        (Event::Satisfies(_), Ok((pattern, first, time))) => {
+            Cow::Owned(Likelihood { event: Event::Shown { first, pattern, time }, ..likelihood.clone() })
+        }
+        _ => Cow::Borrowed(likelihood),
+    }
+}
 
 /// What a property asks for, whether any time up to the given one counts, and that time. `Delay_d ; At_a` asks what is shown
 /// at d, and `Delay_d ; At_{?a} ; Lte_{|?a-b|,e}` with which values. `Ran_D<x> ; Delay_x ; At_a where P(x <= d) >= q` with
 /// an unknown D says that there is a distribution of the time of arrival of which this holds, so it asks for the first
 /// passage, as does `Delay_{?x} ; At_a ; Lte_{?x,d}`.
-pub(super) fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
+fn read(property: Option<&Property>) -> Option<(Pattern, bool, Value)> {
     let Property { body, within, .. } = property?;
     let Node::Seq(parts) = body.as_ref()?.node() else { return None };
     let place = parts.iter().position(|part| matches!(part.node(), Node::Observe(..)))?;

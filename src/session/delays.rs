@@ -1,0 +1,91 @@
+//! Two delays of which it is not known which ends first: what can be said is said in each order of them.
+
+use super::claim::Found;
+use crate::closed_form::compared;
+use crate::lower::Environment;
+use crate::period::Failure;
+use crate::report::Verdict;
+use crate::value::{Relation, Value};
+
+/// Orders that are looked at inside one another, and of a claim.
+pub(super) const MOST_ORDERS: usize = 3;
+pub(super) const MOST_CLAIMED: usize = 2;
+
+/// What is assumed in one order.
+pub(super) struct Order {
+    /// The order, in words: `if a < b`.
+    pub(super) title: String,
+    /// What was declared, with that.
+    pub(super) environment: Environment,
+}
+
+/// The orders of two delays, where no period was found for not knowing which ends first; none where that is not the reason,
+/// or what remains of them depends on more than parameters.
+pub(super) fn orders(failures: &[Failure], environment: &Environment) -> Vec<Order> {
+    let [Failure::Order { one, other }] = failures else { return Vec::new() };
+    let (one, other) = (&one.1, &other.1);
+    let declared = |value: &Value| value.variables().iter().all(|name| environment.quantity(name).is_some());
+    if !declared(one) || !declared(other) {
+        return Vec::new();
+    }
+    let may_be = |order: &Relation| environment.assumptions.decide(*order, one, other) != Some(false);
+    let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter().filter(may_be);
+    let with = |order: Relation| {
+        let mut environment = environment.clone();
+        environment.assumptions.assume(order, one, other);
+        Order { title: format!("if {}", compared(&(order, one.clone(), other.clone()))), environment }
+    };
+    orders.map(with).collect()
+}
+
+/// What is said in one order.
+pub(super) fn told(title: &str, lines: Vec<String>) -> impl Iterator<Item = String> {
+    let lines = lines.into_iter().map(|line| format!("  {line}"));
+    std::iter::once(format!("{title}:")).chain(lines)
+}
+
+impl Found {
+    /// What came of a claim in each order, if it was settled in one of them: refuted where it is in one, for that is a run of
+    /// what was declared. `together`: proved where it is proved in each.
+    pub(super) fn in_each(orders: &[Order], cases: Vec<Found>, together: bool) -> Option<Found> {
+        // Of no order nothing would be said, and so anything of each.
+        if orders.is_empty() || cases.len() != orders.len() {
+            return None;
+        }
+        let all = |verdict: Verdict| cases.iter().all(|case| case.verdict == Some(verdict));
+        let some = |verdict: Verdict| cases.iter().any(|case| case.verdict == Some(verdict));
+        let verdict = match () {
+            () if some(Verdict::Refuted) => Some(Verdict::Refuted),
+            () if together && all(Verdict::Proved) => Some(Verdict::Proved),
+            () if some(Verdict::Proved) => None,
+            () => return None,
+        };
+        let mut found = Found { verdict, ..Found::default() };
+        if verdict.is_none() && all(Verdict::Proved) {
+            found.remains =
+                vec!["it is proved in each order, with durations of its own that no one theorem has".to_string()];
+        }
+        // Of a refutation one order is enough.
+        let told_of = |case: &Found| verdict != Some(Verdict::Refuted) || case.verdict == verdict;
+        let most = if verdict == Some(Verdict::Refuted) { 1 } else { orders.len() };
+        for (order, case) in orders.iter().zip(cases).filter(|(_, case)| told_of(case)).take(most) {
+            let title = &order.title;
+            let verdict = match case.verdict {
+                Some(Verdict::Proved) => "proved",
+                Some(Verdict::Refuted) => "refuted",
+                _ => {
+                    found.remains.extend(case.remains.iter().map(|line| format!("{title}: {line}")));
+                    "could not prove"
+                }
+            };
+            let values = case.values.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>();
+            let with = if values.is_empty() { String::new() } else { format!(", with {}", values.join(", ")) };
+            let lines = case.trace.into_iter().chain(case.feedback);
+            found.trace.extend(self::told(&format!("{title}, {verdict}{with}"), lines.collect()));
+            let kernel = case.evidence.iter().flat_map(|evidence| evidence.theorem.trusted().iter().cloned());
+            let trusted = kernel.chain(case.trusted).filter(|line| !found.trusted.contains(line)).collect::<Vec<_>>();
+            found.trusted.extend(trusted);
+        }
+        Some(found)
+    }
+}
