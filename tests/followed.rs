@@ -150,6 +150,21 @@ fn missions_are_proved_with_nothing_on_trust_and_their_files_check() {
     assert!(text.contains("on trust: that the system runs as printed"), "{text}");
 }
 
+/// Straight to a goal at a distance that is irrational, in steps and at a speed that are symbols.
+#[test]
+fn a_line_of_irrational_length_is_followed() {
+    for goal in ["(1,1)", "(3,5)", "(-2,3)"] {
+        let text = run(&format!(
+            "observer At(x)\nparam t > 0, v > 0\nproc World_r = (Delay_t # At_r # Odo_r) ; In_c<u> ; World_{{r+u*t}}\n\
+             proc Odo_r = Out_{{p,r}} ; Odo_r\n\
+             proc Go_g = In_p<r> ; Neq_{{r,g}} ; Out_{{c, min(v, norm(g-r)/t)*unit(g-r)}} ; Go_g\n\
+             system Sys = World_{{(0,0)}} | Go_{{{goal}}}\nproperty G = Delay_{{?a}} ; (Delay_{{?b}} # At_{{{goal}}})\n\
+             prove Sys satisfies G\n"
+        ));
+        assert!(text.contains("proved: ") && !text.contains("on trust"), "{goal}: {text}");
+    }
+}
+
 const COUNTED: &str = "param N : natural, N >= 2\nproc World_r = (Delay_1 # At_r) ; In_v<u> ; World_{r+u}\n\
     proc Up_n = Gtr_{n,0} ; Out_{v,1} ; Up_{n-1}\nproc Down_n = Gtr_{n,0} ; Out_{v,-1} ; Down_{n-1}\n\
     proc Prog = Out_{v,1} ; Up_N ; Out_{v,-1} ; Down_N ; Prog\nsystem Sys = World_0 | Prog\nperiod Sys\n\

@@ -3,14 +3,10 @@
 use std::process::{Command, Output};
 
 fn pars(command: &str, script: &str) -> Output {
-    with(&[command], script)
-}
-
-fn with(arguments: &[&str], script: &str) -> Output {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("mission.pars"), script).expect("written");
     let program = env!("CARGO_BIN_EXE_pars");
-    Command::new(program).args(arguments).arg("mission.pars").current_dir(folder.path()).output().expect("it runs")
+    Command::new(program).args([command, "mission.pars"]).current_dir(folder.path()).output().expect("it runs")
 }
 
 fn told(script: &str) -> String {
@@ -484,13 +480,4 @@ fn what_is_checked_is_what_was_solved() {
     let proofs: Vec<&str> = told.lines().filter(|line| line.contains("checked by induction")).collect();
     assert!(told.contains("n = ceil(abs(p)/v) is the first") && proofs.len() == 1, "{told}");
     assert!(proofs.iter().all(|line| line.contains("x(0) = 0") && !line.contains("y(")), "{told}");
-}
-
-#[test]
-fn a_report_draws_runs_where_no_law_is_drawn() {
-    let script = "observer Done\nproc Job = Ran_{N(10, sd: 2)}<d> ; Delay_d ; (Delay_100 # Done)\n\
-        proc Watch = Ran_{Exp(rate: 1/30)}<f> ; Delay_f\nsystem Race = Job # Watch\n\
-        probability of Race reaching Done within 15\n";
-    let page = String::from_utf8_lossy(&with(&["report", "--terminal"], script).stdout).into_owned();
-    assert!(page.contains("Share of 1000 runs of Race that are there by a time, seed 1"), "{}", page.len());
 }

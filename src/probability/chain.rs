@@ -8,6 +8,7 @@ use num_rational::BigRational;
 use num_traits::Zero;
 
 use self::plain::plain;
+use super::Question;
 use super::disc::{Disc, round};
 use crate::assumption::Assumptions;
 use crate::distribution::Distribution;
@@ -112,6 +113,22 @@ pub struct Chain {
     pub phases: Vec<Vec<Move>>,
     /// The names of the variables of each phase, where they are kept.
     pub variables: Vec<Vec<Name>>,
+}
+
+impl Chain {
+    /// The same chain where what is shown last before a run ends is shown for ever: of what is to be shown by a time it does
+    /// not matter for how long, and of what is to be shown at a time it does not where it lasts until then.
+    pub fn with_lasting_ends(mut self, question: &Question) -> Chain {
+        let ends = self.initial.iter_mut().chain(self.phases.iter_mut().flatten()).filter(|one| one.next.is_none());
+        for one in ends.filter(|one| one.stretches.len() > 1) {
+            let last = one.stretches.last_mut();
+            let stays = |time: &BigRational| question.first || *time >= question.time;
+            if let Some(last) = last.filter(|last| last.duration.as_ref().is_some_and(stays)) {
+                last.duration = None;
+            }
+        }
+        self
+    }
 }
 
 /// The system as a chain, asked for what the claim describes.

@@ -282,7 +282,7 @@ fn around(
     let (system, event, question) = event(likelihood, environment).ok()?;
     let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions).ok()?;
     let chain = curved(&period, &event, &environment.assumptions).ok()?;
-    Some(by_method(Method::Enclosed, &chain, &question, threshold, (RUNS, SEED)))
+    Some(by_method(Method::Enclosed, &chain.with_lasting_ends(&question), &question, threshold, (RUNS, SEED)))
 }
 
 /// The answer for a system that draws a few numbers in all, if its phases are such; none where it draws more, or too much
@@ -364,7 +364,7 @@ pub(super) fn asked(likelihood: &Likelihood, environment: &Environment) -> Resul
     let period = period::analyse(&system.components, &environment.definitions, &environment.assumptions)
         .map_err(|failures| failures.iter().map(ToString::to_string).collect::<Vec<_>>())?;
     let chain = chain(&period, &event, &environment.assumptions).map_err(|reason| vec![reason])?;
-    Ok((chain, question))
+    Ok((chain.with_lasting_ends(&question), question))
 }
 
 /// The system, what is to be shown, and when.
