@@ -345,6 +345,8 @@ pub struct Period {
     pub phases: Vec<Phase>,
     /// Communications that wait for ever in some run.
     pub warnings: Vec<Failure>,
+    /// Whether its ways may never be taken: what remains of delays is a variable, and asked for in every order.
+    pub in_every_order: bool,
 }
 
 impl Period {
@@ -456,7 +458,7 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         balance => warnings.extend(balance.err()),
     }
     let mut drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
-    // How often each goes round may depend on a number of times: then phases may say it that are followed in every order.
+    // How often each goes round may depend on a number of times, which phases in every order may tell.
     let counted = matches!(&drift, Some(Failure::Drift { rational: Some(_), .. }));
     if let Some(drift) = drift.take_if(|_| !counted) {
         failures.push(drift);
@@ -468,7 +470,7 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
         _ => vec![failure],
     })?;
-    let Graph { initial, phases, stuck, .. } = graph;
+    let Graph { initial, phases, stuck, in_every_order, .. } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     warnings.extend(stuck::ends(&initial, &phases));
     let mut once = Vec::new();
@@ -477,7 +479,7 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
             once.push(warning);
         }
     }
-    let period = Period { components, names: closed.names, initial, phases, warnings: once };
+    let period = Period { components, names: closed.names, initial, phases, warnings: once, in_every_order };
     // Parts without communication may each have a period; where every run ends, there is none.
     if strict && groups.len() > 1 && !period.repeats() {
         return Err(period.warnings);

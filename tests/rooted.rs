@@ -169,6 +169,11 @@ fn what_a_root_hides_comes_out() {
     let left = step.sub(&root).expect("a value");
     let length = left.mul(&left).and_then(|square| square.sqrt()).expect("a value");
     assert_eq!(length, left.abs().expect("a size"));
+    // Also where what all terms share is no square: of 2*(8*y^2+4*y*sqrt(6)+3).
+    let six = var("y").mul(&number(4)).and_then(|first| first.add(&number(6).sqrt()?)).expect("a value");
+    let square = six.mul(&six).expect("a square");
+    assert_eq!(square.sqrt().expect("a root"), six.abs().expect("a size"));
+    assert_eq!(Assumptions::default().decide(Relation::Gte, &square, &number(0)), Some(true));
     let two = number(2).sqrt().expect("a root");
     let top = var("x").mul(&two).and_then(|top| top.sub(&number(2))).expect("a value");
     let below = var("x").sub(&two).expect("a value");

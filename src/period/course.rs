@@ -83,9 +83,14 @@ fn steering(edge: &Edge, after: &[BTreeSet<Name>]) -> BTreeSet<Name> {
 }
 
 impl Period {
-    /// Whether a phase comes again, and the run is not known to end all the same.
+    /// Whether a phase comes again, and the run is not known to end all the same; of phases in every order of their delays,
+    /// if it is known that the run comes again.
     pub fn comes_again(&self, course: Option<&Course>) -> bool {
-        self.repeats() && !matches!(course, Some(Course::Ends(..)))
+        match course {
+            Some(Course::Ends(..)) => false,
+            Some(Course::Repeats { .. }) => self.repeats(),
+            None => self.repeats() && !self.in_every_order,
+        }
     }
 
     /// For each phase the variables that what comes, how long it takes, or whether it has a meaning depends on.

@@ -44,6 +44,8 @@ pub(super) struct Graph {
     pub(super) stuck: Vec<Blocked>,
     /// Who waits for a read or a write at the end of some instant, with no delay to end the waiting.
     pub(super) waiting: Waiting,
+    /// Whether which delay ends first is asked in every order.
+    pub(super) in_every_order: bool,
 }
 
 struct Spot {
@@ -377,7 +379,7 @@ impl<'a> Explorer<'a> {
         }
         stuck::note_earlier(&mut initial, &mut phases, &|blocked| self.clock.only_partner(blocked));
         let waiting = self.waiting(initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)));
-        Ok(Graph { initial, phases, stuck, waiting })
+        Ok(Graph { initial, phases, stuck, waiting, in_every_order: self.kept == Kept::Nothing })
     }
 
     fn waiting<'e>(&self, edges: impl Iterator<Item = &'e Edge>) -> Waiting {

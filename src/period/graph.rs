@@ -61,7 +61,7 @@ pub fn remarks(period: &Period, course: Option<&Course>) -> Vec<String> {
     if !repeats && !period.warnings.iter().any(stops_time) {
         let why = if lines.is_empty() { "the run ends" } else { "no phase comes back" };
         lines.push(format!("no period: {why}"));
-    } else if repeats && !period.comes_again(course) {
+    } else if repeats && matches!(course, Some(Course::Ends(..))) {
         lines.push("no period: the run ends".to_string());
     }
     lines

@@ -2,7 +2,7 @@
 
 use super::beside::{BESIDE, relevant};
 use super::claim::Found;
-use super::delays::{MOST_CLAIMED, Order, orders};
+use super::delays::{MOST_CLAIMED, Order, in_orders};
 use super::instances::{broken_instance, labelled};
 use super::parts::large_part;
 use super::reading::{Run, Waiting};
@@ -52,7 +52,7 @@ impl Run<'_, '_> {
         environment: &Environment,
         most: usize,
     ) -> Found {
-        let whole = system;
+        let name = system;
         let Some(system) = environment.system(system) else { return Found::default() };
         let claim = claim_of(pattern);
         let mut found = Found::default();
@@ -88,10 +88,9 @@ impl Run<'_, '_> {
                 found.trusted.push(BESIDE.to_string());
             }
         }
-        if matches!(outcome.verdict, safety::Verdict::Open) && most > 0 {
-            let orders = orders(&outcome.diagnostics, environment);
-            let each = |order: &Order| self.always_under(whole, (pattern, property), &order.environment, most - 1);
-            let cases = orders.iter().map(each).collect();
+        if matches!(outcome.verdict, safety::Verdict::Open) {
+            let each = |order: &Order| self.always_under(name, (pattern, property), &order.environment, most - 1);
+            let (orders, cases) = in_orders(&outcome.diagnostics, environment, most, each);
             if let Some(found) = Found::in_each(&orders, cases, true) {
                 return found;
             }

@@ -137,13 +137,18 @@ fn by_legs(
     let found = again(&run, period).filter(|_| run.legs.iter().all(known));
     let found = found.filter(|course| match course {
         Course::Repeats { lasting, from, .. } => declared(lasting) && declared(from),
-        Course::Ends(..) => false,
+        Course::Ends(_, after) => declared(after),
     });
     found.map(|course| Known { course, moving: true }).ok_or_else(|| run.open.first().cloned())
 }
 
-/// From when on, and in what time, the legs come again.
+/// From when on, and in what time, the legs come again; or when the run ends.
 fn again(run: &Trajectory, period: &Period) -> Option<Course> {
+    if let (Some(end), true) = (&run.end, run.open.is_empty()) {
+        let legs = run.legs.iter().map(|leg| time_of(&leg.units));
+        let after = legs.chain([time_of(&run.opening)]).try_fold(Value::zero(), |sum, time| sum.add(&time?).ok())?;
+        return Some(Course::Ends(end.clone(), after));
+    }
     let from = run.cycle.or_else(|| {
         let last = run.legs.len().checked_sub(1)?;
         matches!(run.legs[last].rounds, Rounds::Forever(_)).then_some(last)

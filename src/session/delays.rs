@@ -21,7 +21,7 @@ pub(super) struct Order {
 
 /// The orders of two delays, where no period was found for not knowing which ends first; none where that is not the reason,
 /// or what remains of them depends on more than parameters.
-pub(super) fn orders(failures: &[Failure], environment: &Environment) -> Vec<Order> {
+fn orders(failures: &[Failure], environment: &Environment) -> Vec<Order> {
     let [Failure::Order { one, other }] = failures else { return Vec::new() };
     let (one, other) = (&one.1, &other.1);
     let declared = |value: &Value| value.variables().iter().all(|name| environment.quantity(name).is_some());
@@ -36,6 +36,18 @@ pub(super) fn orders(failures: &[Failure], environment: &Environment) -> Vec<Ord
         Order { title: format!("if {}", compared(&(order, one.clone(), other.clone()))), environment }
     };
     orders.map(with).collect()
+}
+
+/// What comes of each order, where it is asked at all; `most`: so many orders inside one another.
+pub(super) fn in_orders<T>(
+    failures: &[Failure],
+    environment: &Environment,
+    most: usize,
+    each: impl FnMut(&Order) -> T,
+) -> (Vec<Order>, Vec<T>) {
+    let orders = if most > 0 { orders(failures, environment) } else { Vec::new() };
+    let found = orders.iter().map(each).collect();
+    (orders, found)
 }
 
 /// What is said in one order.

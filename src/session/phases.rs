@@ -2,7 +2,7 @@
 
 use super::beside::BESIDE;
 use super::course::{Known, course_of};
-use super::delays::{self, MOST_ORDERS, Order, orders};
+use super::delays::{self, MOST_ORDERS, Order, in_orders};
 use super::digits::rational;
 use super::parts::{Part, Together, headline, parted, steady, together};
 use super::reading::{Run, Waiting};
@@ -44,7 +44,8 @@ impl Run<'_, '_> {
         let expected = waiting.expected.iter().zip(&told.met);
         let expected =
             expected.map(|((expectation, text), own)| Expected { text: text.clone(), met: met((expectation, *own)) });
-        (told.lines.clone(), expected.collect())
+        let expected = expected.collect();
+        (told.lines, expected)
     }
 }
 
@@ -64,9 +65,8 @@ fn told_of(
     let (lines, course) = match &period {
         Ok(period) => told_whole(period, system, environment, interrupted),
         Err(failures) => {
-            let orders = if most > 0 { orders(failures, environment) } else { Vec::new() };
             let each = |order: &Order| told_of(system, &order.environment, wanted, most - 1, interrupted);
-            let cases: Vec<Told> = orders.iter().map(each).collect();
+            let (orders, cases) = in_orders(failures, environment, most, each);
             if cases.iter().any(|case| case.answer != UNKNOWN) {
                 return in_each(&orders, cases);
             }
@@ -190,7 +190,10 @@ fn answer(period: &Result<Period, Vec<Failure>>, course: Option<&Course>) -> &'s
     let repeats = period.as_ref().is_ok_and(|period| period.comes_again(course));
     // That parts share no port is no reason: side by side they may have a period all the same.
     let reason = |failure: &&Failure| !matches!(failure, Failure::NoCommunication { .. });
-    let open = period.as_ref().is_err_and(|failures| failures.iter().filter(reason).all(Failure::is_open));
+    let open = match period {
+        Ok(period) => period.repeats() && course.is_none(),
+        Err(failures) => failures.iter().filter(reason).all(Failure::is_open),
+    };
     match (repeats, open) {
         (true, _) => "yes",
         (false, true) => UNKNOWN,

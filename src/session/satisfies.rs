@@ -3,7 +3,7 @@
 use super::beside::BESIDE;
 use super::claim::Found;
 use super::contradiction::contradict;
-use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order};
+use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order, in_orders};
 use super::parts::large_part;
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
@@ -50,10 +50,9 @@ impl Run<'_, '_> {
             &environment.assumptions,
             &|| self.surroundings.interrupted(),
         );
-        if matches!(outcome.verdict, verify::Verdict::Open { .. }) && most > 0 {
-            let orders = delays::orders(&outcome.diagnostics, environment);
+        if matches!(outcome.verdict, verify::Verdict::Open { .. }) {
             let each = |order: &Order| self.satisfies_under(names.0, names.1, &order.environment, most - 1);
-            let cases = orders.iter().map(each).collect();
+            let (orders, cases) = in_orders(&outcome.diagnostics, environment, most, each);
             if let Some(found) = Found::in_each(&orders, cases, false) {
                 return found;
             }
@@ -133,9 +132,8 @@ fn examined(
             (lines, true)
         }
         Err(failures) => {
-            let orders = if most > 0 { delays::orders(&failures, environment) } else { Vec::new() };
             let each = |order: &Order| examined(system, &order.environment, describe, most - 1, interrupted);
-            let cases: Vec<(Vec<String>, bool)> = orders.iter().map(each).collect();
+            let (orders, cases) = in_orders(&failures, environment, most, each);
             if cases.iter().any(|(_, found)| *found) {
                 let all = orders.iter().zip(cases);
                 return (all.flat_map(|(order, (lines, _))| delays::told(&order.title, lines)).collect(), true);

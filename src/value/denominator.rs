@@ -98,8 +98,8 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
     Ok((numerator, denominator))
 }
 
-/// The roots of numbers by which a polynomial is multiplied to have none in its first term, where that is what they are
-/// roots beside: of `x*sqrt(2)-2`, which is `sqrt(2)*(x-sqrt(2))`, the root of 2.
+/// The roots of numbers in the first term of a polynomial in its variables, where all that stands at these variables has
+/// them: of `x*sqrt(2)-2`, which is `sqrt(2)*(x-sqrt(2))`, the root of 2. Multiplied by them, it has none there.
 pub(super) fn leading_root(polynomial: &Real) -> Option<Real> {
     let mut parts = Vec::with_capacity(polynomial.terms().len());
     for (monomial, _) in polynomial.terms() {

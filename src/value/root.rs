@@ -344,7 +344,7 @@ fn square_with_root(sum: &Real) -> Option<Vec<Real>> {
     })
 }
 
-/// `q*m + b/(2*q)` of its square, for a product m, where b has roots of numbers, whose squares are numbers.
+/// `sqrt(q)*(m + b/(2*q))` of its square, for a product m, where b has roots of numbers, whose squares are numbers.
 fn square_with_numbers(sum: &Real) -> Result<Option<Real>, ValueError> {
     let is_root = |atom: &Atom| atom.is_root_of_number();
     if sum.terms().len() > MOST_TERMS || !sum.atoms().into_iter().any(is_root) {
@@ -353,24 +353,24 @@ fn square_with_numbers(sum: &Real) -> Result<Option<Real>, ValueError> {
     let whole = Value::whole(sum.clone())?;
     let free = |square: &Monomial<Atom>| !square.factors().iter().any(|(atom, _)| is_root(atom));
     let squares = sum.terms().iter().filter(|(square, _)| !square.factors().is_empty() && free(square));
-    for part in squares.filter_map(|(square, number)| completed_by(sum, square, number)) {
-        let value = Value::whole(part.clone())?;
-        if value.mul(&value)? == whole {
-            return Ok(Some(part));
+    for (square, number) in squares {
+        let Some(part) = completed_by(sum, square, number) else { continue };
+        let root = root_of_number(number)?.mul(&Value::whole(part)?)?;
+        if root.mul(&root)? == whole {
+            return Ok(root.parts().map(|(part, _)| part.clone()));
         }
     }
     Ok(None)
 }
 
-/// `q*m + b/(2*q)` of `q^2*m^2 + b*m + c`.
+/// `m + b/(2*q)` of `q*m^2 + b*m + c`.
 fn completed_by(sum: &Real, square: &Monomial<Atom>, number: &BigRational) -> Option<Real> {
     let half = square.factors().iter().map(|(atom, count)| (count % 2 == 0).then(|| (atom.clone(), count / 2)));
     let lead = Monomial::of(half.collect::<Option<Vec<_>>>()?)?;
-    let root = rational_root(number)?;
-    let twice = (&root + &root).recip();
+    let half = number.is_positive().then(|| (number + number).recip())?;
     let linear = sum.terms().iter().filter(|(monomial, _)| monomial.over(square).is_none());
-    let linear = linear.filter_map(|(monomial, number)| Some(Polynomial::term(monomial.over(&lead)?, number * &twice)));
-    Some(linear.fold(Polynomial::term(lead.clone(), root), |sum, term| sum.plus(&term)))
+    let linear = linear.filter_map(|(monomial, factor)| Some(Polynomial::term(monomial.over(&lead)?, factor * &half)));
+    Some(linear.fold(Polynomial::term(lead.clone(), BigRational::one()), |sum, term| sum.plus(&term)))
 }
 
 fn rational_root(number: &BigRational) -> Option<BigRational> {
