@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use self::delays::First;
 use super::control::Control;
-use super::held::{Held, absorbed, first_held, name_variables, places};
+use super::held::{Held, Together, absorbed, first_held, name_variables, places};
 use super::instant::{Clock, Moment};
 use super::lonely::{self, Waiting};
 use super::merge::merge;
@@ -57,6 +57,7 @@ struct Spot {
     hints: Vec<Name>,
     ways: Vec<Way>,
     explorations: usize,
+    together: Together,
 }
 
 /// One way through a round, before the variables of the phase it reaches are final.
@@ -283,8 +284,8 @@ impl<'a> Explorer<'a> {
         remainders.insert(key, number);
         let held = first_held(&entries, |value| self.clock.settler.varies(value));
         let variables = name_variables(&held, &hints, self.clock.settler.reserved);
-        let (ways, explorations) = (Vec::new(), 0);
-        self.spots.push(Spot { control, delays, held, variables, hints, ways, explorations });
+        let (ways, explorations, together) = (Vec::new(), 0, Together::SoFar);
+        self.spots.push(Spot { control, delays, held, variables, hints, ways, explorations, together });
         work.insert(number);
         Ok(Target::Spot(number, entries))
     }
@@ -296,6 +297,7 @@ impl<'a> Explorer<'a> {
         let spot = &mut self.spots[number];
         let alike = alike.then(|| places(&spot.control.runs, &spot.delays, &spot.hints));
         let held = absorbed(&spot.held, entries, &varying, alike.as_deref());
+        let held = spot.together.of((&spot.held, held), spot.explorations, (entries, &varying));
         let changed = held != spot.held;
         spot.held = held;
         self.general |= changed;

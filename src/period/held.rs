@@ -84,6 +84,72 @@ pub(super) fn absorbed(
     held
 }
 
+/// Explorations of one phase, after which places that hold the same by chance are taken apart at once: where each follows
+/// another in a ring, one after the other would differ.
+const FEW_EXPLORATIONS: usize = 8;
+
+/// Which places of a phase hold the same.
+pub(super) enum Together {
+    /// Those that have held the same so far.
+    SoFar,
+    /// Each holds a variable of its own; before that, these held the same.
+    Apart(Vec<Held>),
+    /// Those that come to hold the same whatever each of them held before.
+    Surely,
+}
+
+impl Together {
+    /// What places hold, of which it was found what they hold by what came so far, when these entries have come, of which
+    /// some vary.
+    pub(super) fn of(
+        &mut self,
+        (before, found): (&[Held], Vec<Held>),
+        explorations: usize,
+        (entries, varying): (&[Value], &[bool]),
+    ) -> Vec<Held> {
+        match self {
+            Together::SoFar if explorations > FEW_EXPLORATIONS && found != before => {
+                let held = taken_apart(&found);
+                *self = Together::Apart(found);
+                held
+            }
+            Together::Apart(earlier) => {
+                let held = put_together(earlier, before, entries, varying);
+                *self = Together::Surely;
+                held
+            }
+            Together::SoFar | Together::Surely => found,
+        }
+    }
+}
+
+/// Each place that holds a variable with one of its own.
+fn taken_apart(held: &[Held]) -> Vec<Held> {
+    let mut own = 0..;
+    let each = |held: &Held| match held {
+        Held::Constant(_) => held.clone(),
+        Held::Class(class) => Held::Class(own.next().unwrap_or(*class)),
+    };
+    held.iter().map(each).collect()
+}
+
+/// Places that were taken apart, together again where they were so `earlier` and these entries, which tell them apart, are
+/// the same: what they come to hold then is the same whatever they held.
+fn put_together(earlier: &[Held], apart: &[Held], entries: &[Value], varying: &[bool]) -> Vec<Held> {
+    let mut classes: BTreeMap<(&Held, &Value), usize> = BTreeMap::new();
+    let mut held = Vec::with_capacity(apart.len());
+    for ((earlier, apart), (entry, varies)) in earlier.iter().zip(apart).zip(entries.iter().zip(varying)) {
+        held.push(match apart {
+            Held::Constant(value) if value == entry && !varies => apart.clone(),
+            _ => {
+                let next = classes.len();
+                Held::Class(*classes.entry((earlier, entry)).or_insert(next))
+            }
+        });
+    }
+    held
+}
+
 /// Variables are called after the first place they stand in, with a number where that is taken.
 pub(super) fn name_variables(held: &[Held], hints: &[Name], reserved: &BTreeSet<Name>) -> Vec<Name> {
     let mut names: Vec<Name> = Vec::new();
