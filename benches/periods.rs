@@ -119,6 +119,24 @@ fn robots(count: usize) -> String {
     format!("{text}system Sys = {}\n", all.join(" | "))
 }
 
+/// Robots in a ring, each with a world, an odometer that loops, and a controller that reads its own place and its neighbour's;
+/// several of them start at the same place.
+fn followers(count: usize) -> String {
+    let mut text = String::from("observer At(i, r)\n");
+    let mut all = Vec::new();
+    for number in 0..count {
+        let next = (number + 1) % count;
+        let _ = writeln!(
+            text,
+            "proc World{number}_r = (Delay_1 # Odo{number}_r # At_{{{number},r}}) ; In_v{number}<u> ; World{number}_{{r+u}}\n\
+             proc Odo{number}_r = Out_{{p{number},r}} ; Odo{number}_r\n\
+             proc Follow{number} = (In_p{number}<a> | In_p{next}<b>) ; Out_{{v{number},(b-a)/3}} ; Follow{number}"
+        );
+        all.push(format!("World{number}_{{{}}} | Follow{number}", number * number % 7));
+    }
+    format!("{text}system Sys = {}\n", all.join(" | "))
+}
+
 fn scaled(name: &str, sizes: &[usize], make: impl Fn(usize) -> String) {
     let mut before: Option<f64> = None;
     for size in sizes {
@@ -175,6 +193,7 @@ fn all() {
     scaled("port operations in a ring of components", &sizes, |size| ring(size / 2));
     scaled("states of a mission", &[10, 100], mission);
     scaled("robots with real positions", &[4, 10, 100, 1_000], robots);
+    scaled("robots with worlds and controllers", &[4, 10, 100, 1_000], followers);
 }
 
 fn main() {

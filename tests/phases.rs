@@ -3,6 +3,7 @@
 mod common;
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use common::ran;
@@ -11,8 +12,9 @@ use pars::latex;
 use pars::lower::Environment;
 use pars::name::Name;
 use pars::parser::parse;
-use pars::period::{Failure, Period, analyse, analyse_until, graph};
+use pars::period::{Edge, Failure, Period, analyse, analyse_until, graph};
 use pars::transition_system::svg;
+use pars::value::Value;
 
 fn declared(text: &str) -> Environment {
     let parsed = parse(text);
@@ -217,4 +219,44 @@ fn long_sequences_are_theorems_too() {
     let told = String::from_utf8_lossy(&output.stdout);
     let told: Vec<&str> = told.lines().filter(|line| line.contains("by the kernel")).collect();
     assert_eq!(told, ["    by the kernel: all 2 ways from start and phases, with their flow functions"; 2]);
+}
+
+/// Robots in a ring, of which several start at the same place: each comes to a variable of its own, which its odometer shares,
+/// and what the phase says of them is what they do.
+#[test]
+fn places_that_start_alike_come_apart() {
+    let count = 24usize;
+    let mut text = String::from("observer At(i, r)\n");
+    let mut all = Vec::new();
+    for number in 0..count {
+        let next = (number + 1) % count;
+        let _ = writeln!(
+            text,
+            "proc World{number}_r = (Delay_1 # Odo{number}_r # At_{{{number},r}}) ; In_v{number}<u> ; World{number}_{{r+u}}\n\
+             proc Odo{number}_r = Out_{{p{number},r}} ; Odo{number}_r\n\
+             proc Follow{number} = (In_p{number}<a> | In_p{next}<b>) ; Out_{{v{number},(b-a)/3}} ; Follow{number}"
+        );
+        all.push(format!("World{number}_{{{}}} | Follow{number}", number * number % 7));
+    }
+    let (_, period) = period(&format!("{text}system Sys = {}\n", all.join(" | ")));
+    assert_eq!((period.phases.len(), period.phases[0].variables.len()), (1, count));
+    let shown = |edge: &Edge, values: &BTreeMap<Name, Value>| -> BTreeMap<Value, Value> {
+        let observed = edge.segments.iter().flat_map(|segment| &segment.observed);
+        let places =
+            observed.map(|term| term.values().map(|value| value.substitute(values).expect("a value")).collect());
+        places.map(|place: Vec<Value>| (place[0].clone(), place[1].clone())).collect()
+    };
+    let mut plain: Vec<Value> = (0..count).map(|number| Value::integer((number * number % 7) as i64)).collect();
+    let mut values = period.initial[0].map.clone();
+    for _ in 0..30 {
+        let edge = &period.phases[0].edges[0];
+        let wanted = plain.iter().enumerate().map(|(number, place)| (Value::integer(number as i64), place.clone()));
+        assert_eq!(shown(edge, &values), wanted.collect());
+        let image = |value: &Value| value.substitute(&values).expect("a value");
+        values = edge.map.iter().map(|(name, value)| (name.clone(), image(value))).collect();
+        let third = Value::fraction(1, 3).expect("a number");
+        let step = |number: usize| plain[(number + 1) % count].sub(&plain[number]).and_then(|gap| gap.mul(&third));
+        plain =
+            (0..count).map(|number| step(number).and_then(|step| plain[number].add(&step)).expect("a place")).collect();
+    }
 }

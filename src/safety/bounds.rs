@@ -23,6 +23,8 @@ const MOST_VARIABLES: usize = 40;
 /// How many rounds a claim is carried back, and to how many tests of a phase.
 const MOST_BACK: usize = 10;
 const MOST_TESTS: usize = 16;
+/// The longest of these tests, in nodes: through clamps they have three times as many cases each round.
+const LONGEST: usize = 300;
 
 /// The numbers between which a variable lies.
 type Range = (f64, f64);
@@ -146,7 +148,8 @@ pub(super) fn carried_back(
             for edge in &phase.edges {
                 let Next::Phase(next) = edge.next else { continue };
                 for test in latest.get(next).into_iter().flatten() {
-                    let before = before(test, edge).and_then(|before| conjunctions(&[before]).ok());
+                    let before = before(test, edge).filter(|before| before.left.size() <= LONGEST);
+                    let before = before.and_then(|before| conjunctions(&[before]).ok());
                     let before = before.into_iter().flatten().filter(|before| speaks(before, &phase.variables));
                     for before in before {
                         let own: Vec<Test> = known[number].iter().cloned().collect();
