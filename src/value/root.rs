@@ -7,6 +7,7 @@ use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use super::denominator::leading_root;
 use super::{Atom, Content, Outcome, Real, Value, ValueError};
 use crate::polynomial::{Monomial, Polynomial};
 
@@ -235,7 +236,8 @@ fn root_of_number(number: &BigRational) -> Outcome {
 /// come out.
 fn root_of_polynomial(polynomial: &Real) -> Outcome {
     let content = polynomial.content();
-    let mut outer = root_of_number(&content)?;
+    let number = root_of_number(&content)?;
+    let mut outer = Value::one();
     let mut inner = polynomial.scale(&content.recip());
     let mut even = Vec::new();
     let mut roots = Vec::new();
@@ -251,8 +253,10 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
         inner = rest;
     }
     if inner.is_one() {
-        return Ok(outer);
+        return number.mul(&outer);
     }
+    let symbols = outer.clone();
+    let outer = number.mul(&outer)?;
     if let Some((greater, lesser)) = denested(&inner) {
         return outer.mul(&root_of_number(&greater)?.add(&root_of_number(&lesser.0)?.scale(&lesser.1)?)?);
     }
@@ -264,7 +268,10 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
         },
     };
     if let Some(length) = length {
-        return outer.mul(&Value::whole(length)?.abs()?);
+        // A number with roots goes back to where it leaves none in front.
+        let within = leading_root(&length).is_some();
+        let length = Value::whole(length)?;
+        return if within { symbols.mul(&number.mul(&length)?.abs()?) } else { outer.mul(&length.abs()?) };
     }
     outer.mul(&Atom::Root(Value::whole(inner)?).value()?)
 }
@@ -311,7 +318,8 @@ pub(crate) fn square_of(sum: &Real) -> Option<(BigRational, Real)> {
     }
     let content = if sum.leading().is_negative() { -sum.content() } else { sum.content() };
     let whole = sum.scale(&content.recip());
-    let root = square_root(&whole).or_else(|| square_with_root(&whole)?.pop())?;
+    let plain = square_root(&whole).or_else(|| square_with_root(&whole)?.pop());
+    let root = plain.or_else(|| square_with_numbers(&whole).ok().flatten())?;
     Some((content, root))
 }
 
