@@ -1,5 +1,7 @@
 //! Closed forms as they are printed, read by a reader of its own that knows nothing of the values they were made from.
 
+mod common;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
@@ -275,4 +277,30 @@ fn symbolic_factors_that_are_never_0() {
         }
     }
     assert!(count > 60, "only {count} were read");
+}
+
+/// Also of maps with maxima, sizes and conditions the terms are told that are too long to be exact.
+#[test]
+fn twenty_terms_are_told_of_maps_by_pieces() {
+    let terms = |map: &str, first: &str| -> Vec<String> {
+        let told = common::ran(&format!("solve u(n+1) = {map}, u(0) = {first}\n"));
+        let told = String::from_utf8_lossy(&told.stdout).into_owned();
+        let line = told.lines().find_map(|line| line.trim().strip_prefix("u from 0 on: ")).unwrap_or_default();
+        line.split(", ").map(str::to_string).filter(|term| term != "…").collect()
+    };
+    let plain = terms("u(n)^2-3", "5/2");
+    assert_eq!(plain.len(), 20);
+    assert_eq!(terms("max(u(n)^2-3,0)", "5/2"), plain);
+    assert_eq!(terms("if u(n) > 2 then u(n)^2-3 else 0", "5/2"), plain);
+    let near = terms("u(n)+(4-u(n))*abs(4-u(n))/10", "1");
+    assert_eq!(near.len(), 20);
+    let mut wanted = 1.0f64;
+    for term in near {
+        let number = match term.trim_start_matches('≈').split_once('/') {
+            Some((top, below)) => top.parse::<f64>().expect("a number") / below.parse::<f64>().expect("a number"),
+            None => term.trim_start_matches('≈').parse().expect("a number"),
+        };
+        assert!((number - wanted).abs() < 1e-8, "{term}: {wanted}");
+        wanted += (4.0 - wanted) * (4.0 - wanted).abs() / 10.0;
+    }
 }

@@ -55,6 +55,21 @@ impl Bounds {
         Bounds { low: &self.low + &other.low, high: &self.high + &other.high, precision: self.precision }
     }
 
+    /// The greater of both numbers.
+    pub(super) fn or_more(&self, other: &Bounds) -> Bounds {
+        let (low, high) = (self.low.clone().max(other.low.clone()), self.high.clone().max(other.high.clone()));
+        Bounds { low, high, precision: self.precision }
+    }
+
+    /// Whether the number is more than 0, where the bounds tell.
+    pub(super) fn is_positive(&self) -> Option<bool> {
+        match (self.low > Low::ZERO, self.high > High::ZERO) {
+            (true, _) => Some(true),
+            (_, false) => Some(false),
+            _ => None,
+        }
+    }
+
     /// The product; none where it is too large or too small.
     pub(super) fn times(&self, other: &Bounds) -> Option<Bounds> {
         let (a, b) = (&self.low, &self.high.clone().with_rounding::<Down>());
@@ -163,6 +178,21 @@ mod tests {
         let square = around.power(2).unwrap();
         assert!(contains(&square, &number(9, 1)) && contains(&square, &number(0, 1)));
         assert!(!contains(&square, &number(-1, 1)));
+    }
+
+    #[test]
+    fn the_greater_and_the_sign_are_told() {
+        for one in [number(-7, 11), number(0, 1), number(1, 3)] {
+            assert_eq!(of(&one).is_positive(), Some(one > number(0, 1)), "{one}");
+            for other in [number(-1, 2), number(0, 1), number(2, 7)] {
+                let greater = of(&one).or_more(&of(&other));
+                assert!(contains(&greater, &one.clone().max(other.clone())), "{one} and {other}");
+                let less = &one.clone().max(other) - number(1, 1_000_000);
+                assert!(!contains(&greater, &less), "{less}");
+            }
+        }
+        let around = Bounds { low: of(&number(-2, 1)).low, ..of(&number(3, 1)) };
+        assert_eq!(around.is_positive(), None);
     }
 
     #[test]

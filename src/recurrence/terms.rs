@@ -106,7 +106,7 @@ fn bounded(recurrence: &Recurrence, all: &[Vec<Term>], step: usize, precision: u
     recurrence.sequences.iter().map(|sequence| evaluated(&sequence.next, &known, precision)).collect()
 }
 
-/// The bounds of a quotient of polynomials.
+/// The bounds of a quotient of polynomials in terms, maxima, and conditions that are known.
 fn evaluated(value: &Value, known: &BTreeMap<Name, Bounds>, precision: usize) -> Option<Bounds> {
     let (numerator, denominator) = value.polynomials()?;
     let polynomial = |polynomial: &crate::polynomial::Polynomial<Atom>| {
@@ -114,8 +114,7 @@ fn evaluated(value: &Value, known: &BTreeMap<Name, Bounds>, precision: usize) ->
         for (monomial, number) in polynomial.terms() {
             let mut product = Bounds::of(number, precision);
             for (atom, exponent) in monomial.factors() {
-                let Atom::Variable(name) = atom else { return None };
-                product = product.times(&known.get(name)?.power((*exponent).into())?)?;
+                product = product.times(&of_atom(atom, known, precision)?.power((*exponent).into())?)?;
             }
             sum = Some(match sum {
                 Some(sum) => sum.plus(&product),
@@ -125,6 +124,18 @@ fn evaluated(value: &Value, known: &BTreeMap<Name, Bounds>, precision: usize) ->
         Some(sum.unwrap_or_else(|| Bounds::of(&BigRational::zero(), precision)))
     };
     polynomial(numerator)?.over(&polynomial(denominator)?)
+}
+
+fn of_atom(atom: &Atom, known: &BTreeMap<Name, Bounds>, precision: usize) -> Option<Bounds> {
+    let whole = |number: i64| Bounds::of(&BigRational::from_integer(number.into()), precision);
+    match atom {
+        Atom::Variable(name) => known.get(name).cloned(),
+        Atom::Maximum(parts) => parts
+            .iter()
+            .try_fold(whole(0), |greatest, part| Some(greatest.or_more(&evaluated(part, known, precision)?))),
+        Atom::Positive(inner) => evaluated(inner, known, precision)?.is_positive().map(|holds| whole(holds.into())),
+        _ => None,
+    }
 }
 
 impl Term {
