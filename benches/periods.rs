@@ -13,6 +13,10 @@ use pars::period::{Period, analyse};
 use pars::report::Output;
 use pars::session::{Alone, Session};
 
+#[path = "../tests/followers/mod.rs"]
+mod followers;
+use followers::followers;
+
 /// The program's own.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
@@ -115,24 +119,6 @@ fn robots(count: usize) -> String {
              Robot{number}_{{r+(q-r)/2}}"
         );
         all.push(format!("Robot{number}_{{p{number}}}"));
-    }
-    format!("{text}system Sys = {}\n", all.join(" | "))
-}
-
-/// Robots in a ring, each with a world, an odometer that loops, and a controller that reads its own place and its neighbour's;
-/// several of them start at the same place.
-fn followers(count: usize) -> String {
-    let mut text = String::from("observer At(i, r)\n");
-    let mut all = Vec::new();
-    for number in 0..count {
-        let next = (number + 1) % count;
-        let _ = writeln!(
-            text,
-            "proc World{number}_r = (Delay_1 # Odo{number}_r # At_{{{number},r}}) ; In_v{number}<u> ; World{number}_{{r+u}}\n\
-             proc Odo{number}_r = Out_{{p{number},r}} ; Odo{number}_r\n\
-             proc Follow{number} = (In_p{number}<a> | In_p{next}<b>) ; Out_{{v{number},(b-a)/3}} ; Follow{number}"
-        );
-        all.push(format!("World{number}_{{{}}} | Follow{number}", number * number % 7));
     }
     format!("{text}system Sys = {}\n", all.join(" | "))
 }

@@ -1,12 +1,14 @@
 //! Phase graphs: pictures in which nothing covers anything else, the flow for print, and work that is interrupted.
 
 mod common;
+mod followers;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use common::ran;
+use followers::followers;
 use pars::flow::flows;
 use pars::latex;
 use pars::lower::Environment;
@@ -226,19 +228,7 @@ fn long_sequences_are_theorems_too() {
 #[test]
 fn places_that_start_alike_come_apart() {
     let count = 24usize;
-    let mut text = String::from("observer At(i, r)\n");
-    let mut all = Vec::new();
-    for number in 0..count {
-        let next = (number + 1) % count;
-        let _ = writeln!(
-            text,
-            "proc World{number}_r = (Delay_1 # Odo{number}_r # At_{{{number},r}}) ; In_v{number}<u> ; World{number}_{{r+u}}\n\
-             proc Odo{number}_r = Out_{{p{number},r}} ; Odo{number}_r\n\
-             proc Follow{number} = (In_p{number}<a> | In_p{next}<b>) ; Out_{{v{number},(b-a)/3}} ; Follow{number}"
-        );
-        all.push(format!("World{number}_{{{}}} | Follow{number}", number * number % 7));
-    }
-    let (_, period) = period(&format!("{text}system Sys = {}\n", all.join(" | ")));
+    let (_, period) = period(&followers(count));
     assert_eq!((period.phases.len(), period.phases[0].variables.len()), (1, count));
     let shown = |edge: &Edge, values: &BTreeMap<Name, Value>| -> BTreeMap<Value, Value> {
         let observed = edge.segments.iter().flat_map(|segment| &segment.observed);
