@@ -457,11 +457,10 @@ fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result
         Err(failure) if strict => return Err(vec![failure]),
         balance => warnings.extend(balance.err()),
     }
-    let mut drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
-    // How often each goes round may depend on a number of times, which phases in every order may tell.
-    let counted = matches!(&drift, Some(Failure::Drift { rational: Some(_), .. }));
-    if let Some(drift) = drift.take_if(|_| !counted) {
-        failures.push(drift);
+    let drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
+    // Where how often each goes round depends on a number of times, phases in every order may tell.
+    if let Some(Failure::Drift { rational: None, .. }) = &drift {
+        failures.extend(drift);
         failures.append(&mut warnings);
         return Err(failures);
     }

@@ -29,5 +29,5 @@ fn a_report_draws_how_the_probability_of_a_property_grows() {
         prove Steps satisfies Far with probability >= 4/10\n";
     let page = page(script);
     assert!(page.contains("Probability of being there by a time, Steps"), "{page}");
-    assert!(page.contains("of Steps at 2") || page.contains("runs of Steps drawn at random"), "{page}");
+    assert!(page.contains("Share of 1000 runs of Steps in which ?a is at most so much at 2, seed 1"), "{page}");
 }

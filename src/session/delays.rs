@@ -74,13 +74,15 @@ impl Found {
         };
         let mut found = Found { verdict, ..Found::default() };
         if verdict.is_none() && all(Verdict::Proved) {
-            found.remains =
-                vec!["it is proved in each order, with durations of its own that no one theorem has".to_string()];
+            found.remains = vec![
+                "it is proved in each order, but with other durations in each, so that no one theorem says it"
+                    .to_string(),
+            ];
         }
         // Of a refutation one order is enough.
-        let told_of = |case: &Found| verdict != Some(Verdict::Refuted) || case.verdict == verdict;
-        let most = if verdict == Some(Verdict::Refuted) { 1 } else { orders.len() };
-        for (order, case) in orders.iter().zip(cases).filter(|(_, case)| told_of(case)).take(most) {
+        let refuted = verdict == Some(Verdict::Refuted);
+        let told = orders.iter().zip(cases).filter(|(_, case)| !refuted || case.verdict == verdict);
+        for (order, case) in told.take(if refuted { 1 } else { orders.len() }) {
             let title = &order.title;
             let verdict = match case.verdict {
                 Some(Verdict::Proved) => "proved",

@@ -37,14 +37,14 @@ impl Run<'_, '_> {
         };
         let wanted: Vec<&Expectation> = waiting.expected.iter().map(|(expectation, _)| expectation).collect();
         let told = told_of(found, environment, &wanted, MOST_ORDERS, &|| self.surroundings.interrupted());
-        let met = |(expectation, met): (&Expectation, bool)| match expectation {
+        let met = |expectation: &Expectation, own: bool| match expectation {
             Expectation::Answer(word) => word.as_str() == told.answer,
-            _ => met,
+            _ => own,
         };
-        let expected = waiting.expected.iter().zip(&told.met);
-        let expected =
-            expected.map(|((expectation, text), own)| Expected { text: text.clone(), met: met((expectation, *own)) });
-        let expected = expected.collect();
+        let all = waiting.expected.iter().zip(&told.met);
+        let expected = all
+            .map(|((expectation, text), own)| Expected { text: text.clone(), met: met(expectation, *own) })
+            .collect();
         (told.lines, expected)
     }
 }
