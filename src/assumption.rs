@@ -4,6 +4,7 @@
 //! for which both sides are defined; else `None`. The procedure: signs of the parts, then linear arithmetic over
 //! monomials with products of assumptions, then the same after splitting on maxima, conditions and `!=`.
 
+mod alone;
 mod atoms;
 mod eliminate;
 mod linear;
@@ -245,13 +246,12 @@ impl Assumptions {
             return Some(relation.holds(order));
         }
         let possible = self.possible_signs(value, Signs::of(relation));
-        if possible.is_empty() {
-            return None;
+        match possible {
+            _ if possible.is_empty() => None,
+            _ if possible.within(Signs::of(relation)) => Some(true),
+            _ if possible.within(Signs::of(relation.negated())) => Some(false),
+            _ => self.as_stated(relation, value),
         }
-        if possible.within(Signs::of(relation)) {
-            return Some(true);
-        }
-        if possible.within(Signs::of(relation.negated())) { Some(false) } else { self.as_stated(relation, value) }
     }
 
     /// Whether what a value needs to have a meaning is so.

@@ -19,6 +19,7 @@ mod points;
 mod prefix;
 mod search;
 
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use crate::assumption::Assumptions;
@@ -118,15 +119,10 @@ pub struct Asked<'a> {
 /// Whether the claim holds of the system, whose components these are, at all times.
 pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
     let Asked { claim, definitions, assumptions, interrupted, .. } = asked;
-    // A short run often decides it; then half planes and curves need not be looked for.
-    let limits = |states: usize| Limits { states, interrupted };
-    let short = follow(system, definitions, assumptions, claim, &limits(FEW_STATES));
-    let search = if matches!(short, Orbit::Unknown(..)) { Search::Wide } else { Search::Narrow };
+    let followed = Followed::new(system, asked);
     let points = Points::new(asked);
-    let mut outcome = of_phases(asked, search, &points);
-    // Where it is proved, the run is followed for what it shows alone, and not as far.
-    let longer = search == Search::Wide && matches!(outcome.verdict, Verdict::Open);
-    match if longer { follow(system, definitions, assumptions, claim, &limits(MOST_STATES)) } else { short } {
+    let mut outcome = of_phases(asked, &followed, &points);
+    match followed.known(matches!(outcome.verdict, Verdict::Open)) {
         Orbit::Closed(states) => {
             outcome.extreme = extreme(&states, claim);
             outcome.speaks = Some(orbit::speaks(&states, claim));
@@ -156,21 +152,64 @@ pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
     outcome
 }
 
-/// The same by the phases of the system alone, for a run that was followed already: proved or open.
-pub fn always_of_phases(asked: Asked<'_>) -> Outcome {
-    of_phases(asked, Search::Wide, &Points::new(asked))
+/// The same by what is to come of a run that is known to some length already: proved or open.
+pub fn always_of_what_comes(system: &Term, asked: Asked<'_>) -> Outcome {
+    let Asked { claim, definitions, assumptions, .. } = asked;
+    let followed = Followed::new(system, asked);
+    let mut outcome = of_phases(asked, &followed, &Points::new(asked));
+    if let Orbit::Closed(states) = followed.known(matches!(outcome.verdict, Verdict::Open))
+        && let Ok(safe) = check_states(system, definitions, assumptions, claim, &states)
+    {
+        outcome.verdict = Verdict::Proved(safe);
+    }
+    outcome
 }
 
-/// How much is looked for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Search {
-    /// What is claimed, and what is asked on the way.
-    Narrow,
-    /// Half planes, curves, and what holds after some rounds as well.
-    Wide,
+/// The run itself, followed as far as it is asked for.
+struct Followed<'a> {
+    system: &'a Term,
+    asked: Asked<'a>,
+    short: Orbit,
+    long: OnceCell<Orbit>,
 }
 
-fn of_phases(asked: Asked<'_>, search: Search, points: &Points<'_>) -> Outcome {
+impl<'a> Followed<'a> {
+    /// A short run often decides it.
+    fn new(system: &'a Term, asked: Asked<'a>) -> Followed<'a> {
+        let short = Followed::up_to(FEW_STATES, system, asked);
+        Followed { system, asked, short, long: OnceCell::new() }
+    }
+
+    fn up_to(states: usize, system: &Term, asked: Asked<'_>) -> Orbit {
+        let Asked { claim, definitions, assumptions, interrupted, .. } = asked;
+        follow(system, definitions, assumptions, claim, &Limits { states, interrupted })
+    }
+
+    fn long(&self) -> &Orbit {
+        self.long.get_or_init(|| Followed::up_to(MOST_STATES, self.system, self.asked))
+    }
+
+    /// Whether a short run leaves it open.
+    fn is_long(&self) -> bool {
+        matches!(self.short, Orbit::Unknown(..))
+    }
+
+    /// Whether a long run leaves it open as well.
+    fn is_open(&self) -> bool {
+        self.is_long() && matches!(self.long(), Orbit::Unknown(..))
+    }
+
+    /// What is known; where it is `open` otherwise, by a long run.
+    fn known(self, open: bool) -> Orbit {
+        if !open || !self.is_long() {
+            return self.short;
+        }
+        self.long();
+        self.long.into_inner().unwrap_or(self.short)
+    }
+}
+
+fn of_phases(asked: Asked<'_>, followed: &Followed<'_>, points: &Points<'_>) -> Outcome {
     let Asked { components, claim, definitions, assumptions, .. } = asked;
     let mut outcome = Outcome::open();
     match analyse(components, definitions, assumptions) {
@@ -178,17 +217,18 @@ fn of_phases(asked: Asked<'_>, search: Search, points: &Points<'_>) -> Outcome {
             outcome.diagnostics.extend(period.warnings.iter().cloned());
             outcome.speaks = (!may_speak(&period, claim)).then_some(false);
             by_invariant(&period, claim, assumptions, &mut outcome);
-            // What an instance breaks is not proved, however far one looks.
+            // Where the run decides it, half planes and curves need not be looked for; and what it breaks, or an instance,
+            // is not proved, however far one looks.
             let open = matches!(outcome.verdict, Verdict::Open);
-            let search = if open && search == Search::Wide && points.break_it() { Search::Narrow } else { search };
-            if open && search == Search::Wide {
+            let wide = open && followed.is_open() && !points.break_it();
+            if wide {
                 by_curves(&period, claim, assumptions, &Kind::EACH, &mut outcome);
             }
-            by_what_matters(&period, asked, search, &mut outcome);
-            if search == Search::Wide {
+            by_what_matters(&period, asked, wide, &mut outcome);
+            if wide {
                 from_later_on(&period, asked, &mut outcome);
             }
-            if open && search == Search::Wide && matches!(outcome.verdict, Verdict::Open) {
+            if wide && matches!(outcome.verdict, Verdict::Open) {
                 by_bounds(&period, claim, assumptions, &mut outcome);
             }
             outcome.period = Some(period);
@@ -201,9 +241,9 @@ fn of_phases(asked: Asked<'_>, search: Search, points: &Points<'_>) -> Outcome {
     outcome
 }
 
-/// Follows the phases in what the claim depends on alone, where something else never comes round; or in all variables, where
-/// the run itself cannot be followed, as times in it are symbols.
-fn by_what_matters(period: &Period, asked: Asked<'_>, search: Search, outcome: &mut Outcome) {
+/// Follows the phases in what the claim depends on alone, where something else never comes round; or in all variables (`wide`),
+/// where the run itself cannot be followed, as times in it are symbols.
+fn by_what_matters(period: &Period, asked: Asked<'_>, wide: bool, outcome: &mut Outcome) {
     let Asked { claim, assumptions, interrupted, .. } = asked;
     if !matches!(outcome.verdict, Verdict::Open) {
         return;
@@ -214,7 +254,7 @@ fn by_what_matters(period: &Period, asked: Asked<'_>, search: Search, outcome: &
     };
     let safe = match reduced(period, &Term::par(claim.shown.iter().cloned())) {
         Some(reduced) => visited(&variables(&reduced), MOST_STATES),
-        None if search == Search::Wide => visited(&variables(period), FEW_STATES),
+        None if wide => visited(&variables(period), FEW_STATES),
         None => return,
     };
     if let Some(safe) = safe.or_else(|| by_differences(period, asked)) {

@@ -24,8 +24,6 @@ pub(super) const MOST_CONSTRAINTS: usize = 60;
 const MOST_FACTORS: usize = 9;
 /// For so many unknowns the constraints are gone through one by one.
 const FEW: usize = 3;
-/// Of so many facts each is asked whether the others refute it, after one more is stated.
-const FEW_FACTS: usize = 6;
 /// The work that may go into one division of polynomials.
 const DIVISION_BUDGET: u64 = 5_000;
 
@@ -44,24 +42,6 @@ impl Assumptions {
                 Bound::Nonnegative => refuted(&constraint.form, &[Signs::POSITIVE, Signs::ZERO]),
             })
             || self.nonzero.iter().any(|form| refuted(form, &[Signs::POSITIVE, Signs::NEGATIVE]))
-    }
-
-    /// Whether the assumptions are known to exclude each other, where they were not before the last was stated. Of many
-    /// facts that one alone is asked; of few, each.
-    pub fn contradictory_by_last(&self) -> bool {
-        let last = self.stated.last().map(|(relation, value)| (*relation, self.with_solved(value)));
-        let form = last.as_ref().and_then(|(relation, value)| match value.polynomials() {
-            Some((numerator, denominator)) if denominator.is_one() => Some((*relation, numerator)),
-            _ => None,
-        });
-        let many = self.constraints.len() > FEW_FACTS;
-        let Some((relation, form)) = form.filter(|(relation, _)| many && *relation != Relation::Eq) else {
-            return self.inconsistent();
-        };
-        let mut systems = MOST_SYSTEMS;
-        let mut allowed = Signs::each().into_iter().filter(|sign| sign.within(Signs::of(relation)));
-        self.signs.values().any(|signs| signs.is_empty())
-            || allowed.all(|sign| self.refutes_form(form, sign, 1, &mut systems))
     }
 
     /// What is stated of just this value, or of its opposite: that counts where it divides by what may be 0 as well.
@@ -178,7 +158,7 @@ impl Assumptions {
     }
 
     /// Whether it contradicts the assumptions that the polynomial has this sign.
-    fn refutes_form(&self, form: &Form, sign: Signs, splits: usize, systems: &mut usize) -> bool {
+    pub(super) fn refutes_form(&self, form: &Form, sign: Signs, splits: usize, systems: &mut usize) -> bool {
         let divides = |other: &Form| other.divide(form, &mut Budget::new(DIVISION_BUDGET)).is_some();
         if sign == Signs::ZERO && self.nonzero.iter().any(divides) {
             return true;

@@ -40,6 +40,9 @@ impl Assumptions {
         if let Some(signs) = known {
             return signs;
         }
+        if let Some(signs) = self.signs_alone(value, wanted) {
+            return signs;
+        }
         let mut systems = MOST_SYSTEMS;
         let signs = self.signs_of_value(value, wanted, 3, &mut systems);
         if systems < MOST_SYSTEMS {

@@ -332,14 +332,15 @@ impl Scene<'_> {
         let claim =
             nearest::claim(&between.each_ref().map(|(name, arity)| (name, self.sorts(name, *arity))), strict, limit);
         let Ok(claim) = claim else { return finding };
-        let outcome = safety::always_of_phases(safety::Asked {
+        let asked = safety::Asked {
             components: &self.system.components,
             claim: &claim,
             definitions: &self.environment.definitions,
             assumptions: &self.environment.assumptions,
             instances: &|_| Vec::new(),
             interrupted: self.judge.interrupted,
-        });
+        };
+        let outcome = safety::always_of_what_comes(&self.system.term(&self.environment.definitions), asked);
         if let safety::Verdict::Proved(safe) = &outcome.verdict {
             finding.standing = Standing::Met;
             let least = if strict { "always more than" } else { "never less than" };

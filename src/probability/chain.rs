@@ -201,15 +201,17 @@ fn moves_of(
         Next::End(_) => (None, Some(Vec::new())),
     };
     let images = images.ok_or("a phase has a variable without a value")?;
-    // What each piece of the image is becomes a test, so that its maxima and conditions split into cases too.
+    // What a piece of the image is becomes a test where it has maxima and conditions, which split into cases too.
     let place = |place: usize| Name::new(&format!("image~{place}"));
-    for (number, image) in images.iter().enumerate() {
+    let in_cases = |image: &&Value| image.atoms().iter().any(|atom| !matches!(atom, Atom::Variable(_)));
+    for (number, image) in images.iter().enumerate().filter(|(_, image)| in_cases(image)) {
         let left = Value::variable(&place(number));
         tests.push(Test { relation: Relation::Eq, left, right: (*image).clone() });
     }
     let mut moves = Vec::new();
     for case in by_state(assumptions, &tests, &names.draws).map_err(|error| error.0)? {
-        let mut image = vec![Linear::default(); images.len()];
+        let plain = |image: &&Value| if in_cases(image) { Ok(Linear::default()) } else { names.linear(image) };
+        let mut image = images.iter().map(plain).collect::<Result<Vec<_>, _>>()?;
         let mut sides = Vec::new();
         for test in &case.tests {
             match (0..images.len()).find(|number| test.left.as_variable() == Some(&place(*number))) {
