@@ -34,7 +34,7 @@ use curves::Kind;
 use differences::by_differences;
 use later::{later, reached};
 use learned::learned;
-use orbit::{Limits, Orbit, Run, extreme, follow};
+use orbit::{Limits, MOST_BITS, Orbit, Run, extreme, follow};
 use points::Points;
 pub use points::{Instance, meets};
 pub use search::supposed;
@@ -44,6 +44,8 @@ use search::{Short, by_bounds, by_curves, by_invariant};
 const MOST_STATES: usize = 20_000;
 /// States of a run that is followed only to say more of it.
 const FEW_STATES: usize = 1_000;
+/// Bits of the numbers of a run that is followed before more is looked for.
+const FEW_BITS: u64 = 256;
 /// Rounds that are followed before an invariant is looked for again.
 const ROUNDS: [usize; 3] = [4, 16, 64];
 
@@ -122,7 +124,8 @@ pub fn always(system: &Term, asked: Asked<'_>) -> Outcome {
     let followed = Followed::new(system, asked);
     let points = Points::new(asked);
     let mut outcome = of_phases(asked, &followed, &points);
-    match followed.known(matches!(outcome.verdict, Verdict::Open)) {
+    let open = matches!(outcome.verdict, Verdict::Open);
+    match if open { followed.whole() } else { followed.known() } {
         Orbit::Closed(states) => {
             outcome.extreme = extreme(&states, claim);
             outcome.speaks = Some(orbit::speaks(&states, claim));
@@ -157,7 +160,7 @@ pub fn always_of_what_comes(system: &Term, asked: Asked<'_>) -> Outcome {
     let Asked { claim, definitions, assumptions, .. } = asked;
     let followed = Followed::new(system, asked);
     let mut outcome = of_phases(asked, &followed, &Points::new(asked));
-    if let Orbit::Closed(states) = followed.known(matches!(outcome.verdict, Verdict::Open))
+    if let Orbit::Closed(states) = followed.known()
         && let Ok(safe) = check_states(system, definitions, assumptions, claim, &states)
     {
         outcome.verdict = Verdict::Proved(safe);
@@ -176,37 +179,40 @@ struct Followed<'a> {
 impl<'a> Followed<'a> {
     /// A short run often decides it.
     fn new(system: &'a Term, asked: Asked<'a>) -> Followed<'a> {
-        let short = Followed::up_to(FEW_STATES, system, asked);
-        Followed { system, asked, short, long: OnceCell::new() }
+        Followed { system, asked, short: run(system, asked, FEW_STATES, MOST_BITS), long: OnceCell::new() }
     }
 
-    fn up_to(states: usize, system: &Term, asked: Asked<'_>) -> Orbit {
-        let Asked { claim, definitions, assumptions, interrupted, .. } = asked;
-        follow(system, definitions, assumptions, claim, &Limits { states, interrupted })
-    }
-
+    /// A long run, as far as its numbers are short.
     fn long(&self) -> &Orbit {
-        self.long.get_or_init(|| Followed::up_to(MOST_STATES, self.system, self.asked))
+        self.long.get_or_init(|| run(self.system, self.asked, MOST_STATES, FEW_BITS))
     }
 
-    /// Whether a short run leaves it open.
-    fn is_long(&self) -> bool {
-        matches!(self.short, Orbit::Unknown(..))
-    }
-
-    /// Whether a long run leaves it open as well.
+    /// Whether neither a short run nor a long one decides it.
     fn is_open(&self) -> bool {
-        self.is_long() && matches!(self.long(), Orbit::Unknown(..))
+        matches!(self.short, Orbit::Unknown(..)) && matches!(self.long(), Orbit::Unknown(..))
     }
 
-    /// What is known; where it is `open` otherwise, by a long run.
-    fn known(self, open: bool) -> Orbit {
-        if !open || !self.is_long() {
-            return self.short;
-        }
-        self.long();
+    /// What the longest run that was asked for tells.
+    fn known(self) -> Orbit {
         self.long.into_inner().unwrap_or(self.short)
     }
+
+    /// What a run tells that is followed as far as its numbers can be told.
+    fn whole(self) -> Orbit {
+        let Orbit::Unknown(..) = self.short else { return self.short };
+        self.long();
+        match self.long.into_inner() {
+            Some(Orbit::Unknown(_, states)) if states < MOST_STATES => {
+                run(self.system, self.asked, MOST_STATES, MOST_BITS)
+            }
+            long => long.unwrap_or(self.short),
+        }
+    }
+}
+
+fn run(system: &Term, asked: Asked<'_>, states: usize, bits: u64) -> Orbit {
+    let Asked { claim, definitions, assumptions, interrupted, .. } = asked;
+    follow(system, definitions, assumptions, claim, &Limits { states, bits, interrupted })
 }
 
 fn of_phases(asked: Asked<'_>, followed: &Followed<'_>, points: &Points<'_>) -> Outcome {

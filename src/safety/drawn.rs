@@ -5,7 +5,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
-use super::orbit::{Run, is_long, shown_on};
+use super::orbit::{MOST_BITS, Run, is_long, shown_on};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::distribution::Distribution;
@@ -84,7 +84,7 @@ impl Follower<'_> {
         let mut dense = false;
         let mut now = BigRational::zero();
         let Ok(mut state) = self.model.state(system) else { return Found::Still };
-        while visits.len() < MOST_STATES && *left > 0 && !is_long(&state) {
+        while visits.len() < MOST_STATES && *left > 0 && !is_long(&state, MOST_BITS) {
             *left -= 1;
             visits.push((now.clone(), state.clone()));
             match meets(self.claim, &state, self.assumptions) {

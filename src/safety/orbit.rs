@@ -14,8 +14,8 @@ use crate::replay::Drawn;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
-/// Bits of a number at which a run that only converges is given up.
-const MOST_BITS: u64 = 4_000;
+/// Bits of a number at which a run that only converges is given up, at the latest.
+pub const MOST_BITS: u64 = 4_000;
 
 /// Times from the start, with what is shown from then on.
 pub type Shown = Vec<(Value, Vec<Term>)>;
@@ -67,6 +67,8 @@ struct Visit {
 pub struct Limits<'a> {
     /// States that are followed: a system that has not repeated by then may run on for ever.
     pub states: usize,
+    /// The longest number that is shown, in bits: a run that only converges is given up.
+    pub bits: u64,
     /// Whether the user wants it to stop.
     pub interrupted: &'a dyn Fn() -> bool,
 }
@@ -116,7 +118,7 @@ fn explore(
             if places.contains_key(&target) {
                 continue;
             }
-            if visits.len() >= limits.states || (next % 64 == 0 && (limits.interrupted)()) || is_long(&target) {
+            if visits.len() >= limits.states || (next % 64 == 0 && (limits.interrupted)()) || is_long(&target, limits.bits) {
                 return Err(Rejected(format!("after {} states nothing has repeated", visits.len())));
             }
             let later = match &label {
@@ -131,8 +133,8 @@ fn explore(
     Ok(None)
 }
 
-pub(super) fn is_long(state: &State) -> bool {
-    state.observations().iter().any(|(_, values)| values.iter().any(|value| value.bits() > MOST_BITS))
+pub(super) fn is_long(state: &State, bits: u64) -> bool {
+    state.observations().iter().any(|(_, values)| values.iter().any(|value| value.bits() > bits))
 }
 
 fn drawn(label: &Label) -> Option<Drawn> {

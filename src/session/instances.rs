@@ -11,7 +11,7 @@ use crate::invariant::Claim;
 use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::Test;
-use crate::safety::orbit::{self, Limits, Orbit, follow};
+use crate::safety::orbit::{self, Limits, MOST_BITS, Orbit, follow};
 use crate::safety::{self, drawn};
 use crate::sample::{Closed, close, reached};
 use crate::scope::{read_names, subterms};
@@ -202,7 +202,7 @@ impl<'a> Choices<'a> {
         }
         let claim = with_values(self.claim, &values.iter().cloned().collect())?;
         let closed = close(self.system, environment, &values).ok()?;
-        let limits = Limits { states, interrupted };
+        let limits = Limits { states, bits: MOST_BITS, interrupted };
         let orbit = follow(&closed.term, &closed.definitions, &Assumptions::default(), &claim, &limits);
         Some(Followed { closed, claim, orbit })
     }
