@@ -18,6 +18,7 @@ mod either_way;
 mod end;
 mod factors;
 mod far;
+mod fixed;
 mod fractional;
 mod grouped;
 mod hypergeometric;

@@ -102,6 +102,18 @@ impl Bounds {
         Some(whole)
     }
 
+    /// The square root; none of what is not known to be at least 0.
+    pub(super) fn sqrt(&self) -> Option<Bounds> {
+        if self.low < Low::ZERO {
+            return None;
+        }
+        let kept = self.clone().rounded();
+        let root = |zero: bool, root: &dyn Fn() -> Bounds| if zero { self.whole(0) } else { root() };
+        let low = root(kept.low == Low::ZERO, &|| Bounds { low: kept.low.sqrt(), ..kept.clone() }).low;
+        let high = root(kept.high == High::ZERO, &|| Bounds { high: kept.high.sqrt(), ..kept.clone() }).high;
+        Some(Bounds { low, high, precision: self.precision })
+    }
+
     /// The quotient; none where it is not known to be one.
     pub(super) fn over(&self, other: &Bounds) -> Option<Bounds> {
         if other.low <= Low::ZERO && other.high >= High::ZERO {
@@ -193,6 +205,17 @@ mod tests {
         }
         let around = Bounds { low: of(&number(-2, 1)).low, ..of(&number(3, 1)) };
         assert_eq!(around.is_positive(), None);
+    }
+
+    #[test]
+    fn a_root_lies_between_roots() {
+        for one in [number(0, 1), number(2, 1), number(9, 4), number(1, 1_000_003)] {
+            let root = of(&one).sqrt().unwrap();
+            assert!(contains(&root.power(2).unwrap(), &one), "{one}");
+            let (low, high) = (rational(root.low).unwrap(), rational(root.high.with_rounding::<Down>()).unwrap());
+            assert!(&low * &low <= one && one <= &high * &high && &high - &low < number(1, 1 << 60), "{one}");
+        }
+        assert!(of(&number(-1, 7)).sqrt().is_none());
     }
 
     #[test]

@@ -1,46 +1,43 @@
 //! What is still known of a sequence without closed form: its first terms, its fixed points, how it moves.
 
-use num_rational::BigRational;
-use num_traits::{Signed, Zero};
+use num_traits::Signed;
 
+use super::fixed::{atoms, fixed_points};
 use super::terms::{Term, listed};
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
-use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
-use crate::univariate::Univariate;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// What is known of a recurrence, closed form or not.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Behaviour {
     /// The first terms of each sequence, as far as they were computed.
     pub terms: Vec<Vec<Term>>,
-    /// The values that are mapped to themselves, of a single map that does not depend on the index: those that are rational or roots of a
-    /// quadratic polynomial.
+    /// The values that are mapped to themselves, of a single map that does not depend on the index: those that are rational
+    /// or roots of a quadratic polynomial.
     pub fixed_points: Vec<Value>,
-    /// Whether these are all.
-    pub all_fixed_points: bool,
+    /// How many others there are, where that is known.
+    pub other_fixed_points: Option<usize>,
     /// How the sequence moves, if that is known.
     pub motion: Option<String>,
 }
 
-/// The highest degree of a map whose fixed points are looked for.
-const MOST_DEGREE: usize = 40;
 /// How many terms are listed.
 const LISTED: usize = 20;
 /// What is known without a closed form.
 pub fn behaviour(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Behaviour {
     let mut result = Behaviour { terms: listed(recurrence, LISTED, known, stop), ..Behaviour::default() };
     let Some((map, name, _)) = single(recurrence) else { return result };
-    let Some((points, all)) = fixed_points(map, &name) else { return result };
+    let Some((points, others)) = fixed_points(map, &name) else { return result };
+    let all = others == Some(0);
     let starts = std::iter::successors(Some(recurrence.clone()), later).take(1 + LATER_STARTS);
     result.motion = starts.into_iter().find_map(|here| {
         let (_, _, start) = single(&here)?;
         let text = motion(map, &name, start, &points, all, known)?.text(start);
         Some(if here.from == recurrence.from { text } else { format!("from {} = {} on {text}", here.index, here.from) })
     });
-    (result.fixed_points, result.all_fixed_points) = (points, all);
+    (result.fixed_points, result.other_fixed_points) = (points, others);
     result
 }
 
@@ -68,8 +65,8 @@ pub(super) fn single(recurrence: &Recurrence) -> Option<(&Value, Name, &Value)> 
 /// How a single sequence moves, if it is known to move one way only.
 pub(super) fn course(recurrence: &Recurrence, known: &Assumptions) -> Option<Motion> {
     let (map, name, start) = single(recurrence)?;
-    let (points, all) = fixed_points(map, &name)?;
-    motion(map, &name, start, &points, all, known)
+    let (points, others) = fixed_points(map, &name)?;
+    motion(map, &name, start, &points, others == Some(0), known)
 }
 
 /// A sequence that moves one way only.
@@ -98,49 +95,14 @@ impl Motion {
     }
 }
 
-/// The real fixed points of a map that is a quotient of polynomials with rational coefficients, in order, and whether these are all.
-fn fixed_points(map: &Value, name: &Name) -> Option<(Vec<Value>, bool)> {
-    let difference = map.sub(&Value::variable(name)).ok()?;
-    let parts: Vec<_> = exponentials(&difference.numerator()?, name)?.into_iter().collect();
-    let [(base, coefficients)] = parts.as_slice() else { return None };
-    base.as_rational().filter(|base| *base == BigRational::from_integer(1.into()))?;
-    let polynomial = Univariate::new(coefficients.iter().map(Value::as_rational).collect::<Option<_>>()?);
-    if polynomial.degree() > MOST_DEGREE {
-        return None;
-    }
-    let mut points = Vec::new();
-    let mut all = true;
-    for (factor, _) in polynomial.factors() {
-        match factor.degree() {
-            1 => points.push(Value::rational(-factor.coefficient(0))),
-            2 => {
-                let (middle, square) = crate::exponential_polynomial::middle_and_square(&factor);
-                if square.is_positive() {
-                    let distance = Value::rational(square).sqrt().ok()?;
-                    let middle = Value::rational(middle);
-                    points.push(middle.sub(&distance).ok()?);
-                    points.push(middle.add(&distance).ok()?);
-                }
-            }
-            _ => all = false,
-        }
-    }
-    let none = Assumptions::default();
-    let mut sorted: Vec<Value> = Vec::new();
-    for point in points {
-        let place = sorted.iter().position(|other| none.decide(Relation::Lss, &point, other) == Some(true));
-        sorted.insert(place.unwrap_or(sorted.len()), point);
-    }
-    Some((sorted, all))
-}
-
 /// A map that does not fall between the start and the next fixed point on the side to which it goes moves what begins
-/// there one way only: what lies between the two stays between them.
+/// there one way only: what lies between the two stays between them. It has to be continuous there.
 fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, known: &Assumptions) -> Option<Motion> {
     if points.iter().any(|point| known.decide(Relation::Eq, start, point) == Some(true)) {
         return Some(Motion::Stays);
     }
-    if !all || map.denominator()?.as_rational().is_none_or(|number| number.is_zero()) {
+    let jumps = || atoms(map, name).iter().any(|atom| matches!(atom, Atom::Positive(_) | Atom::Floor(_)));
+    if !all || jumps() {
         return None;
     }
     let grows = known.decide(Relation::Gtr, &map.with(name, start).ok()?, start)?;
@@ -148,21 +110,60 @@ fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, 
     let high = points.iter().find(|point| known.decide(Relation::Gtr, point, start) == Some(true));
     let bound = if grows { high } else { low };
     let (least, most) = if grows { (Some(start), bound) } else { (bound, Some(start)) };
-    // For u < v within the bounds the map must not fall: (map(v) - map(u))/(v - u) >= 0.
-    let (u, gap) = (Name::new("[u]"), Name::new("[gap]"));
-    let (one, step) = (Value::variable(&u), Value::variable(&gap));
-    let other = one.add(&step).ok()?;
-    let slope = map.with(name, &other).ok()?.sub(&map.with(name, &one).ok()?).ok()?.div(&step).ok()?;
-    let mut between = known.clone();
-    between.assume(Relation::Gtr, &step, &Value::zero());
-    if let Some(least) = least {
-        between.assume(Relation::Gte, &one, least);
+    Stretch::new(known, name, least, most).rises(map)?.then(|| Motion::Moves { grows, bound: bound.cloned() })
+}
+
+/// Two places on a stretch of numbers, of which it is known that the second lies beyond the first.
+struct Stretch<'a> {
+    name: &'a Name,
+    least: Option<&'a Value>,
+    place: Value,
+    beyond: Value,
+    gap: Value,
+    known: Assumptions,
+}
+
+impl<'a> Stretch<'a> {
+    fn new(known: &Assumptions, name: &'a Name, least: Option<&'a Value>, most: Option<&Value>) -> Stretch<'a> {
+        let [place, gap] = ["[u]", "[gap]"].map(|name| Value::variable(&Name::new(name)));
+        let beyond = place.add(&gap).unwrap_or_else(|_| place.clone());
+        let mut between = known.clone();
+        between.assume(Relation::Gtr, &gap, &Value::zero());
+        if let Some(least) = least {
+            between.assume(Relation::Gte, &place, least);
+        }
+        if let Some(most) = most {
+            between.assume(Relation::Lte, &beyond, most);
+        }
+        Stretch { name, least, place, beyond, gap, known: between }
     }
-    if let Some(most) = most {
-        between.assume(Relation::Lte, &other, most);
+
+    /// Whether a value is continuous and grows with the variable all along, as far as that is known: by itself, or as a
+    /// root of what grows, and a rest that does not fall.
+    fn rises(&self, value: &Value) -> Option<bool> {
+        let roots: Vec<Atom> = atoms(value, self.name).into_iter().filter(|one| matches!(one, Atom::Root(_))).collect();
+        match roots.as_slice() {
+            [] => self.steeper(value, !atoms(value, self.name).is_empty()),
+            [root @ Atom::Root(inner)] => {
+                let mark = Name::new("[root]");
+                let (factor, rest) = value.with_atom(root, &Value::variable(&mark)).ok()?.linear_in(&mark)?;
+                let first = self.least.unwrap_or(&self.place);
+                let defined = self.known.decide(Relation::Gte, &inner.with(self.name, first).ok()?, &Value::zero());
+                let grows = factor.as_rational()?.is_positive() && defined? && self.rises(inner)?;
+                Some(grows && (!rest.mentions(self.name) || self.steeper(&rest, false)?))
+            }
+            _ => None,
+        }
     }
-    if between.decide(Relation::Gte, &slope, &Value::zero()) != Some(true) {
-        return None;
+
+    /// For u < v on the stretch: (value(v) - value(u))/(v - u) >= 0, or > 0 if it is asked for `strictly`; a quotient of
+    /// polynomials that is not constant grows where it does not fall. Nothing where it may not be defined.
+    fn steeper(&self, value: &Value, strictly: bool) -> Option<bool> {
+        let [here, there] = [&self.place, &self.beyond].map(|place| value.with(self.name, place));
+        let slope = there.ok()?.sub(&here.ok()?).ok()?.div(&self.gap).ok()?;
+        let below = value.denominator()?.with(self.name, &self.place).ok()?;
+        let defined = self.known.decide(Relation::Neq, &below, &Value::zero())?;
+        let relation = if strictly { Relation::Gtr } else { Relation::Gte };
+        Some(defined && self.known.decide(relation, &slope, &Value::zero())?)
     }
-    Some(Motion::Moves { grows, bound: bound.cloned() })
 }

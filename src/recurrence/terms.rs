@@ -11,7 +11,7 @@ use super::bounds::{Bounds, PRECISIONS};
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
 use crate::name::Name;
-use crate::value::{Atom, Value};
+use crate::value::{Atom, Sort, Value};
 
 /// A term.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,7 +75,15 @@ fn listed_to(
 /// Whether the terms after it may be computed exactly, too.
 fn short(term: &Term) -> bool {
     let Term::Exact(value) = term else { return false };
-    value.as_rational().is_none_or(|number| number.numer().bits() + number.denom().bits() < MOST_BITS)
+    match value.as_rational() {
+        Some(number) => number.numer().bits() + number.denom().bits() < MOST_BITS,
+        None => is_symbolic(value) || value.to_string().len() <= WIDEST,
+    }
+}
+
+/// Whether it is no number: then there are no digits of it.
+fn is_symbolic(value: &Value) -> bool {
+    value.sort() != Sort::Real || !value.variables().is_empty()
 }
 
 /// The terms that the equations give at a step; none where one is not defined, or too long with its symbols.
@@ -133,6 +141,7 @@ fn of_atom(atom: &Atom, known: &BTreeMap<Name, Bounds>, precision: usize) -> Opt
         Atom::Maximum(parts) => parts
             .iter()
             .try_fold(whole(0), |greatest, part| Some(greatest.or_more(&evaluated(part, known, precision)?))),
+        Atom::Root(inner) => evaluated(inner, known, precision)?.sqrt(),
         Atom::Positive(inner) => evaluated(inner, known, precision)?.is_positive().map(|holds| whole(holds.into())),
         _ => None,
     }
@@ -141,7 +150,7 @@ fn of_atom(atom: &Atom, known: &BTreeMap<Name, Bounds>, precision: usize) -> Opt
 impl Term {
     fn bounds(&self, precision: usize) -> Option<Bounds> {
         match self {
-            Term::Exact(value) => value.as_rational().map(|number| Bounds::of(&number, precision)),
+            Term::Exact(value) => evaluated(value, &BTreeMap::new(), precision),
             Term::Between(bounds) => Some(bounds.clone()),
         }
     }
@@ -155,7 +164,7 @@ impl Term {
     fn leading(&self) -> Option<String> {
         if let Term::Exact(value) = self {
             let text = value.to_string();
-            if text.len() <= WIDEST || value.as_rational().is_none() {
+            if text.len() <= WIDEST || is_symbolic(value) {
                 return Some(text);
             }
         }

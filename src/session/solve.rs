@@ -215,14 +215,7 @@ fn proof(recurrence: &Recurrence) -> String {
 /// What is known without a form, of the sequences that have none.
 fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&Name) -> bool) -> Vec<String> {
     let mut lines = Vec::new();
-    if !behaviour.fixed_points.is_empty() {
-        let points: Vec<String> = behaviour.fixed_points.iter().map(Value::to_string).collect();
-        let word = if points.len() == 1 { "fixed point" } else { "fixed points" };
-        let rest = if behaviour.all_fixed_points { "" } else { ", and others that are roots of higher degree" };
-        lines.push(format!("{word} {}{rest}", points.join(" and ")));
-    } else if behaviour.all_fixed_points {
-        lines.push("it has no fixed point".to_string());
-    }
+    lines.extend(fixed_points(behaviour));
     lines.extend(behaviour.motion.clone());
     let all = recurrence.sequences.iter().zip(&behaviour.terms);
     for (sequence, terms) in all.filter(|(sequence, _)| open(&sequence.name)) {
@@ -230,6 +223,23 @@ fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&N
         lines.push(format!("{} from {} on: {}, …", sequence.name, recurrence.from, terms.join(", ")));
     }
     lines
+}
+
+/// What is mapped to itself.
+fn fixed_points(behaviour: &Behaviour) -> Option<String> {
+    let points: Vec<String> = behaviour.fixed_points.iter().map(Value::to_string).collect();
+    let (word, points) = (if points.len() == 1 { "fixed point" } else { "fixed points" }, points.join(" and "));
+    let degree = "of higher degree";
+    Some(match (behaviour.other_fixed_points, points.is_empty()) {
+        (Some(0), true) => "it has no fixed point".to_string(),
+        (Some(0), false) => format!("{word} {points}"),
+        (Some(1), true) => format!("one fixed point, a root {degree}"),
+        (Some(others), true) => format!("{others} fixed points, roots {degree}"),
+        (Some(1), false) => format!("{word} {points}, and another, a root {degree}"),
+        (Some(others), false) => format!("{word} {points}, and {others} others, roots {degree}"),
+        (None, true) => return None,
+        (None, false) => format!("{word} {points}, and perhaps others, roots {degree}"),
+    })
 }
 
 pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relation, &Value, &Value)) -> Vec<String> {
