@@ -4,6 +4,7 @@ mod carried;
 mod drawn;
 mod folded;
 mod named;
+mod whole;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -191,6 +192,8 @@ pub struct PhaseFlow {
     pub exits: Vec<Exit>,
     /// What closed forms may call the start of each variable, and the number of a round.
     pub named: Named,
+    /// The values with which it begins, where the whole run begins so and no other phase leads to it.
+    pub begin: Option<BTreeMap<Name, Value>>,
 }
 
 /// The table of every phase.
@@ -230,6 +233,7 @@ pub fn flows(period: &Period, environment: &Environment) -> Vec<PhaseFlow> {
                 draws,
                 exits: leaving.into_iter().map(|edge| Exit::of(edge, &rounds)).collect(),
                 named: Named::of(period, number, &spoken_of),
+                begin: whole::begin(period, number),
             }
         })
         .collect()
@@ -252,9 +256,7 @@ impl PhaseFlow {
     /// The checked closed form of each variable that depends on no random draw, from a start that may be any
     /// number, and why others have none.
     pub fn recurrences(&self, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Apart {
-        let [(_, map)] = self.maps.as_slice() else {
-            return Apart { closed: Vec::new(), missing: Vec::new() };
-        };
+        let Some(map) = self.whole() else { return Apart { closed: Vec::new(), missing: Vec::new() } };
         let drawn = self.drawn();
         let changes = |(name, image): &(&Name, &Value)| **image != Value::variable(name) && !drawn.contains(*name);
         let changing: BTreeMap<Name, Value> =
@@ -300,7 +302,7 @@ impl PhaseFlow {
 
     /// The recurrence: each variable that changes with its next value, in the terms `r(n)` of the sequences.
     pub fn steps(&self, index: &Name) -> Vec<(Name, Value)> {
-        let [(_, map)] = self.maps.as_slice() else { return Vec::new() };
+        let Some(map) = self.whole() else { return Vec::new() };
         let terms = map.keys().map(|name| (name.clone(), Value::variable(&term(name, index, 0)))).collect();
         let changes = map.iter().filter(|(name, image)| **image != Value::variable(name));
         changes.filter_map(|(name, image)| Some((name.clone(), image.substitute(&terms).ok()?))).collect()

@@ -66,6 +66,13 @@ pub(super) fn kept_away(recurrence: &Recurrence, wanted: Wanted<'_>, known: &Ass
                         format!("from {} = {at} on each term is {sign} {bound}, since the term before is", map.index);
                     return Some(Tail::Never(at, why));
                 }
+                let size = term.abs();
+                let short = if *above { -&size >= goal } else { size <= goal };
+                if short && !(strict && size == goal.abs()) && map.keeps_within(&size, at) == Some(true) {
+                    let index = map.index;
+                    let why = format!("from {index} = {at} on no term is larger than {size}, nor less than {}", -&size);
+                    return Some(Tail::Never(at, format!("{why}, since the term before is not")));
+                }
             }
         }
         numbers.advance()?;
@@ -111,19 +118,37 @@ impl Map<'_> {
         let (factor, rest) = self.next.linear_in(self.name)?;
         let beyond = factor.mul(bound).ok()?.add(&rest).ok()?.sub(bound).ok()?;
         let beyond = if above { beyond } else { beyond.neg().ok()? };
-        let sure = |value: &Value| {
-            // A quotient has the sign of the product of what stands above and below, which is not 0 where it is defined.
-            let (above, below) = (value.numerator()?, value.denominator()?);
-            let below = ExponentialPolynomial::of(&below, self.index)?;
-            let sum = ExponentialPolynomial::of(&above, self.index)?;
-            let signs = [Relation::Gtr, Relation::Lss].map(|sign| throughout(&below, sign, from, None));
-            let relation = match signs {
-                [true, _] => Relation::Gte,
-                [_, true] => Relation::Lte,
-                _ => return None,
-            };
-            Some(throughout(&sum, relation, from, None))
+        Some(self.never_negative(&factor, from)? && self.never_negative(&beyond, from)?)
+    }
+
+    /// That no term from an index on is larger than this, nor less than its opposite, if the term before is not: what is linear
+    /// in it is largest and least at the ends.
+    fn keeps_within(&self, size: &BigRational, from: u64) -> Option<bool> {
+        let (factor, rest) = self.next.linear_in(self.name)?;
+        let size = Value::rational(size.clone());
+        let most = factor.mul(&size).ok()?;
+        for far in [most.clone(), most.neg().ok()?] {
+            let end = far.add(&rest).ok()?;
+            let room = [size.sub(&end).ok()?, size.add(&end).ok()?];
+            if !room.iter().all(|room| self.never_negative(room, from) == Some(true)) {
+                return None;
+            }
+        }
+        Some(true)
+    }
+
+    /// Whether a value of the index is at least 0 from an index on.
+    fn never_negative(&self, value: &Value, from: u64) -> Option<bool> {
+        // A quotient has the sign of the product of what stands above and below, which is not 0 where it is defined.
+        let (above, below) = (value.numerator()?, value.denominator()?);
+        let below = ExponentialPolynomial::of(&below, self.index)?;
+        let sum = ExponentialPolynomial::of(&above, self.index)?;
+        let signs = [Relation::Gtr, Relation::Lss].map(|sign| throughout(&below, sign, from, None));
+        let relation = match signs {
+            [true, _] => Relation::Gte,
+            [_, true] => Relation::Lte,
+            _ => return None,
         };
-        Some(sure(&factor)? && sure(&beyond)?)
+        Some(throughout(&sum, relation, from, None))
     }
 }

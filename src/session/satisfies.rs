@@ -170,6 +170,12 @@ fn recurrence_lines(flow: &PhaseFlow, index: &Name, assumptions: &Assumptions, s
         };
         lines.push(format!("  no closed form{of}: {}", reason.reason));
     }
+    let own = if found.missing.is_empty() { None } else { flow.from_begin(index, assumptions, stop) };
+    if let (Some(solved), Some(begin)) = (own, &flow.begin) {
+        let begin: Vec<String> = begin.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        lines.push(format!("  closed    from {}, with which the run begins:", begin.join(", ")));
+        lines.extend(solved.lines().into_iter().map(|line| format!("              {line}")));
+    }
     lines
 }
 
