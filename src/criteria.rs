@@ -166,6 +166,8 @@ pub struct Finding {
     pub trusted: Vec<String>,
     /// Where two things come too near between two looks, if each goes straight from one place to the next.
     pub passing: Option<Passing>,
+    /// Whether it is met for want of anything shown that it speaks of.
+    pub vacuous: bool,
 }
 
 /// Two looks at which two things are far enough apart, and the least distance on the straight way between them.
@@ -200,7 +202,14 @@ impl Finding {
             notes: Vec::new(),
             trusted: Vec::new(),
             passing: None,
+            vacuous: false,
         }
+    }
+
+    /// Notes that nothing is shown of what it speaks of.
+    fn shows_nothing(&mut self) {
+        self.vacuous = true;
+        self.notes.push("the two are never shown together".to_string());
     }
 
     /// The margin, less than which nothing is known.

@@ -45,6 +45,7 @@ pub use blocked::{Before, Blocked};
 pub use drift::drifting;
 use explore::{Graph, explore};
 use surroundings::Surroundings;
+pub use surroundings::analyse_each;
 pub(crate) use told::{in_case, in_case_after, told_after};
 
 /// A comparison of two values.

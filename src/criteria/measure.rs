@@ -347,7 +347,7 @@ impl Scene<'_> {
             finding.notes = vec![format!("by an invariant of the phases: it is {least} {}", exact(limit))];
             finding.notes.extend(finding.passing.as_ref().map(Passing::note));
             if outcome.speaks == Some(false) {
-                finding.notes.push("the two are never shown together".to_string());
+                finding.shows_nothing();
             }
             // What is seen of the run is as near as the proof allows.
             if let Some(Measure::AtMost(seen)) = &finding.value

@@ -185,13 +185,14 @@ impl<'a> Workshop<'a> {
         match goal {
             Some(name) => {
                 let finding = judge.one(&criteria, &environment, name)?;
-                Some(if finding.passing.is_some() { Standing::NotMet } else { finding.standing })
+                let none = finding.passing.is_some() || self.hides(&finding);
+                Some(if none { Standing::NotMet } else { finding.standing })
             }
             None => {
                 // A clearance of a run that only goes on is proved once, at the end.
                 let later = |finding: &Finding| finding.standing == Standing::Open && self.goes_on(Some(&finding.name));
                 let standing = |finding: &Finding| match later(finding) {
-                    _ if self.jumps(finding) => Standing::NotMet,
+                    _ if self.jumps(finding) || self.hides(finding) => Standing::NotMet,
                     true => Standing::Met,
                     false => finding.standing,
                 };
@@ -206,6 +207,12 @@ impl<'a> Workshop<'a> {
         finding.passing.is_some() && before.is_none_or(|before| before.passing.is_none())
     }
 
+    /// Whether a change leaves nothing to be seen of what a criterion speaks of, which is no repair either.
+    fn hides(&self, finding: &Finding) -> bool {
+        let before = self.judged.findings.iter().find(|one| one.name == finding.name);
+        finding.vacuous && !before.is_some_and(|before| before.vacuous)
+    }
+
     /// Judges everything with a change: a repair if the goal is met then.
     fn repair(&self, goal: Goal<'_>, point: &[(Name, BigRational)]) -> Option<Repair> {
         let (criteria, environment) = self.elsewhere(point)?;
@@ -214,7 +221,8 @@ impl<'a> Workshop<'a> {
             Some(name) => judged.findings.iter().find(|finding| finding.name == *name)?,
             None => judged.findings.iter().min_by_key(|finding| finding.standing)?,
         };
-        if after.standing != Standing::Met || (goal.is_some() && after.passing.is_some()) {
+        let hidden = judged.findings.iter().any(|finding| self.hides(finding));
+        if hidden || after.standing != Standing::Met || (goal.is_some() && after.passing.is_some()) {
             return None;
         }
         let before = |name: &Name| self.judged.findings.iter().find(|one| one.name == *name);

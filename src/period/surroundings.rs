@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
+use super::{Failure, Period, analysed};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -39,6 +40,20 @@ impl<'a> Surroundings<'a> {
         let own = components.iter().flat_map(free_names);
         own.chain(free.iter().cloned()).chain(self.assumptions.variables()).collect()
     }
+}
+
+/// The period of each of several systems of the same processes.
+///
+/// # Errors
+/// The failures of the first that has none.
+pub fn analyse_each(
+    systems: &[Vec<Term>],
+    definitions: &Definitions,
+    assumptions: &Assumptions,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Vec<Period>, Vec<Failure>> {
+    let run = Surroundings::new(definitions, assumptions, interrupted);
+    systems.iter().map(|components| analysed(components, &run, true)).collect()
 }
 
 /// The names that a process reads and does not bind anywhere.

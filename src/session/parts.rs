@@ -19,7 +19,7 @@ use crate::value::{Relation, Value};
 const MOST_TOGETHER: usize = 500;
 
 /// So many parts are looked at one by one.
-const MOST_PARTS: usize = 100;
+const MOST_PARTS: usize = 2_000;
 
 /// Components that share no port with the others, with their period.
 pub(crate) struct Part {
@@ -50,9 +50,10 @@ pub(crate) fn parted(
         return None;
     }
     let (mut parts, mut together) = (Vec::new(), 1usize);
-    for group in groups {
-        let own: Vec<Term> = group.into_iter().map(|place| components[place].clone()).collect();
-        let period = period::analyse_until(&own, definitions, assumptions, interrupted).ok()?;
+    let groups: Vec<Vec<Term>> =
+        groups.into_iter().map(|group| group.into_iter().map(|place| components[place].clone()).collect()).collect();
+    let periods = period::analyse_each(&groups, definitions, assumptions, interrupted).ok()?;
+    for (own, period) in groups.into_iter().zip(periods) {
         together = together.saturating_mul(period.phases.iter().map(|phase| phase.edges.len()).sum::<usize>().max(1));
         let goes_on = |edge: &period::Edge| matches!(edge.next, Next::Phase(_));
         if !period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges)).all(goes_on) {

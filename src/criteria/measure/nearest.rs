@@ -63,7 +63,7 @@ impl Scene<'_> {
         let Some((distance, time, stretch)) = least else {
             if closed {
                 finding.standing = Standing::Met;
-                finding.notes.push("the two are never shown together".to_string());
+                finding.shows_nothing();
             }
             return;
         };
