@@ -160,7 +160,7 @@ fn with_the_condition_an_invariant_is_checked() {
 fn a_set_of_states_that_is_not_closed_is_turned_away() {
     let (environment, name, claim) = load(&with_margin("3/2", "|p-o| > 1"));
     let system = environment.system(&name).expect("a system").term(&environment.definitions);
-    let limits = orbit::Limits { states: 1_000, interrupted: &|| false };
+    let limits = orbit::Limits { states: 1_000, bits: orbit::MOST_BITS, interrupted: &|| false };
     let orbit::Orbit::Closed(states) =
         orbit::follow(&system, &environment.definitions, &environment.assumptions, &claim, &limits)
     else {

@@ -129,7 +129,11 @@ mod tests {
         // Here the place is known again by what is compared.
         let place = Value::variable(&Name::new("r"));
         let mut with = known();
-        with.assume(Relation::Gtr, &reading().sub(&place.mul(&place).expect("a square")).expect("a sum"), &Value::one());
+        with.assume(
+            Relation::Gtr,
+            &reading().sub(&place.mul(&place).expect("a square")).expect("a sum"),
+            &Value::one(),
+        );
         assert!(with.last_is_free());
         let twice = reading().add(&place.abs().expect("a size")).expect("a sum");
         assert!(known().alone(&twice.abs().expect("a size").add(&place).expect("a sum"), false).is_none());

@@ -161,7 +161,10 @@ mod tests {
         for count in 1..7 {
             let line = |root: i64| Univariate::root(&number(root * root));
             let product = (1..=count).map(line).fold(Univariate::one(), |all, one| all.times(&one));
-            assert_eq!(real_roots(&product.times(&Univariate::new(vec![number(3), number(0), number(1)]))), count as usize);
+            assert_eq!(
+                real_roots(&product.times(&Univariate::new(vec![number(3), number(0), number(1)]))),
+                count as usize
+            );
         }
     }
 }

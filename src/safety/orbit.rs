@@ -15,7 +15,7 @@ use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
 /// Bits of a number at which a run that only converges is given up, at the latest.
-pub const MOST_BITS: u64 = 4_000;
+pub const MOST_BITS: u64 = 16_000;
 
 /// Times from the start, with what is shown from then on.
 pub type Shown = Vec<(Value, Vec<Term>)>;
@@ -118,7 +118,10 @@ fn explore(
             if places.contains_key(&target) {
                 continue;
             }
-            if visits.len() >= limits.states || (next % 64 == 0 && (limits.interrupted)()) || is_long(&target, limits.bits) {
+            if visits.len() >= limits.states
+                || (next % 64 == 0 && (limits.interrupted)())
+                || is_long(&target, limits.bits)
+            {
                 return Err(Rejected(format!("after {} states nothing has repeated", visits.len())));
             }
             let later = match &label {

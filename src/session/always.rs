@@ -1,5 +1,7 @@
 //! `Sys always C`.
 
+use num_traits::ToPrimitive;
+
 use super::beside::{BESIDE, relevant};
 use super::claim::Found;
 use super::delays::{MOST_CLAIMED, Order, in_orders};
@@ -20,7 +22,13 @@ use crate::replay::replays;
 use crate::report::Verdict;
 use crate::safety::{self, orbit};
 use crate::term::Term;
-use crate::value::Atom;
+use crate::value::{Atom, Value};
+
+/// The most states of a run that are printed, and those of them that are its last.
+const MOST_STATES: usize = 60;
+const LAST_STATES: usize = 10;
+/// The bits of a number that is rounded there.
+const LONG: u64 = 128;
 
 /// The longest left side that is printed, in bytes.
 const WIDE: usize = 80;
@@ -130,6 +138,31 @@ impl Run<'_, '_> {
         found.feedback.extend(conditions(&outcome.conditions));
         found
     }
+}
+
+/// The states of a run, a line each: of a long one the first and the last, with long numbers rounded.
+fn states(shown: &orbit::Shown) -> Vec<String> {
+    let line = |(time, shown): &(Value, Vec<Term>)| {
+        let near = |value: &Value| {
+            Ok::<_, ()>(rounded(value).map_or_else(|| value.clone(), |near| Value::variable(&Name::new(&near))))
+        };
+        let read = |term: &Term| term.map_values(&mut { near }).unwrap_or_else(|()| term.clone()).to_string();
+        let shown: Vec<String> = shown.iter().map(read).collect();
+        format!("  at {time}: {}", shown.join(", "))
+    };
+    if shown.len() <= MOST_STATES {
+        return shown.iter().map(line).collect();
+    }
+    let (first, rest) = shown.split_at(MOST_STATES - LAST_STATES);
+    let (between, last) = rest.split_at(rest.len() - LAST_STATES);
+    let more = format!("  … {} states more, all as claimed", between.len());
+    first.iter().map(line).chain([more]).chain(last.iter().map(line)).collect()
+}
+
+/// The leading digits of a long number, behind `≈`.
+fn rounded(value: &Value) -> Option<String> {
+    let long = value.as_rational().filter(|number| number.numer().bits() + number.denom().bits() > LONG)?;
+    Some(format!("≈{}", long.to_f64()?))
 }
 
 /// What a property says, in the words of a claim.
@@ -293,10 +326,7 @@ fn broken(
     }
     found.verdict = Some(Verdict::Refuted);
     found.trace.push("the run:".to_string());
-    for (time, shown) in &run.shown {
-        let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
-        found.trace.push(format!("  at {time}: {}", shown.join(", ")));
-    }
+    found.trace.extend(states(&run.shown));
     found.trace.extend(run.draws());
     if let Some((_, shown)) = run.shown.last() {
         for duty in claim.duties(shown).unwrap_or_default() {
@@ -304,9 +334,9 @@ fn broken(
                 if test.decide(assumptions) == Some(false) {
                     let left = asked.left.to_string();
                     found.trace.push(format!(
-                        "there {} = {}, and it must be {} {}",
+                        "there {} {}, and it must be {} {}",
                         if left.len() > WIDE { "the left side" } else { &left },
-                        test.left,
+                        rounded(&test.left).map_or_else(|| format!("= {}", test.left), |near| format!("is {near}")),
                         test.relation.symbol(),
                         test.right
                     ));

@@ -1,0 +1,143 @@
+//! What is told of sequences without closed form: fixed points, how they move, and their terms; and of phases that come
+//! back several ways.
+
+mod common;
+
+fn told(asked: &str) -> String {
+    String::from_utf8_lossy(&common::ran(asked).stdout).into_owned()
+}
+
+fn solved(map: &str, first: &str) -> String {
+    told(&format!("solve r(n+1) = {map}, r(0) = {first}\n"))
+}
+
+#[test]
+fn fixed_points_are_told_of_maps_with_roots_and_in_pieces() {
+    for (map, first, line) in [
+        ("sqrt(r(n)+2)", "1", "fixed point 2"),
+        ("sqrt(r(n)+1)", "0", "fixed point 1/2*sqrt(5)+1/2"),
+        ("sqrt(r(n))", "16", "fixed points 0 and 1"),
+        ("r(n)+1/r(n)", "1", "it has no fixed point"),
+        ("(r(n)+2/r(n))/2", "1", "fixed points -sqrt(2) and sqrt(2)"),
+        ("r(n)+(4-r(n))*abs(4-r(n))/10", "0", "fixed point 4"),
+        ("max(sqrt(r(n)),r(n)/2)", "10", "fixed points 0 and 1"),
+        ("sqrt(r(n)^2+1)", "0", "it has no fixed point"),
+        // Of higher degree they are counted, and none is where no real number is.
+        ("r(n)^3/4+r(n)/4+1/8", "0", "3 fixed points, roots of higher degree"),
+        ("r(n)+(r(n)-1)*(r(n)^3-2)/100", "1/2", "fixed point 1, and another, a root of higher degree"),
+        ("r(n)+(r(n)-1)*(r(n)^4+2)/100", "2", "fixed point 1"),
+    ] {
+        let text = solved(map, first);
+        assert!(text.lines().any(|told| told.trim() == line), "{map}: {line}\n{text}");
+    }
+}
+
+/// Against the terms themselves, in machine numbers: what grows in every step does, and closes in on what is said.
+#[test]
+fn how_a_sequence_moves_is_seen_in_its_terms() {
+    type Map = fn(f64) -> f64;
+    let maps: [(&str, Map); 9] = [
+        ("sqrt(r(n)+2)", |r| (r + 2.0).sqrt()),
+        ("sqrt(2*r(n)+3)", |r| (2.0 * r + 3.0).sqrt()),
+        ("r(n)/2+sqrt(r(n))/3", |r| r / 2.0 + r.sqrt() / 3.0),
+        ("r(n)/(1+r(n)^2)", |r| r / (1.0 + r * r)),
+        ("r(n)+1/r(n)", |r| r + 1.0 / r),
+        ("(r(n)+2/r(n))/2", |r| f64::midpoint(r, 2.0 / r)),
+        ("r(n)+(4-r(n))*abs(4-r(n))/10", |r| r + (4.0 - r) * (4.0 - r).abs() / 10.0),
+        ("r(n)-r(n)^3/10", |r| r - r * r * r / 10.0),
+        ("max(r(n)^2/9+1,r(n)-1/10)", |r| (r * r / 9.0 + 1.0).max(r - 0.1)),
+    ];
+    let mut moved = 0;
+    for (map, image) in maps {
+        for start in [1i32, 2, 5, 7] {
+            let text = solved(map, &start.to_string());
+            let Some(line) = text.lines().find(|line| line.contains(" in every step")) else { continue };
+            let skipped = line.split("from n = ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<usize>().ok());
+            let mut terms = vec![f64::from(start)];
+            for _ in 0..400 {
+                terms.push(image(terms[terms.len() - 1]));
+            }
+            let early = &terms[skipped.unwrap_or(0)..skipped.unwrap_or(0) + 12];
+            let grows = line.contains("grows");
+            // Near the end machine numbers stand still.
+            let apart = |pair: &[f64]| if grows { pair[1] - pair[0] } else { pair[0] - pair[1] };
+            assert!(
+                early.windows(2).all(|pair| apart(pair) >= 0.0) && apart(&early[..2]) > 0.0,
+                "{map} {start}: {line}"
+            );
+            let end = terms[400];
+            if line.contains("without bound") {
+                assert!(end.abs() > 20.0 || !end.is_finite(), "{map} from {start}: {end}");
+            }
+            moved += 1;
+        }
+    }
+    assert!(moved >= 25, "only {moved} move one way");
+}
+
+#[test]
+fn long_roots_are_told_by_their_digits() {
+    let text = solved("sqrt(r(n)+2)", "1");
+    let line = text.lines().find_map(|line| line.trim().strip_prefix("r from 0 on: ")).expect("terms");
+    let terms: Vec<&str> = line.split(", ").filter(|term| *term != "…").collect();
+    assert_eq!(terms.len(), 20);
+    assert_eq!(terms[1], "sqrt(3)");
+    let mut number = 1.0f64;
+    for term in terms {
+        if let Some(digits) = term.strip_prefix('≈') {
+            assert!((digits.parse::<f64>().expect("digits") - number).abs() < 2e-9, "{term}: {number}");
+        }
+        number = (number + 2.0).sqrt();
+    }
+}
+
+/// A phase that comes back several ways has one recurrence, and forms from the start of the run.
+#[test]
+fn ways_back_are_one_recurrence() {
+    let text = told(
+        "observer A(x)
+proc W_r = (Delay_1 # P_r # A_r) ; In_v<u> ; ((Lss_{r,5} ; W_{r+u}) | (Gte_{r,5} ; W_{r+u/2}))
+proc P_r = Out_{p,r} ; P_r
+proc C = In_p<r> ; Out_{v,(10-r)/2} ; C
+system S = W_0 | C
+flow S
+",
+    );
+    for line in [
+        "next      r(n+1) = if 5 > r(n) then 1/2*r(n)+5 else 3/4*r(n)+5/2",
+        "no closed form: it must be known whether 5-r0 > 0",
+        "closed    from r = 0, with which the run begins:",
+        "r(0) = 0",
+        "r(n) = 10-20/3*(3/4)^n for 1 <= n",
+    ] {
+        assert!(text.lines().any(|told| told.trim() == line), "{line}\n{text}");
+    }
+    // 0, 5, 25/4, 115/16, …: by the two maps themselves.
+    let mut r = 0.0f64;
+    for n in 0..20 {
+        let form = if n == 0 { 0.0 } else { 10.0 - 20.0 / 3.0 * 0.75f64.powi(n) };
+        assert!((r - form).abs() < 1e-9, "{n}: {r} and {form}");
+        r = if r < 5.0 { r / 2.0 + 5.0 } else { 0.75 * r + 2.5 };
+    }
+}
+
+/// Of a long run the first and last states are told, with long numbers rounded.
+#[test]
+fn a_long_run_is_told_so_that_it_can_be_read() {
+    let text = told(
+        "observer At(r)
+proc Slow_r = (Delay_1 # Odo_r # At_r) ; In_v<u> ; Slow_{r+u}
+proc Odo_r = Out_{p,r} ; Odo_r
+proc Go = In_p<r> ; Out_{v,(10-r)/100} ; Go
+system Near = Slow_0 | Go
+prove Near always r <= 9.999 when At_r
+",
+    );
+    assert!(text.contains("refuted: Near always r <= 9.999 when At_r"), "{text}");
+    let states: Vec<&str> = text.lines().filter(|line| line.trim().starts_with("at ")).collect();
+    assert_eq!(states.len(), 60, "{text}");
+    assert!(text.contains("… 858 states more, all as claimed"), "{text}");
+    assert!(states[59].contains("at 917: At_{≈9.99900"), "{}", states[59]);
+    assert!(text.contains("there r is ≈9.99900"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() < 120), "{text}");
+}
