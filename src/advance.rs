@@ -206,7 +206,10 @@ fn names_apart(network: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, 
     while let Node::New(_, inner) = body.node() {
         (ports, body) = (ports + 1, inner);
     }
-    if ports > MOST_PORTS || body.depth() > MOST_DEPTH {
+    if ports > MOST_PORTS {
+        return stuck(format!("it has {ports} ports of its own, and no more than {MOST_PORTS} are taken"));
+    }
+    if body.depth() > MOST_DEPTH {
         return stuck("it is nested too deeply");
     }
     let spoken = Spoken::of(network, &mut context.spoken.borrow_mut());

@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use crate::lasso::Lasso;
 use crate::lower::{Environment, System};
 use crate::name::Name;
-use crate::period::Period;
 use crate::period::course::Course;
+use crate::period::{Next, Period};
 use crate::recurrence::Closed;
 use crate::term::Term;
 use crate::value::{Relation, Value};
@@ -127,7 +127,7 @@ fn by_legs(
     let run = walk(steered.as_ref().unwrap_or(period), known, &nothing, &enough);
     if looks.get() > MOST_LOOKS {
         return Err(Some(match run.legs.len() {
-            0 => "its first leg was not followed to an end".to_string(),
+            0 => unfinished(period),
             legs => format!("it was followed through {legs} legs, and has not come again"),
         }));
     }
@@ -140,6 +140,21 @@ fn by_legs(
         Course::Ends(_, after) => declared(after),
     });
     found.map(|course| Known { course, moving: true }).ok_or_else(|| run.open.first().cloned())
+}
+
+/// That the first leg was not followed to an end: where, and in how many ways it goes on there.
+fn unfinished(period: &Period) -> String {
+    let first = period.initial.iter().find_map(|edge| match edge.next {
+        Next::Phase(number) => Some(number),
+        Next::End(_) => None,
+    });
+    let back = |number: usize| period.phases.get(number).map_or(0, |phase| phase.rounds(number).count());
+    let place = match first.map(|number| (number + 1, back(number))) {
+        None => "at its start".to_string(),
+        Some((number, ways @ 2..)) => format!("in phase {number}, which comes back to itself in {ways} ways,"),
+        Some((number, _)) => format!("in phase {number}"),
+    };
+    format!("{place} its values were followed for a while, and neither came again nor led elsewhere")
 }
 
 /// From when on, and in what time, the legs come again; or when the run ends.
