@@ -9,7 +9,7 @@ use crate::definition::Definitions;
 use crate::distribution::Distribution;
 use crate::lower::{Environment, Pattern, System};
 use crate::name::Name;
-use crate::period::{self, Edge, End, Next, Segment, ports};
+use crate::period::{self, Edge, End, Next, Period, Segment, ports};
 use crate::sample::reached;
 use crate::scope::subterms;
 use crate::term::{Node, Term};
@@ -136,20 +136,24 @@ pub(super) fn means_something(components: &[Term], environment: &Environment) ->
 
 /// Whether time never stops in these components: they have a period, or each of their loops waits.
 pub(super) fn time_passes(components: &[Term], environment: &Environment) -> bool {
-    let definitions = &environment.definitions;
+    let found = period::analyse(components, &environment.definitions, &environment.assumptions).ok();
+    time_passes_in(components, found.as_ref(), environment)
+}
+
+/// The same of components whose period was found, or not, before.
+pub(super) fn time_passes_in(components: &[Term], found: Option<&Period>, environment: &Environment) -> bool {
     let stops = |next: &Next| matches!(next, Next::End(End::Livelock { .. }));
     let lasts = |edge: &Edge| {
         let long = |segment: &Segment| segment.duration.as_rational().is_some_and(|time| time.is_positive());
         edge.segments.iter().any(long)
     };
-    let found = period::analyse(components, definitions, &environment.assumptions);
     // Of finitely many phases each takes a time that is a number, so that these add up beyond all bounds.
-    let known = found.is_ok_and(|period| {
+    let known = found.is_some_and(|period| {
         let mut rounds = period.phases.iter().flat_map(|phase| &phase.edges);
         let passes = rounds.all(|edge| !stops(&edge.next) && (lasts(edge) || matches!(edge.next, Next::End(_))));
         passes && !period.initial.iter().any(|edge| stops(&edge.next))
     });
-    known || components.iter().all(|component| loops_wait(component, definitions))
+    known || components.iter().all(|component| loops_wait(component, &environment.definitions))
 }
 
 /// Whether each definition that is called on the way, if it may come back, waits for more than no time in each round.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use num_rational::BigRational;
 
-use super::beside::{means_something, relevant, time_passes};
+use super::beside::{means_something, relevant, time_passes_in};
 use super::course::{Known, course_of};
 use super::phases::whole;
 use crate::lower::{Environment, System};
@@ -62,7 +62,8 @@ pub(crate) fn parted(
         parts.push(Part { system: System { name: system.name.clone(), components: own }, period });
     }
     let passes = |part: &Part| {
-        means_something(&part.system.components, environment) && time_passes(&part.system.components, environment)
+        let components = &part.system.components;
+        means_something(components, environment) && time_passes_in(components, Some(&part.period), environment)
     };
     (together > MOST_TOGETHER && parts.iter().all(passes)).then_some((parts, together))
 }
