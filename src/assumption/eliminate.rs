@@ -35,12 +35,25 @@ pub(super) fn mixed(constraints: &[&Constraint]) -> Vec<Row> {
     };
     let mut rows: Vec<Row> = constraints.iter().enumerate().map(own).collect();
     while rows.len() > SHORT {
-        let Some((monomial, lower, upper)) = next(&rows) else { break };
-        let Some(fewer) = eliminated(&rows, &monomial, &lower, &upper) else { break };
-        rows = fewer;
+        let next = next(&rows);
+        let mut gone: BTreeSet<usize> = BTreeSet::new();
+        let mut sums = Vec::new();
+        for (monomial, lower, upper) in &next {
+            let Some(more) = sums_without(&rows, monomial, lower, upper) else { break };
+            sums.extend(more);
+            gone.extend(lower.iter().chain(upper));
+        }
+        if gone.is_empty() {
+            break;
+        }
+        let rest = rows.into_iter().enumerate().filter(|(place, _)| !gone.contains(place));
+        rows = rest.map(|(_, row)| row).chain(sums).collect();
     }
     rows
 }
+
+/// A monomial with the rows that bound it from below and from above.
+type Bounded = (Monomial<Atom>, Vec<usize>, Vec<usize>);
 
 /// What is found with rows, as multipliers of so many constraints.
 pub(super) fn in_terms_of(rows: &[Row], found: &[BigRational], count: usize) -> Vec<BigRational> {
@@ -53,9 +66,9 @@ pub(super) fn in_terms_of(rows: &[Row], found: &[BigRational], count: usize) -> 
     multipliers
 }
 
-/// A monomial that stands in no equation and is bounded from one side at most once, with the rows that bound it from
-/// below and from above.
-fn next(rows: &[Row]) -> Option<(Monomial<Atom>, Vec<usize>, Vec<usize>)> {
+/// A monomial that stands in no equation and is bounded from one side at most once; and with it others that leave no more
+/// than one row each, of which none has a row of another.
+fn next(rows: &[Row]) -> Vec<Bounded> {
     let mut bounds: BTreeMap<&Monomial<Atom>, (Vec<usize>, Vec<usize>)> = BTreeMap::new();
     let mut equated: BTreeSet<&Monomial<Atom>> = BTreeSet::new();
     for (place, row) in rows.iter().enumerate() {
@@ -67,15 +80,30 @@ fn next(rows: &[Row]) -> Option<(Monomial<Atom>, Vec<usize>, Vec<usize>)> {
             if number.is_positive() { lower.push(place) } else { upper.push(place) }
         }
     }
-    bounds
+    let single = |(_, (lower, upper)): &(&Monomial<Atom>, (Vec<usize>, Vec<usize>))| lower.len() * upper.len();
+    let mut all: Vec<_> = bounds
         .into_iter()
         .filter(|(monomial, (lower, upper))| !equated.contains(monomial) && lower.len().min(upper.len()) <= 1)
-        .min_by_key(|(_, (lower, upper))| lower.len() * upper.len())
-        .map(|(monomial, (lower, upper))| (monomial.clone(), lower, upper))
+        .collect();
+    all.sort_by_key(single);
+    let mut used: BTreeSet<usize> = BTreeSet::new();
+    let mut found: Vec<Bounded> = Vec::new();
+    for one in all {
+        let (alone, (monomial, (lower, upper))) = (single(&one) <= 1, one);
+        let mut own = lower.iter().chain(&upper);
+        if found.is_empty() || (alone && own.all(|place| !used.contains(place))) {
+            used.extend(lower.iter().chain(&upper));
+            found.push((monomial.clone(), lower, upper));
+        }
+        if !alone {
+            break;
+        }
+    }
+    found
 }
 
-/// The rows without those that bound a monomial, and with the sums in which it falls away; none where a sum is too long.
-fn eliminated(rows: &[Row], monomial: &Monomial<Atom>, lower: &[usize], upper: &[usize]) -> Option<Vec<Row>> {
+/// The sums in which a monomial falls away, of the rows that bound it; none where one is too long.
+fn sums_without(rows: &[Row], monomial: &Monomial<Atom>, lower: &[usize], upper: &[usize]) -> Option<Vec<Row>> {
     let mut sums = Vec::new();
     for low in lower {
         for high in upper {
@@ -90,9 +118,7 @@ fn eliminated(rows: &[Row], monomial: &Monomial<Atom>, lower: &[usize], upper: &
             }
         }
     }
-    let bounding: BTreeSet<&usize> = lower.iter().chain(upper).collect();
-    let rest = rows.iter().enumerate().filter(|(place, _)| !bounding.contains(place)).map(|(_, row)| row.clone());
-    Some(rest.chain(sums).collect())
+    Some(sums)
 }
 
 /// The sum in which the monomial falls away, of coprime numbers.
