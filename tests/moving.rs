@@ -141,3 +141,49 @@ prove Near always r <= 9.999 when At_r
     assert!(text.contains("there r is ≈9.99900"), "{text}");
     assert!(text.lines().all(|line| line.chars().count() < 120), "{text}");
 }
+
+/// What leaves a phase is no round of it: then the ways back have no recurrence.
+#[test]
+fn ways_back_beside_a_way_out_are_none() {
+    let text = told(
+        "observer A(x)
+proc U_x = (Delay_2 # A_x) ; U_{x/2}
+proc Z_x = (Delay_1 # A_x) ; ((Lss_{x,10} ; Z_{x+3}) | (Gte_{x,10} ; Lss_{x,20} ; U_x) | (Gte_{x,20} ; Z_{x-1}))
+system T = Z_25
+flow T
+",
+    );
+    let first = text.split("phase 2:").next().unwrap_or_default();
+    assert!(first.contains("f(x) = x-1") && !first.contains("next") && !first.contains("closed"), "{text}");
+}
+
+/// Nothing is said of a motion past a jump, however deep it stands, nor from a start that may lie on either side.
+#[test]
+fn no_motion_is_told_past_a_jump_or_from_an_unknown_side() {
+    for (map, first) in [
+        ("3/2+3/5*(r(n)-2)+(r(n)-2)^2/10+max(0,r(n)*(if r(n) > 2 then 1 else 0))/4", "3"),
+        ("-1/(r(n)+1)+1+max(0,r(n)*(if r(n) > 2 then 1 else 0))*2/3", "3"),
+    ] {
+        let text = solved(map, first);
+        assert!(text.contains("no closed form") && !text.contains("in every step"), "{map}: {text}");
+    }
+    for map in ["r(n)+(r(n)-1)^2/4", "r(n)+(r(n)-1)^2*(5-r(n))/50"] {
+        let text = told(&format!("param a > 0, a < 5, a != 1\nsolve r(n+1) = {map}, r(0) = a\n"));
+        assert!(text.contains("no closed form") && !text.contains("in every step"), "{map}: {text}");
+    }
+}
+
+/// A number with roots that is negative has no root either: nothing is found at a term that does not exist.
+#[test]
+fn a_negative_number_with_roots_has_no_root() {
+    let text = told("solve r(n+1) = sqrt(1-r(n)), r(0) = sqrt(7) find n with r(n) >= 60\n");
+    assert!(text.contains("not known whether ever r(n) >= 60") && !text.contains("is the first"), "{text}");
+    let text = told(
+        "observer A(x)
+proc Q_x = (Delay_1 # A_x) ; Q_{sqrt(x-sqrt(7))}
+system T = Q_1
+prove T always x >= 1 when A_x
+",
+    );
+    assert!(text.contains("could not prove: T always") && text.contains("has no value"), "{text}");
+}

@@ -59,7 +59,7 @@ impl Assumptions {
             || allowed.all(|sign| self.refutes_form(form, sign, 1, &mut systems))
     }
 
-    /// Whether the last fact stated can surely hold beside the others, whatever they say.
+    /// Whether the last fact stated can hold beside the others as well as by itself, where that is not excluded.
     fn last_is_free(&self) -> bool {
         let Some((relation, value)) = self.stated.last() else { return false };
         let image = self.alone(value, true);

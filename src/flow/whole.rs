@@ -12,14 +12,19 @@ use crate::value::{Sort, Value, ValueError};
 
 /// The most ways that are told as one.
 const MOST_WAYS: usize = 4;
+/// The most choices of one test of each way.
+const MOST_FAILING: usize = 64;
 
 impl PhaseFlow {
-    /// The map of a round that comes back: of several, the last is what happens where the tests of no other hold. None where
-    /// what is drawn decides, or there are too many.
+    /// The map of a round that comes back: of several, the last is what happens where the tests of no other hold. Several are
+    /// none where what is drawn decides, something else may happen than to come back, or there are too many.
     pub(super) fn whole(&self) -> Option<BTreeMap<Name, Value>> {
         let (last, others) = self.maps.split_last().filter(|_| self.maps.len() <= MOST_WAYS)?;
         if others.is_empty() {
             return Some(last.1.clone());
+        }
+        if !self.exits.is_empty() || !self.leave_nothing_out() {
+            return None;
         }
         let drawn: BTreeSet<Name> = self.drawn();
         let by_draw = |test: &Test| drawn.iter().any(|name| test.left.mentions(name) || test.right.mentions(name));
@@ -41,6 +46,23 @@ impl PhaseFlow {
 }
 
 impl PhaseFlow {
+    /// Whether the tests of some way surely hold, whatever the values are: that one of each fails is a contradiction.
+    fn leave_nothing_out(&self) -> bool {
+        let mut failing = vec![Assumptions::default()];
+        for (tests, _) in &self.maps {
+            let fails = |known: &Assumptions, test: &Test| {
+                let (mut known, test) = (known.clone(), test.negated());
+                known.assume(test.relation, &test.left, &test.right);
+                known
+            };
+            failing = failing.iter().flat_map(|known| tests.iter().map(move |test| fails(known, test))).collect();
+            if failing.len() > MOST_FAILING {
+                return false;
+            }
+        }
+        failing.iter().all(Assumptions::contradictory)
+    }
+
     /// The checked forms from the start of the run itself, where a round goes several ways and there are none from any start.
     pub fn from_begin(&self, index: &Name, assumptions: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Solved> {
         let begin = self.begin.as_ref().filter(|_| self.maps.len() > 1)?;

@@ -101,8 +101,10 @@ fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, 
     if points.iter().any(|point| known.decide(Relation::Eq, start, point) == Some(true)) {
         return Some(Motion::Stays);
     }
-    let jumps = || atoms(map, name).iter().any(|atom| matches!(atom, Atom::Positive(_) | Atom::Floor(_)));
-    if !all || jumps() {
+    // Where it is not known on which side of a point it begins, that may be the next one.
+    let sides = [Relation::Lss, Relation::Gtr];
+    let placed = |point: &Value| sides.iter().any(|side| known.decide(*side, start, point) == Some(true));
+    if !all || jumps(map, name) || !points.iter().all(placed) {
         return None;
     }
     let grows = known.decide(Relation::Gtr, &map.with(name, start).ok()?, start)?;
@@ -111,6 +113,16 @@ fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, 
     let bound = if grows { high } else { low };
     let (least, most) = if grows { (Some(start), bound) } else { (bound, Some(start)) };
     Stretch::new(known, name, least, most).rises(map)?.then(|| Motion::Moves { grows, bound: bound.cloned() })
+}
+
+/// Whether a map may jump: a condition or a whole part stands in it, however deep, that depends on the variable.
+fn jumps(map: &Value, name: &Name) -> bool {
+    atoms(map, name).iter().any(|atom| match atom {
+        Atom::Positive(_) | Atom::Floor(_) | Atom::Apply(..) | Atom::Power(..) => true,
+        Atom::Maximum(parts) => parts.iter().any(|part| jumps(part, name)),
+        Atom::Root(inner) => jumps(inner, name),
+        Atom::Variable(_) => false,
+    })
 }
 
 /// Two places on a stretch of numbers, of which it is known that the second lies beyond the first.

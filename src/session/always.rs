@@ -159,10 +159,17 @@ fn states(shown: &orbit::Shown) -> Vec<String> {
     first.iter().map(line).chain([more]).chain(last.iter().map(line)).collect()
 }
 
-/// The leading digits of a long number, behind `≈`.
+/// The leading digits of a long number, behind `≈`; none where it is too large or too small to tell them so.
 fn rounded(value: &Value) -> Option<String> {
     let long = value.as_rational().filter(|number| number.numer().bits() + number.denom().bits() > LONG)?;
-    Some(format!("≈{}", long.to_f64()?))
+    let near = long.to_f64().filter(|near| near.is_finite() && *near != 0.0)?;
+    Some(if (1e-6..1e15).contains(&near.abs()) { format!("≈{near}") } else { format!("≈{near:e}") })
+}
+
+/// The same of what is compared with another, as long as the digits tell the one from the other.
+fn rounded_beside(value: &Value, other: &Value) -> Option<String> {
+    let near = |value: &Value| value.as_rational()?.to_f64();
+    rounded(value).filter(|_| near(value) != near(other))
 }
 
 /// What a property says, in the words of a claim.
@@ -336,7 +343,8 @@ fn broken(
                     found.trace.push(format!(
                         "there {} {}, and it must be {} {}",
                         if left.len() > WIDE { "the left side" } else { &left },
-                        rounded(&test.left).map_or_else(|| format!("= {}", test.left), |near| format!("is {near}")),
+                        rounded_beside(&test.left, &test.right)
+                            .map_or_else(|| format!("= {}", test.left), |near| format!("is {near}")),
                         test.relation.symbol(),
                         test.right
                     ));

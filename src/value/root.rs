@@ -92,6 +92,9 @@ impl Value {
             }
             return root_of_number(&number);
         }
+        if self.order_of_roots() == Some(Ordering::Less) {
+            return Err(ValueError(format!("{self} is negative and has no square root")));
+        }
         if denominator.is_one() {
             return root_of_polynomial(numerator);
         }
