@@ -483,3 +483,9 @@ fn what_is_checked_is_what_was_solved() {
     assert!(told.contains("n = ceil(abs(p)/v) is the first") && proofs.len() == 1, "{told}");
     assert!(proofs.iter().all(|line| line.contains("x(0) = 0") && !line.contains("y(")), "{told}");
 }
+
+#[test]
+fn a_change_that_hides_what_is_kept_apart_is_no_repair() {
+    let text = told(include_str!("cases/missions/clearance_repairs.pars"));
+    assert!(text.contains("clearance: no change of wait was found with which it is met"), "{text}");
+}
