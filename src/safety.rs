@@ -18,6 +18,7 @@ pub mod orbit;
 mod points;
 mod prefix;
 mod search;
+mod swings;
 
 use std::cell::OnceCell;
 use std::collections::BTreeSet;

@@ -9,6 +9,7 @@ use super::condition::{Clause, Sufficient, exclusion, sufficient, weakest};
 use super::curves::{Kind, curves};
 use super::equality::equalities;
 use super::points::Points;
+use super::swings::swings;
 use super::{Asked, Outcome, Verdict};
 use crate::assumption::Assumptions;
 use crate::invariant::cases::{cases, conjunctions};
@@ -92,10 +93,13 @@ pub(super) fn by_bounds(period: &Period, claim: &Claim, assumptions: &Assumption
     let known: Vec<BTreeSet<Test>> = known
         .map(|(phase, (swings, back))| equalities(period, phase).into_iter().chain(swings).chain(back).collect())
         .collect();
-    if known.len() == period.phases.len()
-        && let Ok(invariant) = candidates(period, &plain, assumptions, Kept::Following, &known)
-        && prove(period, claim, assumptions, invariant, outcome).is_ok()
-    {
+    let mut by = |known: &[BTreeSet<Test>], claimed: &Claim| {
+        known.len() == period.phases.len()
+            && candidates(period, claimed, assumptions, Kept::Following, known)
+                .is_ok_and(|invariant| prove(period, claim, assumptions, invariant, outcome).is_ok())
+    };
+    let nothing = Claim { tests: Vec::new(), ..claim.clone() };
+    if by(&known, &plain) || [&plain, &nothing].into_iter().any(|claimed| by(&swings(period), claimed)) {
         needed(period, claim, assumptions, outcome);
         outcome.remaining.clear();
     }
