@@ -115,7 +115,7 @@ pub fn near(value: &Value) -> Option<f64> {
 }
 
 /// A number of the machine, exactly; with a power of ten where it has many zeros.
-fn digits(number: f64) -> String {
+pub(crate) fn digits(number: f64) -> String {
     let size = number.abs();
     if size != 0.0 && !(1e-6..1e15).contains(&size) { format!("{number:e}") } else { number.to_string() }
 }

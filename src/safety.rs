@@ -161,10 +161,15 @@ pub fn always_of_what_comes(system: &Term, asked: Asked<'_>) -> Outcome {
     let Asked { claim, definitions, assumptions, .. } = asked;
     let followed = Followed::new(system, asked);
     let mut outcome = of_phases(asked, &followed, &Points::new(asked));
-    if let Orbit::Closed(states) = followed.known()
-        && let Ok(safe) = check_states(system, definitions, assumptions, claim, &states)
-    {
-        outcome.verdict = Verdict::Proved(safe);
+    match followed.known() {
+        Orbit::Closed(states) => {
+            if let Ok(safe) = check_states(system, definitions, assumptions, claim, &states) {
+                outcome.verdict = Verdict::Proved(safe);
+            }
+        }
+        // What a run breaks is not proved, whatever the phases say.
+        Orbit::Broken(_) => outcome.verdict = Verdict::Open,
+        Orbit::Unknown(..) => {}
     }
     outcome
 }

@@ -11,6 +11,16 @@ fn solved(map: &str, first: &str) -> String {
     told(&format!("solve r(n+1) = {map}, r(0) = {first}\n"))
 }
 
+/// `4/9`, `sqrt(2)`, `3`.
+fn number(text: &str) -> f64 {
+    let whole = |text: &str| text.parse::<f64>().expect("a number");
+    match (text.strip_prefix("sqrt("), text.split_once('/')) {
+        (Some(inner), _) => whole(inner.trim_end_matches(')')).sqrt(),
+        (_, Some((above, below))) => whole(above) / whole(below),
+        _ => whole(text),
+    }
+}
+
 #[test]
 fn fixed_points_are_told_of_maps_with_roots_and_in_pieces() {
     for (map, first, line) in [
@@ -45,7 +55,7 @@ fn how_a_sequence_moves_is_seen_in_its_terms() {
         ("(r(n)+2/r(n))/2", |r| f64::midpoint(r, 2.0 / r)),
         ("r(n)+(4-r(n))*abs(4-r(n))/10", |r| r + (4.0 - r) * (4.0 - r).abs() / 10.0),
         ("r(n)-r(n)^3/10", |r| r - r * r * r / 10.0),
-        ("max(r(n)^2/9+1,r(n)-1/10)", |r| (r * r / 9.0 + 1.0).max(r - 0.1)),
+        ("max(r(n)^2/8+3/2,r(n)-1/10)", |r| (r * r / 8.0 + 1.5).max(r - 0.1)),
     ];
     let mut moved = 0;
     for (map, image) in maps {
@@ -66,8 +76,15 @@ fn how_a_sequence_moves_is_seen_in_its_terms() {
                 "{map} {start}: {line}"
             );
             let end = terms[400];
-            if line.contains("without bound") {
-                assert!(end.abs() > 20.0 || !end.is_finite(), "{map} from {start}: {end}");
+            match line.split("the fixed point ").nth(1).and_then(|rest| rest.split(' ').next()) {
+                None => assert!(end.abs() > 20.0 || !end.is_finite(), "{map} from {start}: {end}"),
+                Some(point) => {
+                    let point = number(point);
+                    assert!((image(point) - point).abs() < 1e-9, "{map}: {point} is no fixed point");
+                    // Some come slowly: their steps become squares or cubes of what is left.
+                    let (left, first) = ((end - point).abs(), (f64::from(start) - point).abs());
+                    assert!(left < 0.15 && left < first, "{map} from {start}: {end}, not {point}");
+                }
             }
             moved += 1;
         }

@@ -115,11 +115,16 @@ fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, 
     Stretch::new(known, name, least, most).rises(map)?.then(|| Motion::Moves { grows, bound: bound.cloned() })
 }
 
-/// Whether a map may jump: a condition or a whole part stands in it, however deep, that depends on the variable.
+/// Whether a map may jump or have no value somewhere: a condition or a whole part stands in it, however deep, that depends
+/// on the variable, or in a maximum a root or a divisor, which nobody asks whether it is defined.
 fn jumps(map: &Value, name: &Name) -> bool {
+    let undefined = |part: &Value| {
+        let root = atoms(part, name).iter().any(|atom| matches!(atom, Atom::Root(_)));
+        root || part.denominator().is_none_or(|below| below.mentions(name))
+    };
     atoms(map, name).iter().any(|atom| match atom {
         Atom::Positive(_) | Atom::Floor(_) | Atom::Apply(..) | Atom::Power(..) => true,
-        Atom::Maximum(parts) => parts.iter().any(|part| jumps(part, name)),
+        Atom::Maximum(parts) => parts.iter().any(|part| undefined(part) || jumps(part, name)),
         Atom::Root(inner) => jumps(inner, name),
         Atom::Variable(_) => false,
     })

@@ -12,6 +12,7 @@ use super::rounds::{Grounds, how_far};
 use super::satisfies::{phase_lines, said};
 use crate::assumption::Assumptions;
 use crate::connectivity::connectivity;
+use crate::criteria::digits;
 use crate::definition::Definitions;
 use crate::invariant::circle::{COSINE, QUARTER};
 use crate::invariant::{Claim, Safe};
@@ -163,7 +164,7 @@ fn states(shown: &orbit::Shown) -> Vec<String> {
 fn rounded(value: &Value) -> Option<String> {
     let long = value.as_rational().filter(|number| number.numer().bits() + number.denom().bits() > LONG)?;
     let near = long.to_f64().filter(|near| near.is_finite() && *near != 0.0)?;
-    Some(if (1e-6..1e15).contains(&near.abs()) { format!("≈{near}") } else { format!("≈{near:e}") })
+    Some(format!("≈{}", digits(near)))
 }
 
 /// The same of what is compared with another, as long as the digits tell the one from the other.
