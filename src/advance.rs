@@ -22,6 +22,7 @@
 mod alone;
 mod apart;
 pub mod draw;
+mod handed;
 mod instantly;
 mod leaf;
 mod settle;
@@ -30,6 +31,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
 use alone::{Meeting, alone};
+use handed::handed_on;
 use leaf::{Leaf, active, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
 
@@ -37,13 +39,12 @@ use crate::fact::{BoundAndRead, Context, Facts};
 use crate::name::Name;
 use crate::scope::{Spoken, bound_names, calls, condition_metavariables, metavariables};
 use crate::substitution::Stuck;
+use crate::term::room::levels;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Sort, Value};
 
 /// The deepest term that is looked at.
 const MOST_DEPTH: usize = 400;
-/// The most ports of a network's own.
-const MOST_PORTS: usize = 1_100;
 /// Orders of communications that are followed in one instant beside the first.
 const MOST_ORDERS: usize = 10_000;
 /// States that several moments of one instant may go through, where something is drawn.
@@ -206,8 +207,9 @@ fn names_apart(network: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, 
     while let Node::New(_, inner) = body.node() {
         (ports, body) = (ports + 1, inner);
     }
-    if ports > MOST_PORTS {
-        return stuck(format!("it has {ports} ports of its own, and no more than {MOST_PORTS} are taken"));
+    let most = levels();
+    if ports > most {
+        return stuck(format!("it has {ports} ports of its own, and no more than {most} are taken"));
     }
     if body.depth() > MOST_DEPTH {
         return stuck("it is nested too deeply");
@@ -319,6 +321,7 @@ fn last_of(runner: &Runner<'_, '_>, first: Term, ports: &[Name], orders: Orders)
     let (mut last, mut ways): (Option<Term>, usize) = (None, 0);
     let (mut seen, mut on_the_way) = (HashSet::new(), HashSet::new());
     let mut way: Vec<(Term, Vec<Term>)> = Vec::new();
+    let first = if orders == Orders::Alike { handed_on(runner, &first, &ports)? } else { first };
     let mut here = Some(first);
     loop {
         if let Some(state) = here.take() {

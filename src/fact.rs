@@ -302,6 +302,10 @@ impl Facts {
         if let Some(found) = Facts::of_long(term, context) {
             return found;
         }
+        if let Some(facts) = Facts::of_closed(term, context) {
+            context.known.borrow_mut().insert(term.clone(), Rc::clone(&facts));
+            return facts;
+        }
         let parts: Vec<Rc<Facts>> = term.children().map(|part| Facts::of(part, context)).collect();
         let facts = Rc::new(Facts::combine(term, &parts, context));
         context.known.borrow_mut().insert(term.clone(), facts.clone());

@@ -27,6 +27,7 @@ use crate::scope::{
     bound_names, calls, condition_mentions, condition_parts, fill, reaches, read_names, subterms, written,
 };
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_known};
+use crate::term::room::levels;
 use crate::term::{Node, Term, TermSet};
 use crate::value::{Need, Relation, Value};
 
@@ -87,8 +88,8 @@ pub struct Rejected {
 
 /// The largest term that the kernel looks at, in operators.
 pub const MAX_SIZE: usize = 1_000_000;
-/// The deepest one.
-pub const MAX_DEPTH: usize = 1_500;
+/// How deep a term in a proof may nest beyond the operators with one part that [`levels`] allows.
+pub const MAX_DEPTH: usize = 400;
 
 type Equation = (Term, Term);
 
@@ -214,7 +215,7 @@ impl Checker<'_> {
             if !self.counts.is_empty() {
                 counts_are_settled(side, self.context.definitions)?;
             }
-            if side.size() > MAX_SIZE || side.depth() > MAX_DEPTH {
+            if side.size() > MAX_SIZE || side.depth() > levels() + MAX_DEPTH {
                 return Err(Reason::TooLarge);
             }
             self.meaning.look(side, &self.context.assumptions)?;

@@ -12,7 +12,10 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 const STACK: usize = 1 << 30;
 
 fn main() -> ExitCode {
-    let work = std::thread::Builder::new().name("pars".to_string()).stack_size(STACK).spawn(pars::cli::run);
+    let work = std::thread::Builder::new().name("pars".to_string()).stack_size(STACK).spawn(|| {
+        pars::term::room::tell(STACK);
+        pars::cli::run()
+    });
     match work.map(std::thread::JoinHandle::join) {
         Ok(Ok(code)) => ExitCode::from(code),
         // The panic has been printed.

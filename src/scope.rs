@@ -115,8 +115,12 @@ impl Spoken {
                 return behind;
             }
             _ => {
-                let own = Rc::new(Spoken::operator(term));
-                term.children().fold(own, |before, part| before.and(&Spoken::of(part, known)))
+                let mut parts: Vec<Rc<Spoken>> = term.children().map(|part| Spoken::of(part, known)).collect();
+                let mut own = Spoken::operator(term);
+                let first = if parts.len() == 1 { parts.pop() } else { None };
+                parts.iter().for_each(|part| own.take_in(part));
+                let own = Rc::new(own);
+                if let Some(first) = first { own.and(&first) } else { own }
             }
         };
         known.insert(term.clone(), Rc::clone(&found));
@@ -162,11 +166,15 @@ impl Spoken {
             return Rc::clone(other);
         }
         let mut all = Spoken::clone(&self);
-        all.bound.extend(other.bound.iter().cloned());
-        all.calls.extend(other.calls.iter().cloned());
-        all.supposed.extend(other.supposed.iter().cloned());
-        all.open = all.open.or_else(|| other.open.clone());
+        all.take_in(other);
         Rc::new(all)
+    }
+
+    fn take_in(&mut self, other: &Spoken) {
+        self.bound.extend(other.bound.iter().cloned());
+        self.calls.extend(other.calls.iter().cloned());
+        self.supposed.extend(other.supposed.iter().cloned());
+        self.open = self.open.take().or_else(|| other.open.clone());
     }
 }
 

@@ -7,6 +7,7 @@
 //! There are two binders only, the index of `P^{i<n}` and the private port of `new c. P`. A result `<y>` is a
 //! write and a parameter expression a read of what was written, so nothing else needs renaming.
 
+pub mod room;
 mod sequence;
 
 use std::cmp::Ordering;

@@ -196,3 +196,29 @@ fn a_number_of_rounds_that_may_be_none_is_proved_in_two_cases() {
     assert!(written.contains("\"step\":\"cases\""), "{written}");
     assert!(!pars(&["check", file.to_str().expect("a path")]).contains("on trust"));
 }
+
+/// A chain has more ports of its own than a small stack takes, and ever two of its parts meet at a time.
+#[test]
+fn a_long_chain_is_followed() {
+    let parts = 1_500;
+    let relay = |place: usize| format!("proc R{place} = In_c{place}<x> ; Out_{{c{},x}} ; R{place}\n", place + 1);
+    let relays: String = (0..parts).map(relay).collect();
+    let names: String = (0..parts).map(|place| format!(" | R{place}")).collect();
+    let text = run(&format!(
+        "observer Got(x)\nproc First_k = Delay_1 ; Out_{{c0,k}} ; First_{{k+1}}\n{relays}\
+         proc Last = In_c{parts}<x> ; (Delay_{{1/2}} # Got_x) ; Last\nsystem Sys = First_3{names} | Last\nperiod Sys\n"
+    ));
+    assert!(text.contains("by the kernel: all 3 ways"), "{}", text.lines().last().unwrap_or_default());
+}
+
+/// Each pair of legs is a way, and ways that leave from one place have what they draw in common.
+#[test]
+fn many_noisy_legs_are_followed() {
+    let legs: String = (0..24).map(|leg| format!("Go_{{{}}} ; ", [3, -1, 5, 2][leg % 4])).collect();
+    let text = run(&format!(
+        "observer Done\nproc World_r = (Delay_1 # Odo_r) ; In_v<u> ; Ran_{{Normal(0, sd: 0.4)}}<e> ; World_{{r+(u+e)/4}}\n\
+         proc Odo_r = Ran_{{Normal(0, sd: 0.2)}}<n> ; Out_{{p,r+n}} ; Odo_r\n\
+         proc Go_g = In_p<m> ; Gtr_{{abs(m-g),1/5}} ; Out_{{v,g-m}} ; Go_g\nsystem Sys = World_0 | {legs}Done\nperiod Sys\n"
+    ));
+    assert!(text.contains("by the kernel: all 350 ways"), "{}", text.lines().last().unwrap_or_default());
+}

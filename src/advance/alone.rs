@@ -163,7 +163,7 @@ impl Runner<'_, '_> {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::super::{Orders, closed, last_of};
+    use super::super::{Orders, closed, last, last_of};
     use super::*;
     use crate::fact::Context;
     use crate::lower::Environment;
@@ -178,10 +178,14 @@ mod tests {
         proc Reads = In_p<x> ; (Delay_x # See_x) ; Idle\nproc Twice = In_p<x> ; In_q<y> ; (Delay_1 # See_{x-y}) ; Idle\n\
         proc Later = In_q<x> ; Out_{p,9} ; Idle\nproc Asks = In_p<x> ; Out_{c,x} ; Idle\nproc Told = In_c<y> ; In_p<x> ; (Delay_1 # See_{x+y}) ; Idle\n\
         proc Either = (In_p<x> | In_q<y>) ; (Delay_1 # See_{x+2*y}) ; Idle\nproc Cut = (In_p<x> # In_q<y>) ; Idle\n\
-        proc Behind = (In_p<x> ; Stop | In_q<y>) ; Out_{p,x+y} ; Idle\n";
-    const PARTS: [&str; 18] = [
+        proc Behind = (In_p<x> ; Stop | In_q<y>) ; Out_{p,x+y} ; Idle\n\
+        proc Goes = Out_{q,1} ; Goes\nproc Comes = In_q<x> ; Comes\nproc Passes = In_p<x> ; Out_{c,x+1} ; Passes\nproc Sends = Out_{p,2} ; Out_{c,1} ; Delay_1 ; Sends\nproc Sinks = In_c<y> ; Sinks\n\
+        proc Ends = In_c<y> ; Abort\nproc Splits = In_c<y> ; (Out_{q,y} | (Delay_1 # See_y)) ; Idle\n\
+        proc Draws = In_c<y> ; Ran_{Uniform(0,1)}<w> ; Out_{q,w} ; Idle\n";
+    const PARTS: [&str; 26] = [
         "Odo_4", "Odo_7", "Beam_6", "Counts_0", "Once", "Turns", "Shows_3", "Both_2", "Hears", "Binds", "Reads",
-        "Twice", "Later", "Asks", "Told", "Either", "Cut", "Behind",
+        "Twice", "Later", "Asks", "Told", "Either", "Cut", "Behind", "Passes", "Sends", "Sinks", "Ends", "Splits",
+        "Draws", "Passes", "Sends",
     ];
 
     fn environment(last: &str) -> Environment {
@@ -201,7 +205,13 @@ mod tests {
         let body = environment.definitions.get(&Name::new("Whole")).unwrap().body.clone();
         let (kept, ports) = (BTreeSet::new(), ["p", "q", "c"].map(Name::new));
         let runner = Runner::new(&context, &kept);
-        last_of(&runner, runner.running(&body)?, &ports, orders).map(|state| closed(&ports, state))
+        let first = runner.running(&body)?;
+        let end = if orders == Orders::Alike {
+            last(&runner, first, &ports)
+        } else {
+            last_of(&runner, first, &ports, orders)
+        };
+        end.map(|state| closed(&ports, state))
     }
 
     #[test]
@@ -226,6 +236,18 @@ mod tests {
             }
         }
         assert!(found > 300 && refused > 300, "{found} {refused}");
+    }
+
+    #[test]
+    fn sequences_of_two_that_meet_on_a_port_of_their_own_are_gone_through() {
+        // One after the other, to a delay, to the end, to two parts, and to a draw.
+        for last in ["Sinks", "Ends", "Splits", "Draws"] {
+            let network = format!("Out_{{q,1}} ; Idle | Asks | In_q<x> ; Out_{{p,x}} ; Idle | {last} | Delay_9 ; Idle");
+            let [some, all] = [Orders::Alike, Orders::All].map(|orders| ends(&network, orders));
+            assert_eq!(some.expect(last), all.expect(last));
+        }
+        let why = ends("Out_{q,1} ; Goes | In_q<x> ; Comes | Delay_9 ; Idle", Orders::Alike).unwrap_err();
+        assert_eq!(why.0, "it communicates for ever in no time");
     }
 
     #[test]

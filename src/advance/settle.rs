@@ -114,6 +114,15 @@ impl<'c, 'd> Runner<'c, 'd> {
         })
     }
 
+    /// One of the parts of a network that run side by side, settled; nothing if it has ended.
+    pub(super) fn goes_on(&self, part: &Term) -> Result<Option<Term>, Stuck> {
+        match self.settle(part, self.kept, 0)? {
+            State::Running(state) if state.depth() > MOST_DEPTH => stuck("it is nested too deeply"),
+            State::Running(state) => Ok(Some(state)),
+            State::Stopped(_) | State::Aborted => Ok(None),
+        }
+    }
+
     fn spend(&self, depth: usize) -> Result<(), Stuck> {
         let work = self.work.get() + 1;
         self.work.set(work);

@@ -71,6 +71,21 @@ impl Facts {
         Some(behind)
     }
 
+    /// The facts of a network with ports of its own, from those of what they stand around: many are taken off at once.
+    pub(super) fn of_closed(term: &Term, context: &Context<'_>) -> Option<Rc<Facts>> {
+        let (mut own, mut body) = (Vec::new(), term);
+        while let Node::New(port, inner) = body.node() {
+            own.push(port);
+            body = inner;
+        }
+        if own.is_empty() {
+            return None;
+        }
+        let mut facts = Facts::clone(&Facts::of(body, context));
+        own.into_iter().for_each(|port| _ = facts.ports.names.remove(port));
+        Some(Rc::new(facts.binding_where_it_stops()))
+    }
+
     pub(super) fn then(mut self, next: &Facts) -> Facts {
         (self.guard, self.observer) = (false, false);
         if !self.may_stop {

@@ -1,7 +1,9 @@
 //! A way through a phase that draws, as theorems: the network passes to where draws are due, draws what is printed, and
 //! for all values that may be drawn, and meet the tests of the way, it goes on so.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::cell::LazyCell;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::slice::Iter;
 
 use num_rational::BigRational;
 use num_traits::Zero;
@@ -10,13 +12,12 @@ use super::rounds::{Named, Rounds, passing};
 use crate::advance::draw::nth;
 use crate::assumption::Assumptions;
 use crate::distribution::Distribution;
-use crate::fact::Context;
 use crate::invariant::support;
 use crate::kernel::check;
 use crate::law::Condition;
 use crate::lower::Environment;
 use crate::name::Name;
-use crate::period::{Edge, Period, Test, open_name};
+use crate::period::{Edge, Period, Segment, Test, open_name};
 use crate::proof::Proof;
 use crate::prove::run::{Lost, draws, due, goes_on};
 use crate::scope::subterms;
@@ -78,33 +79,76 @@ pub(super) fn followed(
     let mut segments = edge.segments.iter();
     loop {
         let hypotheses = way.hypotheses()?;
-        if way.known(&hypotheses).contradictory() {
-            return Ok(Reached { layers: way.layers, named: way.named, hypotheses, state: None });
+        let mut onward = || way.onward(&hypotheses, &mut segments);
+        match onward() {
+            Ok(true) => {}
+            Ok(false) => {
+                let state = Some(way.state);
+                return Ok(Reached { layers: way.layers, named: way.named, hypotheses, state });
+            }
+            Err(_) if rounds.supposing(&hypotheses).contradictory() => {
+                return Ok(Reached { layers: way.layers, named: way.named, hypotheses, state: None });
+            }
+            Err(why) => return Err(why),
         }
-        let left = way.left().next().is_some();
-        let why = match due(rounds.theory, &hypotheses, &way.state) {
+    }
+}
+
+/// What was drawn at one moment, as the kernel has checked it: the network before, what was supposed, and the names
+/// that were given; with the network after.
+type Moment = (Term, Vec<Condition>, Vec<Name>);
+
+/// What ways have in common: those that leave from one place part only where a test tells them apart.
+#[derive(Default)]
+pub(super) struct Moments {
+    due: HashMap<(Term, Vec<Condition>), Result<Vec<(Name, Value)>, String>>,
+    after: HashMap<Moment, Term>,
+}
+
+impl Way<'_, '_> {
+    /// One step on: a moment at which something is drawn, or else a segment that passes; false where all is done.
+    fn onward(&mut self, hypotheses: &[Condition], segments: &mut Iter<'_, Segment>) -> Result<bool, Lost> {
+        let why = match self.due(hypotheses) {
             Ok(due) => {
-                way.draw(&hypotheses, due)?;
-                continue;
+                self.draw(hypotheses, due)?;
+                return Ok(true);
             }
             Err(why) => why,
         };
         let Some(segment) = segments.next() else {
-            let state = Some(way.state);
-            return if left {
-                Err(why)
-            } else {
-                Ok(Reached { layers: way.layers, named: way.named, hypotheses, state })
-            };
+            return if self.left().next().is_some() { Err(why) } else { Ok(false) };
         };
-        let passed = passing(segment, &way.named)?;
-        let (proof, next) = goes_on(rounds.theory, &hypotheses, &way.state, &passed)?;
-        way.checked(&proof)?;
-        way.state = next;
+        let passed = passing(segment, &self.named)?;
+        let (proof, next) = goes_on(self.rounds.theory, hypotheses, &self.state, &passed)?;
+        self.checked(&proof)?;
+        self.state = next;
+        Ok(true)
     }
-}
 
-impl Way<'_, '_> {
+    /// What is drawn here.
+    fn due(&self, hypotheses: &[Condition]) -> Result<Vec<(Name, Value)>, Lost> {
+        let place = (self.state.clone(), hypotheses.to_vec());
+        let known = self.rounds.moments.borrow().due.get(&place).cloned();
+        let found = known.unwrap_or_else(|| {
+            let found = due(self.rounds.theory, hypotheses, &self.state).map_err(|Lost(why)| why);
+            self.rounds.moments.borrow_mut().due.insert(place, found.clone());
+            found
+        });
+        found.map_err(Lost)
+    }
+
+    /// The network behind what is drawn here under these names, which the kernel has checked.
+    fn after(&self, hypotheses: &[Condition], labels: &[Name]) -> Result<Term, Lost> {
+        let moment = (self.state.clone(), hypotheses.to_vec(), labels.to_vec());
+        if let Some(known) = self.rounds.moments.borrow().after.get(&moment) {
+            return Ok(known.clone());
+        }
+        let (proof, next) = draws(self.rounds.theory, hypotheses, &self.state, labels)?;
+        self.checked(&proof)?;
+        self.rounds.moments.borrow_mut().after.insert(moment, next.clone());
+        Ok(next)
+    }
+
     fn checked(&self, proof: &Proof) -> Result<(), Lost> {
         check(self.rounds.theory, proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
         Ok(())
@@ -130,14 +174,10 @@ impl Way<'_, '_> {
         Ok(hypotheses)
     }
 
-    fn known(&self, hypotheses: &[Condition]) -> Assumptions {
-        Context::new(&self.rounds.theory.assumptions, &self.rounds.theory.definitions, hypotheses).assumptions
-    }
-
     /// One moment at which these are drawn.
     fn draw(&mut self, hypotheses: &[Condition], due: Vec<(Name, Value)>) -> Result<(), Lost> {
         let mut layer: Vec<(Name, Value)> = Vec::new();
-        let known = self.known(hypotheses);
+        let known = LazyCell::new(|| self.rounds.supposing(hypotheses));
         for (name, from) in &due {
             // What has been drawn just before is called by its place there, and by its label here.
             let place = |(place, (label, _)): (usize, &(Name, Value))| (nth(place), Value::variable(label));
@@ -161,8 +201,7 @@ impl Way<'_, '_> {
             again && self.asked.iter().any(|test| asks_of(test, &layer[place].0))
         });
         let labels: Vec<Name> = layer.iter().map(|(label, _)| label.clone()).collect();
-        let (proof, next) = draws(self.rounds.theory, hypotheses, &self.state, &labels)?;
-        self.checked(&proof)?;
+        let next = self.after(hypotheses, &labels)?;
         let open: Named = labels.iter().map(|label| (label.clone(), Value::variable(&open_name(label)))).collect();
         let next = substitute_values(&next, &open).map_err(|stuck| Lost(stuck.0))?;
         let before = std::mem::replace(&mut self.state, next.clone());

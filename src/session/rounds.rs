@@ -1,13 +1,14 @@
 //! The rounds of a period as theorems: from each phase the system passes as the round says, to the next phase with its
 //! variables mapped.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::compare::theory;
-use super::drawn::{Layer, followed, named_alike, with_supports};
+use super::drawn::{Layer, Moments, followed, named_alike, with_supports};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
-use crate::fact::Context;
+use crate::fact::supposing;
 use crate::kernel::{Theory, check};
 use crate::law::Condition;
 use crate::lower::{Environment, System};
@@ -20,7 +21,7 @@ use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
 
 /// Ways that are looked at.
-const MOST_WAYS: usize = 400;
+const MOST_WAYS: usize = 2_000;
 /// Ways that may fail before no more are looked at.
 const MOST_FAILURES: usize = 3;
 /// Stretches of time on one way that are followed.
@@ -132,7 +133,7 @@ fn count(period: &Period, system: &System, environment: &Environment, interrupte
         ports.push(port.clone());
         body = inner;
     }
-    let rounds = Rounds { theory: &theory, period, ports };
+    let rounds = Rounds { theory: &theory, period, ports, moments: RefCell::default() };
     let start = period.initial.iter().map(|edge| (None, edge));
     let edges = period.phases.iter().enumerate();
     let edges = edges.flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
@@ -204,6 +205,7 @@ pub(super) struct Rounds<'a> {
     pub(super) theory: &'a Theory,
     period: &'a Period,
     ports: Vec<Name>,
+    pub(super) moments: RefCell<Moments>,
 }
 
 /// What the variables of a phase are called in a theorem, where they stand for any value.
@@ -214,6 +216,11 @@ fn any_values(phase: &Phase) -> Named {
 }
 
 impl Rounds<'_> {
+    /// What is assumed where these hypotheses hold.
+    pub(super) fn supposing(&self, hypotheses: &[Condition]) -> Assumptions {
+        supposing(&self.theory.assumptions, hypotheses)
+    }
+
     fn network(&self, state: &[Term], values: &Named) -> Result<Term, Lost> {
         let body = Term::par(state.iter().cloned());
         let body = substitute_values(&body, values).map_err(|stuck| Lost(stuck.0))?;
@@ -248,7 +255,10 @@ impl Rounds<'_> {
         let asked: Vec<Test> = beside.iter().flat_map(|edge| edge.tests.iter().cloned()).collect();
         let reached = followed(self, edge, (&named, &running, &left), (&asked, backwards))?;
         if let Some(state) = &reached.state {
-            self.leads(edge, (state, &[]), &reached.named, &reached.hypotheses)?;
+            let led = self.leads(edge, (state, &[]), &reached.named, &reached.hypotheses);
+            if led.is_err() && !self.supposing(&reached.hypotheses).contradictory() {
+                led?;
+            }
         }
         Ok(reached.layers)
     }
@@ -256,7 +266,7 @@ impl Rounds<'_> {
     /// In a phase, what is left of each delay that runs is more than 0, and each number of copies that are to come is
     /// natural: so it is where the phase is entered.
     fn still_run(&self, phase: &Phase, map: &Named, hypotheses: &[Condition]) -> Result<(), Lost> {
-        let known = Context::new(&self.theory.assumptions, &self.theory.definitions, hypotheses).assumptions;
+        let known = self.supposing(hypotheses);
         for left in delays(&phase.state) {
             let left = left.substitute(map).map_err(odd)?;
             if known.decide(Relation::Gtr, &left, &Value::zero()) != Some(true) {

@@ -20,6 +20,7 @@ use crate::library::{self, Failure, Reader};
 use crate::lower::{Environment, Expectation, Lowered, Sweep};
 use crate::report::{Answer, Expected};
 use crate::sweep::{Cell, Column, FEASIBLE, FORMAT, Head, Kind, Row, counts, readable, region, summary};
+use crate::term::room;
 use crate::value::Value;
 
 /// The stack of a worker, as large as that of the program.
@@ -218,6 +219,7 @@ impl Plan {
             for _ in 0..jobs.clamp(1, points.len().max(1)) {
                 let (sender, stop, next) = (sender.clone(), &stop, &next);
                 let work = move || {
+                    room::tell(STACK);
                     while !stop.load(Ordering::Relaxed)
                         && let Some(point) = points.get(next.fetch_add(1, Ordering::Relaxed))
                     {
