@@ -6,13 +6,15 @@ use std::rc::Rc;
 use clap::ValueEnum;
 
 use super::system::{Refused, declared, read, written};
-use crate::lower::{Entity, System};
+use crate::lower::{Entity, Environment, System};
 use crate::name::Name;
 use crate::period::course::Course;
 use crate::period::{Failure, Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
 use crate::session::beside::BESIDE;
+use crate::session::course::course_of;
+use crate::session::delays::{MOST_ORDERS, Order, in_orders, told};
 use crate::session::parts::{Part, Together, headline, in_all, parted};
 use crate::transition_system::{MOST_DRAWN, dot, svg};
 
@@ -40,52 +42,77 @@ pub(super) fn period(request: &Request, watch: &Rc<Watch>, colour: bool) -> u8 {
     watch.begins("the period");
     let made = make(request, watch, colour);
     watch.ends();
-    let (found, course) = match made {
-        Ok(Ok(Analysed::Whole(found, course))) => (found, course),
-        Ok(Ok(Analysed::Parts(parts, ways, all))) => return each_part(request, &parts, ways, &all),
-        Ok(Err(failures)) => {
-            complain(&failures.iter().map(|failure| format!("{failure}\n")).collect::<String>());
-            return 1;
+    let shown = match made.map(|found| shown(&found, request.format)) {
+        Ok(Ok(shown)) => shown,
+        Ok(Err(too_many)) => {
+            complain(&too_many);
+            return 4;
         }
         Err(text) => {
             complain(&text);
             return 3;
         }
     };
-    let warnings: String = graph::remarks(&found, course.as_ref()).iter().map(|line| format!("{line}\n")).collect();
-    let text = match request.format {
-        Format::Text => graph::lines(&found).iter().map(|line| format!("{line}\n")).collect::<String>() + &warnings,
-        Format::Dot => dot(&graph::system(&found)),
-        Format::Svg => match svg(&graph::system(&found)) {
-            Some(text) => text,
-            None => {
-                let phases = found.phases.len();
-                complain(&format!(
-                    "{phases} phases are too many to draw, fewer than {MOST_DRAWN} are: try `--format dot`\n"
-                ));
-                return 4;
-            }
-        },
-    };
-    if request.format != Format::Text && !warnings.is_empty() {
-        complain(&warnings);
-    }
-    match &request.output {
-        None => Printer::default().print(&text),
-        Some(path) => {
-            if let Err(trouble) = written(path, &text) {
-                complain(&trouble);
-                return 3;
-            }
+    match request.output.as_ref().filter(|_| !shown.text.is_empty()).map(|path| written(path, &shown.text)) {
+        None => Printer::default().print(&shown.text),
+        Some(Ok(())) => {}
+        Some(Err(trouble)) => {
+            complain(&trouble);
+            return 3;
         }
     }
-    u8::from(!found.comes_again(course.as_ref()))
+    if !shown.remarks.is_empty() {
+        complain(&shown.remarks);
+    }
+    u8::from(!shown.again)
+}
+
+/// What is written, what is said beside it, and whether the system comes again.
+struct Shown {
+    text: String,
+    remarks: String,
+    again: bool,
+}
+
+fn lines(lines: impl IntoIterator<Item = String>) -> String {
+    lines.into_iter().map(|line| format!("{line}\n")).collect()
+}
+
+/// What was found, as it is asked for; or why it cannot be drawn.
+fn shown(found: &Analysed, format: Format) -> Result<Shown, String> {
+    match found {
+        Analysed::Whole(period, course) => whole(period, course.as_ref(), format),
+        Analysed::Parts(parts, ways, all) => each_part(parts, *ways, all, format),
+        Analysed::Orders(orders) => each_order(orders, format),
+        Analysed::Nothing(failures) => {
+            let remarks = lines(failures.iter().map(Failure::to_string));
+            Ok(Shown { text: String::new(), remarks, again: false })
+        }
+    }
+}
+
+fn whole(period: &Period, course: Option<&Course>, format: Format) -> Result<Shown, String> {
+    let again = period.comes_again(course);
+    let remarks = lines(graph::remarks(period, course));
+    Ok(match format {
+        Format::Text => Shown { text: lines(graph::lines(period)) + &remarks, remarks: String::new(), again },
+        Format::Dot => Shown { text: dot(&graph::system(period)), remarks, again },
+        Format::Svg => match svg(&graph::system(period)) {
+            Some(text) => Shown { text, remarks, again },
+            None => {
+                let phases = period.phases.len();
+                return Err(format!(
+                    "{phases} phases are too many to draw, fewer than {MOST_DRAWN} are: try `--format dot`\n"
+                ));
+            }
+        },
+    })
 }
 
 /// The phases of parts without a common port, one after the other; each of them comes back to a phase.
-fn each_part(request: &Request, parts: &[Part], ways: usize, all: &Together) -> u8 {
-    let (mut text, comes_again) = (String::new(), all.answer() == "yes");
-    match request.format {
+fn each_part(parts: &[Part], ways: usize, all: &Together, format: Format) -> Result<Shown, String> {
+    let (mut text, again) = (String::new(), all.answer() == "yes");
+    match format {
         Format::Text => {
             text.push_str(&format!("{}\n", headline(parts, ways)));
             for (number, part) in parts.iter().enumerate() {
@@ -93,27 +120,39 @@ fn each_part(request: &Request, parts: &[Part], ways: usize, all: &Together) -> 
                 let lines = graph::lines(&part.period).into_iter().chain(graph::remarks(&part.period, None));
                 text.extend(lines.map(|line| format!("  {line}\n")));
             }
-            text.extend(all.line().filter(|_| comes_again).map(|line| format!("{line}\n")));
+            text.extend(all.line().filter(|_| again).map(|line| format!("{line}\n")));
             text.push_str(&format!("on trust: {BESIDE}\n"));
         }
         Format::Dot => text.extend(parts.iter().map(|part| dot(&graph::system(&part.period)))),
-        Format::Svg => {
-            complain("a picture shows one graph, and these parts have no common port: try `--format dot`\n");
-            return 4;
+        Format::Svg => return Err(one_graph("these parts have no common port")),
+    }
+    Ok(Shown { text, remarks: lines(all.line().filter(|_| !again)), again })
+}
+
+fn one_graph(why: &str) -> String {
+    format!("a picture shows one graph, and {why}: try `--format dot`\n")
+}
+
+/// The phases in each order of two delays, one after the other.
+fn each_order(orders: &[(String, Analysed)], format: Format) -> Result<Shown, String> {
+    let (mut all, mut again) = (String::new(), true);
+    let mut remarks = String::new();
+    for (title, found) in orders {
+        if format == Format::Svg {
+            return Err(one_graph("there is one for each order of two delays"));
+        }
+        let inner = shown(found, format)?;
+        again &= inner.again;
+        let own = |text: &str| lines(told(title, text.lines().map(str::to_string).collect()));
+        match format {
+            Format::Text => all.push_str(&own(&(inner.text + &inner.remarks))),
+            _ => {
+                all.push_str(&inner.text);
+                remarks.extend((!inner.remarks.is_empty()).then(|| own(&inner.remarks)));
+            }
         }
     }
-    match request.output.as_ref().map(|path| written(path, &text)) {
-        None => Printer::default().print(&text),
-        Some(Ok(())) => {}
-        Some(Err(trouble)) => {
-            complain(&trouble);
-            return 3;
-        }
-    }
-    if let Some(line) = all.line().filter(|_| !comes_again) {
-        complain(&format!("{line}\n"));
-    }
-    u8::from(!comes_again)
+    Ok(Shown { text: all, remarks, again })
 }
 
 /// What was found of a system.
@@ -122,9 +161,13 @@ enum Analysed {
     Whole(Period, Option<Course>),
     /// Parts without a common port, with the number of ways that they have side by side, and what they make together.
     Parts(Vec<Part>, usize, Together),
+    /// Of two delays it is not known which ends first: in each order, by its title.
+    Orders(Vec<(String, Analysed)>),
+    /// No period, and why.
+    Nothing(Vec<Failure>),
 }
 
-fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Analysed, Vec<Failure>>, Refused> {
+fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Analysed, Refused> {
     let source = read(&request.file, colour)?;
     let environment = declared(&source, watch, colour)?;
     let systems: Vec<(&Name, &System)> = environment
@@ -142,15 +185,28 @@ fn make(request: &Request, watch: &Rc<Watch>, colour: bool) -> Result<Result<Ana
             None => return Err(format!("there is no system `{wanted}`; the file declares {}\n", names())),
         },
     };
+    Ok(analysed(system, &environment, MOST_ORDERS, &|| watch.interrupted()))
+}
+
+/// What is found of a system, in at most so many orders inside one another.
+fn analysed(system: &System, environment: &Environment, most: usize, interrupted: &dyn Fn() -> bool) -> Analysed {
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
-    let interrupted = || watch.interrupted();
-    if let Some((parts, ways)) = parted(system, &environment, &interrupted) {
-        let all = in_all(&parts, &environment, &interrupted);
-        return Ok(Ok(Analysed::Parts(parts, ways, all)));
+    if let Some((parts, ways)) = parted(system, environment, interrupted) {
+        let all = in_all(&parts, environment, interrupted);
+        return Analysed::Parts(parts, ways, all);
     }
-    Ok(analyse_until(&system.components, definitions, assumptions, &interrupted).map(|period| {
-        let follows = period.repeats() && period.lasting().is_none();
-        let course = if follows { period.course(assumptions, &interrupted) } else { None };
-        Analysed::Whole(period, course)
-    }))
+    match analyse_until(&system.components, definitions, assumptions, interrupted) {
+        Ok(period) => {
+            let follows = period.repeats() && period.lasting().is_none();
+            let course = follows.then(|| course_of(&period, system, environment, interrupted).ok().flatten()).flatten();
+            Analysed::Whole(period, course.map(|known| known.course))
+        }
+        Err(failures) => {
+            let each = |order: &Order| analysed(system, &order.environment, most - 1, interrupted);
+            let (orders, found) = in_orders(&failures, environment, most, each);
+            let some = found.iter().any(|one| !matches!(one, Analysed::Nothing(_)));
+            let titled = || orders.into_iter().map(|order| order.title).zip(found).collect();
+            if some { Analysed::Orders(titled()) } else { Analysed::Nothing(failures) }
+        }
+    }
 }

@@ -57,7 +57,8 @@ pub fn remarks(period: &Period, course: Option<&Course>) -> Vec<String> {
         let word = if !repeats && stops_time(warning) { "no period" } else { "warning" };
         format!("{word}: {warning}")
     };
-    let mut lines: Vec<String> = period.warnings.iter().map(told).collect();
+    let warnings = period.warnings.iter().filter_map(|warning| of_run(warning, course));
+    let mut lines: Vec<String> = warnings.map(|warning| told(&warning)).collect();
     if !repeats && !period.warnings.iter().any(stops_time) {
         let why = if lines.is_empty() { "the run ends" } else { "no phase comes back" };
         lines.push(format!("no period: {why}"));
@@ -65,6 +66,18 @@ pub fn remarks(period: &Period, course: Option<&Course>) -> Vec<String> {
         lines.push("no period: the run ends".to_string());
     }
     lines
+}
+
+/// A warning as far as it is true of the run, if it is known what comes of that: it does not come to wait, or it does.
+fn of_run(warning: &Failure, course: Option<&Course>) -> Option<Failure> {
+    match (warning, course) {
+        (Failure::MayWait { .. }, Some(Course::Repeats { .. })) => None,
+        (Failure::MayWait { blocked, .. }, Some(Course::Ends(end, _))) => {
+            let there = matches!(end, End::Silent { blocked: there, .. } if there.contains(blocked));
+            there.then(|| Failure::Unmatched(blocked.clone()))
+        }
+        _ => Some(warning.clone()),
+    }
 }
 
 fn arrow(edge: &Edge, round: Option<&BTreeMap<Name, Value>>) -> String {

@@ -4,11 +4,12 @@
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
+use crate::assumption::Assumptions;
 use crate::lasso::Lasso;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::course::Course;
-use crate::period::{Next, Period};
+use crate::period::{Next, Period, Test};
 use crate::recurrence::Closed;
 use crate::term::Term;
 use crate::value::{Relation, Value};
@@ -21,13 +22,15 @@ const MOST_TERM: usize = 1_000;
 /// How often it is looked whether to go on, while legs are followed by closed forms.
 const MOST_LOOKS: usize = 150;
 
-/// Assumptions that a value is not less than another of which either case is looked at.
+/// Values of which it is not known whether they are 0 and of which either case is looked at.
 const MOST_CASES: usize = 3;
+/// Cases that are looked at inside one another.
+const MOST_SPLITS: usize = 2;
 
 /// Where a system comes to.
-pub(super) struct Known {
+pub(crate) struct Known {
     /// Where, and in what time.
-    pub(super) course: Course,
+    pub(crate) course: Course,
     /// Whether the values beside it are asked for, and go on so that the same ways are taken.
     pub(super) moving: bool,
 }
@@ -36,44 +39,96 @@ pub(super) struct Known {
 ///
 /// # Errors
 /// Why that is not known; nothing where something is drawn, so that there is no such time.
-pub(super) fn course_of(
+pub(crate) fn course_of(
     period: &Period,
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Option<Known>, Option<String>> {
-    let found = course_as_assumed(period, system, environment, interrupted);
-    found.or_else(|why| in_either_case(period, system, environment, interrupted).map(Some).ok_or(why))
+    within_cases(period, system, environment, MOST_SPLITS, interrupted)
 }
 
-/// The same where a value is only known not to be less than another: where it is more and where it is equal, if it all takes
-/// the same time in either case.
+/// The same, where it takes the same time in either case of what is not known, at most so many cases inside one another.
+fn within_cases(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    splits: usize,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Option<Known>, Option<String>> {
+    let found = course_as_assumed(period, system, environment, interrupted);
+    if splits == 0 || interrupted() {
+        return found;
+    }
+    let either = || {
+        let open = may_be_zero(&environment.assumptions).into_iter().chain(may_be_equal(period, environment));
+        open.take(MOST_CASES)
+            .find_map(|value| in_either_case(period, system, environment, (&value, splits), interrupted))
+    };
+    found.or_else(|why| either().map(Some).ok_or(why))
+}
+
+/// Where a value is 0 and where it is not, if it all takes the same time in either case.
 fn in_either_case(
     period: &Period,
     system: &System,
     environment: &Environment,
+    (value, splits): (&Value, usize),
     interrupted: &dyn Fn() -> bool,
 ) -> Option<Known> {
-    may_be_zero(&environment.assumptions).into_iter().take(MOST_CASES).find_map(|value| {
-        let [more, equal] = [Relation::Gtr, Relation::Eq].map(|relation| {
-            let mut environment = environment.clone();
-            environment.assumptions.assume(relation, &value, &Value::zero());
-            let found = course_as_assumed(period, system, &environment, interrupted).ok().flatten();
-            found.map(|found| (found, environment.assumptions))
-        });
-        let ((more, _), (equal, known)) = (more?, equal?);
-        let same = |one: &Value, other: &Value| known.decide(Relation::Eq, one, other) == Some(true);
-        let (Course::Repeats { lasting, from, beside }, Course::Repeats { lasting: other, from: since, beside: also }) =
-            (&more.course, &equal.course)
-        else {
-            return None;
-        };
-        // All that is beside in one of the cases may be another each time.
-        let beside = beside.union(also).cloned().collect();
-        let course = Course::Repeats { lasting: lasting.clone(), from: from.clone(), beside };
-        let moving = more.moving || equal.moving;
-        (same(lasting, other) && same(from, since)).then_some(Known { course, moving })
-    })
+    let case = |relation: Relation| {
+        let mut environment = environment.clone();
+        environment.assumptions.assume(relation, value, &Value::zero());
+        let found = within_cases(period, system, &environment, splits - 1, interrupted).ok().flatten()?;
+        Some((found, environment.assumptions))
+    };
+    let never_less = environment.assumptions.decide(Relation::Gte, value, &Value::zero()) == Some(true);
+    let other = if never_less { Relation::Gtr } else { Relation::Neq };
+    let ((more, apart), (equal, known)) = (case(other)?, case(Relation::Eq)?);
+    let (Course::Repeats { lasting, from, beside }, Course::Repeats { lasting: other, from: since, beside: also }) =
+        (&more.course, &equal.course)
+    else {
+        return None;
+    };
+    if known.decide(Relation::Eq, lasting, other) != Some(true) {
+        return None;
+    }
+    // What is so from some time on is so from any later time on.
+    let in_both = |from: &Value| {
+        let later = |known: &Assumptions, own: &Value| known.decide(Relation::Gte, from, own) == Some(true);
+        later(&apart, from_of(&more.course)?).then_some(())?;
+        later(&known, from_of(&equal.course)?).then(|| from.clone())
+    };
+    let from = in_both(from).or_else(|| in_both(since))?;
+    // All that is beside in one of the cases may be another each time.
+    let beside = beside.union(also).cloned().collect();
+    let course = Course::Repeats { lasting: lasting.clone(), from, beside };
+    Some(Known { course, moving: more.moving || equal.moving })
+}
+
+fn from_of(course: &Course) -> Option<&Value> {
+    if let Course::Repeats { from, .. } = course { Some(from) } else { None }
+}
+
+/// Differences of parameters of which a way from the start, or the first way on from there, asks whether they are 0.
+fn may_be_equal(period: &Period, environment: &Environment) -> Vec<Value> {
+    let mut tests: Vec<Test> = period.initial.iter().flat_map(|edge| edge.tests.iter().cloned()).collect();
+    for edge in &period.initial {
+        let Next::Phase(next) = edge.next else { continue };
+        let ways = period.phases.get(next).into_iter().flat_map(|phase| &phase.edges);
+        tests.extend(ways.flat_map(|way| &way.tests).filter_map(|test| test.substitute(&edge.map).ok()));
+    }
+    let declared = |name: &Name| environment.quantity(name).is_some();
+    let mut found: Vec<Value> = Vec::new();
+    for Test { relation, left, right } in tests {
+        let Ok(difference) = left.sub(&right) else { continue };
+        let asks = matches!(relation, Relation::Eq | Relation::Neq) && difference.variables().iter().all(declared);
+        let open = || environment.assumptions.decide(Relation::Eq, &difference, &Value::zero()).is_none();
+        if asks && !found.contains(&difference) && open() {
+            found.push(difference);
+        }
+    }
+    found
 }
 
 fn course_as_assumed(

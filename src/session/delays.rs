@@ -8,15 +8,15 @@ use crate::report::Verdict;
 use crate::value::{Relation, Value};
 
 /// Orders that are looked at inside one another, and of a claim.
-pub(super) const MOST_ORDERS: usize = 3;
+pub(crate) const MOST_ORDERS: usize = 3;
 pub(super) const MOST_CLAIMED: usize = 2;
 
 /// What is assumed in one order.
-pub(super) struct Order {
+pub(crate) struct Order {
     /// The order, in words: `if a < b`.
-    pub(super) title: String,
+    pub(crate) title: String,
     /// What was declared, with that.
-    pub(super) environment: Environment,
+    pub(crate) environment: Environment,
 }
 
 /// The orders of two delays, where no period was found for not knowing which ends first; none where that is not the reason,
@@ -39,7 +39,7 @@ fn orders(failures: &[Failure], environment: &Environment) -> Vec<Order> {
 }
 
 /// What comes of each order, where it is asked at all; `most`: so many orders inside one another.
-pub(super) fn in_orders<T>(
+pub(crate) fn in_orders<T>(
     failures: &[Failure],
     environment: &Environment,
     most: usize,
@@ -51,7 +51,7 @@ pub(super) fn in_orders<T>(
 }
 
 /// What is said in one order.
-pub(super) fn told(title: &str, lines: Vec<String>) -> impl Iterator<Item = String> {
+pub(crate) fn told(title: &str, lines: Vec<String>) -> impl Iterator<Item = String> {
     let lines = lines.into_iter().map(|line| format!("  {line}"));
     std::iter::once(format!("{title}:")).chain(lines)
 }

@@ -46,13 +46,20 @@ impl Value {
             Content::Distribution(kind, parts) => Value::distribution(kind, replace_all(parts, images)?),
             Content::Real(numerator, denominator) => {
                 let mut done = BTreeMap::new();
-                let mut touched = false;
+                let (mut touched, mut failed) = (false, None);
                 for atom in numerator.atoms().into_iter().chain(denominator.atoms()) {
                     if !done.contains_key(atom) {
-                        let image = replace_atom(atom, images)?;
-                        touched |= image.is_some();
-                        done.insert(atom, image);
+                        match replace_atom(atom, images) {
+                            Ok(image) => {
+                                touched |= image.is_some();
+                                done.insert(atom, image);
+                            }
+                            Err(error) => failed = failed.or(Some(error)),
+                        }
                     }
+                }
+                if let Some(error) = failed {
+                    return self.replace_conditions_first((numerator, denominator), &done, images, error);
                 }
                 if !touched {
                     return Ok(self.clone());
@@ -64,18 +71,20 @@ impl Value {
                 if !bottom.is_zero() {
                     return evaluate(numerator, &done)?.div(&bottom);
                 }
-                self.replace_conditions_first(numerator, denominator, &done, images)
+                let error = ValueError::new("division by zero");
+                self.replace_conditions_first((numerator, denominator), &done, images, error)
             }
         }
     }
 
-    /// Where the denominator becomes 0, a condition that is decided may remove it: `if x = 0 then 0 else 1/x`.
+    /// Where the denominator becomes 0, or a root has no value, a condition that is decided may remove it:
+    /// `if x = 0 then 0 else 1/x`, `if x > 2 then sqrt(x-2) else 0`. Else this is the error.
     fn replace_conditions_first(
         &self,
-        numerator: &Real,
-        denominator: &Real,
+        (numerator, denominator): (&Real, &Real),
         done: &BTreeMap<&Atom, Option<Value>>,
         images: &mut dyn FnMut(&Atom) -> Option<Value>,
+        error: ValueError,
     ) -> Outcome {
         let decided: BTreeMap<&Atom, Option<Value>> = done
             .iter()
@@ -86,7 +95,7 @@ impl Value {
             .collect();
         let simpler = evaluate(numerator, &decided)?.div(&evaluate(denominator, &decided)?)?;
         if simpler == *self {
-            return Err(ValueError::new("division by zero"));
+            return Err(error);
         }
         simpler.replace(images)
     }
