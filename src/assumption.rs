@@ -8,6 +8,7 @@ mod alone;
 mod atoms;
 mod eliminate;
 mod linear;
+mod pieces;
 mod refute;
 mod remembered;
 mod sign;
@@ -370,19 +371,6 @@ impl Assumptions {
             }
             other => other.is_integral(),
         })
-    }
-
-    /// A value with the variables that equations give replaced.
-    fn with_solved(&self, value: &Value) -> Value {
-        let mut value = value.clone();
-        for (name, image) in &self.solved {
-            if value.mentions(name)
-                && let Ok(replaced) = value.with(name, image)
-            {
-                value = replaced;
-            }
-        }
-        value
     }
 
     /// Derives what the decisions use from what was stated.

@@ -43,8 +43,13 @@ impl Assumptions {
         if let Some(signs) = self.signs_alone(value, wanted) {
             return signs;
         }
+        let (within, all) = self.signs_in_pieces(&self.with_solved(value)).unwrap_or((Signs::ANY, false));
+        if all || within.within(wanted) || within.and(wanted).is_empty() {
+            self.remember(question, within);
+            return within;
+        }
         let mut systems = MOST_SYSTEMS;
-        let signs = self.signs_of_value(value, wanted, 3, &mut systems);
+        let signs = self.signs_of_value(value, wanted, 3, &mut systems).and(within);
         if systems < MOST_SYSTEMS {
             self.remember(question, signs);
         }

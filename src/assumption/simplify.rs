@@ -9,6 +9,19 @@ use crate::value::{Atom, Sort, Value, ValueError, View};
 const MOST_PASSES: usize = 3;
 
 impl Assumptions {
+    /// A value with the variables that equations give replaced.
+    pub(super) fn with_solved(&self, value: &Value) -> Value {
+        let mut value = value.clone();
+        for (name, image) in &self.solved {
+            if value.mentions(name)
+                && let Ok(replaced) = value.with(name, image)
+            {
+                value = replaced;
+            }
+        }
+        value
+    }
+
     /// The value with `min`, `max`, `abs`, `if`, `floor` and roots resolved where the assumptions decide them.
     pub fn simplify(&self, value: &Value) -> Value {
         let mut simple = value.clone();

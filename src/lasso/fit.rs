@@ -193,6 +193,12 @@ impl Search<'_> {
         since: usize,
     ) -> Result<(), Misfit> {
         let mut edges: BTreeMap<Place, Reached> = BTreeMap::new();
+        // What is shown just before the first round is touched at its start, and not again.
+        let mut start = start.clone();
+        self.leave(&mut start, &[again.first().copied(), last]);
+        if start.iter().any(|(place, _)| self.done(*place)) {
+            return Ok(());
+        }
         let mut open: Vec<Place> = start.iter().map(|(place, _)| *place).collect();
         while let Some(place) = open.pop() {
             if edges.contains_key(&place) {
@@ -202,8 +208,7 @@ impl Search<'_> {
             for (position, cell) in again.iter().enumerate() {
                 let before =
                     position.checked_sub(1).map_or(again.last().copied(), |position| again.get(position).copied());
-                let earlier = if position == 0 { last } else { None };
-                self.leave(&mut reached, &[Some(*cell), before, earlier]);
+                self.leave(&mut reached, &[Some(*cell), before]);
                 work += reached.len();
                 if work > MOST_PLACES || reached.iter().any(|(place, _)| self.done(*place)) {
                     return Ok(());
@@ -228,7 +233,7 @@ impl Search<'_> {
         let forever = edges
             .iter()
             .any(|(place, next)| next.iter().any(|(next, progress)| *progress && comes_back(*next, *place)));
-        if forever { Ok(()) } else { Err(Misfit { repeats: true, ..self.at(since, start, again.first().copied()) }) }
+        if forever { Ok(()) } else { Err(Misfit { repeats: true, ..self.at(since, &start, again.first().copied()) }) }
     }
 
     fn done(&self, place: Place) -> bool {
