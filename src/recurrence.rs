@@ -53,6 +53,7 @@ mod region;
 mod roots;
 mod search;
 mod sequences;
+mod settled;
 mod sides;
 mod special;
 mod squares;

@@ -2,19 +2,21 @@
 
 use std::collections::BTreeSet;
 
+use super::sequences::solve_until;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Solved, closures};
 use crate::value::Value;
 
-/// The sequences alone on which these values depend, with their forms, where there are others.
+/// The sequences alone on which these values depend, with their forms, where there are others, which may have none.
 pub(super) fn needed(
     recurrence: &Recurrence,
     solved: Option<&Solved>,
     sides: [&Value; 2],
     known: &Assumptions,
+    stop: &dyn Fn() -> bool,
 ) -> Option<Solved> {
-    let solved = solved?;
     let needed = read_by(recurrence, &sides)?;
+    let Some(solved) = solved else { return solve_until(recurrence.only(&needed), known, stop).ok() };
     let forms = needed.iter().map(|place| solved.forms()[*place].clone()).collect();
     Solved::check(recurrence.only(&needed), forms, solved.conditions().to_vec(), known).ok()
 }

@@ -61,7 +61,7 @@ pub fn reach(
     stop: &dyn Fn() -> bool,
 ) -> Reach {
     let zero = Value::zero();
-    let needed = needed(recurrence, solved, [left, right], known);
+    let needed = needed(recurrence, solved, [left, right], known, stop);
     let (recurrence, solved) = match &needed {
         Some(solved) => (solved.recurrence(), Some(solved)),
         None => (recurrence, solved),

@@ -15,6 +15,7 @@ use super::nested::{Layers, nested};
 use super::parts::{each_group, read_off};
 use super::product::with_product;
 use super::ranges::in_ranges;
+use super::settled::after_a_start;
 use super::switching::switching;
 use super::symbolic::symbolic;
 use super::turns::{as_one, cycle, in_turns};
@@ -77,6 +78,7 @@ pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() 
     let with_one = |one: Recurrence, known: &Assumptions| solve_until(one, known, stop).ok();
     found
         .or_else(|| grouped(&recurrence, known, &with_one))
+        .or_else(|| after_a_start(&recurrence, &reason, known, stop))
         .ok_or_else(|| at_own_index(reason, &recurrence, &moved.index))
 }
 
