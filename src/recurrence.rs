@@ -83,7 +83,7 @@ pub use at_rest::at_rest;
 pub use either_way::InCase;
 pub(crate) use either_way::either_way;
 pub(crate) use needed::read_by;
-pub use nonlinear::{Behaviour, behaviour};
+pub use nonlinear::{Behaviour, behaviour, near};
 pub use orders::solve_in_cases;
 pub(crate) use orders::{MOST_PAIRS, pairs, parameters};
 pub use parts::{Part, parts};

@@ -99,7 +99,7 @@ fn within(motion: &Motion, (name, start): (&Name, &Value), known: &Assumptions) 
     between.assume(from, &term, start);
     let mut why = format!("it {} in every step, from {start}", if *grows { "grows" } else { "falls" });
     if let Some(bound) = bound {
-        between.assume(to, &term, bound);
+        between.assume(to, &term, &bound.beyond(*grows));
         why = format!("{why}, and stays {} the fixed point {bound}", if *grows { "below" } else { "above" });
     }
     (between, Some(why))
@@ -110,7 +110,7 @@ fn beyond(motion: &Motion, relation: Relation, goal: &BigRational, known: &Assum
     let Motion::Moves { grows, bound: Some(bound) } = motion else { return None };
     let (towards, there) = if *grows { (Relation::Gtr, Relation::Gte) } else { (Relation::Lss, Relation::Lte) };
     let asks = [Relation::Eq, towards, there].contains(&relation);
-    let far = known.decide(there, &Value::rational(goal.clone()), bound) == Some(true);
+    let far = known.decide(there, &Value::rational(goal.clone()), &bound.beyond(*grows)) == Some(true);
     let (verb, side) = if *grows { ("grows", "below") } else { ("falls", "above") };
     (asks && far).then(|| format!("it {verb} in every step and stays {side} the fixed point {bound}"))
 }

@@ -1,8 +1,9 @@
 //! The fixed points of a map of one variable: of a quotient of polynomials with rational coefficients, also with a square
 //! root in it, and in pieces.
 
+use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::{One, Signed};
+use num_traits::{One, Signed, Zero};
 
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{exponentials, middle_and_square};
@@ -15,16 +16,19 @@ const MOST_DEGREE: usize = 40;
 /// The most pieces of one.
 const MOST_PIECES: usize = 16;
 
-/// The real values that are mapped to themselves and are rational or roots of quadratic polynomials, in order, and how many
-/// others there are, where that is known; nothing where they are not found, or are not single points.
-pub(super) fn fixed_points(map: &Value, name: &Name) -> Option<(Vec<Value>, Option<usize>)> {
-    let (mut points, mut others): (Vec<Value>, usize) = (Vec::new(), 0);
+/// Between which numbers a root lies that is no root of a quadratic polynomial, and no other root of its polynomial.
+pub(super) type Place = (BigRational, BigRational);
+
+/// The real values that are mapped to themselves and are rational or roots of quadratic polynomials, in order, and where the
+/// others are, if that is known; nothing where they are not found, or are not single points.
+pub(super) fn fixed_points(map: &Value, name: &Name) -> Option<(Vec<Value>, Option<Vec<Place>>)> {
+    let (mut points, mut others): (Vec<Value>, Vec<Place>) = (Vec::new(), Vec::new());
     let none = Assumptions::default();
     let pieces = pieces(map, name)?;
     let plain = pieces.len() == 1 && atoms(map, name).is_empty();
     for piece in pieces {
         let (zeros, more) = zeros(&piece.sub(&Value::variable(name)).ok()?, name)?;
-        others += more;
+        others.extend(more);
         for point in zeros {
             // What is found may belong to another piece, or to the other sign of a root.
             if !points.contains(&point) && (plain || is_fixed(map, name, &point)?) {
@@ -33,7 +37,8 @@ pub(super) fn fixed_points(map: &Value, name: &Name) -> Option<(Vec<Value>, Opti
             }
         }
     }
-    Some((points, Some(others).filter(|others| plain || *others == 0)))
+    others.sort();
+    Some((points, Some(others).filter(|others| plain || others.is_empty())))
 }
 
 /// Whether a point is mapped to itself, as far as that is known; it is not where the map has no value.
@@ -76,8 +81,8 @@ fn pieces(map: &Value, name: &Name) -> Option<Vec<Value>> {
     Some(found)
 }
 
-/// Where a value may be 0 that is a quotient of polynomials, or has one square root besides, and how often else.
-fn zeros(value: &Value, name: &Name) -> Option<(Vec<Value>, usize)> {
+/// Where a value may be 0 that is a quotient of polynomials, or has one square root besides, and where else.
+fn zeros(value: &Value, name: &Name) -> Option<(Vec<Value>, Vec<Place>)> {
     match atoms(value, name).as_slice() {
         [] => zeros_of(&value.numerator()?, name),
         [root @ Atom::Root(inner)] => {
@@ -92,7 +97,7 @@ fn zeros(value: &Value, name: &Name) -> Option<(Vec<Value>, usize)> {
     }
 }
 
-fn zeros_of(numerator: &Value, name: &Name) -> Option<(Vec<Value>, usize)> {
+fn zeros_of(numerator: &Value, name: &Name) -> Option<(Vec<Value>, Vec<Place>)> {
     let parts: Vec<_> = exponentials(numerator, name)?.into_iter().collect();
     let [(base, coefficients)] = parts.as_slice() else { return None };
     base.as_rational().filter(BigRational::is_one)?;
@@ -100,7 +105,7 @@ fn zeros_of(numerator: &Value, name: &Name) -> Option<(Vec<Value>, usize)> {
     if polynomial.degree() > MOST_DEGREE {
         return None;
     }
-    let (mut points, mut others) = (Vec::new(), 0);
+    let (mut points, mut others) = (Vec::new(), Vec::new());
     for (factor, _) in polynomial.factors() {
         match factor.degree() {
             1 => points.push(Value::rational(-factor.coefficient(0))),
@@ -113,14 +118,17 @@ fn zeros_of(numerator: &Value, name: &Name) -> Option<(Vec<Value>, usize)> {
                     points.push(middle.add(&distance).ok()?);
                 }
             }
-            _ => others += real_roots(&factor),
+            _ => others.extend(real_roots(&factor)?),
         }
     }
     Some((points, others))
 }
 
-/// How many different real roots a polynomial has, by the signs of its Sturm chain at both ends of the line.
-fn real_roots(polynomial: &Univariate) -> usize {
+/// The units in which roots are told apart: so many in 1.
+const UNITS: [u32; 2] = [6, 30];
+
+/// Between which two decimals that follow each other each real root of an irreducible polynomial lies, in ascending order.
+fn real_roots(polynomial: &Univariate) -> Option<Vec<Place>> {
     let mut chain = vec![polynomial.clone(), polynomial.derivative()];
     while let [.., before, last] = chain.as_slice()
         && !last.is_zero()
@@ -129,14 +137,41 @@ fn real_roots(polynomial: &Univariate) -> usize {
         chain.push(next);
     }
     chain.retain(|one| !one.is_zero());
-    let changes = |below: bool| {
-        let positive = |one: &Univariate| {
-            let leading = one.coefficient(one.degree()).is_positive();
-            leading != (below && one.degree() % 2 == 1)
-        };
-        chain.windows(2).filter(|pair| pair.first().map(positive) != pair.last().map(positive)).count()
+    let largest = polynomial.monic().coefficients().iter().map(Signed::abs).max()?;
+    let bound = largest.ceil().to_integer() + BigInt::one();
+    UNITS.iter().find_map(|digits| roots_within(&chain, &bound, &BigInt::from(10).pow(*digits)))
+}
+
+/// The same with so many units in 1, all between this bound and its opposite; nothing where two roots lie in one unit.
+fn roots_within(chain: &[Univariate], bound: &BigInt, units: &BigInt) -> Option<Vec<Place>> {
+    let number = |place: &BigInt| BigRational::new(place.clone(), units.clone());
+    // How often the signs of the Sturm chain change: between two places it falls by the number of roots there.
+    let changes = |place: &BigInt| {
+        let signs = chain.iter().map(|one| one.at(&number(place))).filter(|value| !value.is_zero());
+        let signs: Vec<bool> = signs.map(|value| value.is_positive()).collect();
+        signs.windows(2).filter(|pair| pair.first() != pair.last()).count()
     };
-    changes(true).saturating_sub(changes(false))
+    let most = bound * units;
+    let (low, high) = (-most.clone(), most);
+    let mut found = Vec::new();
+    let mut open = vec![(low.clone(), changes(&low), high.clone(), changes(&high))];
+    while let Some((low, before, high, after)) = open.pop() {
+        match before.saturating_sub(after) {
+            0 => {}
+            roots if &high - &low <= BigInt::one() => {
+                (roots == 1).then_some(())?;
+                found.push((number(&low), number(&high)));
+            }
+            _ => {
+                let middle: BigInt = (&low + &high) >> 1;
+                let there = changes(&middle);
+                open.push((low, before, middle.clone(), there));
+                open.push((middle, there, high, after));
+            }
+        }
+    }
+    found.sort();
+    Some(found)
 }
 
 #[cfg(test)]

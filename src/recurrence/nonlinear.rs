@@ -1,8 +1,11 @@
 //! What is still known of a sequence without closed form: its first terms, its fixed points, how it moves.
 
+use std::fmt;
+
+use num_rational::BigRational;
 use num_traits::Signed;
 
-use super::fixed::{atoms, fixed_points};
+use super::fixed::{Place, atoms, fixed_points};
 use super::terms::{Term, listed};
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
@@ -17,8 +20,8 @@ pub struct Behaviour {
     /// The values that are mapped to themselves, of a single map that does not depend on the index: those that are rational
     /// or roots of a quadratic polynomial.
     pub fixed_points: Vec<Value>,
-    /// How many others there are, where that is known.
-    pub other_fixed_points: Option<usize>,
+    /// Between which two numbers each other one lies, where that is known.
+    pub other_fixed_points: Option<Vec<(BigRational, BigRational)>>,
     /// How the sequence moves, if that is known.
     pub motion: Option<String>,
 }
@@ -30,11 +33,10 @@ pub fn behaviour(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -
     let mut result = Behaviour { terms: listed(recurrence, LISTED, known, stop), ..Behaviour::default() };
     let Some((map, name, _)) = single(recurrence) else { return result };
     let Some((points, others)) = fixed_points(map, &name) else { return result };
-    let all = others == Some(0);
     let starts = std::iter::successors(Some(recurrence.clone()), later).take(1 + LATER_STARTS);
     result.motion = starts.into_iter().find_map(|here| {
         let (_, _, start) = single(&here)?;
-        let text = motion(map, &name, start, &points, all, known)?.text(start);
+        let text = motion(map, &name, start, (&points, others.as_deref()), known)?.text(start);
         Some(if here.from == recurrence.from { text } else { format!("from {} = {} on {text}", here.index, here.from) })
     });
     (result.fixed_points, result.other_fixed_points) = (points, others);
@@ -66,7 +68,7 @@ pub(super) fn single(recurrence: &Recurrence) -> Option<(&Value, Name, &Value)> 
 pub(super) fn course(recurrence: &Recurrence, known: &Assumptions) -> Option<Motion> {
     let (map, name, start) = single(recurrence)?;
     let (points, others) = fixed_points(map, &name)?;
-    motion(map, &name, start, &points, others == Some(0), known)
+    motion(map, &name, start, (&points, others.as_deref()), known)
 }
 
 /// A sequence that moves one way only.
@@ -75,7 +77,44 @@ pub(super) enum Motion {
     Stays,
     /// It grows (else falls) in every step, and closes in on the bound, which it does not reach; without one it goes beyond
     /// every number.
-    Moves { grows: bool, bound: Option<Value> },
+    Moves { grows: bool, bound: Option<FixedPoint> },
+}
+
+/// A fixed point.
+#[derive(Clone)]
+pub(super) enum FixedPoint {
+    At(Value),
+    /// A root of higher degree, between these.
+    Between(Place),
+}
+
+impl FixedPoint {
+    /// The number itself, or one a little beyond it, seen from below or from above.
+    pub(super) fn beyond(&self, from_below: bool) -> Value {
+        match self {
+            FixedPoint::At(value) => value.clone(),
+            FixedPoint::Between((low, high)) => Value::rational(if from_below { high.clone() } else { low.clone() }),
+        }
+    }
+}
+
+impl fmt::Display for FixedPoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FixedPoint::At(value) => write!(f, "{value}"),
+            FixedPoint::Between(place) => write!(f, "{}", near(place)),
+        }
+    }
+}
+
+/// A number between two decimals that follow each other, as `≈` and the decimal next to 0.
+pub fn near((low, high): &Place) -> String {
+    let nearest = if low.is_negative() { high } else { low };
+    let digits = (high - low).recip().to_integer().to_string().len() - 1;
+    let scaled = (nearest.abs() * (high - low).recip()).to_integer().to_string();
+    let padded = format!("{scaled:0>width$}", width = digits + 1);
+    let (whole, rest) = padded.split_at(padded.len() - digits);
+    format!("≈{}{whole}.{rest}…", if low.is_negative() { "-" } else { "" })
 }
 
 impl Motion {
@@ -97,22 +136,43 @@ impl Motion {
 
 /// A map that does not fall between the start and the next fixed point on the side to which it goes moves what begins
 /// there one way only: what lies between the two stays between them. It has to be continuous there.
-fn motion(map: &Value, name: &Name, start: &Value, points: &[Value], all: bool, known: &Assumptions) -> Option<Motion> {
+fn motion(
+    map: &Value,
+    name: &Name,
+    start: &Value,
+    (points, others): (&[Value], Option<&[Place]>),
+    known: &Assumptions,
+) -> Option<Motion> {
     if points.iter().any(|point| known.decide(Relation::Eq, start, point) == Some(true)) {
         return Some(Motion::Stays);
     }
-    // Where it is not known on which side of a point it begins, that may be the next one.
-    let sides = [Relation::Lss, Relation::Gtr];
-    let placed = |point: &Value| sides.iter().any(|side| known.decide(*side, start, point) == Some(true));
-    if !all || jumps(map, name) || !points.iter().all(placed) {
+    let exact = points.iter().cloned().map(FixedPoint::At);
+    let all: Vec<FixedPoint> = exact.chain(others?.iter().cloned().map(FixedPoint::Between)).collect();
+    // On which side of a point it begins; where that is not known, the point may be the next one.
+    let above = |point: &FixedPoint| {
+        let beyond = |side, from_below| known.decide(side, start, &point.beyond(from_below)) == Some(true);
+        if beyond(Relation::Lss, false) { Some(true) } else { beyond(Relation::Gtr, true).then_some(false) }
+    };
+    if jumps(map, name) || !all.iter().all(|point| above(point).is_some()) {
         return None;
     }
     let grows = known.decide(Relation::Gtr, &map.with(name, start).ok()?, start)?;
-    let low = points.iter().rev().find(|point| known.decide(Relation::Lss, point, start) == Some(true));
-    let high = points.iter().find(|point| known.decide(Relation::Gtr, point, start) == Some(true));
-    let bound = if grows { high } else { low };
-    let (least, most) = if grows { (Some(start), bound) } else { (bound, Some(start)) };
-    Stretch::new(known, name, least, most).rises(map)?.then(|| Motion::Moves { grows, bound: bound.cloned() })
+    let mut next: Option<&FixedPoint> = None;
+    for point in all.iter().filter(|point| above(point) == Some(grows)) {
+        let nearer = if grows { Relation::Lss } else { Relation::Gtr };
+        let before = |other: &FixedPoint| known.decide(nearer, &point.beyond(grows), &other.beyond(!grows));
+        match next.map(before) {
+            None | Some(Some(true)) => next = Some(point),
+            Some(_) => {
+                // Of two of which it is not known which is nearer nothing is said.
+                let other = next?;
+                known.decide(nearer, &other.beyond(grows), &point.beyond(!grows)).filter(|nearer| *nearer)?;
+            }
+        }
+    }
+    let bound = next.map(|point| point.beyond(grows));
+    let (least, most) = if grows { (Some(start), bound.as_ref()) } else { (bound.as_ref(), Some(start)) };
+    Stretch::new(known, name, least, most).rises(map)?.then(|| Motion::Moves { grows, bound: next.cloned() })
 }
 
 /// Whether a map may jump or have no value somewhere: a condition or a whole part stands in it, however deep, that depends
@@ -166,7 +226,8 @@ impl<'a> Stretch<'a> {
                 let (factor, rest) = value.with_atom(root, &Value::variable(&mark)).ok()?.linear_in(&mark)?;
                 let first = self.least.unwrap_or(&self.place);
                 let defined = self.known.decide(Relation::Gte, &inner.with(self.name, first).ok()?, &Value::zero());
-                let grows = factor.as_rational()?.is_positive() && defined? && self.rises(inner)?;
+                let grows =
+                    self.known.decide(Relation::Gtr, &factor, &Value::zero())? && defined? && self.rises(inner)?;
                 Some(grows && (!rest.mentions(self.name) || self.steeper(&rest, false)?))
             }
             _ => None,

@@ -7,7 +7,7 @@ use crate::closed_form::{Comparison, Form, Recurrence, Solved, needed};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    Behaviour, InCase, Part, Reach, Term, Unknown, at_rest, behaviour, parts, reach, read_by, solve_in_cases,
+    Behaviour, InCase, Part, Reach, Term, Unknown, at_rest, behaviour, near, parts, reach, read_by, solve_in_cases,
     solve_until, special_cases,
 };
 use crate::report::Expected;
@@ -228,17 +228,20 @@ fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&N
 /// What is mapped to itself.
 fn fixed_points(behaviour: &Behaviour) -> Option<String> {
     let points: Vec<String> = behaviour.fixed_points.iter().map(Value::to_string).collect();
-    let (word, points) = (if points.len() == 1 { "fixed point" } else { "fixed points" }, points.join(" and "));
-    let degree = "of higher degree";
-    Some(match (behaviour.other_fixed_points, points.is_empty()) {
-        (Some(0), true) => "it has no fixed point".to_string(),
-        (Some(0), false) => format!("{word} {points}"),
-        (Some(1), true) => format!("one fixed point, a root {degree}"),
-        (Some(others), true) => format!("{others} fixed points, roots {degree}"),
-        (Some(1), false) => format!("{word} {points}, and another, a root {degree}"),
-        (Some(others), false) => format!("{word} {points}, and {others} others, roots {degree}"),
-        (None, true) => return None,
-        (None, false) => format!("{word} {points}, and perhaps others, roots {degree}"),
+    let others = behaviour.other_fixed_points.as_deref();
+    let places: Vec<String> = others.unwrap_or_default().iter().map(near).collect();
+    let word = if points.len() + places.len() == 1 { "fixed point" } else { "fixed points" };
+    let roots = |word: &str| {
+        let which = if places.len() == 1 { "a root" } else { "roots" };
+        format!("{word}{}, {which} of higher degree", places.join(" and "))
+    };
+    Some(match (others, points.is_empty(), places.is_empty()) {
+        (Some(_), true, true) => "it has no fixed point".to_string(),
+        (Some(_), false, true) => format!("{word} {}", points.join(" and ")),
+        (Some(_), true, false) => roots(&format!("{word} ")),
+        (Some(_), false, false) => roots(&format!("{word} {}, and ", points.join(" and "))),
+        (None, true, _) => return None,
+        (None, false, _) => format!("{word} {}, and perhaps others, roots of higher degree", points.join(" and ")),
     })
 }
 
