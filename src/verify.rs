@@ -85,6 +85,8 @@ pub struct Outcome {
     pub diagnostics: Vec<Failure>,
     /// The phase that the run never leaves, where two values would have to be equal for that.
     pub endless: Option<Endless>,
+    /// Whether the run was followed no further than a while, and what comes then is not known.
+    pub cut: bool,
     /// What was found in either case, where this was made of two.
     pub apart: Option<Box<Apart>>,
 }
@@ -112,6 +114,7 @@ impl Outcome {
             period: None,
             diagnostics: Vec::new(),
             endless: None,
+            cut: false,
             apart: None,
         }
     }
@@ -149,7 +152,7 @@ pub fn verify(
             let run = plain.as_ref().unwrap_or(&period);
             let whole = look(run);
             let whole = match influence::reduced(run, property.1) {
-                Some(reduced) if !whole.is_told() => better(whole, look(&reduced)),
+                Some(reduced) if !whole.is_told() || whole.cut => better(whole, look(&reduced)),
                 _ => whole,
             };
             let open = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Open { .. });

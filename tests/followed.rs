@@ -222,3 +222,31 @@ fn many_noisy_legs_are_followed() {
     ));
     assert!(text.contains("by the kernel: all 350 ways"), "{}", text.lines().last().unwrap_or_default());
 }
+
+/// Two robots of other steps that hand over: how far one clamped step after another leads is decided.
+#[test]
+fn clamped_steps_within_one_step_of_another_are_followed() {
+    let text = run("observer At1(r), At2(r)\n\
+        proc World1_r = (Delay_2 # Odo1_r # At1_r) ; In_v1<u> ; World1_{r+u}\nproc Odo1_r = Out_{p1,r} ; Odo1_r\n\
+        proc Move1_g = In_p1<r> ; Neq_{r,g} ; Out_{v1,clamp(g-r,-1,1)} ; Move1_g\n\
+        proc World2_r = (Delay_{1/2} # Odo2_r # At2_r) ; (In_v2<u> # Odo2_r # At2_r) ; World2_{r+u}\n\
+        proc Odo2_r = Out_{p2,r} ; Odo2_r\nproc Move2_g = In_p2<r> ; Neq_{r,g} ; Out_{v2,clamp(g-r,-1,1)} ; Move2_g\n\
+        proc Prog1 = Move1_4 ; Out_{give,2} ; Move1_0 ; Prog1\nproc Prog2 = In_give<x> ; Move2_0 ; Move2_x ; Prog2\n\
+        system Sys = World1_1 | Prog1 | World2_7 | Prog2\nperiod Sys\n");
+    assert!(text.contains("by the kernel: all 84 ways") && text.contains("lasting: 16 in all"), "{text}");
+    // The run is known, and never comes to where some run might wait.
+    assert!(!text.contains("warning"), "{text}");
+}
+
+/// Beside a value that never comes again, one that comes round in turn.
+#[test]
+fn a_counter_beside_what_never_repeats_is_followed() {
+    for (beside, counter) in [("y/2+1", "mod(m+1,3)"), ("y+m", "mod(m+1,3)"), ("y+1", "if m < 2 then m+1 else 0")] {
+        let text = run(&format!(
+            "observer M(m), B(y)\nproc P_{{m,y}} = (Delay_1 # M_m # B_y) ; P_{{{counter},{beside}}}\nsystem S = P_{{0,0}}\n\
+             property K = Delay_{{?t1}} ; (Delay_{{?t2}} # M_2)\nprove S satisfies K\n"
+        ));
+        assert!(text.contains("proved: ") && !text.contains("on trust"), "{counter} beside {beside}: {text}");
+        assert!(text.contains("with ?t1 = 2, ?t2 = 1"), "{text}");
+    }
+}

@@ -14,6 +14,9 @@ fn solved(map: &str, first: &str) -> String {
 /// `4/9`, `sqrt(2)`, `3`.
 fn number(text: &str) -> f64 {
     let whole = |text: &str| text.parse::<f64>().expect("a number");
+    if let Some(digits) = text.strip_prefix('≈') {
+        return whole(digits.trim_end_matches('…'));
+    }
     match (text.strip_prefix("sqrt("), text.split_once('/')) {
         (Some(inner), _) => whole(inner.trim_end_matches(')')).sqrt(),
         (_, Some((above, below))) => whole(above) / whole(below),
@@ -32,9 +35,11 @@ fn fixed_points_are_told_of_maps_with_roots_and_in_pieces() {
         ("r(n)+(4-r(n))*abs(4-r(n))/10", "0", "fixed point 4"),
         ("max(sqrt(r(n)),r(n)/2)", "10", "fixed points 0 and 1"),
         ("sqrt(r(n)^2+1)", "0", "it has no fixed point"),
-        // Of higher degree they are counted, and none is where no real number is.
-        ("r(n)^3/4+r(n)/4+1/8", "0", "3 fixed points, roots of higher degree"),
-        ("r(n)+(r(n)-1)*(r(n)^3-2)/100", "1/2", "fixed point 1, and another, a root of higher degree"),
+        // Of higher degree they are told by their digits, and none is where no real number is.
+        ("r(n)^3/4+r(n)/4+1/8", "0", "fixed points ≈-1.810037… and ≈0.168254… and ≈1.641783…, roots of higher degree"),
+        ("r(n)+(r(n)-1)*(r(n)^3-2)/100", "1/2", "fixed points 1, and ≈1.259921…, a root of higher degree"),
+        // Of a condition the branch that does not count need not have a value.
+        ("if r(n) > 2 then sqrt(r(n)-2)+1 else r(n)/2+1/4", "0", "fixed point 1/2"),
         ("r(n)+(r(n)-1)*(r(n)^4+2)/100", "2", "fixed point 1"),
     ] {
         let text = solved(map, first);
@@ -46,7 +51,7 @@ fn fixed_points_are_told_of_maps_with_roots_and_in_pieces() {
 #[test]
 fn how_a_sequence_moves_is_seen_in_its_terms() {
     type Map = fn(f64) -> f64;
-    let maps: [(&str, Map); 9] = [
+    let maps: [(&str, Map); 12] = [
         ("sqrt(r(n)+2)", |r| (r + 2.0).sqrt()),
         ("sqrt(2*r(n)+3)", |r| (2.0 * r + 3.0).sqrt()),
         ("r(n)/2+sqrt(r(n))/3", |r| r / 2.0 + r.sqrt() / 3.0),
@@ -55,6 +60,9 @@ fn how_a_sequence_moves_is_seen_in_its_terms() {
         ("(r(n)+2/r(n))/2", |r| f64::midpoint(r, 2.0 / r)),
         ("r(n)+(4-r(n))*abs(4-r(n))/10", |r| r + (4.0 - r) * (4.0 - r).abs() / 10.0),
         ("r(n)-r(n)^3/10", |r| r - r * r * r / 10.0),
+        ("r(n)^3/40+r(n)/4+1/5", |r| r * r * r / 40.0 + r / 4.0 + 0.2),
+        ("(4*r(n)^2+3/2)/(r(n)^2+8/5)", |r| (4.0 * r * r + 1.5) / (r * r + 1.6)),
+        ("sqrt(4*r(n)+2)+r(n)/9", |r| (4.0 * r + 2.0).sqrt() + r / 9.0),
         ("max(r(n)^2/8+3/2,r(n)-1/10)", |r| (r * r / 8.0 + 1.5).max(r - 0.1)),
     ];
     let mut moved = 0;
@@ -72,7 +80,7 @@ fn how_a_sequence_moves_is_seen_in_its_terms() {
             // Near the end machine numbers stand still.
             let apart = |pair: &[f64]| if grows { pair[1] - pair[0] } else { pair[0] - pair[1] };
             assert!(
-                early.windows(2).all(|pair| apart(pair) >= 0.0) && apart(&early[..2]) > 0.0,
+                early.windows(2).all(|pair| apart(pair) >= 0.0 || !pair[1].is_finite()) && apart(&early[..2]) > 0.0,
                 "{map} {start}: {line}"
             );
             let end = terms[400];
@@ -80,7 +88,8 @@ fn how_a_sequence_moves_is_seen_in_its_terms() {
                 None => assert!(end.abs() > 20.0 || !end.is_finite(), "{map} from {start}: {end}"),
                 Some(point) => {
                     let point = number(point);
-                    assert!((image(point) - point).abs() < 1e-9, "{map}: {point} is no fixed point");
+                    let close = if line.contains('≈') { 1e-5 } else { 1e-9 };
+                    assert!((image(point) - point).abs() < close, "{map}: {point} is no fixed point");
                     // Some come slowly: their steps become squares or cubes of what is left.
                     let (left, first) = ((end - point).abs(), (f64::from(start) - point).abs());
                     assert!(left < 0.15 && left < first, "{map} from {start}: {end}, not {point}");
@@ -89,7 +98,7 @@ fn how_a_sequence_moves_is_seen_in_its_terms() {
             moved += 1;
         }
     }
-    assert!(moved >= 25, "only {moved} move one way");
+    assert!(moved >= 33, "only {moved} move one way");
 }
 
 #[test]

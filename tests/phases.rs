@@ -250,3 +250,32 @@ fn places_that_start_alike_come_apart() {
             (0..count).map(|number| step(number).and_then(|step| plain[number].add(&step)).expect("a place")).collect();
     }
 }
+
+/// The command says of each order of two delays what the script says.
+#[test]
+fn each_order_of_two_delays_is_told_by_the_command() {
+    let text = "observer S(x)\nparam t > 0, w > 0\nproc Left_k = Out_{a,k} ; (Delay_w # S_k) ; Left_{k+1}\n\
+        proc Right = In_a<x> ; Delay_t ; Right\nsystem Sys = Left_0 | Right\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("orders.pars");
+    std::fs::write(&path, text).expect("a file");
+    let path = path.to_str().expect("a path");
+    let told = |more: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_pars"))
+            .args(["period", path, "--color", "never"])
+            .args(more)
+            .output()
+            .expect("pars runs");
+        let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        (text, output.status.code().unwrap_or(-1))
+    };
+    let (each, code) = told(&[]);
+    assert_eq!(code, 0, "{each}");
+    for line in ["if w < t:", "if w = t:", "if w > t:", "  phase 1: Left, Right", "    -> phase 1, lasting t"] {
+        assert!(each.lines().any(|one| one == line), "{line}: {each}");
+    }
+    let (why, code) = told(&["--format", "svg"]);
+    assert!(code == 4 && why.contains("one for each order"), "{why}");
+    let (graphs, _) = told(&["--format", "dot"]);
+    assert_eq!(graphs.matches("digraph").count(), 3, "{graphs}");
+}

@@ -164,6 +164,7 @@ pub fn judge(wanted: &Wanted, trajectory: Trajectory) -> Outcome {
         trajectory.orbit.as_ref().map_or(round.clone(), |orbit| orbit.round(round))
     });
     outcome.orbit = trajectory.cycle.zip(trajectory.orbit);
+    outcome.cut = !trajectory.open.is_empty();
     outcome.opening = trajectory.opening;
     outcome.legs = trajectory.legs;
     outcome
