@@ -21,8 +21,11 @@ const MOST_BREAKS: usize = 200;
 /// How many functions are remembered.
 const MOST_KNOWN: usize = 5_000;
 
+/// What values are of a variable, where they are of this kind.
+type Known = HashMap<(Value, Name), Option<Rc<Pieces>>>;
+
 thread_local! {
-    static KNOWN: RefCell<HashMap<(Value, Name), Option<Rc<Pieces>>>> = RefCell::new(HashMap::new());
+    static KNOWN: RefCell<Known> = RefCell::new(HashMap::new());
 }
 
 /// A function of one number that is a line between these points, and anything at them.

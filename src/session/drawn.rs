@@ -98,10 +98,13 @@ pub(super) fn followed(
 /// that were given; with the network after.
 type Moment = (Term, Vec<Condition>, Vec<Name>);
 
+/// What is drawn somewhere, each value with its name and distribution, or why nothing is.
+type Due = Result<Vec<(Name, Value)>, String>;
+
 /// What ways have in common: those that leave from one place part only where a test tells them apart.
 #[derive(Default)]
 pub(super) struct Moments {
-    due: HashMap<(Term, Vec<Condition>), Result<Vec<(Name, Value)>, String>>,
+    due: HashMap<(Term, Vec<Condition>), Due>,
     after: HashMap<Moment, Term>,
 }
 
