@@ -21,6 +21,8 @@ use followers::followers;
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
+/// The program's own stack.
+const STACK: usize = 1 << 30;
 /// Runs of each measurement; the best counts.
 const RUNS: usize = 3;
 /// How long one measurement takes at least, and how many runs may go into it.
@@ -173,7 +175,8 @@ fn all() {
     let sizes = [10, 100, 1_000, 10_000];
     whole("the whole question, operations in one instant", &sizes, |size| line(size, false));
     whole("the whole question, operations in time", &sizes, |size| line(size, true));
-    whole("the whole question, a ring", &sizes[..3], |size| ring(size / 2));
+    whole("the whole question, a ring", &sizes, |size| ring(size / 2));
+    whole("the whole question, robots with worlds and controllers", &[4, 10, 100, 1_000], followers);
     scaled("port operations in one instant, two components", &sizes, |size| line(size, false));
     scaled("port operations one after another in time, two components", &sizes, |size| line(size, true));
     scaled("port operations in a ring of components", &sizes, |size| ring(size / 2));
@@ -183,7 +186,10 @@ fn all() {
 }
 
 fn main() {
-    let work = std::thread::Builder::new().stack_size(1 << 30).spawn(all);
+    let work = std::thread::Builder::new().stack_size(STACK).spawn(|| {
+        pars::term::room::tell(STACK);
+        all();
+    });
     if work.map(|thread| thread.join().is_err()).unwrap_or(true) {
         std::process::exit(1);
     }

@@ -37,13 +37,9 @@ pub(super) fn handed_on(runner: &Runner<'_, '_>, state: &Term, ports: &BTreeSet<
         let Some([wrote, read]) = hands.met(writer, reader)? else { break };
         let drawn = is_due(&wrote) || is_due(&read);
         moved = true;
-        for (place, part) in [(writer, wrote), (reader, read)] {
-            if !hands.put(place, part, &mut open) {
-                return Ok(Term::par(hands.parts));
-            }
-        }
+        let known = [hands.put(writer, wrote, &mut open), hands.put(reader, read, &mut open)] == [true, true];
         left -= 1;
-        if drawn || left == 0 {
+        if drawn || !known || left == 0 {
             break;
         }
     }

@@ -18,6 +18,9 @@ use crate::value::{Atom, Relation, Value};
 /// The most points where something changes.
 const MOST_BREAKS: usize = 200;
 
+/// How often one factor may stand in a product.
+const MOST_FACTORS: u32 = 8;
+
 /// How many functions are remembered.
 const MOST_KNOWN: usize = 5_000;
 
@@ -98,7 +101,7 @@ impl Pieces {
         for (monomial, coefficient) in numerator.terms() {
             let mut term = Pieces::line(Line::constant(coefficient / &below));
             for (atom, exponent) in monomial.factors() {
-                let factor = Pieces::of_atom(atom, name)?;
+                let factor = Pieces::of_atom(atom, name).filter(|_| *exponent <= MOST_FACTORS)?;
                 for _ in 0..*exponent {
                     term = term.with(&factor, Line::times, |one, other| one * other)?;
                 }

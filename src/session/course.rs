@@ -15,7 +15,7 @@ use crate::term::Term;
 use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
 use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
-use crate::verify::{Unit, may_be_zero};
+use crate::verify::{Merge, Unit, may_be_zero};
 
 /// The longest system, in operators, that is run for its round.
 const MOST_TERM: usize = 1_000;
@@ -65,7 +65,13 @@ fn within_cases(
         open.take(MOST_CASES)
             .find_map(|value| in_either_case(period, system, environment, (&value, splits), interrupted))
     };
-    found.or_else(|why| either().map(Some).ok_or(why))
+    let on_each_side = || {
+        let open = of_unknown_sign(&environment.assumptions);
+        open.into_iter()
+            .take(MOST_CASES)
+            .find_map(|value| on_either_side(period, system, environment, (&value, splits), interrupted))
+    };
+    found.or_else(|why| either().or_else(on_each_side).map(Some).ok_or(why))
 }
 
 /// Where a value is 0 and where it is not, if it all takes the same time in either case.
@@ -78,7 +84,7 @@ fn in_either_case(
 ) -> Option<Known> {
     let case = |relation: Relation| {
         let mut environment = environment.clone();
-        environment.assumptions.assume(relation, value, &Value::zero());
+        environment.assumptions.assume(relation, value, &value.sub(value).ok()?);
         let found = within_cases(period, system, &environment, splits - 1, interrupted).ok().flatten()?;
         Some((found, environment.assumptions))
     };
@@ -106,6 +112,38 @@ fn in_either_case(
     Some(Known { course, moving: more.moving || equal.moving })
 }
 
+/// Where a value that is not 0 is more and where it is less, with the times of both written as one.
+fn on_either_side(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    (value, splits): (&Value, usize),
+    interrupted: &dyn Fn() -> bool,
+) -> Option<Known> {
+    let case = |relation: Relation| {
+        let mut environment = environment.clone();
+        environment.assumptions.assume(relation, value, &Value::zero());
+        let found = within_cases(period, system, &environment, splits - 1, interrupted).ok().flatten()?;
+        Some((found, environment.assumptions))
+    };
+    let ((more, above), (less, below)) = (case(Relation::Gtr)?, case(Relation::Lss)?);
+    let merge = Merge { difference: value.clone(), above, below };
+    let (Course::Repeats { lasting, from, beside }, Course::Repeats { lasting: other, from: since, beside: also }) =
+        (&more.course, &less.course)
+    else {
+        return None;
+    };
+    let (lasting, from) = (merge.values(lasting, other)?, merge.values(from, since)?);
+    let beside = beside.union(also).cloned().collect();
+    Some(Known { course: Course::Repeats { lasting, from, beside }, moving: more.moving || less.moving })
+}
+
+/// What is assumed not to be 0, and may be more and may be less.
+fn of_unknown_sign(known: &Assumptions) -> Vec<Value> {
+    let apart = known.iter().filter(|(relation, _)| *relation == Relation::Neq).map(|(_, value)| value);
+    apart.filter(|value| known.decide(Relation::Gtr, value, &Value::zero()).is_none()).collect()
+}
+
 fn from_of(course: &Course) -> Option<&Value> {
     if let Course::Repeats { from, .. } = course { Some(from) } else { None }
 }
@@ -123,7 +161,7 @@ fn may_be_equal(period: &Period, environment: &Environment) -> Vec<Value> {
     for Test { relation, left, right } in tests {
         let Ok(difference) = left.sub(&right) else { continue };
         let asks = matches!(relation, Relation::Eq | Relation::Neq) && difference.variables().iter().all(declared);
-        let open = || environment.assumptions.decide(Relation::Eq, &difference, &Value::zero()).is_none();
+        let open = || environment.assumptions.decide(Relation::Eq, &left, &right).is_none();
         if asks && !found.contains(&difference) && open() {
             found.push(difference);
         }
