@@ -397,7 +397,9 @@ impl Assumptions {
             if relation != Relation::Eq {
                 continue;
             }
+            // A quotient is 0 where what stands above is.
             let value = self.with_solved(&value);
+            let value = value.numerator().unwrap_or(value);
             let solution = value.variables().into_iter().find_map(|name| {
                 let (factor, rest) = value.linear_in(&name)?;
                 let factor = factor.as_rational().filter(|factor| !factor.is_zero())?;

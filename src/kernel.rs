@@ -129,9 +129,11 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
     let context = Context::new(&theory.assumptions, &theory.definitions, &statement.hypotheses);
     let fixed = spoken_of(&context);
     // What is assumed of a name holds wherever it is read, so no definition may give it another value.
-    let bound =
-        |name: &&Name| theory.definitions.iter().any(|definition| bound_names(&definition.body).contains(*name));
-    if let Some(name) = fixed.iter().find(bound) {
+    let bound: BTreeSet<Name> = match fixed.is_empty() {
+        true => BTreeSet::new(),
+        false => theory.definitions.iter().flat_map(|definition| bound_names(&definition.body)).collect(),
+    };
+    if let Some(name) = fixed.iter().find(|name| bound.contains(*name)) {
         return Err(Rejected { step: 0, reason: Reason::Name(name.clone()) });
     }
     let (laws, lemmas, trusted) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());

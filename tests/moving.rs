@@ -101,6 +101,18 @@ fn how_a_sequence_moves_is_seen_in_its_terms() {
     assert!(moved >= 33, "only {moved} move one way");
 }
 
+/// Where there is no term any more that is said, in place of dots.
+#[test]
+fn the_last_term_is_said_to_be_the_last() {
+    for (map, first, end) in [
+        ("r(n)-1+max(0,sqrt(r(n))-2*r(n))", "3", "r from 0 on: 3, 2, 1, 0, -1; there is no r(5): "),
+        ("1/(r(n)-2)+1", "5/2", "r from 0 on: 5/2, 3, 2; there is no r(3): division by zero"),
+    ] {
+        let text = solved(map, first);
+        assert!(text.contains(end), "{map}: {text}");
+    }
+}
+
 #[test]
 fn long_roots_are_told_by_their_digits() {
     let text = solved("sqrt(r(n)+2)", "1");

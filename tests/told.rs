@@ -389,7 +389,7 @@ fn what_would_have_to_be_known_is_said_of_what_is_open() {
     // What was shown once is not said never to have been shown.
     let once = "proc A = (Delay_1 # At_21) ; B\nproc B = (Delay_1 # At_3) ; B\nsystem S = A\n\
         property G = Delay_{?a} ; (Delay_{?b} # At_21) ; Delay_{?c} ; G\nprove S satisfies G\n";
-    let why = "no durations were found: At_21 is not shown again: phase 2 never ends, its values repeat for ever";
+    let why = "it does not: At_21 is not shown again: phase 2 never ends, its values repeat for ever";
     says(once, &[why]);
 }
 

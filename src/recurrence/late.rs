@@ -260,16 +260,27 @@ fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option
     let [Form::Product(ratio, form)] = solved.forms() else { return None };
     let own = recurrence.term(&sequence.name, 0);
     let (factor, constant) = difference.with(&own, form).ok()?.linear_in(&product())?;
-    let (factor, constant) = (factor.as_rational()?, constant.as_rational()?);
+    let factor = factor.as_rational()?;
+    let [top, bottom] = quotient(&constant, index)?;
+    let whole = bottom.degree() == 0 && !bottom.is_zero();
+    let beside = whole.then(|| top.scale(&bottom.coefficient(0).recip()))?;
+    let slope = beside.derivative();
     let [above, below] = quotient(ratio, index)?;
     let beyond = above.minus(&below);
-    let all = [&above, &below, &beyond];
+    let all = [&above, &below, &beyond, &slope];
     let bound = all.iter().filter_map(|one| largest(one)).max()?.to_u64().filter(|bound| *bound < MOST)?;
     let from = bound.max(recurrence.from.unsigned_abs());
     let at =
         |from: u64| -> Option<BigRational> { solved.at(&sequence.name, i64::try_from(from).ok()?).ok()?.as_rational() };
-    let value = |from: u64| difference.with(&own, &Value::rational(at(from)?)).ok()?.as_rational();
+    let value = |from: u64| {
+        let here = difference.with(&own, &Value::rational(at(from)?)).ok()?;
+        here.with(index, &Value::integer(i64::try_from(from).ok()?)).ok()?.as_rational()
+    };
+    let constant = beside.at(&BigRational::from_integer(from.into()));
     let part = value(from)? - &constant;
+    if !slope.is_zero() && (part.is_zero() || factor.is_zero()) {
+        return None;
+    }
     if part.is_zero() || factor.is_zero() {
         return (!compares(relation, &constant)).then(|| Tail::Never(from, "from there on it is 0".to_string()));
     }
@@ -281,6 +292,10 @@ fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option
     // With rising = true the difference grows from here on; all is told of a difference that grows.
     let swells = (&top / &bottom) > BigRational::one();
     let rising = swells == part.is_positive();
+    // What stands beside the product has to move the same way.
+    if !slope.is_zero() && slope.coefficient(slope.degree()).is_positive() != rising {
+        return None;
+    }
     let turn = |number: BigRational| if rising { number } else { -number };
     let (relation, part, constant) = (if rising { relation } else { relation.mirrored() }, turn(part), turn(constant));
     let reason = |what: &str| {
@@ -289,7 +304,9 @@ fn of_product(solved: &Solved, relation: Relation, difference: &Value) -> Option
     };
     match relation {
         // The part that is a product keeps its sign, so that the whole stays beyond the constant.
-        Relation::Eq | Relation::Gtr | Relation::Gte if part.is_negative() && !constant.is_positive() => {
+        Relation::Eq | Relation::Gtr | Relation::Gte
+            if part.is_negative() && !constant.is_positive() && slope.is_zero() =>
+        {
             Some(Tail::Never(from, reason("it does not come there")))
         }
         Relation::Eq | Relation::Lss | Relation::Lte => {

@@ -6,7 +6,7 @@ use num_rational::BigRational;
 use num_traits::Signed;
 
 use super::fixed::{Place, atoms, fixed_points};
-use super::terms::{Term, listed};
+use super::terms::{Term, ended, listed};
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
 use crate::name::Name;
@@ -17,6 +17,8 @@ use crate::value::{Atom, Relation, Value};
 pub struct Behaviour {
     /// The first terms of each sequence, as far as they were computed.
     pub terms: Vec<Vec<Term>>,
+    /// The index at which there is no term any more, and why, where that is so among the first.
+    pub ended: Option<(i64, String)>,
     /// The values that are mapped to themselves, of a single map that does not depend on the index: those that are rational
     /// or roots of a quadratic polynomial.
     pub fixed_points: Vec<Value>,
@@ -30,7 +32,10 @@ pub struct Behaviour {
 const LISTED: usize = 20;
 /// What is known without a closed form.
 pub fn behaviour(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Behaviour {
-    let mut result = Behaviour { terms: listed(recurrence, LISTED, known, stop), ..Behaviour::default() };
+    let terms = listed(recurrence, LISTED, known, stop);
+    let short = terms.iter().all(|terms| terms.len() < LISTED);
+    let ended = if short { ended(recurrence, &terms) } else { None };
+    let mut result = Behaviour { terms, ended, ..Behaviour::default() };
     let Some((map, name, _)) = single(recurrence) else { return result };
     let Some((points, others)) = fixed_points(map, &name) else { return result };
     let starts = std::iter::successors(Some(recurrence.clone()), later).take(1 + LATER_STARTS);

@@ -72,6 +72,22 @@ fn listed_to(
     all
 }
 
+/// Why there is no term after these, if that is so: their next index, and what is not defined.
+pub(super) fn ended(recurrence: &Recurrence, all: &[Vec<Term>]) -> Option<(i64, String)> {
+    let longest = recurrence.sequences.iter().map(|sequence| sequence.start.len()).max()?;
+    let step = all.iter().map(Vec::len).min()?.checked_sub(longest)?;
+    let mut images = BTreeMap::new();
+    for (name, place, offset) in recurrence.terms() {
+        let Term::Exact(value) = all.get(place)?.get(step + offset)? else { return None };
+        images.insert(name, value.clone());
+    }
+    let step = i64::try_from(step).ok()?;
+    images.insert(recurrence.index.clone(), Value::integer(recurrence.from.checked_add(step)?));
+    let numbers = images.values().all(|value| value.as_rational().is_some());
+    let error = recurrence.sequences.iter().find_map(|sequence| sequence.next.substitute(&images).err())?;
+    numbers.then_some((recurrence.from + step + i64::try_from(longest).ok()?, error.0))
+}
+
 /// Whether the terms after it may be computed exactly, too.
 fn short(term: &Term) -> bool {
     let Term::Exact(value) = term else { return false };

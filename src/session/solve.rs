@@ -220,7 +220,11 @@ fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&N
     let all = recurrence.sequences.iter().zip(&behaviour.terms);
     for (sequence, terms) in all.filter(|(sequence, _)| open(&sequence.name)) {
         let terms: Vec<String> = terms.iter().map(Term::text).collect();
-        lines.push(format!("{} from {} on: {}, …", sequence.name, recurrence.from, terms.join(", ")));
+        let more = match &behaviour.ended {
+            Some((at, why)) => format!("; there is no {}({at}): {why}", sequence.name),
+            None => ", …".to_string(),
+        };
+        lines.push(format!("{} from {} on: {}{more}", sequence.name, recurrence.from, terms.join(", ")));
     }
     lines
 }

@@ -173,6 +173,35 @@ fn unit(monomial: &Monomial<Atom>) -> Outcome {
     Value::whole(Polynomial::term(monomial.clone(), BigRational::one()))
 }
 
+/// The root of the powers of positive numbers, as `(4/9)^n`, that divide every term of a sum, and the rest.
+pub(super) fn with_powers(polynomial: &Real) -> Option<(Value, Real)> {
+    if polynomial.terms().len() < 2 {
+        return None;
+    }
+    let (mut root, mut taken) = (Value::one(), Vec::new());
+    for (atom, count) in polynomial.monomial_content().factors() {
+        let Atom::Power(base, exponent) = atom else { continue };
+        let Some(base) = base.as_rational().filter(Signed::is_positive) else { continue };
+        let half = Polynomial::term(Monomial::of(vec![(atom.clone(), count / 2)])?, BigRational::one());
+        root = root.mul(&Value::whole(half).ok()?).ok()?;
+        let single = Value::rational(base).sqrt().ok().and_then(|root| root.as_rational()).filter(|_| count % 2 == 1);
+        if let Some(base) = &single {
+            root = root.mul(&Value::rational(base.clone()).power(exponent).ok()?).ok()?;
+        }
+        taken.push((atom.clone(), if single.is_some() { *count } else { count - count % 2 }));
+    }
+    let square = Monomial::of(taken).filter(|square| !square.factors().is_empty())?;
+    Some((root, polynomial.without(&square)))
+}
+
+/// Whether this is a product of powers of positive numbers, and so more than 0.
+pub(super) fn is_of_powers(polynomial: &Real) -> bool {
+    let positive =
+        |atom: &Atom| matches!(atom, Atom::Power(base, _) if base.as_rational().is_some_and(|base| base.is_positive()));
+    let [(monomial, number)] = polynomial.terms() else { return false };
+    number.is_positive() && monomial.factors().iter().all(|(atom, _)| positive(atom))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,6 +8,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::denominator::leading_root;
+use super::power::{is_of_powers, with_powers};
 use super::{Atom, Content, Outcome, Real, Value, ValueError};
 use crate::polynomial::{Monomial, Polynomial};
 
@@ -100,7 +101,8 @@ impl Value {
         }
         let both = [numerator, denominator].map(|part| Value::whole(part.clone()));
         let [top, bottom] = [both[0].clone()?, both[1].clone()?];
-        if top.plainly_nonnegative() && bottom.plainly_nonnegative() {
+        let signed = top.plainly_nonnegative() || is_of_powers(denominator);
+        if signed && bottom.plainly_nonnegative() {
             return top.sqrt()?.div(&bottom.sqrt()?);
         }
         let content = numerator.content();
@@ -238,6 +240,9 @@ fn root_of_number(number: &BigRational) -> Outcome {
 /// The root of a polynomial: its content, and squares in what divides every term where the rest is not negative,
 /// come out.
 fn root_of_polynomial(polynomial: &Real) -> Outcome {
+    if let Some((powers, rest)) = with_powers(polynomial) {
+        return powers.mul(&root_of_polynomial(&rest)?);
+    }
     let content = polynomial.content();
     let number = root_of_number(&content)?;
     let mut outer = Value::one();

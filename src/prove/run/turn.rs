@@ -1,5 +1,7 @@
 //! The part of a run that goes round for ever: every turn leads to where the next begins, with what moves on.
 
+use std::collections::BTreeSet;
+
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
@@ -114,7 +116,8 @@ impl Follower<'_> {
     ) -> Result<StepId, Lost> {
         let whole = stretch(time, all);
         let wanted = Term::seq([stretch(time, shown), next.clone()]);
-        let more = |one: &&Term| !shown.iter().any(|other| alike(one, other, &self.context));
+        let same: BTreeSet<&Term> = shown.iter().collect();
+        let more = |one: &&Term| !same.contains(one) && !shown.iter().any(|other| alike(one, other, &self.context));
         let hidden: Vec<Term> = all.iter().filter(more).cloned().collect();
         if hidden.is_empty() || !self.forgets {
             return self.same(step, &Term::seq([whole, next.clone()]), &wanted);
