@@ -111,6 +111,11 @@ fn the_last_term_is_said_to_be_the_last() {
         let text = solved(map, first);
         assert!(text.contains(end), "{map}: {text}");
     }
+    // Of two sequences it is the one that has none; what is only too large to compute is not called none.
+    let two = told("solve x(n+1) = x(n)^2+1, y(n+1) = 1/(3-n)+x(n)*y(n), x(0) = 1, y(0) = 2\n");
+    assert!(two.contains("x from 0 on: 1, 2, 5, 26; there is no y(4): division by zero"), "{two}");
+    let large = told("solve u(n+1) = 2^u(n), u(0) = 2\n");
+    assert!(large.contains("u from 0 on: 2, 4, 16, ") && !large.contains("there is no"), "{large}");
 }
 
 #[test]

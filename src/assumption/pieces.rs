@@ -63,6 +63,16 @@ impl Line {
     fn minus(&self, other: &Line) -> Line {
         Line(&self.0 - &other.0, &self.1 - &other.1)
     }
+
+    /// The product, where it is a line.
+    fn times(&self, other: &Line) -> Option<Line> {
+        let (factor, line) = match (self.0.is_zero(), other.0.is_zero()) {
+            (true, _) => (&self.1, other),
+            (_, true) => (&other.1, self),
+            _ => return None,
+        };
+        Some(Line(factor * &line.0, factor * &line.1))
+    }
 }
 
 /// A point of each stretch between these.
@@ -207,18 +217,6 @@ impl Pieces {
         let lines = sides.map(|(point, line)| Line::constant(truth(line.at(&point)))).collect();
         let at = own.at.into_iter().map(truth).collect();
         Some(Pieces { breaks: own.breaks, at, lines }.plain())
-    }
-}
-
-impl Line {
-    /// The product, where it is a line.
-    fn times(&self, other: &Line) -> Option<Line> {
-        let (factor, line) = match (self.0.is_zero(), other.0.is_zero()) {
-            (true, _) => (&self.1, other),
-            (_, true) => (&other.1, self),
-            _ => return None,
-        };
-        Some(Line(factor * &line.0, factor * &line.1))
     }
 }
 

@@ -17,8 +17,8 @@ use crate::value::{Atom, Relation, Value};
 pub struct Behaviour {
     /// The first terms of each sequence, as far as they were computed.
     pub terms: Vec<Vec<Term>>,
-    /// The index at which there is no term any more, and why, where that is so among the first.
-    pub ended: Option<(i64, String)>,
+    /// The term that there is not any more, and why, where that is so among the first.
+    pub ended: Option<(String, String)>,
     /// The values that are mapped to themselves, of a single map that does not depend on the index: those that are rational
     /// or roots of a quadratic polynomial.
     pub fixed_points: Vec<Value>,

@@ -348,11 +348,18 @@ fn by_first_terms(form: Form, index: &Name) -> Form {
         _ => return form,
     };
     let (false, Some(last)) = (early.is_empty(), last) else { return form };
-    let at = |place: usize| Value::integer(i64::try_from(place).unwrap_or(i64::MAX));
-    let rest = Piece { from: at(early.len()), until: None, form: last };
-    let first = early.iter().enumerate();
-    let first = first.map(|(place, form)| Piece { from: at(place), until: Some(at(place + 1)), form: form.clone() });
-    Form::Pieces(first.chain([rest]).collect())
+    let rest = Piece { from: place(early.len()), until: None, form: last };
+    Form::Pieces(of_one_term_each(early).chain([rest]).collect())
+}
+
+fn place(index: usize) -> Value {
+    Value::integer(i64::try_from(index).unwrap_or(i64::MAX))
+}
+
+/// The first terms as pieces.
+pub(super) fn of_one_term_each(terms: &[Value]) -> impl Iterator<Item = Piece> {
+    let terms = terms.iter().cloned().enumerate();
+    terms.map(|(index, form)| Piece { from: place(index), until: Some(place(index + 1)), form })
 }
 
 /// One sequence whose equation is the same for all indices, by any method there is.

@@ -6,9 +6,9 @@ use num_traits::{Signed, ToPrimitive, Zero};
 
 use super::Unknown;
 use super::parts::parts;
-use super::sequences::solve_until;
+use super::sequences::{of_one_term_each, solve_until};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Piece, Recurrence, Sequence, Solved};
+use crate::closed_form::{Form, Recurrence, Sequence, Solved};
 use crate::name::Name;
 use crate::value::{Atom, Value};
 
@@ -87,78 +87,50 @@ fn decided(value: &Value, index: &Name) -> Option<Value> {
 
 /// A form from a later index on with the terms before it.
 fn begun(form: &Form, first: &[Value], index: &Name) -> Option<Form> {
-    let plain = |form: Form| without_same(form, index);
-    let start = first.len();
-    let before = |early: &[Value]| first.iter().chain(early).cloned().collect::<Vec<_>>();
+    let with = |early: &[Value]| first.iter().chain(early).cloned().collect::<Vec<_>>();
     Some(match form {
-        Form::Value(early, value) => plain(Form::Value(before(early), value.clone())),
-        Form::Sum(early, sum) => plain(Form::Sum(before(early), sum.clone())),
+        Form::Value(early, value) => Form::Value(before(with(early), Some(value), index), value.clone()),
+        Form::Sum(early, sum) => Form::Sum(before(with(early), sum.value(index).as_ref(), index), sum.clone()),
         Form::Turns(turns) => {
-            let count = turns.len();
-            let each = (0..count).map(|place| {
-                // The turn in which this place is, counted from the later start, and how many rounds it is behind.
-                let turn = (place + count * start - start).mod_floor(&count);
-                let rounds = (start + turn).checked_sub(place)?.checked_div(count)?;
-                let own: Vec<Value> = first.iter().skip(place).step_by(count).cloned().collect();
-                if own.len() != rounds {
-                    return None;
-                }
-                let before = |early: &[Value]| own.iter().chain(early).cloned().collect::<Vec<_>>();
-                match turns.get(turn)? {
-                    Form::Value(early, value) => {
-                        let behind = Value::variable(index).sub(&Value::integer(i64::try_from(rounds).ok()?)).ok()?;
-                        Some(plain(Form::Value(before(early), value.with(index, &behind).ok()?)))
-                    }
-                    Form::Sum(early, sum) => {
-                        let behind = (0..rounds).try_fold(sum.clone(), |sum, _| sum.previous().ok())?;
-                        Some(plain(Form::Sum(before(early), behind)))
-                    }
-                    _ => None,
-                }
-            });
+            let each = (0..turns.len()).map(|place| turn(turns, place, first, index));
             Form::Turns(each.collect::<Option<_>>()?)
         }
-        Form::Pieces(pieces) => {
-            let at = |place: usize| i64::try_from(place).map(Value::integer).ok();
-            let one = |(place, term): (usize, &Value)| {
-                Some(Piece { from: at(place)?, until: Some(at(place + 1)?), form: term.clone() })
-            };
-            let own = first.iter().enumerate().map(one).collect::<Option<Vec<_>>>()?;
-            Form::Pieces(own.into_iter().chain(pieces.iter().cloned()).collect())
-        }
+        Form::Pieces(pieces) => Form::Pieces(of_one_term_each(first).chain(pieces.iter().cloned()).collect()),
         Form::Product(..) | Form::Nested(_) => return None,
     })
 }
 
-/// A form without first terms that are what it says of all later ones.
-fn without_same(form: Form, index: &Name) -> Form {
-    let value = form_of_later(&form, index);
-    let same = |early: &mut Vec<Value>| {
-        let says = |early: &Vec<Value>| {
-            let place = Value::integer(i64::try_from(early.len()).ok()? - 1);
-            value.as_ref()?.with(index, &place).ok().filter(|value| Some(value) == early.last())
-        };
-        while says(early).is_some() {
-            early.pop();
-        }
-    };
-    match form {
-        Form::Value(mut early, value) => {
-            same(&mut early);
-            Form::Value(early, value)
-        }
-        Form::Sum(mut early, sum) => {
-            same(&mut early);
-            Form::Sum(early, sum)
-        }
-        form => form,
+/// The form at every so manyth index from this place on, of turns that are counted from behind the first terms.
+fn turn(turns: &[Form], place: usize, first: &[Value], index: &Name) -> Option<Form> {
+    let (count, start) = (turns.len(), first.len());
+    // The turn in which this place is, counted from the later start, and how many rounds it is behind.
+    let turn = (place + count * start - start).mod_floor(&count);
+    let rounds = (start + turn).checked_sub(place)?.checked_div(count)?;
+    let own: Vec<Value> = first.iter().skip(place).step_by(count).cloned().collect();
+    if own.len() != rounds {
+        return None;
     }
+    // Each turn by itself is a sequence that begins with its own terms, and is counted so.
+    let counted = match turns.get(turn)? {
+        Form::Value(early, value) => {
+            let behind = Value::variable(index).sub(&Value::integer(i64::try_from(rounds).ok()?)).ok()?;
+            Form::Value(early.clone(), value.with(index, &behind).ok()?)
+        }
+        Form::Sum(early, sum) => {
+            Form::Sum(early.clone(), (0..rounds).try_fold(sum.clone(), |sum, _| sum.previous().ok())?)
+        }
+        _ => return None,
+    };
+    begun(&counted, &own, index)
 }
 
-fn form_of_later(form: &Form, index: &Name) -> Option<Value> {
-    match form {
-        Form::Value(_, value) => Some(value.clone()),
-        Form::Sum(_, sum) => sum.value(index),
-        _ => None,
+/// First terms without the last of them that are what is said of all later ones.
+fn before(mut early: Vec<Value>, later: Option<&Value>, index: &Name) -> Vec<Value> {
+    let said = |place: usize| later?.with(index, &Value::integer(i64::try_from(place).ok()?)).ok();
+    while let Some(last) = early.last()
+        && said(early.len() - 1).as_ref() == Some(last)
+    {
+        early.pop();
     }
+    early
 }

@@ -28,6 +28,9 @@ const MOST_BITS: u64 = 2_000;
 const MOST_SIZE: usize = 120;
 /// The longest text of an exact term.
 const WIDEST: usize = 40;
+/// What is said of a value that there is not.
+const NO_QUOTIENT: &str = "division by zero";
+const NO_ROOT: &str = "has no square root";
 /// The digits of other terms.
 const DIGITS: usize = 10;
 
@@ -72,8 +75,8 @@ fn listed_to(
     all
 }
 
-/// Why there is no term after these, if that is so: their next index, and what is not defined.
-pub(super) fn ended(recurrence: &Recurrence, all: &[Vec<Term>]) -> Option<(i64, String)> {
+/// The first term that there is not after these, `u(4)`, and why, if that is so: not where it is only too large.
+pub(super) fn ended(recurrence: &Recurrence, all: &[Vec<Term>]) -> Option<(String, String)> {
     let longest = recurrence.sequences.iter().map(|sequence| sequence.start.len()).max()?;
     let step = all.iter().map(Vec::len).min()?.checked_sub(longest)?;
     let mut images = BTreeMap::new();
@@ -81,11 +84,15 @@ pub(super) fn ended(recurrence: &Recurrence, all: &[Vec<Term>]) -> Option<(i64, 
         let Term::Exact(value) = all.get(place)?.get(step + offset)? else { return None };
         images.insert(name, value.clone());
     }
-    let step = i64::try_from(step).ok()?;
-    images.insert(recurrence.index.clone(), Value::integer(recurrence.from.checked_add(step)?));
+    let from = recurrence.from.checked_add(i64::try_from(step).ok()?)?;
+    images.insert(recurrence.index.clone(), Value::integer(from));
     let numbers = images.values().all(|value| value.as_rational().is_some());
-    let error = recurrence.sequences.iter().find_map(|sequence| sequence.next.substitute(&images).err())?;
-    numbers.then_some((recurrence.from + step + i64::try_from(longest).ok()?, error.0))
+    let (sequence, error) = recurrence.sequences.iter().find_map(|sequence| {
+        let error = sequence.next.substitute(&images).err()?.0;
+        (error == NO_QUOTIENT || error.ends_with(NO_ROOT)).then_some((sequence, error))
+    })?;
+    let at = from.checked_add(i64::try_from(sequence.start.len()).ok()?)?;
+    numbers.then(|| (format!("{}({at})", sequence.name), error))
 }
 
 /// Whether the terms after it may be computed exactly, too.

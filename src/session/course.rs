@@ -74,6 +74,21 @@ fn within_cases(
     found.or_else(|why| either().or_else(on_each_side).map(Some).ok_or(why))
 }
 
+/// Where a value stands so to 0, with what is assumed then.
+fn in_case(
+    period: &Period,
+    system: &System,
+    environment: &Environment,
+    (relation, value, splits): (Relation, &Value, usize),
+    interrupted: &dyn Fn() -> bool,
+) -> Option<(Known, Assumptions)> {
+    let mut environment = environment.clone();
+    // Of a vector, to one that is 0.
+    environment.assumptions.assume(relation, value, &value.sub(value).ok()?);
+    let found = within_cases(period, system, &environment, splits - 1, interrupted).ok().flatten()?;
+    Some((found, environment.assumptions))
+}
+
 /// Where a value is 0 and where it is not, if it all takes the same time in either case.
 fn in_either_case(
     period: &Period,
@@ -82,12 +97,7 @@ fn in_either_case(
     (value, splits): (&Value, usize),
     interrupted: &dyn Fn() -> bool,
 ) -> Option<Known> {
-    let case = |relation: Relation| {
-        let mut environment = environment.clone();
-        environment.assumptions.assume(relation, value, &value.sub(value).ok()?);
-        let found = within_cases(period, system, &environment, splits - 1, interrupted).ok().flatten()?;
-        Some((found, environment.assumptions))
-    };
+    let case = |relation| in_case(period, system, environment, (relation, value, splits), interrupted);
     let never_less = environment.assumptions.decide(Relation::Gte, value, &Value::zero()) == Some(true);
     let other = if never_less { Relation::Gtr } else { Relation::Neq };
     let ((more, apart), (equal, known)) = (case(other)?, case(Relation::Eq)?);
@@ -100,12 +110,11 @@ fn in_either_case(
         return None;
     }
     // What is so from some time on is so from any later time on.
-    let in_both = |from: &Value| {
-        let later = |known: &Assumptions, own: &Value| known.decide(Relation::Gte, from, own) == Some(true);
-        later(&apart, from_of(&more.course)?).then_some(())?;
-        later(&known, from_of(&equal.course)?).then(|| from.clone())
+    let in_both = |time: &&Value| {
+        let later = |known: &Assumptions, own: &Value| known.decide(Relation::Gte, time, own) == Some(true);
+        later(&apart, from) && later(&known, since)
     };
-    let from = in_both(from).or_else(|| in_both(since))?;
+    let from = [from, since].into_iter().find(in_both)?.clone();
     // All that is beside in one of the cases may be another each time.
     let beside = beside.union(also).cloned().collect();
     let course = Course::Repeats { lasting: lasting.clone(), from, beside };
@@ -120,12 +129,7 @@ fn on_either_side(
     (value, splits): (&Value, usize),
     interrupted: &dyn Fn() -> bool,
 ) -> Option<Known> {
-    let case = |relation: Relation| {
-        let mut environment = environment.clone();
-        environment.assumptions.assume(relation, value, &Value::zero());
-        let found = within_cases(period, system, &environment, splits - 1, interrupted).ok().flatten()?;
-        Some((found, environment.assumptions))
-    };
+    let case = |relation| in_case(period, system, environment, (relation, value, splits), interrupted);
     let ((more, above), (less, below)) = (case(Relation::Gtr)?, case(Relation::Lss)?);
     let merge = Merge { difference: value.clone(), above, below };
     let (Course::Repeats { lasting, from, beside }, Course::Repeats { lasting: other, from: since, beside: also }) =
@@ -142,10 +146,6 @@ fn on_either_side(
 fn of_unknown_sign(known: &Assumptions) -> Vec<Value> {
     let apart = known.iter().filter(|(relation, _)| *relation == Relation::Neq).map(|(_, value)| value);
     apart.filter(|value| known.decide(Relation::Gtr, value, &Value::zero()).is_none()).collect()
-}
-
-fn from_of(course: &Course) -> Option<&Value> {
-    if let Course::Repeats { from, .. } = course { Some(from) } else { None }
 }
 
 /// Differences of parameters of which a way from the start, or the first way on from there, asks whether they are 0.

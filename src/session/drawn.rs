@@ -79,8 +79,7 @@ pub(super) fn followed(
     let mut segments = edge.segments.iter();
     loop {
         let hypotheses = way.hypotheses()?;
-        let mut onward = || way.onward(&hypotheses, &mut segments);
-        match onward() {
+        match way.onward(&hypotheses, &mut segments) {
             Ok(true) => {}
             Ok(false) => {
                 let state = Some(way.state);

@@ -221,7 +221,7 @@ fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&N
     for (sequence, terms) in all.filter(|(sequence, _)| open(&sequence.name)) {
         let terms: Vec<String> = terms.iter().map(Term::text).collect();
         let more = match &behaviour.ended {
-            Some((at, why)) => format!("; there is no {}({at}): {why}", sequence.name),
+            Some((term, why)) => format!("; there is no {term}: {why}"),
             None => ", …".to_string(),
         };
         lines.push(format!("{} from {} on: {}{more}", sequence.name, recurrence.from, terms.join(", ")));
