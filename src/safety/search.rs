@@ -1,5 +1,6 @@
 //! The search for an invariant of the phases, and for what parameters must be where none holds for all of them.
 
+use std::cell::LazyCell;
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
@@ -99,7 +100,9 @@ pub(super) fn by_bounds(period: &Period, claim: &Claim, assumptions: &Assumption
                 .is_ok_and(|invariant| prove(period, claim, assumptions, invariant, outcome).is_ok())
     };
     let nothing = Claim { tests: Vec::new(), ..claim.clone() };
-    if by(&known, &plain) || [&plain, &nothing].into_iter().any(|claimed| by(&swings(period), claimed)) {
+    // The run that they are read from is followed once.
+    let swings = LazyCell::new(|| swings(period));
+    if by(&known, &plain) || [&plain, &nothing].into_iter().any(|claimed| by(&swings, claimed)) {
         needed(period, claim, assumptions, outcome);
         outcome.remaining.clear();
     }
