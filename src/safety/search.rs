@@ -1,7 +1,6 @@
 //! The search for an invariant of the phases, and for what parameters must be where none holds for all of them.
 
-use std::cell::LazyCell;
-use std::cell::OnceCell;
+use std::cell::{LazyCell, OnceCell};
 use std::collections::BTreeSet;
 
 use super::bounds::{carried_back, ranges};
