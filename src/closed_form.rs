@@ -118,9 +118,10 @@ impl Recurrence {
 
 /// The variable that stands for a term of a sequence.
 pub fn term(name: &Name, index: &Name, offset: usize) -> Name {
+    let (name, index) = (name.as_str(), index.as_str());
     match offset {
-        0 => Name::new(&format!("{name}({index})")),
-        _ => Name::new(&format!("{name}({index}+{offset})")),
+        0 => Name::new(&[name, "(", index, ")"].concat()),
+        _ => Name::new(&[name, "(", index, "+", &offset.to_string(), ")"].concat()),
     }
 }
 
@@ -186,6 +187,17 @@ impl Form {
     /// # Errors
     /// When it is not known which piece holds, or the term is too large.
     pub fn at(&self, index: &Name, from: i64, at: i64, known: &Assumptions) -> Result<Value, ValueError> {
+        self.at_knowing(index, from, at, &|| known)
+    }
+
+    /// The same, where what is known is asked for by pieces alone.
+    pub(crate) fn at_knowing<'k>(
+        &self,
+        index: &Name,
+        from: i64,
+        at: i64,
+        known: &dyn Fn() -> &'k Assumptions,
+    ) -> Result<Value, ValueError> {
         let place = usize::try_from(at.saturating_sub(from)).map_err(|_| error("there is no such term"))?;
         match self {
             Form::Value(early, _) | Form::Sum(early, _) if place < early.len() => Ok(early[place].clone()),
@@ -213,14 +225,14 @@ impl Form {
                 let count = forms.len().max(1);
                 let round = i64::try_from(place / count).map_err(|_| error("there is no such term"))?;
                 let form = forms.get(place % count).ok_or_else(|| error("there is no such term"))?;
-                form.at(index, 0, round, known)
+                form.at_knowing(index, 0, round, known)
             }
             Form::Pieces(pieces) => {
                 let at = Value::integer(at);
                 for piece in pieces {
                     let here = match &piece.until {
                         None => Some(true),
-                        Some(until) => known.decide(Relation::Lss, &at, until),
+                        Some(until) => known().decide(Relation::Lss, &at, until),
                     };
                     match here {
                         Some(true) => return piece.form.with(index, &at),

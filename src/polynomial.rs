@@ -293,6 +293,11 @@ impl<A: Clone + Ord> Polynomial<A> {
         self.0.iter().map(|(monomial, _)| monomial.exponent(atom)).max().unwrap_or(0)
     }
 
+    /// Whether no term of it has a degree above 1.
+    pub fn is_linear(&self) -> bool {
+        self.0.iter().all(|(monomial, _)| monomial.degree() <= 1)
+    }
+
     /// Whether its size stays within the limits.
     pub fn is_modest(&self) -> bool {
         self.0.len() <= MOST_TERMS && self.0.iter().all(|(_, number)| bits(number) <= MOST_BITS)

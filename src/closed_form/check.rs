@@ -160,9 +160,11 @@ impl Induction<'_> {
     }
 
     pub(super) fn same(&self, left: &Value, right: &Value) -> bool {
+        if left == right {
+            return true;
+        }
         let known = self.defined.known();
-        left == right
-            || known.decide(Relation::Eq, left, right) == Some(true)
+        known.decide(Relation::Eq, left, right) == Some(true)
             || left.sub(right).is_ok_and(|difference| {
                 // Powers of one number in several forms meet in its base: `(1+sqrt(5))^(2*n)` and `(6+2*sqrt(5))^n`.
                 known.simplify(&difference).is_zero()
@@ -181,7 +183,7 @@ impl Induction<'_> {
         for (form, wanted) in self.forms.iter().zip(recurrence.iterate(count)?) {
             for (place, value) in wanted.iter().enumerate() {
                 let at = recurrence.from.saturating_add_unsigned(place as u64);
-                let found = form.at(&recurrence.index, recurrence.from, at, self.defined.known())?;
+                let found = form.at_knowing(&recurrence.index, recurrence.from, at, &|| self.defined.known())?;
                 if !self.same(&found, value) {
                     return Err(Unchecked(format!("the form gives {found} at {at}, and it is {value}")));
                 }

@@ -104,11 +104,7 @@ impl<'a> Defined<'a> {
         for atom in value.atoms().into_iter().filter(|atom| atom.mentions(self.index)) {
             let inner = match &atom {
                 Atom::Power(base, exponent) => {
-                    let first = exponent.with(self.index, &Value::integer(from))?;
-                    let rises = exponent.linear_in(self.index).and_then(|(slope, _)| slope.as_rational());
-                    let natural = rises.is_some_and(|slope| !slope.is_negative())
-                        && self.known().decide(Relation::Gte, &first, &Value::zero()) == Some(true);
-                    if !natural && base.as_rational().is_none_or(|base| base.is_zero()) {
+                    if base.as_rational().is_none_or(|base| base.is_zero()) && !self.natural(exponent, from)? {
                         found.push(base.clone());
                     }
                     vec![base.clone()]
@@ -120,6 +116,14 @@ impl<'a> Defined<'a> {
             inner.iter().try_for_each(|part| self.inverted(part, from, found))?;
         }
         Ok(())
+    }
+
+    /// Whether an exponent is surely not negative from this index on.
+    fn natural(&self, exponent: &Value, from: i64) -> Result<bool, Unchecked> {
+        let first = exponent.with(self.index, &Value::integer(from))?;
+        let rises = exponent.linear_in(self.index).and_then(|(slope, _)| slope.as_rational());
+        Ok(rises.is_some_and(|slope| !slope.is_negative())
+            && self.known().decide(Relation::Gte, &first, &Value::zero()) == Some(true))
     }
 
     fn none_zero(&mut self, factors: Vec<Value>, from: i64, layers: Layers<'_>) -> Result<(), Unchecked> {

@@ -8,7 +8,7 @@ use num_traits::{Signed, ToPrimitive};
 use super::sequences::{Found, counted_from, later, solve_until};
 use super::{Closed, Comparison};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Layer, Nested, Piece, Recurrence, layer, product};
+use crate::closed_form::{Form, Layer, Nested, Piece, Recurrence, Sequence, layer, product};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -74,11 +74,7 @@ fn same_at_all(piece: &Piece, form: &Value, index: &Name) -> Option<bool> {
 
 /// The indices at which a condition changes, in order, with what must hold for them to lie in this order.
 fn changes(recurrence: &Recurrence, known: &Assumptions) -> Option<(Vec<Value>, Vec<Comparison>)> {
-    let mut differences = BTreeSet::new();
-    let terms: BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
-    for sequence in &recurrence.sequences {
-        collect(&sequence.next, &recurrence.index, &terms, &mut differences)?;
-    }
+    let differences = differences(recurrence).filter(|differences| !differences.is_empty())?;
     let mut known = known.clone();
     let (mut all, mut conditions): (Vec<Value>, Vec<Comparison>) = (Vec::new(), Vec::new());
     for (strict, difference) in &differences {
@@ -101,7 +97,19 @@ fn changes(recurrence: &Recurrence, known: &Assumptions) -> Option<(Vec<Value>, 
             }
         }
     }
-    (!differences.is_empty()).then_some((all, conditions))
+    Some((all, conditions))
+}
+
+/// All that is compared with 0 in the equations and depends on the index and on no term.
+fn differences(recurrence: &Recurrence) -> Option<Differences> {
+    let mut differences = Differences::new();
+    let reads_index = |sequence: &&Sequence| sequence.next.mentions(&recurrence.index);
+    let mut reading = recurrence.sequences.iter().filter(reads_index).peekable();
+    if reading.peek().is_some() {
+        let terms: BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+        reading.try_for_each(|one| collect(&one.next, &recurrence.index, &terms, &mut differences))?;
+    }
+    Some(differences)
 }
 
 /// What is above 0 just where this is: x for `ceil(x)`.

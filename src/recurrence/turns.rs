@@ -19,11 +19,11 @@ const MOST_READ: i64 = 12;
 /// After how many steps the equations are the same again; 1 if they always are.
 pub(super) fn cycle(recurrence: &Recurrence) -> i64 {
     let index = &recurrence.index;
-    let terms = recurrence.terms();
     let mut cycle = 1;
-    for sequence in &recurrence.sequences {
+    let reads_index = |sequence: &&Sequence| sequence.next.mentions(index);
+    for sequence in recurrence.sequences.iter().filter(reads_index) {
         for_each_floor(&sequence.next, index, &mut cycle);
-        for (name, ..) in &terms {
+        for (name, ..) in &recurrence.terms() {
             if let Some((factor, _)) = sequence.next.linear_in(name)
                 && has_sign(&factor, index)
             {

@@ -29,8 +29,12 @@ impl Univariate {
             found.push((Univariate::root(&BigRational::zero()), zeros));
             rest = Univariate::new(rest.coefficients()[zeros..].to_vec());
         }
-        for (part, count) in rest.square_free() {
-            found.extend(part.split().into_iter().map(|factor| (factor, count)));
+        if rest.degree() == 2 {
+            found.extend(rest.split_quadratic());
+        } else {
+            for (part, count) in rest.square_free() {
+                found.extend(part.split().into_iter().map(|factor| (factor, count)));
+            }
         }
         found.sort_by(|(one, _), (other, _)| (one.degree(), one).cmp(&(other.degree(), other)));
         found
@@ -70,7 +74,7 @@ impl Univariate {
             return vec![self.monic()];
         }
         if self.degree() == 2 {
-            return self.split_quadratic();
+            return self.split_quadratic().into_iter().map(|(factor, _)| factor).collect();
         }
         let whole = self.integral();
         let Some((prime, parts)) = fewest(&whole) else { return vec![self.monic()] };
@@ -80,13 +84,15 @@ impl Univariate {
         combine(whole, lift(self, prime, &parts))
     }
 
-    fn split_quadratic(&self) -> Vec<Univariate> {
+    /// The factors of a polynomial of degree two, with their multiplicity.
+    fn split_quadratic(&self) -> Vec<(Univariate, usize)> {
         let monic = self.monic();
         let half = monic.coefficient(1) / BigRational::from_integer(2.into());
         let square = &half * &half - monic.coefficient(0);
         match rational_root(&square) {
-            Some(root) => vec![Univariate::root(&(-&half - &root)), Univariate::root(&(root - half))],
-            None => vec![monic],
+            Some(root) if root.is_zero() => vec![(Univariate::root(&-half), 2)],
+            Some(root) => vec![(Univariate::root(&(-&half - &root)), 1), (Univariate::root(&(root - half)), 1)],
+            None => vec![(monic, 1)],
         }
     }
 }

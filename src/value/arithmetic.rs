@@ -9,6 +9,8 @@ use crate::polynomial::{Budget, MOST_TERMS, Monomial, Polynomial};
 
 /// The work that may go into one greatest common divisor; beyond it a fraction keeps its common factor.
 pub(super) const DIVISOR_BUDGET: u64 = 100_000;
+/// A numerator of no more terms is divided by a linear denominator without asking first whether that divides it.
+const FEW_TERMS: usize = 32;
 
 impl Value {
     /// The sum, of numbers or of vectors of the same length.
@@ -210,6 +212,13 @@ fn cancel(numerator: Real, denominator: Real) -> (Real, Real) {
         return (numerator, denominator);
     }
     let mut budget = Budget::new(DIVISOR_BUDGET);
+    // What is linear in its atoms is irreducible: it divides the numerator, or nothing does.
+    if numerator.terms().len() <= FEW_TERMS && denominator.is_linear() {
+        return match numerator.divide(&denominator, &mut budget) {
+            Some(quotient) => (quotient, Polynomial::one()),
+            None => (numerator, denominator),
+        };
+    }
     let reduced = || {
         let divisor = numerator.common_divisor(&denominator, &mut budget)?;
         Some((numerator.divide(&divisor, &mut budget)?, denominator.divide(&divisor, &mut budget)?))
