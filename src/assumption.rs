@@ -366,8 +366,10 @@ impl Assumptions {
     fn all_integral(&self, monomial: &crate::polynomial::Monomial<Atom>) -> bool {
         monomial.factors().iter().all(|(atom, _)| match atom {
             Atom::Variable(name) => self.naturals.contains(name),
-            Atom::Power(base, _) => {
-                atom.is_integral() || self.fraction_part(base).is_some_and(|fraction| fraction.is_zero())
+            // An index that begins below 0 is not known to be natural.
+            Atom::Power(base, exponent) => {
+                exponent.variables().is_subset(&self.naturals)
+                    && (atom.is_integral() || self.fraction_part(base).is_some_and(|fraction| fraction.is_zero()))
             }
             other => other.is_integral(),
         })

@@ -202,11 +202,46 @@ impl<'a> Defined<'a> {
         {
             return Ok(());
         }
+        if self.keeps_its_sign(value, from)? {
+            return Ok(());
+        }
         match first_zero(value, self.index, from) {
             Some(None) => Ok(()),
             Some(Some(root)) => Err(Unchecked(format!("it divides by 0 at {} = {root}", self.index))),
             None => Err(Unchecked(format!("it must be known whether {value} is ever 0"))),
         }
+    }
+}
+
+impl Defined<'_> {
+    /// Whether `e(n) = a*p^n + b*q^n`, where nothing else has the index, is never 0 from this index on if its first
+    /// value is not, which then is known or becomes a condition: with p and q above 0, `e(n+1) = p*e(n) + b*(q-p)*q^n`
+    /// has the sign of `e(n)` where `b*(q-p)` has that of the first value, or is 0.
+    fn keeps_its_sign(&mut self, value: &Value, from: i64) -> Result<bool, Unchecked> {
+        let parts: Vec<(Value, Vec<Value>)> = exponentials(value, self.index).into_iter().flatten().collect();
+        let [(one, first), (other, second)] = parts.as_slice() else { return Ok(false) };
+        let ([first], [second]) = (first.as_slice(), second.as_slice()) else { return Ok(false) };
+        let (start, zero) = (value.with(self.index, &Value::integer(from))?, Value::zero());
+        let above = |value: &Value| self.known().decide(Relation::Gtr, value, &zero) == Some(true);
+        if !above(one) || !above(other) {
+            return Ok(false);
+        }
+        for (p, q, b) in [(one, other, second), (other, one, first)] {
+            // Where p is q, it is `(a+b)*p^n`: not 0 if its first value is not.
+            let change = q.sub(p)?;
+            let Ok(ratio) = start.div(&change) else { continue };
+            if self.known().decide(Relation::Gte, &ratio.mul(b)?, &zero) != Some(true) {
+                continue;
+            }
+            let nonzero = |value: &Value| self.known().decide(Relation::Neq, value, &zero) == Some(true);
+            if !nonzero(&start) {
+                let needed = if nonzero(&ratio) { change } else { start };
+                let Some((numerator, _)) = needed.polynomials() else { return Ok(false) };
+                factors(numerator)?.iter().try_for_each(|factor| self.not_zero(factor, from))?;
+            }
+            return Ok(true);
+        }
+        Ok(false)
     }
 }
 

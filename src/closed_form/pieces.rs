@@ -239,7 +239,6 @@ fn same_throughout(
     if left == right {
         return Ok(true);
     }
-    let sign = Atom::Power(Value::integer(-1), Value::variable(index));
     let mut known = known.clone();
     let mut bases = std::collections::BTreeSet::new();
     collect_bases(left, index, &mut bases);
@@ -256,17 +255,24 @@ fn same_throughout(
         }
     }
     assume_powers(piece, index, &mut known);
-    if left.atoms().contains(&sign) || right.atoms().contains(&sign) || nested(left, &sign) {
-        for side in [1, -1] {
-            let [left, right] = [left, right].map(|value| with_sign(value, index, side));
-            let (left, right) = (left?, right?);
-            if !same_settled(&left, &right, &known)? {
-                return Ok(false);
-            }
+    same_whatever_the_signs(left, right, &known, MOST_SIGNS)
+}
+
+/// The most powers of -1 that are looked at as 1 and as -1.
+const MOST_SIGNS: usize = 3;
+
+/// Whether two values are equal with each power of -1 as 1 and as -1.
+fn same_whatever_the_signs(left: &Value, right: &Value, known: &Assumptions, more: usize) -> Result<bool, Unchecked> {
+    let Some(sign) = sign_in(left).or_else(|| sign_in(right)).filter(|_| more > 0) else {
+        return same_settled(left, right, known);
+    };
+    for side in [1, -1] {
+        let (left, right) = (with_sign(left, &sign, side)?, with_sign(right, &sign, side)?);
+        if !same_whatever_the_signs(&left, &right, known, more - 1)? {
+            return Ok(false);
         }
-        return Ok(true);
     }
-    same_settled(left, right, &known)
+    Ok(true)
 }
 
 /// Of the powers of numbers that a form consists of: those of a number above 1 grow with the index, the others fall.
@@ -355,30 +361,29 @@ fn collect_bases(value: &Value, index: &Name, found: &mut std::collections::BTre
     }
 }
 
-fn nested(value: &Value, sign: &Atom) -> bool {
-    value.atoms().into_iter().any(|atom| match &atom {
-        Atom::Maximum(elements) => elements.iter().any(|element| nested(element, sign)),
-        Atom::Positive(inner) => nested(inner, sign),
-        other => other == sign,
+/// A power of -1 in a value, or in its maxima and conditions.
+fn sign_in(value: &Value) -> Option<Atom> {
+    value.atoms().into_iter().find_map(|atom| match &atom {
+        Atom::Maximum(elements) => elements.iter().find_map(sign_in),
+        Atom::Positive(inner) => sign_in(inner),
+        other => other.is_sign().then_some(atom),
     })
 }
 
-/// A value with `(-1)^n` replaced by 1 or -1.
-fn with_sign(value: &Value, index: &Name, side: i64) -> Result<Value, Unchecked> {
+/// A value with a power of -1 replaced by 1 or -1.
+fn with_sign(value: &Value, sign: &Atom, side: i64) -> Result<Value, Unchecked> {
     let mut result = value.clone();
-    for atom in value.atoms().into_iter().filter(|atom| atom.mentions(index)) {
+    for atom in value.atoms() {
         let image = match &atom {
-            Atom::Power(base, exponent) if *base == Value::integer(-1) && exponent.as_variable() == Some(index) => {
-                Value::integer(side)
-            }
+            one if one == sign => Value::integer(side),
             Atom::Maximum(elements) => {
                 let mut all = vec![Value::zero()];
                 for element in elements.iter() {
-                    all.push(with_sign(element, index, side)?);
+                    all.push(with_sign(element, sign, side)?);
                 }
                 Value::maximum(&all)?
             }
-            Atom::Positive(inner) => Value::truth(Relation::Gtr, &with_sign(inner, index, side)?, &Value::zero())?,
+            Atom::Positive(inner) => Value::truth(Relation::Gtr, &with_sign(inner, sign, side)?, &Value::zero())?,
             _ => continue,
         };
         result = result.with_atom(&atom, &image)?;

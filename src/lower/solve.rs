@@ -66,7 +66,7 @@ impl Lowerer<'_> {
         let (mut sequences, mut spans) = (Vec::new(), Vec::new());
         for ((name, offset, right), start) in equations.steps.iter().zip(&starts) {
             let shift = i64::try_from(start.len()).ok()? - offset;
-            let next = self.right_side(right, &lengths, &index.name, shift)?;
+            let next = self.right_side(right, &lengths, (&index.name, from), shift)?;
             let length = lengths.get(&name.name).copied().unwrap_or(1);
             if sort(length) != next.sort() {
                 let text =
@@ -300,7 +300,7 @@ impl Lowerer<'_> {
             );
         }
         let mut side = |written: &Written| {
-            let value = self.right_side(written, names, index, 0)?;
+            let value = self.right_side(written, names, (index, recurrence.from), 0)?;
             let known: Vec<Name> =
                 recurrence.sequences.iter().map(|sequence| recurrence.term(&sequence.name, 0)).collect();
             let wrong = value.variables().into_iter().find(|name| name.as_str().contains('(') && !known.contains(name));

@@ -15,8 +15,14 @@ use crate::name::Name;
 use crate::value::{Need, Sort, Value};
 
 impl Lowerer<'_> {
-    /// The right side of an equation, so many steps later; its terms as variables.
-    pub(super) fn right_side(&mut self, right: &Written, names: &Lengths, index: &Name, shift: i64) -> Option<Value> {
+    /// The right side of an equation, so many steps later; its terms as variables. The index begins at `from`.
+    pub(super) fn right_side(
+        &mut self,
+        right: &Written,
+        names: &Lengths,
+        (index, from): (&Name, i64),
+        shift: i64,
+    ) -> Option<Value> {
         let mut terms = BTreeMap::new();
         let renamed = self.with_terms(right, names, index, &mut terms)?;
         for (name, offset) in terms.keys() {
@@ -34,6 +40,7 @@ impl Lowerer<'_> {
             own.extend(components(name, names).iter().map(|part| raw(part, *offset)));
         }
         self.kept(&renamed, &value, &own)?;
+        self.whole_powers(&renamed, &value, (index, from.saturating_add(shift)))?;
         let mut images: BTreeMap<Name, Value> = BTreeMap::new();
         for (name, offset) in terms.keys() {
             let Some(place) = offset.checked_add(shift).and_then(|place| usize::try_from(place).ok()) else {
@@ -52,6 +59,31 @@ impl Lowerer<'_> {
         images.insert(index.clone(), later);
         let value = value.substitute(&images);
         self.checked(value, right.span)
+    }
+
+    /// A power with the index as exponent counts as a whole number under `floor` and `mod`, as exponents are natural. Where
+    /// the index begins below 0 it must make no difference when it is counted from there.
+    fn whole_powers(&mut self, written: &Written, value: &Value, (index, first): (&Name, i64)) -> Option<()> {
+        if first >= 0 {
+            return Some(());
+        }
+        let counted = Value::variable(index).add(&Value::integer(first));
+        let counted = self.checked(counted, written.span)?;
+        let before = self.images.insert(index.clone(), counted.clone());
+        let apart = self.number(written);
+        match before {
+            Some(image) => self.images.insert(index.clone(), image),
+            None => self.images.remove(index),
+        };
+        let together = self.checked(value.with(index, &counted), written.span)?;
+        if apart? == together {
+            return Some(());
+        }
+        self.fail(
+            Diagnostic::error("P0402", format!("`{index}` begins at {first} here, and an exponent below 0 gives a fraction"))
+                .label(written.span, "this rounds a power that is no whole number then")
+                .help("count from an index at which no exponent is below 0"),
+        )
     }
 
     /// What an equation divides by must not cancel where it may be 0 for a term: the equation would have a value there that

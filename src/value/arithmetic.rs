@@ -261,7 +261,7 @@ impl Atom {
     }
 
     /// 1 or -1 always: `(-1)^n`.
-    pub(super) fn is_sign(&self) -> bool {
+    pub(crate) fn is_sign(&self) -> bool {
         matches!(self, Atom::Power(base, _) if base.as_rational().is_some_and(|base| (-base).is_one()))
     }
 

@@ -28,11 +28,20 @@ impl Value {
         }
         let (numerator, denominator) = self.real()?;
         if let (false, Some((lead, _))) = (denominator.is_one(), denominator.terms().first()) {
-            // n + x/d has the numerator n*d + x: the whole multiple of d comes out.
-            let times =
-                numerator.terms().iter().find(|(monomial, _)| monomial == lead).map(|(_, number)| number.floor());
-            let whole = Value::rational(times.unwrap_or_else(BigRational::zero));
-            return Atom::Floor(self.sub(&whole)?).value()?.add(&whole);
+            // n + x/d has the numerator n*d + x: the whole multiple of d comes out, where d is one term also that by integers.
+            let alone = denominator.terms().len() == 1;
+            let integers = numerator.terms().iter().filter_map(|(monomial, number)| {
+                let times = monomial.over(lead)?;
+                let whole = if times.factors().is_empty() { number.floor() } else { number.clone() };
+                let integral = times.factors().iter().all(|(atom, _)| alone && atom.is_integral());
+                (integral && whole.is_integer()).then_some((times, whole))
+            });
+            let whole = Value::whole(Polynomial::of(integers.collect::<Vec<_>>()))?;
+            let rest = self.sub(&whole)?;
+            if rest.parts().is_some_and(|(_, denominator)| denominator.is_one()) {
+                return rest.floor()?.add(&whole);
+            }
+            return Atom::Floor(rest).value()?.add(&whole);
         }
         let mut integers = Vec::new();
         for (monomial, number) in numerator.terms() {
