@@ -393,9 +393,7 @@ fn communications(
     let mut meet = |meetings: &[&Meeting<'_>]| -> Result<(), Stuck> {
         let mut met: HashMap<usize, Term> = HashMap::new();
         for meeting in meetings {
-            let set = || Term::new(Node::Set(meeting.value.clone(), meeting.name.clone()));
-            let unread = runner.is_unread(meeting.name, &leaves[meeting.reader]);
-            met.insert(meeting.reader, if unread { Term::stop() } else { set() });
+            met.insert(meeting.reader, runner.bound(meeting.value, meeting.name, &leaves[meeting.reader]));
             met.insert(meeting.writer, Term::stop());
         }
         next.push(runner.running(&rebuilt(state, &mut 0, &mut |number, _| met.get(&number).cloned()))?);

@@ -16,7 +16,7 @@ use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{Spoken, calls};
 use crate::term::{Node, Term, TermMap};
-use crate::value::{Atom, Relation, Sort, Value};
+use crate::value::{Atom, Need, Relation, Sort, Value};
 
 /// A set of names that may grow by all the names of some process metavariables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -138,6 +138,8 @@ pub struct Context<'a> {
     simple: RefCell<HashMap<Value, Value>>,
     /// The names that stand in terms, and those that processes bind and read which are called: what `advance` has found.
     pub(crate) spoken: RefCell<TermMap<Rc<Spoken>>>,
+    /// What the values need that `advance` has read here: those of guards and others stand in nothing that comes of it.
+    pub(crate) read: RefCell<BTreeSet<Need>>,
     pub(crate) called: RefCell<BTreeMap<BTreeSet<Name>, Rc<BoundAndRead>>>,
 }
 
@@ -214,6 +216,7 @@ impl<'a> Context<'a> {
             held: RefCell::default(),
             simple: RefCell::default(),
             spoken: RefCell::default(),
+            read: RefCell::default(),
             called: RefCell::default(),
         };
         context.defined = context.fixed_point();
@@ -249,6 +252,7 @@ impl<'a> Context<'a> {
             held: RefCell::default(),
             simple: RefCell::default(),
             spoken: RefCell::default(),
+            read: RefCell::default(),
             called: RefCell::default(),
         };
         let mut context = plain;

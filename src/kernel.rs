@@ -51,6 +51,8 @@ pub struct Thm {
     trusted: BTreeSet<String>,
     /// What the values in it and in its proof need to have a meaning, as far as that does not follow from the assumptions.
     needs: BTreeSet<Need>,
+    /// Of these, what was read where a network was run.
+    reads: BTreeSet<Need>,
     /// Whether a network was run on the way, in which a metavariable stands for a value that no part binds.
     advanced: bool,
 }
@@ -69,6 +71,12 @@ impl Thm {
     /// The lemmas used, by name; what they use in turn is among the laws.
     pub fn lemmas(&self) -> &BTreeSet<Name> {
         &self.lemmas
+    }
+
+    /// What a network needs that was run on the way, in guards and others that it has read, as far as that does not follow
+    /// from the assumptions and hypotheses: where it does not hold the network has no meaning.
+    pub fn reads(&self) -> &BTreeSet<Need> {
+        &self.reads
     }
 
     /// What was taken on trust; empty for a full proof.
@@ -146,6 +154,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         laws,
         lemmas,
         trusted,
+        reads: BTreeSet::new(),
         advanced: false,
         sorted: TermSet::default(),
         counts: BTreeSet::new(),
@@ -168,9 +177,9 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
     if !last.connective.gives(statement.connective) {
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
-    let Checker { laws, lemmas, trusted, advanced, meaning, .. } = checker;
+    let Checker { laws, lemmas, trusted, reads, advanced, meaning, .. } = checker;
     let needs = meaning.needed_by(statement, theory);
-    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, needs, advanced })
+    Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, needs, reads, advanced })
 }
 
 /// The names of which something is assumed or supposed, by itself or of a process that reads them.
@@ -197,6 +206,7 @@ struct Checker<'a> {
     laws: BTreeSet<Name>,
     lemmas: BTreeSet<Name>,
     trusted: BTreeSet<String>,
+    reads: BTreeSet<Need>,
     advanced: bool,
     /// Terms that have passed [`well_sorted`], with all their parts.
     sorted: TermSet,

@@ -224,7 +224,12 @@ impl Session {
     /// Why it cannot be written.
     pub fn proof_file(&self, evidence: &Evidence) -> Result<String, String> {
         let written = proof_file::write(&evidence.environment, &evidence.theory, &self.own, &evidence.proof);
-        written.map_err(|error| error.to_string())
+        let text = written.map_err(|error| error.to_string())?;
+        // A file has limits that a proof in memory has not: of what is written all can be checked.
+        match proof_file::check_file(text.as_bytes()) {
+            Ok(_) => Ok(text),
+            Err(rejection) => Err(format!("a proof is not written, since `pars check` would reject it: {rejection}")),
+        }
     }
 
     /// Runs a whole text with all that it imports.

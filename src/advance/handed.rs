@@ -111,8 +111,7 @@ impl<'r, 'c, 'd> Hands<'r, 'c, 'd> {
         let (writes, reads) = (leaves(&self.parts[writer]), leaves(&self.parts[reader]));
         let (Some(write), Some(read)) = (writes.first(), reads.first()) else { return Ok(None) };
         let (Node::Out(_, value), Node::In(_, name)) = (write.term.node(), read.term.node()) else { return Ok(None) };
-        let set = || Term::new(Node::Set(value.clone(), name.clone()));
-        let bound = if self.runner.is_unread(name, read) { Term::stop() } else { set() };
+        let bound = self.runner.bound(value, name, read);
         let after = |place: usize, leaf: Term| {
             let part = rebuilt(&self.parts[place], &mut 0, &mut |_, _| Some(leaf.clone()));
             self.runner.goes_on(&part)

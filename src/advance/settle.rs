@@ -12,7 +12,7 @@ use crate::name::Name;
 use crate::scope::{bound_names, written};
 use crate::substitution::{Stuck, instantiate, replace, substitute_known};
 use crate::term::{Node, Term, TermMap, TermSet};
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Atom, Need, Relation, Sort, Value, ValueError};
 
 /// What has been bound, by name.
 type Results = BTreeMap<Name, Value>;
@@ -135,13 +135,47 @@ impl<'c, 'd> Runner<'c, 'd> {
         Ok(())
     }
 
+    /// What a reader is that has read this value: nothing where nobody reads what it is bound to.
+    pub(super) fn bound(&self, value: &Value, name: &Name, reader: &Leaf<'_>) -> Term {
+        if self.is_unread(name, reader) {
+            self.note(value);
+            return Term::stop();
+        }
+        Term::new(Node::Set(value.clone(), name.clone()))
+    }
+
     /// Whether nobody reads what this leaf may bind to this name: neither what follows it nor the end of the network.
-    pub(super) fn is_unread(&self, name: &Name, leaf: &Leaf<'_>) -> bool {
+    fn is_unread(&self, name: &Name, leaf: &Leaf<'_>) -> bool {
         let reads = |rest: Term| context_reads(&rest, self.context).map_or(true, |reads| reads.contains(name));
         !self.kept.contains(name) && !leaf.followed_by().any(reads)
     }
 
+    /// Notes what a value needs that is read now, and perhaps stands nowhere any more.
+    pub(super) fn note(&self, value: &Value) {
+        let needs = value.needs();
+        if !needs.is_empty() {
+            let needs = self.needs_by_condition(value).unwrap_or(needs);
+            self.context.read.borrow_mut().extend(needs);
+        }
+    }
+
+    /// What a value needs with its conditions as they are known to be: nothing of a branch that does not count. Maxima stay:
+    /// what they leave out must have a value, too.
+    fn needs_by_condition(&self, value: &Value) -> Result<BTreeSet<Need>, ValueError> {
+        let (mut settled, mut needs) = (value.clone(), BTreeSet::new());
+        for atom in value.atoms() {
+            let Atom::Positive(inner) = &atom else { continue };
+            if let Some(holds) = self.context.assumptions.decide(Relation::Gtr, inner, &Value::zero()) {
+                needs.extend(self.needs_by_condition(inner)?);
+                settled = settled.with_atom(&atom, &Value::integer(i64::from(holds)))?;
+            }
+        }
+        needs.extend(settled.needs());
+        Ok(needs)
+    }
+
     fn simple(&self, value: &Value) -> Value {
+        self.note(value);
         self.context.simplify(value)
     }
 
@@ -160,7 +194,10 @@ impl<'c, 'd> Runner<'c, 'd> {
             Node::Set(value, name) if wanted.contains(name) => {
                 Ok(State::Stopped(Results::from([(name.clone(), self.simple(value))])))
             }
-            Node::Set(..) => Ok(State::Stopped(Results::new())),
+            Node::Set(value, _) => {
+                self.note(value);
+                Ok(State::Stopped(Results::new()))
+            }
             Node::Seq(_) => self.settle_sequence(term, wanted, depth),
             Node::Else(first, second) => match self.settle(first, wanted, depth + 1)? {
                 State::Aborted => self.settle(second, wanted, depth + 1),
@@ -201,6 +238,7 @@ impl<'c, 'd> Runner<'c, 'd> {
     }
 
     fn settle_guard(&self, relation: Relation, left: &Value, right: &Value) -> Result<State, Stuck> {
+        [left, right].into_iter().for_each(|value| self.note(value));
         let real = left.sort() == Sort::Real && right.sort() == Sort::Real;
         let decided = match relation {
             Relation::Eq | Relation::Neq => self.context.assumptions.decide(relation, left, right),

@@ -29,9 +29,27 @@ fn root_between(square: &BigRational) -> Option<(BigRational, BigRational)> {
     (&low * &low <= *square && *square <= &high * &high).then_some((low, high))
 }
 
+/// Whether an atom is a condition, or has one in it.
+fn has_condition(atom: &Atom) -> bool {
+    atom.is_binary() || atom.parts().into_iter().any(|part| part.atoms().iter().any(has_condition))
+}
+
 impl Assumptions {
-    /// What holds of an atom by its meaning.
-    pub(super) fn facts_of_atom(&self, atom: &Atom) -> Vec<Constraint> {
+    /// Whether what stands under a root that these polynomials speak of is surely not negative: known to be so, or needed
+    /// for any of it to have a value. A root beside a condition may have none where the condition does not hold.
+    pub(super) fn has_root<'f>(&self, inner: &Value, mut forms: impl Iterator<Item = &'f Form>) -> bool {
+        let known = || {
+            self.quick(inner).within(Signs::NONNEGATIVE)
+                || inner.polynomials().is_some_and(|(top, below)| {
+                    self.assumed(top).times(self.quick_signs(below)).within(Signs::NONNEGATIVE)
+                        && self.quick_signs(below).within(Signs::NONZERO)
+                })
+        };
+        !forms.any(|form| form.atoms().into_iter().any(has_condition)) || known()
+    }
+
+    /// What holds of an atom of these polynomials by its meaning.
+    pub(super) fn facts_of_atom<'f>(&'f self, atom: &Atom, forms: impl Iterator<Item = &'f Form>) -> Vec<Constraint> {
         let own = Polynomial::atom(atom.clone());
         let one = Polynomial::one();
         let whole = |value: &Value| {
@@ -55,8 +73,10 @@ impl Assumptions {
             Atom::Floor(inner) => self.facts_of_floor(&own, inner),
             Atom::Root(inner) => {
                 let mut found = vec![least(own.clone())];
-                if let (Some(inner), Some(square)) = (whole(inner), own.power(2)) {
-                    // A root is defined only where its square is what stands under it.
+                if let (Some(top), Some(square)) = (whole(inner), own.power(2))
+                    && self.has_root(inner, forms.chain(self.constraints.iter().map(|one| &one.form)))
+                {
+                    let inner = top;
                     found.push(Constraint { form: square.minus(&inner), bound: Bound::Zero });
                 }
                 if let Some((low, high)) = inner.as_rational().and_then(|square| root_between(&square)) {
@@ -154,7 +174,8 @@ impl Assumptions {
             if atoms.iter().any(hidden) {
                 found.push(constraint.clone());
                 let fresh = atoms.into_iter().filter(|atom| !known.contains(atom));
-                found.extend(fresh.flat_map(|atom| self.facts_of_atom(atom)));
+                let forms = || system.iter().map(|one| &one.form);
+                found.extend(fresh.flat_map(|atom| self.facts_of_atom(atom, forms())));
             }
             if found.len() > MOST_CONSTRAINTS {
                 break;

@@ -11,7 +11,6 @@ use super::sign::Signs;
 use super::{Assumptions, Relation};
 use crate::polynomial::{Budget, Monomial, Polynomial};
 use crate::value::fixed::coarse_order;
-use crate::value::root::square_of;
 use crate::value::{Atom, Value};
 
 /// How deep cases are split.
@@ -25,7 +24,7 @@ const MOST_FACTORS: usize = 9;
 /// For so many unknowns the constraints are gone through one by one.
 const FEW: usize = 3;
 /// The work that may go into one division of polynomials.
-const DIVISION_BUDGET: u64 = 5_000;
+pub(super) const DIVISION_BUDGET: u64 = 5_000;
 
 pub(super) type Form = Polynomial<Atom>;
 
@@ -112,14 +111,18 @@ impl Assumptions {
                 let own = self.signs_of_form(&Polynomial::atom(atom.clone()), Signs::ZERO, 0, systems);
                 known = known.times(own.power(*exponent));
             }
-            let rest = self.signs_of_form(&form.without(&shared), wanted.beside(known), depth - 1, systems);
+            let mut rest = self.signs_of_form(&form.without(&shared), wanted.beside(known), depth - 1, systems);
+            // What can have no value stands beside a condition that does not hold.
+            if rest.is_empty() && shared.factors().iter().any(|(atom, _)| atom.is_binary()) {
+                rest = Signs::ZERO;
+            }
             signs = signs.and(known.times(rest));
             if decided(signs) || signs.within(Signs::NONZERO) && wanted == Signs::ZERO {
                 return signs;
             }
         }
         if depth > 0
-            && let Some((root, exponent, rest)) = hidden_factor(form)
+            && let Some((root, exponent, rest)) = self.hidden_factor(form)
         {
             let known = self.signs_of_form(&root, Signs::ZERO, depth - 1, systems).power(exponent);
             signs = signs.and(known.times(self.signs_of_form(&rest, wanted.beside(known), depth - 1, systems)));
@@ -220,7 +223,7 @@ impl Assumptions {
             if !known.insert(atom.clone()) {
                 continue;
             }
-            let mut more = self.facts_of_atom(&atom);
+            let mut more = self.facts_of_atom(&atom, system.iter().map(|one| &one.form));
             let mut note = |place: usize| {
                 if !std::mem::replace(&mut used[place], true) {
                     more.push(self.constraints[place].clone());
@@ -440,37 +443,6 @@ fn replaced(form: &Form, atom: &Atom, (top, below): (&Form, &Form)) -> Option<Fo
         sum = sum.plus(&part.times(&top.power(exponent)?)?.times(&scale)?);
     }
     Some(sum)
-}
-
-/// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`
-/// the root `s = norm((a,b))`, as `s*s` is written `a^2+b^2`.
-fn hidden_factor(form: &Form) -> Option<(Form, u32, Form)> {
-    if let Some((factor, root)) = square_of(form) {
-        return Some((root, 2, Polynomial::constant(factor)));
-    }
-    let (root, mut rest) = form.atoms().into_iter().find_map(|atom| Some((atom.clone(), without_root(form, atom)?)))?;
-    let mut factor = Polynomial::atom(root.clone());
-    // The root of a number is written as those of its prime factors.
-    let beside = |atom: &&Atom| atom.is_root_of_number() && root.is_root_of_number() && **atom != root;
-    for other in form.atoms().into_iter().filter(beside).cloned() {
-        if let Some((less, product)) = without_root(&rest, &other).zip(factor.times(&Polynomial::atom(other))) {
-            (rest, factor) = (less, product);
-        }
-    }
-    Some((factor, 1, rest))
-}
-
-/// What is left of a polynomial without a root that is a factor of it, as a square of it is written without the root.
-fn without_root(form: &Form, atom: &Atom) -> Option<Form> {
-    let Atom::Root(inner) = atom else { return None };
-    let (radicand, below) = inner.polynomials()?;
-    let mut coefficients = form.coefficients_in(atom);
-    let (rest, mixed) = (coefficients.remove(&0)?, coefficients.remove(&1)?);
-    if !below.is_one() || !coefficients.is_empty() {
-        return None;
-    }
-    let quotient = rest.divide(radicand, &mut Budget::new(DIVISION_BUDGET))?;
-    Some(quotient.times(&Polynomial::atom(atom.clone()))?.plus(&mixed))
 }
 
 fn spend(systems: &mut usize) -> bool {

@@ -124,6 +124,7 @@ impl Checker<'_> {
         self.laws.extend(theorem.laws().iter().cloned());
         self.lemmas.extend(theorem.lemmas().iter().cloned());
         self.trusted.extend(theorem.trusted().iter().cloned());
+        self.reads.extend(theorem.reads().iter().cloned());
         self.advanced |= theorem.advanced;
     }
 

@@ -53,6 +53,18 @@ pub enum Reason {
     Lemma(Name, Box<Reason>),
 }
 
+impl Reason {
+    /// Whether the proof is turned down since something in it may have no value; that an exponent is an index of rounds, which
+    /// is natural, is not seen everywhere.
+    pub fn is_undefined(&self) -> bool {
+        match self {
+            Reason::Undefined(need) => !matches!(**need, Need::Natural(_)),
+            Reason::Lemma(_, reason) => reason.is_undefined(),
+            _ => false,
+        }
+    }
+}
+
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -21,8 +21,21 @@ impl Checker<'_> {
         let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
         let instant = Instant::of(network, &self.context).map_err(stuck)?;
         let right = instant.onward(time, &self.context).map_err(stuck)?;
+        self.has_read()?;
         self.advanced = true;
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
+    }
+
+    /// What was read on the way has a meaning too: a guard that was decided stands in nothing that comes of it.
+    fn has_read(&mut self) -> Result<(), Reason> {
+        let read = std::mem::take(&mut *self.context.read.borrow_mut());
+        for need in read {
+            self.meaning.require(need.clone(), &self.context.assumptions)?;
+            if self.meaning.met().contains(&need) {
+                self.reads.insert(need);
+            }
+        }
+        Ok(())
     }
 
     /// A network is weakly equal to what it draws in this instant, each value under a name of its own, and then the
@@ -31,6 +44,7 @@ impl Checker<'_> {
         let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
         let draws = Draws::of(network, &self.context).map_err(stuck)?;
         let right = draws.made(names, &self.context).map_err(stuck)?;
+        self.has_read()?;
         self.advanced = true;
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
     }

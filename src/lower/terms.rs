@@ -80,9 +80,12 @@ impl Lowerer<'_> {
             return Some(());
         }
         self.fail(
-            Diagnostic::error("P0402", format!("`{index}` begins at {first} here, and an exponent below 0 gives a fraction"))
-                .label(written.span, "this rounds a power that is no whole number then")
-                .help("count from an index at which no exponent is below 0"),
+            Diagnostic::error(
+                "P0402",
+                format!("`{index}` begins at {first} here, and an exponent below 0 gives a fraction"),
+            )
+            .label(written.span, "this rounds a power that is no whole number then")
+            .help("count from an index at which no exponent is below 0"),
         )
     }
 

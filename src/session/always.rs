@@ -310,12 +310,21 @@ fn by_instance(
 }
 
 /// What a proof rests on, by how far the kernel has checked the phases.
+/// Why a claim about a system is open that may come to what has no value.
+pub(super) fn no_value(why: &str) -> String {
+    format!("the system may come to what has no value: {why}")
+}
+
 fn rests_on(far: Option<Grounds>, trusted: &[String], found: &mut Found) {
     match far {
         Some(Grounds::All) => {
             found.trace.push(EVERY_WAY.into());
         }
         Some(Grounds::Ways) => found.trusted.push(WAYS.to_string()),
+        Some(Grounds::Undefined(why)) => {
+            found.verdict = None;
+            found.remains = vec![no_value(&why)];
+        }
         _ => found.trusted.extend(trusted.iter().cloned()),
     }
 }

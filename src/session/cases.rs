@@ -1,7 +1,8 @@
 //! A run that was found for either order of two values, or where one is more and where both are equal: a proof of each case,
 //! and from those one of both.
 
-use super::matched::{RUN, followed, with_run};
+use super::always::no_value;
+use super::matched::{RUN, Unfollowed, followed, with_run};
 use super::satisfies::said;
 use crate::fact::supposing;
 use crate::kernel::{Theory, Thm, check};
@@ -70,7 +71,8 @@ impl InEach<'_> {
         let stages = outcome.stages_of(self.period);
         let proof = match followed(self.theory, (self.whole, run), &matched, &stages) {
             Ok((_, proof)) => proof,
-            Err(why) => {
+            Err(Unfollowed { why, undefined: true }) => return Err(no_value(&why)),
+            Err(Unfollowed { why, .. }) => {
                 let cases: Vec<String> = hypotheses.iter().map(ToString::to_string).collect();
                 lost.push(format!("where {}: {}", cases.join(", "), said(&why)));
                 with_run(self.whole.clone(), run, *matched, RUN)

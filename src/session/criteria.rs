@@ -99,7 +99,7 @@ fn rest_on(findings: &mut [Finding], system: &System, environment: &Environment,
     let far = how_far(&period, system, environment, interrupted);
     for finding in findings.iter_mut().filter(|finding| on_phases(finding)) {
         let rest = match far {
-            Grounds::Less => PERIOD,
+            Grounds::Less | Grounds::Undefined(_) => PERIOD,
             Grounds::Ways => WAYS,
             Grounds::All => {
                 finding.notes.push(EVERY_WAY.to_string());

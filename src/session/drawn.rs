@@ -13,12 +13,10 @@ use crate::advance::draw::nth;
 use crate::assumption::Assumptions;
 use crate::distribution::Distribution;
 use crate::invariant::support;
-use crate::kernel::check;
 use crate::law::Condition;
 use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::{Edge, Period, Segment, Test, open_name};
-use crate::proof::Proof;
 use crate::prove::run::{Lost, draws, due, goes_on};
 use crate::scope::subterms;
 use crate::substitution::substitute_values;
@@ -122,7 +120,7 @@ impl Way<'_, '_> {
         };
         let passed = passing(segment, &self.named)?;
         let (proof, next) = goes_on(self.rounds.theory, hypotheses, &self.state, &passed)?;
-        self.checked(&proof)?;
+        self.rounds.check(&proof)?;
         self.state = next;
         Ok(true)
     }
@@ -146,14 +144,9 @@ impl Way<'_, '_> {
             return Ok(known.clone());
         }
         let (proof, next) = draws(self.rounds.theory, hypotheses, &self.state, labels)?;
-        self.checked(&proof)?;
+        self.rounds.check(&proof)?;
         self.rounds.moments.borrow_mut().after.insert(moment, next.clone());
         Ok(next)
-    }
-
-    fn checked(&self, proof: &Proof) -> Result<(), Lost> {
-        check(self.rounds.theory, proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
-        Ok(())
     }
 
     /// What is not drawn yet.

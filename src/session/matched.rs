@@ -1,6 +1,7 @@
 //! The match of a run with a property, as a theorem about the system.
 
 use super::Evidence;
+use super::always::no_value;
 use super::cases::{InEach, unwritten};
 use super::claim::Found;
 use super::compare::theory;
@@ -48,6 +49,11 @@ impl Run<'_, '_> {
                 let Some(tried) = tried((&whole, run), environment, found) else { return };
                 let trusting = if outcome.orbit.is_some() { TURNS } else { RUN };
                 let followed = followed(&theory, (&whole, run), &proof, &outcome.stages());
+                if let Err(Unfollowed { why, undefined: true }) = &followed {
+                    found.remains = vec![no_value(why)];
+                    return;
+                }
+                let followed = followed.map_err(|lost| lost.why);
                 if let (Err(why), false) = (&followed, tried) {
                     found.remains = untried(std::slice::from_ref(why));
                     return;
@@ -162,22 +168,32 @@ fn agreement(system: &Term, run: &Term, environment: &Environment) -> Result<(St
     }
 }
 
+/// Why the kernel could not follow a run.
+pub(super) struct Unfollowed {
+    pub(super) why: String,
+    /// Whether that is because something may have no value: then nothing may be trusted either.
+    pub(super) undefined: bool,
+}
+
 /// The verdict with the run of the system proved as well; otherwise why the kernel could not follow the run.
 pub(super) fn followed(
     theory: &Theory,
     (whole, run): (&Term, &Term),
     matched: &Proof,
     stages: &[Stage],
-) -> Result<(Thm, Proof), String> {
+) -> Result<(Thm, Proof), Unfollowed> {
     let hypotheses = &matched.statement.hypotheses;
-    let ran = run::runs_where(theory, hypotheses, (whole, run), stages).map_err(|lost| lost.0)?;
+    let lost = |lost: run::Lost| Unfollowed { why: lost.0, undefined: false };
+    let ran = run::runs_where(theory, hypotheses, (whole, run), stages).map_err(lost)?;
     // Where the match speaks of one round by itself, it needs a claim that counts the rounds: a lemma.
     let ways = [behind(ran.clone(), matched), by_lemma(ran, matched)];
-    let mut why = String::new();
+    let mut why = Unfollowed { why: String::new(), undefined: false };
     for proof in ways {
         match check(theory, &proof) {
             Ok(theorem) => return Ok((theorem, proof)),
-            Err(rejected) => why = rejected.reason.to_string(),
+            Err(rejected) => {
+                why = Unfollowed { why: rejected.reason.to_string(), undefined: rejected.reason.is_undefined() }
+            }
         }
     }
     Err(why)

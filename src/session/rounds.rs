@@ -14,6 +14,7 @@ use crate::law::Condition;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Phase, Segment, Test, open_name, stretch};
+use crate::proof::Proof;
 use crate::prove::run::{self, Lost, ends, passes};
 use crate::scope::subterms;
 use crate::substitution::substitute_values;
@@ -38,7 +39,7 @@ pub(super) fn checked(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Vec<String> {
-    let Count { layers, all, why } = count(period, system, environment, interrupted);
+    let Count { layers, all, why, .. } = count(period, system, environment, interrupted);
     let proved = layers.iter().flatten().count();
     let ways = "ways from start and phases, with their flow functions";
     match why {
@@ -52,8 +53,10 @@ pub(super) fn checked(
 }
 
 /// What the kernel has checked of the phases of a system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Grounds {
+    /// Some way reads what may have no value: what is said of the phases says nothing there.
+    Undefined(String),
     /// Not every way.
     Less,
     /// Every way there is, none of which stops time.
@@ -75,6 +78,7 @@ pub(super) fn how_far(
     }
     let counted = count(period, system, environment, interrupted);
     match counted.why {
+        _ if counted.undefined.is_some() => Grounds::Undefined(counted.undefined.unwrap_or_default()),
         Some(_) => Grounds::Less,
         None if one_is_taken(period, &counted.layers, &environment.assumptions) => Grounds::All,
         None => Grounds::Ways,
@@ -121,6 +125,8 @@ struct Count {
     all: usize,
     /// Why the first is not checked, if one is not.
     why: Option<String>,
+    /// What may have no value on a way that is followed otherwise.
+    undefined: Option<String>,
 }
 
 /// Which ways to phases and ends the kernel has checked.
@@ -133,7 +139,7 @@ fn count(period: &Period, system: &System, environment: &Environment, interrupte
         ports.push(port.clone());
         body = inner;
     }
-    let rounds = Rounds { theory: &theory, period, ports, moments: RefCell::default() };
+    let rounds = Rounds { theory: &theory, period, ports, moments: RefCell::default(), undefined: RefCell::default() };
     let start = period.initial.iter().map(|edge| (None, edge));
     let edges = period.phases.iter().enumerate();
     let edges = edges.flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
@@ -165,7 +171,8 @@ fn count(period: &Period, system: &System, environment: &Environment, interrupte
         }
     }
     let unseen = (layers.len() < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
-    Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen) }
+    let undefined = rounds.undefined.into_inner();
+    Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen), undefined }
 }
 
 /// The definitions that a system comes to: facts about all others that a file has would be found for nothing.
@@ -206,6 +213,7 @@ pub(super) struct Rounds<'a> {
     period: &'a Period,
     ports: Vec<Name>,
     pub(super) moments: RefCell<Moments>,
+    undefined: RefCell<Option<String>>,
 }
 
 /// What the variables of a phase are called in a theorem, where they stand for any value.
@@ -316,8 +324,15 @@ impl Rounds<'_> {
                 ends(self.theory, hypotheses, left, (&stretches, &end))?
             }
         };
-        check(self.theory, &proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
-        Ok(())
+        self.check(&proof)
+    }
+
+    /// Has the kernel check a proof, of what has a value wherever its hypotheses hold.
+    pub(super) fn check(&self, proof: &Proof) -> Result<(), Lost> {
+        let theorem = check(self.theory, proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
+        let Some(need) = theorem.reads().first() else { return Ok(()) };
+        self.undefined.replace(Some(need.to_string()));
+        Err(Lost(need.to_string()))
     }
 }
 
