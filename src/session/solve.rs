@@ -19,15 +19,17 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
     let known = &waiting.environment.assumptions;
     let solved = solve_until(question.recurrence.clone(), known, stop);
     let resting = if solved.is_err() { at_rest(&question.recurrence) } else { None };
-    let Some((recurrence, distance, staying)) = resting else { return answered(question, solved, waiting, stop) };
+    let Some((recurrence, staying)) = resting else { return answered(question, solved, waiting, stop) };
     let at_rest = solve_until(recurrence.clone(), known, stop);
     if at_rest.is_err() {
         return answered(question, solved, waiting, stop);
     }
     let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, waiting, stop);
-    let staying: Vec<&str> = staying.iter().map(Name::as_str).collect();
-    let (verb, staying) = (if staying.len() == 1 { "is" } else { "are" }, staying.join(", "));
-    lines.insert(0, format!("where {distance} = 0 the equation has no value: there {staying} {verb} taken to stay"));
+    for (distance, staying) in staying.iter().rev() {
+        let names: Vec<&str> = staying.iter().map(Name::as_str).collect();
+        let (verb, names) = (if names.len() == 1 { "is" } else { "are" }, names.join(", "));
+        lines.insert(0, format!("where {distance} = 0 the equation has no value: there {names} {verb} taken to stay"));
+    }
     (lines, expected)
 }
 
