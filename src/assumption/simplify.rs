@@ -37,8 +37,13 @@ impl Assumptions {
     /// Whether a value is not 0: as it is, or with its maxima and lengths decided, as in `abs(x*sqrt(2)-2)`.
     pub(super) fn is_nonzero(&self, value: &Value) -> Option<bool> {
         let nonzero = |value: &Value| self.decide(Relation::Neq, value, &Value::zero());
-        nonzero(value)
-            .or_else(|| Some(self.simplify(value)).filter(|simple| simple != value).and_then(|one| nonzero(&one)))
+        let simpler = || Some(self.simplify(value)).filter(|simple| simple != value).and_then(|one| nonzero(&one));
+        // The square of a distance, of which it may be known that it is more than 0.
+        let of_distance = || {
+            let distance = value.sqrt().ok().filter(|_| value.is_sum_of_squares())?;
+            (self.decide(Relation::Gtr, &distance, &Value::zero()) == Some(true)).then_some(true)
+        };
+        nonzero(value).or_else(simpler).or_else(of_distance)
     }
 
     fn resolved(&self, value: &Value) -> Result<Value, ValueError> {

@@ -9,10 +9,10 @@ use crate::fact::{Context, Facts};
 use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{StepId, successor};
-use crate::scope::{bound_names, condition_mentions, metavariables, read_names, written};
+use crate::scope::{bound_names, condition_mentions, metavariables, read_names, subterms, written};
 use crate::substitution::{Stuck, substitute_known};
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value};
+use crate::value::{Need, Relation, Value};
 
 impl Checker<'_> {
     /// A network is weakly equal to what it shows for this time and what it then is, to what it is at the end of this
@@ -21,17 +21,22 @@ impl Checker<'_> {
         let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
         let instant = Instant::of(network, &self.context).map_err(stuck)?;
         let right = instant.onward(time, &self.context).map_err(stuck)?;
-        self.has_read()?;
+        self.has_read(network)?;
         self.advanced = true;
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
     }
 
-    /// What was read on the way has a meaning too: a guard that was decided stands in nothing that comes of it.
-    fn has_read(&mut self) -> Result<(), Reason> {
+    /// What was read on the way has a meaning too: a guard that was decided stands in nothing that comes of it. What
+    /// stands in the network itself is needed by whoever speaks of it.
+    fn has_read(&mut self, network: &Term) -> Result<(), Reason> {
         let read = std::mem::take(&mut *self.context.read.borrow_mut());
+        if read.is_empty() {
+            return Ok(());
+        }
+        let own: BTreeSet<Need> = subterms(network).flat_map(Term::values).flat_map(Value::needs).collect();
         for need in read {
             self.meaning.require(need.clone(), &self.context.assumptions)?;
-            if self.meaning.met().contains(&need) {
+            if self.meaning.met().contains(&need) && !need.follows_from(&own) {
                 self.reads.insert(need);
             }
         }
@@ -44,7 +49,7 @@ impl Checker<'_> {
         let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
         let draws = Draws::of(network, &self.context).map_err(stuck)?;
         let right = draws.made(names, &self.context).map_err(stuck)?;
-        self.has_read()?;
+        self.has_read(network)?;
         self.advanced = true;
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
     }

@@ -149,6 +149,10 @@ impl Value {
     pub(crate) fn is_sum_of_squares(&self) -> bool {
         let product = self.parts().and_then(|(numerator, denominator)| numerator.times(denominator));
         let Some(product) = product.filter(|product| product.terms().len() <= MOST_TERMS) else { return false };
+        // What stands in all terms an even number of times is a square itself.
+        let shared = product.monomial_content();
+        let even = shared.factors().iter().map(|(atom, exponent)| (atom.clone(), exponent - exponent % 2));
+        let product = Monomial::of(even).map_or_else(|| product.clone(), |even| product.without(&even));
         let whole = product.scale(&product.content().recip());
         let plainly = squares(&whole).is_some() || square_with_root(&whole).is_some() || square_root(&whole).is_some();
         plainly || square_with_numbers(&whole).is_ok_and(|root| root.is_some())
