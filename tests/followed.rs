@@ -1,5 +1,7 @@
 //! Missions that the kernel follows: nothing of them is on trust, and their proof files check.
 
+mod common;
+
 /// Runs the program; what it prints.
 fn pars(arguments: &[&str]) -> String {
     let ran = std::process::Command::new(env!("CARGO_BIN_EXE_pars"))
@@ -201,9 +203,7 @@ fn a_number_of_rounds_that_may_be_none_is_proved_in_two_cases() {
 #[test]
 fn a_long_chain_is_followed() {
     let parts = 1_500;
-    let relay = |place: usize| format!("proc R{place} = In_c{place}<x> ; Out_{{c{},x}} ; R{place}\n", place + 1);
-    let relays: String = (0..parts).map(relay).collect();
-    let names: String = (0..parts).map(|place| format!(" | R{place}")).collect();
+    let (relays, names) = common::relays(parts);
     let text = run(&format!(
         "observer Got(x)\nproc First_k = Delay_1 ; Out_{{c0,k}} ; First_{{k+1}}\n{relays}\
          proc Last = In_c{parts}<x> ; (Delay_{{1/2}} # Got_x) ; Last\nsystem Sys = First_3{names} | Last\nperiod Sys\n"

@@ -73,11 +73,10 @@ impl Assumptions {
             Atom::Floor(inner) => self.facts_of_floor(&own, inner),
             Atom::Root(inner) => {
                 let mut found = vec![least(own.clone())];
-                if let (Some(top), Some(square)) = (whole(inner), own.power(2))
+                if let (Some(radicand), Some(square)) = (whole(inner), own.power(2))
                     && self.has_root(inner, forms.chain(self.constraints.iter().map(|one| &one.form)))
                 {
-                    let inner = top;
-                    found.push(Constraint { form: square.minus(&inner), bound: Bound::Zero });
+                    found.push(Constraint { form: square.minus(&radicand), bound: Bound::Zero });
                 }
                 if let Some((low, high)) = inner.as_rational().and_then(|square| root_between(&square)) {
                     found.push(least(own.minus(&Polynomial::constant(low))));

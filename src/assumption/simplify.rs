@@ -43,7 +43,15 @@ impl Assumptions {
             let distance = value.sqrt().ok().filter(|_| value.is_sum_of_squares())?;
             (self.decide(Relation::Gtr, &distance, &Value::zero()) == Some(true)).then_some(true)
         };
-        nonzero(value).or_else(simpler).or_else(of_distance)
+        // A root is 0 just where what it is taken of is.
+        let of_root = || {
+            let alone = |atom: &Atom| atom.value().is_ok_and(|one| one == *value);
+            value
+                .atoms()
+                .iter()
+                .find_map(|atom| if let Atom::Root(inner) = atom { alone(atom).then(|| nonzero(inner))? } else { None })
+        };
+        nonzero(value).or_else(simpler).or_else(of_distance).or_else(of_root)
     }
 
     fn resolved(&self, value: &Value) -> Result<Value, ValueError> {

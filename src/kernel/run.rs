@@ -21,23 +21,24 @@ impl Checker<'_> {
         let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
         let instant = Instant::of(network, &self.context).map_err(stuck)?;
         let right = instant.onward(time, &self.context).map_err(stuck)?;
-        self.has_read([network, &right])?;
+        self.has_read(network)?;
         self.advanced = true;
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
     }
 
-    /// What was read on the way has a meaning too: a guard that was decided stands in nothing that comes of it. What
-    /// stands on either side is needed by whoever speaks of that.
-    fn has_read(&mut self, sides: [&Term; 2]) -> Result<(), Reason> {
+    /// What was read on the way has a meaning too: a guard that was decided stands in nothing that comes of it, and what comes
+    /// of it is the start of another step. What stands in the network as it begins is needed by whoever speaks of it.
+    fn has_read(&mut self, network: &Term) -> Result<(), Reason> {
         let read = std::mem::take(&mut *self.context.read.borrow_mut());
         if read.is_empty() {
             return Ok(());
         }
-        let own: BTreeSet<Need> =
-            sides.into_iter().flat_map(subterms).flat_map(Term::values).flat_map(Value::needs).collect();
+        let own: BTreeSet<Need> = subterms(network).flat_map(Term::values).flat_map(Value::needs).collect();
+        let known = &self.context.assumptions;
         for need in read {
-            self.meaning.require(need.clone(), &self.context.assumptions)?;
-            if self.meaning.met().contains(&need) && !need.follows_from(&own) {
+            self.meaning.require(need.clone(), known)?;
+            let mut parts = need.apart().into_iter();
+            if !parts.all(|part| part.follows_from(&own) || known.grants(&part) == Some(true)) {
                 self.reads.insert(need);
             }
         }
@@ -50,7 +51,7 @@ impl Checker<'_> {
         let stuck = |stuck: Stuck| Reason::Advance(stuck.0);
         let draws = Draws::of(network, &self.context).map_err(stuck)?;
         let right = draws.made(names, &self.context).map_err(stuck)?;
-        self.has_read([network, &right])?;
+        self.has_read(network)?;
         self.advanced = true;
         Ok(Derived { connective: Connective::Weak, ..Derived::equal(network.clone(), right) })
     }

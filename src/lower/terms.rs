@@ -75,8 +75,9 @@ impl Lowerer<'_> {
             Some(image) => self.images.insert(index.clone(), image),
             None => self.images.remove(index),
         };
-        let together = self.checked(value.with(index, &counted), written.span)?;
-        if apart? == together {
+        let (apart, together) = (apart?, self.checked(value.with(index, &counted), written.span)?);
+        let counts = |need: &Need| matches!(need, Need::Natural(exponent) if exponent.mentions(index));
+        if apart == together || !apart.needs().iter().any(counts) {
             return Some(());
         }
         self.fail(

@@ -309,12 +309,12 @@ fn by_instance(
     }
 }
 
-/// What a proof rests on, by how far the kernel has checked the phases.
 /// Why a claim about a system is open that may come to what has no value.
 pub(super) fn no_value(why: &str) -> String {
     format!("the system may come to what has no value: {why}")
 }
 
+/// What a proof rests on, by how far the kernel has checked the phases.
 fn rests_on(far: Option<Grounds>, trusted: &[String], found: &mut Found) {
     match far {
         Some(Grounds::All) => {

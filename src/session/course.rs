@@ -106,7 +106,8 @@ fn in_either_case(
     else {
         return None;
     };
-    if known.decide(Relation::Eq, lasting, other) != Some(true) {
+    let meant = || lasting.needs().iter().all(|need| known.grants(need) == Some(true));
+    if known.decide(Relation::Eq, lasting, other) != Some(true) || !meant() {
         return None;
     }
     // What is so from some time on is so from any later time on.

@@ -77,11 +77,11 @@ pub(super) fn how_far(
         return Grounds::Less;
     }
     let counted = count(period, system, environment, interrupted);
-    match counted.why {
-        _ if counted.undefined.is_some() => Grounds::Undefined(counted.undefined.unwrap_or_default()),
-        Some(_) => Grounds::Less,
-        None if one_is_taken(period, &counted.layers, &environment.assumptions) => Grounds::All,
-        None => Grounds::Ways,
+    match (counted.undefined, counted.why) {
+        (Some(why), _) => Grounds::Undefined(why),
+        (None, Some(_)) => Grounds::Less,
+        _ if one_is_taken(period, &counted.layers, &environment.assumptions) => Grounds::All,
+        _ => Grounds::Ways,
     }
 }
 
@@ -329,10 +329,17 @@ impl Rounds<'_> {
 
     /// Has the kernel check a proof, of what has a value wherever its hypotheses hold.
     pub(super) fn check(&self, proof: &Proof) -> Result<(), Lost> {
-        let theorem = check(self.theory, proof).map_err(|rejected| Lost(rejected.reason.to_string()))?;
-        let Some(need) = theorem.reads().first() else { return Ok(()) };
-        self.undefined.replace(Some(need.to_string()));
-        Err(Lost(need.to_string()))
+        let (why, undefined) = match check(self.theory, proof) {
+            Err(rejected) => (rejected.reason.to_string(), rejected.reason.is_undefined()),
+            Ok(theorem) => match theorem.reads().first() {
+                None => return Ok(()),
+                Some(need) => (need.to_string(), true),
+            },
+        };
+        if undefined {
+            self.undefined.replace(Some(why.clone()));
+        }
+        Err(Lost(why))
     }
 }
 

@@ -43,6 +43,17 @@ impl Need {
         })
     }
 
+    /// The needs that it comes to: a product is not 0 where no factor is.
+    pub fn apart(&self) -> Vec<Need> {
+        let factors = || {
+            let Need::Nonzero(Value(own)) = self else { return None };
+            let Content::Real(own, _) = &own.content else { return None };
+            let [(monomial, _)] = own.terms() else { return None };
+            monomial.factors().iter().map(|(atom, _)| atom.value().ok().map(Need::Nonzero)).collect()
+        };
+        factors().unwrap_or_else(|| vec![self.clone()])
+    }
+
     /// Whether it holds wherever one of these does.
     pub fn follows_from(&self, others: &BTreeSet<Need>) -> bool {
         if others.contains(self) {

@@ -168,3 +168,10 @@ pub fn question(text: &str) -> (Question, Environment) {
     }
     (found.expect("a question"), environment)
 }
+
+/// Processes `R0`, `R1`, … of which each hands what it reads on, from port `c0` to the port of this number; and their names,
+/// each behind a bar.
+pub fn relays(parts: usize) -> (String, String) {
+    let relay = |place: usize| format!("proc R{place} = In_c{place}<x> ; Out_{{c{},x}} ; R{place}\n", place + 1);
+    ((0..parts).map(relay).collect(), (0..parts).map(|place| format!(" | R{place}")).collect())
+}
