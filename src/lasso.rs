@@ -33,8 +33,9 @@ const MOST_STEPS: usize = 2_000;
 const MOST_ROUNDS: i64 = 300;
 /// The longest term of a run, in operators.
 const MOST_TERM: usize = 5_000;
-/// Bits of a number at which it is followed no further.
+/// Bits of a number at which it is followed no further; of one with roots, which takes longer to compute with.
 const MOST_BITS: u64 = 4_000;
+const MOST_BITS_BESIDE_ROOTS: u64 = 500;
 
 /// What may be shown: an observer, with its values where they are known.
 pub type Sight = (Name, Option<Vec<Value>>);
@@ -182,7 +183,8 @@ fn calm(model: &Model<'_>, mut state: State) -> Calm {
 fn stretch(model: &Model<'_>, state: &State) -> Option<(Stretch, bool, State)> {
     let moves = state.moves().ok()?;
     let shown: BTreeSet<Sight> = state.observations().into_iter().map(|(name, values)| (name, Some(values))).collect();
-    let large = |value: &Value| value.as_rational().is_some_and(|number| number.numer().bits() > MOST_BITS);
+    let large =
+        |value: &Value| value.bits() > if value.atoms().is_empty() { MOST_BITS } else { MOST_BITS_BESIDE_ROOTS };
     let sight = |sight: &Sight| sight.1.iter().flatten().any(large);
     if shown.iter().any(sight) || state.term().size() > MOST_TERM {
         return None;

@@ -14,6 +14,7 @@ mod criteria;
 pub(crate) mod delays;
 mod digits;
 mod drawn;
+mod entered;
 mod illustrate;
 mod instances;
 mod likely;

@@ -15,6 +15,7 @@ mod order;
 mod power;
 mod relation;
 pub(crate) mod root;
+pub(crate) mod squares;
 mod substitute;
 mod text;
 

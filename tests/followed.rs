@@ -88,6 +88,27 @@ fn ways_along_an_axis_are_checked_case_by_case() {
     }
 }
 
+/// In the plane until the goal is near: where a step ends, the next direction must have a value, and what is under the root is
+/// the square of a length in another form.
+#[test]
+fn ways_in_the_plane_until_the_goal_is_near_are_checked() {
+    for (command, goals, ways) in [
+        ("unit(g-r)/5", "Go_{(7,2)} ; Go_{(1,-1)}", 5),
+        ("unit(g-r)", "Go_{(6,8)} ; Go_{(0,0)}", 5),
+        ("min(1/2,norm(g-r))*unit(g-r)", "Go_{(7,2)} ; Go_{(1,-1)}", 5),
+        ("if norm(g-r) > 1/2 then unit(g-r)/2 else g-r", "Go_{(6,8)} ; Go_{(0,0)}", 5),
+        ("unit(g-r)/2", "Go_{(6,1)} ; Go_{(2,3)} ; Go_{(0,0)}", 10),
+    ] {
+        let found = run(&format!(
+            "proc World_r = (Delay_1 # Odo_r # At_r) ; In_c<u> ; World_{{r+u}}\nproc Odo_r = Out_{{p,r}} ; Odo_r\n\
+             proc Go_g = In_p<r> ; Gtr_{{norm(g-r),1/4}} ; Out_{{c,{command}}} ; Go_g\nproc M = {goals} ; M\n\
+             system Sys = World_{{(0,0)}} | M\nperiod Sys\n"
+        ));
+        let all = format!("by the kernel: all {ways} ways");
+        assert!(found.contains(&all), "{command}: {}", &found[found.len().saturating_sub(900)..]);
+    }
+}
+
 /// All ways of a period are theorems: whose goal is the limit of the command, where parts branch on what they read so that
 /// one branch goes on, of many goals, and of robots that all read and write at once.
 #[test]

@@ -107,3 +107,62 @@ fn a_proof_that_could_not_be_read_back_is_not_written() {
     let written = std::fs::read_dir(&proofs).map_or(0, Iterator::count);
     assert!(written == 0 && said.contains("`pars check` would reject it"), "{said}");
 }
+
+/// What stands in a state, and not only what is shown: in a branch, a parameter that nobody reads, a result, a communication.
+#[test]
+fn what_stands_in_a_phase_must_have_a_value_wherever_it_is_entered() {
+    let shown = "observer At(p)\n";
+    let ask = "system S = C_3 | D\nprove S always p <= 5 when At_p\nproperty G = Delay_1 ; G\nprove S satisfies G\n";
+    for (process, other) in [
+        ("C_x = Delay_1 ; ((Gtr_{1/x,0} | Lte_{1/x,0}) ; (Delay_1 # At_x)) ; C_{x-1}", "D = Delay_1 ; D"),
+        ("C_x = B_{x,0}\nproc B_{x,y} = (Delay_1 # At_x) ; B_{x-1,1/(x-1)}", "D = Delay_1 ; D"),
+        ("C_x = (Delay_1 # At_x) ; Set_{sqrt(x)}<y> ; C_{x-1}", "D = Delay_1 ; D"),
+        ("C_x = (Delay_1 # At_x) ; Out_{c,sqrt(x)} ; C_{x-1}", "D = In_c<y> ; D"),
+    ] {
+        let text = told(&format!("{shown}proc {process}\nproc {other}\n{ask}"));
+        assert!(!text.contains(": proved: ") && text.contains("may come to what has no value"), "{process}: {text}");
+    }
+    // Behind a guard it is asked for where the guard holds.
+    let guarded = "proc C_r = Delay_1 ; ((Gtr_{r,3} ; (Delay_1 # At_{1/(r-3)})) | (Lte_{r,3} ; Delay_1)) ; C_{r-1}\n\
+        system S = C_6\nprove S always p >= 0 when At_p\n";
+    let text = told(&format!("{shown}{guarded}"));
+    assert!(text.contains(": proved: ") && text.contains("checked every way of the phases"), "{text}");
+    let drawn = "proc C = Ran_{Uniform(-1,1)}<e> ; (Delay_1 # At_{sqrt(e)}) ; C\nsystem S = C\nprove S always p >= 0 when At_p\n";
+    let text = told(&format!("{shown}{drawn}"));
+    assert!(!text.contains(": proved: ") && text.contains("no value"), "{text}");
+    let rock = "observer Rock(q)\nproc W_r = (Delay_1 # At_r # Rock_7) ; Delay_1 ; ((Gtr_{sqrt(r+100000),-1} ; W_{r-1}) | \
+        (Lte_{sqrt(r+100000),-1} ; W_{r-1}))\nsystem S = W_3\ncriteria K for S { clearance > 1 between At, Rock }\n";
+    let text = told(&format!("{shown}{rock}"));
+    assert!(text.contains("open: criteria K") && text.contains("no value"), "{text}");
+}
+
+/// A sequence that is asked for behind a term that has no value.
+#[test]
+fn no_form_and_no_index_goes_past_a_term_without_a_value() {
+    for (equations, question) in [
+        ("r(n+1) = r(n)+(if sqrt(10-n) > 5 then 1 else 2), r(0) = 0", "r(n) >= 200"),
+        ("r(n+1) = r(n)+max(sqrt(10-n),100), r(0) = 0", "r(n) >= 2000"),
+        ("r(n+1) = r(n)-1, q(n+1) = max(q(n)+1,-sqrt(r(n))), r(0) = 6, q(0) = 0", "q(n) >= 20"),
+        ("r(n+1) = r(n)+(if norm((sqrt(5-n),1)) >= 1 then 1 else 2), r(0) = 0", "r(n) >= 20"),
+    ] {
+        let text = told(&format!("solve {equations} find n with {question}\n"));
+        assert!(text.contains("no square root") && !text.contains("is the first"), "{text}");
+    }
+    // Where it has one everywhere, nothing is lost.
+    let text =
+        told("solve r(n+1) = r(n)+1, q(n+1) = max(q(n)+1,-sqrt(r(n))), r(0) = 6, q(0) = 0 find n with q(n) >= 20\n");
+    assert!(text.contains("n = 20 is the first"), "{text}");
+}
+
+/// An equation that divides by the square of a number goes towards nothing, and its own condition says what comes at the pole.
+#[test]
+fn a_pole_is_no_goal() {
+    for (next, start, answer) in [
+        ("if abs(r(n)) > 0 then 1/r(n)^2-1 else 7", 1, "n = 2 is the first with r(n) = 7"),
+        ("if r(n) = 2 then 7 else 1/(r(n)-2)^2+1", 1, "n = 2 is the first with r(n) = 7"),
+        ("1/r(n)^2-1", 1, "division by zero"),
+    ] {
+        let text = told(&format!("solve r(n+1) = {next}, r(0) = {start} find n with r(n) = 7\n"));
+        assert!(text.contains(answer) && !text.contains("is taken to stay"), "{next}: {text}");
+    }
+}

@@ -303,7 +303,7 @@ fn motion_in_the_plane_is_told_in_vectors() {
             "World'_r = (Delay_1 # At_r # Odo_r) ; In_c<u>",
             "f_World(r) = r+u",
             "Go'_g = In_p<z> ; Neq_{z,g} ; Out_{c,if norm(z-g) > v then (g*v-v*z)/norm(z-g) else g-z}",
-            "flow      f(rx,ry) = if norm((rx-3,ry-4)) > v then (rx+(3*v-rx*v)/norm((rx-3,ry-4)),ry+(4*v-ry*v)/norm((rx-3,ry-4))) else (3,4)",
+            "flow      f(rx,ry) = if norm((rx-3,ry-4)) > v then (rx-(rx*v-3*v)/norm((rx-3,ry-4)),ry-(ry*v-4*v)/norm((rx-3,ry-4))) else (3,4)",
             "again     while (rx,ry) != (3,4) after the round",
             "then      to phase 2 with rx = 3, ry = 4 if (rx,ry) = (3,4) after the round",
             "port p    (rx,ry) after the round",
@@ -323,7 +323,7 @@ fn motion_along_a_line_of_the_plane_has_a_closed_form_from_any_start() {
         &walk("flow Sys\n"),
         &[
             &format!(
-                "closed    rx = rx0+(3*n*v-n*rx0*v)/norm((rx0-3,ry0-4)) from n = 0 until {until} if norm((rx0-3,ry0-4)) > 0"
+                "closed    rx = rx0-(n*rx0*v-3*n*v)/norm((rx0-3,ry0-4)) from n = 0 until {until} if norm((rx0-3,ry0-4)) > 0"
             ),
             &format!("closed    ry = 4 from {until} if norm((rx0-3,ry0-4)) > 0"),
         ],

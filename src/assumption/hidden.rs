@@ -4,7 +4,7 @@ use super::Assumptions;
 use super::refute::{DIVISION_BUDGET, Form};
 use crate::polynomial::{Budget, Polynomial};
 use crate::value::Atom;
-use crate::value::root::square_of;
+use crate::value::squares::square_of;
 
 impl Assumptions {
     /// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`

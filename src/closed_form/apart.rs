@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::check::{failed, whole};
 use super::defined::{Defined, Layers};
+use super::pieces::reads;
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, product};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Need, Value};
+use crate::value::{Atom, Need, Relation, Value};
 
 /// What must hold for all forms to be right.
 pub(super) fn apart(
@@ -69,6 +70,66 @@ pub(super) fn has_meaning(
         }
     }
     Ok(())
+}
+
+/// Makes sure that what stands under the roots of an equation is not negative at any index where the forms have lost these
+/// roots: `max(sqrt(10-n),100)` is 100 up to 10, and nothing then. A form in which the root still stands says so itself.
+pub(super) fn hidden_roots(
+    next: &Value,
+    (recurrence, forms): (&Recurrence, &[Form]),
+    defined: &mut Defined<'_>,
+) -> Result<(), Unchecked> {
+    let hidden = |need: &Need| matches!(need, Need::Nonnegative(inner) if !inner.is_sum_of_squares());
+    if !next.needs().iter().any(hidden) {
+        return Ok(());
+    }
+    let images = images_of(recurrence, forms)?;
+    let shown: BTreeSet<Need> =
+        forms.iter().filter_map(|form| form.value(&recurrence.index)).flat_map(|form| form.needs()).collect();
+    let known = defined.known().clone();
+    for (known, need) in in_cases(next, &images, &known, MOST_CASES)? {
+        if !hidden(&need) || shown.contains(&need) {
+            continue;
+        }
+        let image = need.value().substitute(&images)?;
+        let under = Need::Nonnegative(image.clone());
+        if shown.contains(&under) || known.grants(&under) == Some(true) {
+            continue;
+        }
+        if reads(&image, recurrence) {
+            return Err(Unchecked(need.to_string()));
+        }
+        defined.not_negative(&image);
+    }
+    Ok(())
+}
+
+/// Conditions of an equation that are looked at in either case.
+const MOST_CASES: usize = 4;
+
+/// What an equation needs where its conditions hold and where they do not, with what is known there; maxima stay.
+fn in_cases(
+    next: &Value,
+    images: &BTreeMap<Name, Value>,
+    known: &Assumptions,
+    more: usize,
+) -> Result<Vec<(Assumptions, Need)>, Unchecked> {
+    let condition = next.atoms().into_iter().find(|atom| matches!(atom, Atom::Positive(_))).filter(|_| more > 0);
+    let Some(atom @ Atom::Positive(inner)) = &condition else {
+        return Ok(next.needs().into_iter().map(|need| (known.clone(), need)).collect());
+    };
+    let (image, zero) = (inner.substitute(images)?, Value::zero());
+    // The condition itself is asked for whether it holds or not.
+    let mut found: Vec<(Assumptions, Need)> = inner.needs().into_iter().map(|need| (known.clone(), need)).collect();
+    for (holds, relation) in [(1, Relation::Gtr), (0, Relation::Lte)] {
+        let mut here = known.clone();
+        here.assume(relation, &image, &zero);
+        if !here.contradictory() {
+            let settled = next.with_atom(atom, &Value::integer(holds))?;
+            found.extend(in_cases(&settled, images, &here, more - 1)?);
+        }
+    }
+    Ok(found)
 }
 
 /// Makes sure that nothing is 0 by which an equation divides, where products are among the terms: one is never 0 if none of

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
-use super::apart::{apart, has_meaning, images_of, products_are_never_zero};
+use super::apart::{apart, has_meaning, hidden_roots, images_of, products_are_never_zero};
 use super::defined::Defined;
 use super::names::names;
 use super::pieces::divides_by;
@@ -127,6 +127,10 @@ impl Induction<'_> {
             }
             for value in &sequence.start {
                 self.defined.value(value, from)?;
+            }
+            let summed = self.forms.iter().any(|form| matches!(form, Form::Nested(_)));
+            if !by_pieces && !summed {
+                hidden_roots(&sequence.next, (self.recurrence, self.forms), &mut self.defined)?;
             }
         }
         if matches!(self.forms, [Form::Turns(_), ..]) {

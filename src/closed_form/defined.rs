@@ -170,24 +170,27 @@ impl<'a> Defined<'a> {
             rest.retain(|inner| !given.contains(inner));
         }
         for inner in &rest {
-            match self.known().decide(Relation::Gte, inner, &Value::zero()) {
+            match self.known().grants(&Need::Nonnegative(inner.clone())) {
                 Some(true) => {}
                 Some(false) => return Err(Unchecked(format!("it takes the root of {inner}, which is negative"))),
                 None if inner.mentions(self.index) => {
                     return Err(Unchecked(format!("it must be known whether {inner} is ever negative")));
                 }
-                None => {
-                    self.conditions.push((Relation::Gte, inner.clone(), Value::zero()));
-                    self.general = OnceCell::new();
-                }
+                None => self.not_negative(inner),
             }
         }
         Ok(())
     }
 
+    /// Adds the condition that a value which is free of the index is not negative.
+    pub(super) fn not_negative(&mut self, value: &Value) {
+        self.conditions.push((Relation::Gte, value.clone(), Value::zero()));
+        self.general = OnceCell::new();
+    }
+
     fn not_zero(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
         let zero = Value::zero();
-        match self.known().decide(Relation::Neq, value, &zero) {
+        match self.known().grants(&Need::Nonzero(value.clone())) {
             Some(true) => return Ok(()),
             Some(false) => return Err(Unchecked("it divides by 0".to_string())),
             None => {}

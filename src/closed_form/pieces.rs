@@ -8,7 +8,7 @@ use num_traits::{Signed, ToPrimitive, Zero};
 use super::cells::{Cell, cells};
 use super::check::{Induction, failed, whole};
 use super::signs::{Signs, settled_by};
-use super::{Form, Piece, Unchecked};
+use super::{Form, Piece, Recurrence, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
 use crate::name::Name;
@@ -152,7 +152,7 @@ impl Induction<'_> {
         let sum = |value: &Value| ExponentialPolynomial::of(&value.substitute(images).ok()?, &self.recurrence.index);
         let signs = Signs { sum: &sum, from, until };
         // Only what divides by a term may have no value.
-        let divides = self.recurrence.terms().iter().any(|(name, ..)| divides_by(next, name));
+        let divides = self.may_lack_a_value(next);
         let settled = signs.settled(next)?;
         Ok([if divides { signs.chosen(next)? } else { settled.clone() }, settled])
     }
@@ -160,8 +160,7 @@ impl Induction<'_> {
     /// An equation that divides by a term, with what its conditions are where the terms are these; what it divides by is
     /// then known not to be 0.
     fn divided(&self, next: Value, images: &BTreeMap<Name, Value>, known: &Assumptions) -> Result<Value, Unchecked> {
-        let terms = self.recurrence.terms();
-        if !terms.iter().any(|(name, ..)| divides_by(&next, name)) {
+        if !self.may_lack_a_value(&next) {
             return Ok(next);
         }
         let zero = Value::zero();
@@ -170,12 +169,28 @@ impl Induction<'_> {
         // Maxima stay: what they leave out must have a value, too.
         let next = settled_by(&next, &|_, _| false, &|inner| holds(Relation::Gtr, inner))?;
         for need in next.needs() {
-            let Need::Nonzero(divisor) = &need else { continue };
-            if holds(Relation::Neq, divisor) != Some(true) {
-                return Err(Unchecked(format!("it divides by {divisor}, which may be 0")));
+            match &need {
+                Need::Nonzero(divisor) if holds(Relation::Neq, divisor) != Some(true) => {
+                    return Err(Unchecked(format!("it divides by {divisor}, which may be 0")));
+                }
+                Need::Nonnegative(inner)
+                    if reads(inner, self.recurrence)
+                        && !inner.is_sum_of_squares()
+                        && holds(Relation::Gte, inner) != Some(true) =>
+                {
+                    return Err(Unchecked(need.to_string()));
+                }
+                _ => {}
             }
         }
         Ok(next)
+    }
+
+    /// Whether an equation divides by a term, or takes a root of what depends on one or on the index.
+    fn may_lack_a_value(&self, next: &Value) -> bool {
+        let terms = self.recurrence.terms();
+        terms.iter().any(|(name, ..)| divides_by(next, name))
+            || next.needs().iter().any(|need| matches!(need, Need::Nonnegative(inner) if reads(inner, self.recurrence)))
     }
 
     /// The step from one index, between whose terms a piece ends.
@@ -206,6 +221,11 @@ impl Induction<'_> {
         known.assume(Relation::Gte, &Value::variable(index), &from);
         same_throughout(left, right, &Piece { from, until: None, form: left.clone() }, index, &known)
     }
+}
+
+/// Whether a term, or the index, stands in a value.
+pub(super) fn reads(value: &Value, recurrence: &Recurrence) -> bool {
+    value.mentions(&recurrence.index) || recurrence.terms().iter().any(|(name, ..)| value.mentions(name))
 }
 
 /// Whether a value divides by something in which a variable stands.

@@ -14,6 +14,9 @@ use crate::value::{Need, Value};
 
 /// Calls of the claim, and of what they call, that are looked into.
 const MOST_CALLS: usize = 400;
+/// The bits and the nodes of the arguments of a call that is looked into: they may grow from call to call.
+const LONGEST: u64 = 2_000;
+const LARGEST: usize = 100;
 
 /// What the values of a proof need to have a meaning: it must follow from the assumptions, or be needed by the claim
 /// itself, which says nothing where it fails.
@@ -58,6 +61,10 @@ impl Meaning {
                 claimed.extend(part.values().flat_map(Value::needs));
                 let Node::Call(name, arguments) = part.node() else { continue };
                 let Some(definition) = theory.definitions.get(name).filter(|_| partial) else { continue };
+                // What is not looked into is not needed by the claim: fewer needs are tolerated, not more.
+                if arguments.iter().any(|argument| argument.bits() > LONGEST || argument.size() > LARGEST) {
+                    continue;
+                }
                 if called.len() < MOST_CALLS && called.insert(part.clone()) {
                     let parameters = definition.parameters.iter().cloned();
                     let map: BTreeMap<Name, Value> = parameters.zip(arguments.iter().cloned()).collect();

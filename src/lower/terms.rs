@@ -9,10 +9,10 @@ use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
 use super::value::FUNCTIONS;
 use crate::ast::{Argument, Comparison, Ident, Value as Written, ValueKind};
-use crate::closed_form::term;
+use crate::closed_form::{first_zero, term};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Need, Sort, Value};
+use crate::value::{Need, Relation, Sort, Value};
 
 impl Lowerer<'_> {
     /// The right side of an equation, so many steps later; its terms as variables. The index begins at `from`.
@@ -39,7 +39,7 @@ impl Lowerer<'_> {
         for (name, offset) in terms.keys() {
             own.extend(components(name, names).iter().map(|part| raw(part, *offset)));
         }
-        self.kept(&renamed, &value, &own)?;
+        self.kept(&renamed, &value, &own, (index, from))?;
         self.whole_powers(&renamed, &value, (index, from.saturating_add(shift)))?;
         let mut images: BTreeMap<Name, Value> = BTreeMap::new();
         for (name, offset) in terms.keys() {
@@ -90,21 +90,47 @@ impl Lowerer<'_> {
         )
     }
 
-    /// What an equation divides by must not cancel where it may be 0 for a term: the equation would have a value there that
-    /// it does not have as it is written.
-    fn kept(&mut self, written: &Written, value: &Value, terms: &[Name]) -> Option<()> {
+    /// What an equation divides by, or takes a root of, must not cancel where it may be 0, or negative, for a term or an
+    /// index: the equation would have a value there that it does not have as it is written.
+    fn kept(&mut self, written: &Written, value: &Value, terms: &[Name], (index, from): (&Name, i64)) -> Option<()> {
         let needs = value.needs();
-        for divisor in divisors(written) {
-            let span = divisor.span;
-            let divisor = self.number(divisor)?;
-            let stays = || divisor.numerator().is_some_and(|one| Need::Nonzero(one).follows_from(&needs));
-            if divisor.sort() == Sort::Real && terms.iter().any(|name| divisor.mentions(name)) && !stays() {
-                return self.fail(
-                    Diagnostic::error("P0402", "what this divides by cancels, and may be 0")
-                        .label(span, "where this is 0 the equation has no value")
-                        .help("write the quotient in its lowest terms, if that is what is meant"),
-                );
+        let mut known = self.environment.assumptions.without_name(index);
+        if from >= 0 {
+            known.assume_natural(index);
+        }
+        known.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));
+        let varies = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
+        let written = [(divisors(written), true), (radicands(written), false)];
+        for (part, divides) in
+            written.iter().flat_map(|(parts, divides)| parts.iter().map(move |part| (*part, *divides)))
+        {
+            let span = part.span;
+            let part = self.number(part)?;
+            if part.sort() != Sort::Real || !varies(&part) {
+                continue;
             }
+            let need = if divides { Need::Nonzero(part.numerator()?) } else { Need::Nonnegative(part.clone()) };
+            let never = || divides && first_zero(&part, index, from) == Some(None);
+            if need.follows_from(&needs) || known.grants(&need) == Some(true) || never() {
+                continue;
+            }
+            let [what, where_it_is, advice] = match divides {
+                true => [
+                    "what this divides by cancels, and may be 0",
+                    "where this is 0",
+                    "write the quotient in its lowest terms",
+                ],
+                false => [
+                    "this root cancels, and may be one of a negative number",
+                    "where this is negative",
+                    "write it without the root",
+                ],
+            };
+            return self.fail(
+                Diagnostic::error("P0402", what)
+                    .label(span, format!("{where_it_is} the equation has no value"))
+                    .help(format!("{advice}, if that is what is meant")),
+            );
         }
         Some(())
     }
@@ -268,14 +294,33 @@ fn part_of(name: &Name, lengths: &Lengths) -> Option<(Name, usize)> {
 
 /// All that a value divides by, as it is written.
 fn divisors(written: &Written) -> Vec<&Written> {
+    let mut found = Vec::new();
+    for one in all_parts(written) {
+        if let ValueKind::Product(parts) = &one.kind {
+            found.extend(parts.iter().filter(|(divides, _)| *divides).map(|(_, part)| part));
+        }
+    }
+    found
+}
+
+/// All that a value takes square roots of, as it is written.
+fn radicands(written: &Written) -> Vec<&Written> {
+    let of_root = |one: &&Written| matches!(&one.kind, ValueKind::Call(name, _) if name.name.as_str() == "sqrt");
+    let roots = all_parts(written).into_iter().filter(of_root);
+    roots
+        .flat_map(
+            |one| if let ValueKind::Call(_, arguments) = &one.kind { values(arguments).collect() } else { Vec::new() },
+        )
+        .collect()
+}
+
+/// A value as it is written and all within it.
+fn all_parts(written: &Written) -> Vec<&Written> {
     let (mut found, mut open) = (Vec::new(), vec![written]);
     while let Some(one) = open.pop() {
+        found.push(one);
         match &one.kind {
-            ValueKind::Product(parts) => {
-                found.extend(parts.iter().filter(|(divides, _)| *divides).map(|(_, part)| part));
-                open.extend(parts.iter().map(|(_, part)| part));
-            }
-            ValueKind::Sum(parts) => open.extend(parts.iter().map(|(_, part)| part)),
+            ValueKind::Product(parts) | ValueKind::Sum(parts) => open.extend(parts.iter().map(|(_, part)| part)),
             ValueKind::Power(base, exponent) => open.extend([&**base, &**exponent]),
             ValueKind::Negative(inner) | ValueKind::Absolute(inner) => open.push(inner),
             ValueKind::Vector(parts) => open.extend(parts),
@@ -283,7 +328,11 @@ fn divisors(written: &Written) -> Vec<&Written> {
             ValueKind::Call(_, arguments) | ValueKind::Iterate(_, arguments) => {
                 open.extend(arguments.iter().map(|argument| &argument.value));
             }
-            ValueKind::Cases(cases) => open.extend(cases.iter().map(|(value, _)| value)),
+            ValueKind::Cases(cases) => {
+                let conditions = cases.iter().filter_map(|(_, condition)| condition.as_ref());
+                open.extend(conditions.flat_map(|one| [&one.left, &one.right]));
+                open.extend(cases.iter().map(|(value, _)| value));
+            }
             ValueKind::Name(_) | ValueKind::Number(_) => {}
         }
     }

@@ -1,5 +1,7 @@
 //! Equations that go in the direction of a point and have no value at it: `r + min(w, norm(g-r))*unit(g-r)` at g.
 
+use std::collections::BTreeMap;
+
 use crate::closed_form::Recurrence;
 use crate::name::Name;
 use crate::value::{Atom, Need, Relation, Value};
@@ -19,10 +21,18 @@ pub fn at_rest(recurrence: &Recurrence) -> Option<(Recurrence, Vec<Resting>)> {
             if !terms.iter().any(|(name, ..)| divisor.mentions(name)) {
                 continue;
             }
-            // A distance, or the square of one.
             let one = divisor.atoms().into_iter().find(|atom| atom.value().is_ok_and(|value| value == divisor));
-            let square = if let Some(Atom::Root(square)) = one { square } else { divisor };
-            square.squares()?;
+            // A distance, or the square of one that the equation speaks of.
+            let square = match one {
+                Some(Atom::Root(square)) => square,
+                _ if speaks_of_distance(&sequence.next, &divisor) => divisor,
+                _ => return None,
+            };
+            // A condition may have said already what comes then.
+            let components = square.squares()?;
+            if has_value_where_zero(&sequence.next, &components)? {
+                continue;
+            }
             if sequence.start.len() != 1 || own.replace(square.sqrt().ok()?).is_some() {
                 return None;
             }
@@ -36,6 +46,31 @@ pub fn at_rest(recurrence: &Recurrence) -> Option<(Recurrence, Vec<Resting>)> {
         }
     }
     (!found.is_empty()).then_some((resting, found))
+}
+
+/// Whether the length of a vector of more than one component stands in a value, of which this is the square.
+fn speaks_of_distance(value: &Value, square: &Value) -> bool {
+    let mut found = false;
+    let unchanged = value.replace(&mut |atom| {
+        found |= matches!(atom, Atom::Root(inner) if inner == square);
+        None
+    });
+    unchanged.is_ok() && found && square.squares().is_some_and(|components| components.len() > 1)
+}
+
+/// Whether an equation has a value where all these are 0; none where that is not found out.
+fn has_value_where_zero(next: &Value, components: &[Value]) -> Option<bool> {
+    let mut images = BTreeMap::new();
+    for component in components {
+        let component = component.substitute(&images).ok()?;
+        if component.is_zero() {
+            continue;
+        }
+        let name = component.variables().into_iter().find(|name| component.linear_in(name).is_some())?;
+        let (slope, rest) = component.linear_in(&name)?;
+        images.insert(name, rest.neg().ok()?.div(&slope).ok()?);
+    }
+    Some(next.substitute(&images).is_ok())
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::compare::theory;
 use super::drawn::{Layer, Moments, followed, named_alike, with_supports};
+use super::entered::{counts, delays, met, more_than_none, needs, parts_of_length};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::fact::supposing;
@@ -19,12 +20,14 @@ use crate::prove::run::{self, Lost, ends, passes};
 use crate::scope::subterms;
 use crate::substitution::substitute_values;
 use crate::term::{Node, Term};
-use crate::value::{Relation, Value, ValueError};
+use crate::value::{Need, Relation, Value, ValueError};
 
 /// Ways that are looked at.
 const MOST_WAYS: usize = 2_000;
-/// Ways that may fail before no more are looked at.
-const MOST_FAILURES: usize = 3;
+/// Ways that may fail before no more are looked at, where the first is told, and where it is asked whether any may come to
+/// what has no value.
+const FEW_FAILURES: usize = 3;
+const MOST_FAILURES: usize = 50;
 /// Stretches of time on one way that are followed.
 const MOST_STRETCHES: usize = 10_000;
 /// Cases in which tests fail that are looked at.
@@ -39,7 +42,7 @@ pub(super) fn checked(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Vec<String> {
-    let Count { layers, all, why, .. } = count(period, system, environment, interrupted);
+    let Count { layers, all, why, .. } = count(period, (system, environment), FEW_FAILURES, interrupted);
     let proved = layers.iter().flatten().count();
     let ways = "ways from start and phases, with their flow functions";
     match why {
@@ -73,13 +76,11 @@ pub(super) fn how_far(
     interrupted: &dyn Fn() -> bool,
 ) -> Grounds {
     let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
-    if edges.any(|edge| matches!(edge.next, Next::End(End::Livelock { .. }))) {
-        return Grounds::Less;
-    }
-    let counted = count(period, system, environment, interrupted);
+    let counted = count(period, (system, environment), MOST_FAILURES, interrupted);
     match (counted.undefined, counted.why) {
         (Some(why), _) => Grounds::Undefined(why),
         (None, Some(_)) => Grounds::Less,
+        _ if edges.any(|edge| matches!(edge.next, Next::End(End::Livelock { .. }))) => Grounds::Less,
         _ if one_is_taken(period, &counted.layers, &environment.assumptions) => Grounds::All,
         _ => Grounds::Ways,
     }
@@ -130,7 +131,12 @@ struct Count {
 }
 
 /// Which ways to phases and ends the kernel has checked.
-fn count(period: &Period, system: &System, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Count {
+fn count(
+    period: &Period,
+    (system, environment): (&System, &Environment),
+    most: usize,
+    interrupted: &dyn Fn() -> bool,
+) -> Count {
     let whole = system.alone(&environment.definitions);
     let theory = Theory { definitions: called_in(&whole, &environment.definitions), ..theory(environment) };
     let mut ports = Vec::new();
@@ -148,7 +154,7 @@ fn count(period: &Period, system: &System, environment: &Environment, interrupte
     let mut layers = Vec::new();
     let mut failed = Vec::new();
     for beside in all[..all.len().min(MOST_WAYS)].chunk_by(|(one, _), (other, _)| one == other) {
-        if failed.len() >= MOST_FAILURES || interrupted() {
+        if failed.len() >= most || interrupted() {
             break;
         }
         let each = |backwards| -> Vec<Result<Vec<Layer>, Lost>> {
@@ -247,7 +253,11 @@ impl Rounds<'_> {
         };
         let entered = |phase: &Phase| -> Vec<Condition> {
             let copies = counts(&phase.state).cloned().map(Condition::Natural);
-            let mut all: Vec<Condition> = delays(&phase.state).filter(open).map(more_than_none).chain(copies).collect();
+            let granted = |need: &Need| self.theory.assumptions.grants(need) == Some(true);
+            let always = needs(&phase.state).into_iter().filter(|(need, guards)| guards.is_empty() && !granted(need));
+            let defined = always.filter_map(|(need, _)| met(&need));
+            let running = delays(&phase.state).filter(open).map(more_than_none);
+            let mut all: Vec<Condition> = running.chain(copies).chain(defined).collect();
             let mut seen = BTreeSet::new();
             all.retain(|condition| seen.insert(condition.clone()));
             all
@@ -271,8 +281,8 @@ impl Rounds<'_> {
         Ok(reached.layers)
     }
 
-    /// In a phase, what is left of each delay that runs is more than 0, and each number of copies that are to come is
-    /// natural: so it is where the phase is entered.
+    /// In a phase, what is left of each delay that runs is more than 0, each number of copies that are to come is natural,
+    /// and what stands in it has a value: so it is where the phase is entered.
     fn still_run(&self, phase: &Phase, map: &Named, hypotheses: &[Condition]) -> Result<(), Lost> {
         let known = self.supposing(hypotheses);
         for left in delays(&phase.state) {
@@ -285,6 +295,40 @@ impl Rounds<'_> {
             let copies = copies.substitute(map).map_err(odd)?;
             if known.is_natural(&copies) != Some(true) {
                 return Err(Lost(format!("whether {copies} is natural")));
+            }
+        }
+        self.has_value(phase, map, known)
+    }
+
+    /// What stands in a phase has a value where it is entered; what stands behind guards, where these hold.
+    fn has_value(&self, phase: &Phase, map: &Named, known: Assumptions) -> Result<(), Lost> {
+        for (need, guards) in needs(&phase.state) {
+            let mut here = known.clone();
+            for (relation, left, right) in &guards {
+                here.assume(*relation, &left.substitute(map).map_err(odd)?, &right.substitute(map).map_err(odd)?);
+            }
+            let Ok(image) = need.value().substitute(map) else {
+                if !guards.is_empty() && here.contradictory() {
+                    continue;
+                }
+                return Err(self.may_have_none(need.to_string()));
+            };
+            // Of parameters alone nothing is known but what is declared: a claim says nothing where they give no value.
+            let open = image.variables().iter().any(Name::is_meta) || image.as_rational().is_some();
+            let entered = need.substitute(map).map_err(odd)?;
+            let positive = || here.decide(Relation::Gtr, &image.sqrt().ok()?, &Value::zero());
+            let apart = || {
+                let parts: Vec<Value> = parts_of_length(need.value())?
+                    .iter()
+                    .map(|part| part.substitute(map).ok())
+                    .collect::<Option<_>>()?;
+                let alone = parts.iter().any(|part| here.decide(Relation::Neq, part, &Value::zero()) == Some(true));
+                let zeros = Value::vector(vec![Value::zero(); parts.len()]).ok()?;
+                Some(alone || here.decide(Relation::Neq, &Value::vector(parts).ok()?, &zeros) == Some(true))
+            };
+            let nonzero = || matches!(need, Need::Nonzero(_)) && (positive() == Some(true) || apart() == Some(true));
+            if open && here.grants(&entered) != Some(true) && !nonzero() && !here.contradictory() {
+                return Err(self.may_have_none(entered.to_string()));
             }
         }
         Ok(())
@@ -336,37 +380,14 @@ impl Rounds<'_> {
                 Some(need) => (need.to_string(), true),
             },
         };
-        if undefined {
-            self.undefined.replace(Some(why.clone()));
-        }
-        Err(Lost(why))
+        Err(if undefined { self.may_have_none(why) } else { Lost(why) })
     }
-}
 
-/// What is left of the delays that run in a state, where that is no number.
-fn delays(state: &[Term]) -> impl Iterator<Item = &Value> {
-    let (mut open, mut found): (Vec<&Term>, Vec<&Value>) = (state.iter().collect(), Vec::new());
-    while let Some(term) = open.pop() {
-        match term.node() {
-            Node::Delay(left) if left.as_rational().is_none() => found.push(left),
-            Node::Seq(_) | Node::Else(..) => open.extend(term.children().next()),
-            Node::Par(_) | Node::Disable(_) | Node::New(..) | Node::Project(..) => open.extend(term.children()),
-            _ => {}
-        }
+    /// Notes that there may be no value.
+    fn may_have_none(&self, why: String) -> Lost {
+        self.undefined.replace(Some(why.clone()));
+        Lost(why)
     }
-    found.into_iter()
-}
-
-/// The numbers of copies that are to come in a state, where they are variables.
-fn counts(state: &[Term]) -> impl Iterator<Item = &Value> {
-    state.iter().flat_map(subterms).filter_map(|term| match term.node() {
-        Node::Power(_, count, _) if count.variables().iter().any(Name::is_meta) => Some(count),
-        _ => None,
-    })
-}
-
-fn more_than_none(left: &Value) -> Condition {
-    Condition::Compare(Relation::Gtr, left.clone(), Value::zero())
 }
 
 fn odd(error: ValueError) -> Lost {

@@ -3,7 +3,8 @@
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
-use super::denominator::{free_denominator, leading_root, without_lengths};
+use super::denominator::{divided_beside_length, free_denominator, leading_root, without_lengths};
+use super::squares::sums_squares;
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
 use crate::polynomial::{Budget, MOST_TERMS, Monomial, Polynomial};
 
@@ -168,6 +169,8 @@ impl Value {
             return Err(ValueError::new("division by zero"));
         }
         let (numerator, denominator) = cancel(numerator, denominator);
+        let divided = divided_beside_length(&numerator, &denominator)?;
+        let (numerator, denominator) = divided.unwrap_or((numerator, denominator));
         let (numerator, denominator) = cancel_beside_root(numerator, denominator)?;
         let scale = denominator.leading().recip();
         let (numerator, denominator) = (numerator.scale(&scale), denominator.scale(&scale));
@@ -199,7 +202,7 @@ pub(super) fn product(left: &Real, right: &Real) -> Result<Real, ValueError> {
 }
 
 /// Divides out the greatest common divisor: all of it, or, beyond the budget, the common monomial.
-fn cancel(numerator: Real, denominator: Real) -> (Real, Real) {
+pub(super) fn cancel(numerator: Real, denominator: Real) -> (Real, Real) {
     if numerator.is_zero() {
         return (numerator, Polynomial::one());
     }
@@ -268,8 +271,9 @@ impl Atom {
     /// The polynomial that is its square, for roots of what is certainly not negative.
     pub(super) fn square(&self) -> Option<&Real> {
         match self {
-            Atom::Root(inner) if inner.plainly_nonnegative() => {
-                inner.parts().filter(|(_, denominator)| denominator.is_one()).map(|(numerator, _)| numerator)
+            Atom::Root(inner) => {
+                let (numerator, _) = inner.parts().filter(|(_, denominator)| denominator.is_one())?;
+                (inner.plainly_nonnegative() || sums_squares(numerator)).then_some(numerator)
             }
             _ => None,
         }

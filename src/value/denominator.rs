@@ -9,6 +9,9 @@ use super::{Atom, Need, Real, Relation, Value, ValueError};
 use crate::name::Name;
 use crate::polynomial::{Budget, Monomial, Polynomial};
 
+/// The bits of a coefficient beyond which a denominator keeps its roots: freed of one, its numbers are twice as long.
+const LONGEST: u64 = 1 << 12;
+
 /// Whether a fraction is not what [`Value::over`] makes of its numerator and denominator.
 pub(super) fn hides_a_sign(numerator: &Real, denominator: &Real) -> bool {
     denominator.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)))
@@ -59,6 +62,9 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
         (numerator, denominator) = (relations(product(&numerator, &root)?)?, relations(product(&denominator, &root)?)?);
     }
     for _ in 0..8 {
+        if numerator.bits().max(denominator.bits()) > LONGEST {
+            break;
+        }
         let special: Vec<Atom> = denominator
             .atoms()
             .into_iter()
@@ -98,6 +104,33 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
     Ok((numerator, denominator))
 }
 
+/// A fraction whose numerator is a multiple of what stands in the denominator as the squares of lengths are known: `S + m*n`
+/// is `n*(n + m)` where n is the root of S, so that `(S + m*n)/(n + m)` is n. None where nothing divides.
+pub(super) fn divided_beside_length(numerator: &Real, denominator: &Real) -> Result<Option<(Real, Real)>, ValueError> {
+    for atom in denominator.atoms() {
+        let Some(square) = atom.square().filter(|square| is_of_variables(square)) else { continue };
+        let mut parts = denominator.coefficients_in(atom);
+        let (Some(constant), Some(factor), true) = (parts.remove(&0), parts.remove(&1), parts.is_empty()) else {
+            continue;
+        };
+        let root = Polynomial::atom(atom.clone());
+        let conjugate = relations(constant.minus(&product(&factor, &root)?))?;
+        let below = relations(product(&constant, &constant)?.minus(&product(&product(&factor, &factor)?, square)?))?;
+        let (above, below) = super::arithmetic::cancel(relations(product(numerator, &conjugate)?)?, below);
+        // What comes of it is the same wherever both have a value, if it is when the rest of the denominator is put back.
+        let Some(rest) = denominator.divide(&below, &mut Budget::new(DIVISOR_BUDGET)) else { continue };
+        if relations(product(&above, &rest)?)? == *numerator {
+            return Ok(Some((above, below)));
+        }
+    }
+    Ok(None)
+}
+
+/// Whether variables stand in it, and not only in its atoms.
+fn is_of_variables(polynomial: &Real) -> bool {
+    polynomial.atoms().into_iter().any(|atom| matches!(atom, Atom::Variable(_)))
+}
+
 /// The roots of numbers in the first term of a polynomial in its variables, where all that stands at these variables has
 /// them: of `x*sqrt(2)-2`, which is `sqrt(2)*(x-sqrt(2))`, the root of 2. Multiplied by them, it has none there.
 pub(super) fn leading_root(polynomial: &Real) -> Option<Real> {
@@ -131,7 +164,13 @@ pub fn keeps_divisors(value: &Value, images: &BTreeMap<Name, Value>) -> Result<(
     };
     let needs = value.needs().into_iter().filter(|need| matches!(need, Need::Nonzero(_)));
     for need in needs.filter(|need| need.value().variables().iter().any(cased)) {
-        if let Some((relation, inside)) = taken_for_granted(&need.value().substitute(images)?) {
+        // By the square of a length that stands there, too, it divides as by the length.
+        let length = |atom: &Atom| matches!(atom, Atom::Root(inner) if inner == need.value());
+        let divisor = match value.atoms().iter().find(|atom| length(atom)) {
+            Some(length) => length.value()?,
+            None => need.value().clone(),
+        };
+        if let Some((relation, inside)) = taken_for_granted(&divisor.substitute(images)?) {
             return Err(ValueError(format!("division by 0 where {inside} {} 0", relation.negated().symbol())));
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use super::{Atom, Content, Value, ValueError};
+use super::{Atom, Content, Real, Value, ValueError};
 use crate::name::Name;
 use crate::polynomial::Budget;
 
@@ -72,7 +72,14 @@ impl Need {
         others.iter().any(|other| {
             let Need::Nonzero(Value(other)) = other else { return false };
             let Content::Real(other, _) = &other.content else { return false };
-            other.divide(own, &mut Budget::new(DIVISION_BUDGET)).is_some()
+            let divides = |whole: &Real| whole.divide(own, &mut Budget::new(DIVISION_BUDGET)).is_some();
+            let under_root = |atom: &Atom| match atom {
+                Atom::Root(inner) => inner.parts().is_some_and(|(inner, _)| divides(inner)),
+                _ => false,
+            };
+            // What stands under a root that is not 0 is not 0 either.
+            let root = |(atom, _): &(Atom, u32)| under_root(atom);
+            divides(other) || matches!(other.terms(), [(monomial, _)] if monomial.factors().iter().any(root))
         })
     }
 }

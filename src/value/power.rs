@@ -1,5 +1,7 @@
 //! Powers, with integer or symbolic exponent. A symbolic exponent, and each variable in it, stands for a natural number.
 
+use std::sync::LazyLock;
+
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
@@ -10,6 +12,17 @@ use crate::polynomial::{Monomial, Polynomial};
 
 /// Divisors that are looked for in a base; what is left is one base.
 const MOST_FACTOR: u32 = 1000;
+
+/// The primes below that.
+static PRIMES: LazyLock<Vec<u32>> = LazyLock::new(|| {
+    let mut primes: Vec<u32> = Vec::new();
+    for number in 2..MOST_FACTOR {
+        if primes.iter().all(|prime| number % prime != 0) {
+            primes.push(number);
+        }
+    }
+    primes
+});
 
 impl Value {
     /// `self ^ exponent`: an integer exponent, or a symbolic one that stands for a natural number.
@@ -110,25 +123,17 @@ fn whole(number: BigInt) -> Value {
 pub(super) fn factors(number: &BigInt) -> Vec<(BigInt, u32)> {
     let mut found = Vec::new();
     let mut left = number.clone();
-    for candidate in 2..MOST_FACTOR {
-        let divisor = BigInt::from(candidate);
-        if left.is_one() || left.bits() > 4096 {
-            break;
-        }
-        if &divisor * &divisor > left {
+    for prime in PRIMES.iter().copied() {
+        if left.is_one() || left.bits() > 4096 || left < BigInt::from(prime * prime) {
             break;
         }
         let mut count = 0;
-        loop {
-            let (quotient, rest) = left.div_rem(&divisor);
-            if !rest.is_zero() {
-                break;
-            }
-            left = quotient;
+        while (&left % prime).is_zero() {
+            left /= prime;
             count += 1;
         }
         if count > 0 {
-            found.push((divisor, count));
+            found.push((BigInt::from(prime), count));
         }
     }
     if !left.is_one() {

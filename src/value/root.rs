@@ -9,6 +9,7 @@ use num_traits::{One, Signed, Zero};
 
 use super::denominator::leading_root;
 use super::power::{is_of_powers, with_powers};
+use super::squares::{rational_root, square_root, square_with_numbers, square_with_root, squares};
 use super::{Atom, Content, Outcome, Real, Value, ValueError};
 use crate::polynomial::{Monomial, Polynomial};
 
@@ -37,6 +38,9 @@ impl Value {
                 (integral && whole.is_integer()).then_some((times, whole))
             });
             let whole = Value::whole(Polynomial::of(integers.collect::<Vec<_>>()))?;
+            if whole.is_zero() {
+                return Atom::Floor(self.clone()).value();
+            }
             let rest = self.sub(&whole)?;
             if rest.parts().is_some_and(|(_, denominator)| denominator.is_one()) {
                 return rest.floor()?.add(&whole);
@@ -137,27 +141,6 @@ impl Value {
         sum.sqrt()
     }
 
-    /// The components of a vector whose length is the root of this: `x-3` and `y` of `x^2-6*x+9+y^2`; none where it is
-    /// not written so.
-    pub(crate) fn squares(&self) -> Option<Vec<Value>> {
-        let (sum, denominator) = self.parts()?;
-        let parts = if denominator.is_one() { squares(sum)? } else { return None };
-        parts.into_iter().map(|part| Value::whole(part).ok()).collect()
-    }
-
-    /// Whether it is written as a square or a sum of squares, so that it is nowhere negative.
-    pub(crate) fn is_sum_of_squares(&self) -> bool {
-        let product = self.parts().and_then(|(numerator, denominator)| numerator.times(denominator));
-        let Some(product) = product.filter(|product| product.terms().len() <= MOST_TERMS) else { return false };
-        // What stands in all terms an even number of times is a square itself.
-        let shared = product.monomial_content();
-        let even = shared.factors().iter().map(|(atom, exponent)| (atom.clone(), exponent - exponent % 2));
-        let product = Monomial::of(even).map_or_else(|| product.clone(), |even| product.without(&even));
-        let whole = product.scale(&product.content().recip());
-        let plainly = squares(&whole).is_some() || square_with_root(&whole).is_some() || square_root(&whole).is_some();
-        plainly || square_with_numbers(&whole).is_ok_and(|root| root.is_some())
-    }
-
     /// The vector of length 1 in the same direction; of a number, its sign.
     ///
     /// # Errors
@@ -183,9 +166,6 @@ const PRECISION: u64 = 256;
 
 /// The most bits of a number whose root is enclosed.
 const LONGEST: u64 = 1 << 16;
-
-/// The most terms of a sum in which squares are looked for.
-const MOST_TERMS: usize = 60;
 
 /// A lower and an upper bound.
 type Bounds = (BigRational, BigRational);
@@ -226,7 +206,7 @@ fn between(polynomial: &Real) -> Option<Bounds> {
 }
 
 /// `sqrt(p/q) = sqrt(p*q)/q`, as the roots of different small primes.
-fn root_of_number(number: &BigRational) -> Outcome {
+pub(super) fn root_of_number(number: &BigRational) -> Outcome {
     let mut rational = BigRational::new(BigInt::one(), number.denom().clone());
     let mut roots = Vec::new();
     let product = number.numer() * number.denom();
@@ -297,115 +277,6 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     outer.mul(&Atom::Root(Value::whole(inner)?).value()?)
 }
 
-/// The polynomials the sum of whose squares this is, each of degree 1 in an atom that the later ones do not have; none
-/// where it is not written so.
-fn squares(sum: &Real) -> Option<Vec<Real>> {
-    let mut rest = sum.clone();
-    let mut parts = Vec::new();
-    while !rest.is_zero() {
-        if rest.terms().len() > MOST_TERMS {
-            return None;
-        }
-        let part = match rest.as_constant() {
-            Some(number) => Polynomial::constant(rational_root(&number)?),
-            None => rest.atoms().into_iter().find_map(|atom| completed(&rest, atom))?,
-        };
-        rest = rest.minus(&part.times(&part)?);
-        parts.push(part);
-    }
-    Some(parts)
-}
-
-/// The polynomial of which this is the square, found term by term from the first.
-fn square_root(sum: &Real) -> Option<Real> {
-    let (first, number) = sum.terms().first()?;
-    let half = first.factors().iter().map(|(atom, exponent)| (exponent % 2 == 0).then(|| (atom.clone(), exponent / 2)));
-    let lead = Monomial::of(half.collect::<Option<Vec<_>>>()?)?;
-    let twice = rational_root(number)?;
-    let mut root = Polynomial::term(lead.clone(), twice.clone());
-    let twice = (&twice + &twice).recip();
-    for _ in 0..MOST_TERMS {
-        let rest = sum.minus(&root.times(&root)?);
-        let Some((next, number)) = rest.terms().first() else { return Some(root) };
-        root = root.plus(&Polynomial::term(next.over(&lead)?, number * &twice));
-    }
-    None
-}
-
-/// A number and the polynomial whose square, so many times, this is; of what is made of more than one term.
-pub(crate) fn square_of(sum: &Real) -> Option<(BigRational, Real)> {
-    if !(2..=MOST_TERMS).contains(&sum.terms().len()) {
-        return None;
-    }
-    let content = if sum.leading().is_negative() { -sum.content() } else { sum.content() };
-    let whole = sum.scale(&content.recip());
-    let plain = square_root(&whole).or_else(|| square_with_root(&whole)?.pop());
-    let root = plain.or_else(|| square_with_numbers(&whole).ok().flatten())?;
-    Some((content, root))
-}
-
-/// `q*x + b/(2*q)` of `q^2*x^2 + b*x + c`.
-fn completed(sum: &Real, atom: &Atom) -> Option<Real> {
-    let coefficients = sum.coefficients_in(atom);
-    let square = coefficients.get(&2).filter(|_| coefficients.len() <= 3 && sum.degree_in(atom) == 2)?;
-    let root = rational_root(&square.as_constant()?)?;
-    let half = (&root + &root).recip();
-    let linear = coefficients.get(&1).map_or_else(Polynomial::zero, |linear| linear.scale(&half));
-    Some(Polynomial::atom(atom.clone()).scale(&root).plus(&linear))
-}
-
-/// `a + q*sqrt(d)` of `a^2 + q^2*d + 2*a*q*sqrt(d)`, alone.
-fn square_with_root(sum: &Real) -> Option<Vec<Real>> {
-    sum.atoms().into_iter().find_map(|atom| {
-        let Atom::Root(inner) = atom else { return None };
-        let (radicand, _) = inner.parts().filter(|(top, below)| below.is_one() && top.terms().len() <= MOST_TERMS)?;
-        let mut coefficients = sum.coefficients_in(atom);
-        let (rest, mixed) = (coefficients.remove(&0)?, coefficients.remove(&1).filter(|_| coefficients.is_empty())?);
-        let mut factors = radicand.terms().iter().filter_map(|(monomial, number)| {
-            let (_, own) = rest.terms().iter().find(|(other, _)| other == monomial)?;
-            rational_root(&(own / number)).filter(|factor| !factor.is_zero())
-        });
-        factors.find_map(|factor| {
-            let other = mixed.scale(&(&factor + &factor).recip());
-            let whole = other.times(&other)?.plus(&radicand.scale(&(&factor * &factor)));
-            (whole == rest).then(|| vec![Polynomial::atom(atom.clone()).scale(&factor).plus(&other)])
-        })
-    })
-}
-
-/// `sqrt(q)*(m + b/(2*q))` of its square, for a product m, where b has roots of numbers, whose squares are numbers.
-fn square_with_numbers(sum: &Real) -> Result<Option<Real>, ValueError> {
-    let is_root = |atom: &Atom| atom.is_root_of_number();
-    if sum.terms().len() > MOST_TERMS || !sum.atoms().into_iter().any(is_root) {
-        return Ok(None);
-    }
-    let whole = Value::whole(sum.clone())?;
-    let free = |square: &Monomial<Atom>| !square.factors().iter().any(|(atom, _)| is_root(atom));
-    let squares = sum.terms().iter().filter(|(square, _)| !square.factors().is_empty() && free(square));
-    for (square, number) in squares {
-        let Some(part) = completed_by(sum, square, number) else { continue };
-        let root = root_of_number(number)?.mul(&Value::whole(part)?)?;
-        if root.mul(&root)? == whole {
-            return Ok(root.parts().map(|(part, _)| part.clone()));
-        }
-    }
-    Ok(None)
-}
-
-/// `m + b/(2*q)` of `q*m^2 + b*m + c`.
-fn completed_by(sum: &Real, square: &Monomial<Atom>, number: &BigRational) -> Option<Real> {
-    let half = square.factors().iter().map(|(atom, count)| (count % 2 == 0).then(|| (atom.clone(), count / 2)));
-    let lead = Monomial::of(half.collect::<Option<Vec<_>>>()?)?;
-    let half = number.is_positive().then(|| (number + number).recip())?;
-    let linear = sum.terms().iter().filter(|(monomial, _)| monomial.over(square).is_none());
-    let linear = linear.filter_map(|(monomial, factor)| Some(Polynomial::term(monomial.over(&lead)?, factor * &half)));
-    Some(linear.fold(Polynomial::term(lead.clone(), BigRational::one()), |sum, term| sum.plus(&term)))
-}
-
-fn rational_root(number: &BigRational) -> Option<BigRational> {
-    Some(BigRational::new(number.numer().sqrt_exactly()?, number.denom().sqrt_exactly()?))
-}
-
 /// `sqrt(a + b*sqrt(c)) = sqrt((a+d)/2) + sign(b)*sqrt((a-d)/2)` where a is positive and `d^2 = a^2 - b^2*c` for a number
 /// d: both sides are not negative, and their squares are equal. The numbers under both roots, and the sign.
 fn denested(polynomial: &Real) -> Option<(BigRational, (BigRational, BigRational))> {
@@ -424,21 +295,6 @@ fn denested(polynomial: &Real) -> Option<(BigRational, (BigRational, BigRational
     let half = BigRational::new(BigInt::one(), BigInt::from(2));
     let (greater, lesser) = ((&number.1 + &distance) * &half, (&number.1 - &distance) * &half);
     Some((greater, (lesser, rooted.1.signum())))
-}
-
-/// Roots that are whole.
-trait ExactRoot: Sized {
-    fn sqrt_exactly(&self) -> Option<Self>;
-}
-
-impl ExactRoot for BigInt {
-    fn sqrt_exactly(&self) -> Option<BigInt> {
-        if self.is_negative() {
-            return None;
-        }
-        let root = self.sqrt();
-        (&root * &root == *self).then_some(root)
-    }
 }
 
 #[cfg(test)]

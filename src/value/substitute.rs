@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use super::squares::over_length;
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
 use crate::name::Name;
 use crate::polynomial::Polynomial;
@@ -66,6 +67,9 @@ impl Value {
                 }
                 if denominator.is_one() {
                     return evaluate(numerator, &done)?.div(&Value::one());
+                }
+                if let Some(value) = evaluate_over_length((numerator, denominator), &done)? {
+                    return Ok(value);
                 }
                 let bottom = evaluate(denominator, &done)?;
                 if !bottom.is_zero() {
@@ -202,6 +206,22 @@ fn replace_atom(atom: &Atom, images: &mut dyn FnMut(&Atom) -> Option<Value>) -> 
         _ => return Ok(None),
     };
     Ok(Some(image))
+}
+
+/// A fraction over a length with values for its atoms: what is put in for the length may be short where its square, written
+/// out, is long. None where it is no such fraction, the length stays, or becomes 0.
+fn evaluate_over_length(
+    (numerator, denominator): (&Real, &Real),
+    images: &BTreeMap<&Atom, Option<Value>>,
+) -> Result<Option<Value>, ValueError> {
+    let Some(over) = over_length(numerator, denominator) else { return Ok(None) };
+    let Some(Some(length)) = images.get(&over.root) else { return Ok(None) };
+    let below = evaluate(&over.below, images)?;
+    if length.is_zero() || below.is_zero() {
+        return Ok(None);
+    }
+    let beside = evaluate(&over.beside, images)?.div(length)?;
+    evaluate(&over.plain, images)?.add(&beside)?.div(&below).map(Some)
 }
 
 /// A polynomial with values for its atoms.

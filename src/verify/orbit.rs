@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use num_rational::BigRational;
-use num_traits::ToPrimitive;
+use num_traits::{ToPrimitive, Zero};
 
 use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker};
 use super::unit::Unit;
@@ -110,11 +110,18 @@ impl Walker<'_> {
         let mut taken = self.taken.clone();
         taken.insert(self.index.clone());
         let mut values = Values::new();
-        let mut moving = Vec::new();
+        let (mut moving, mut along) = (Vec::new(), Vec::new());
+        let mut line: Option<([BigRational; 3], Value)> = None;
         for (name, now) in starts.2 {
             let numbers = [starts.0.get(name)?.as_rational()?, starts.1.get(name)?.as_rational()?, now.as_rational()?];
             if numbers[0] == numbers[1] && numbers[1] == numbers[2] {
                 values.insert(name.clone(), now.clone());
+                continue;
+            }
+            // What moves in proportion to another value is what it is where that is.
+            if let Some(along_it) = line.as_ref().and_then(|(first, symbol)| on_a_line(first, &numbers, symbol)) {
+                values.insert(name.clone(), along_it.clone());
+                along.push((name.clone(), along_it));
                 continue;
             }
             let (low, high) = interval(&numbers)?;
@@ -124,6 +131,7 @@ impl Walker<'_> {
             walker.assumptions.assume(Relation::Gte, &variable, &low);
             walker.assumptions.assume(Relation::Lte, &variable, &high);
             values.insert(name.clone(), variable.clone());
+            line.get_or_insert_with(|| (numbers, variable.clone()));
             let (start, next) = (now.clone(), variable);
             moving.push(Moving { variable: name.clone(), symbol, start, next, between: (low, high) });
         }
@@ -151,8 +159,12 @@ impl Walker<'_> {
                 return None;
             }
         }
+        let ahead = moving.iter().map(|one: &Moving| (one.symbol.clone(), one.next.clone())).collect();
         let stays = |(name, value): (&Name, &Value)| {
-            let same = |before| walker.assumptions.decide(Relation::Eq, value, before) == Some(true);
+            let same = |before: &Value| walker.assumptions.decide(Relation::Eq, value, before) == Some(true);
+            if let Some((_, place)) = along.iter().find(|(other, _)| other == name) {
+                return place.substitute(&ahead).is_ok_and(|place| same(&place));
+            }
             moving.iter().any(|one| one.variable == *name) || starts.2.get(name).is_some_and(same)
         };
         values.iter().all(stays).then_some(())?;
@@ -167,6 +179,7 @@ impl Walker<'_> {
         let next = loop {
             let edge = self.choose(&here.edges, &now, &self.assumptions).ok()?;
             let onward = self.image(edge, &now).ok()?;
+            let onward = onward.into_iter().map(|(name, value)| (name, self.assumptions.simplify(&value))).collect();
             rounds.push((edge, std::mem::replace(&mut now, onward)));
             if edge.next != Next::Phase(phase) {
                 break edge.next.clone();
@@ -218,6 +231,20 @@ impl Walker<'_> {
         let total = Value::integer(i64::try_from(rounds.len()).ok()?);
         self.units(&round.segments, values, &forms.closed, Some(&total)).ok()
     }
+}
+
+/// The value that is on a line with another one, which the symbol stands for, at the start of three turns: `n + s*(x-m)`.
+fn on_a_line(first: &[BigRational; 3], other: &[BigRational; 3], symbol: &Value) -> Option<Value> {
+    let (before, after) = (&first[1] - &first[0], &first[2] - &first[1]);
+    if before.is_zero() || after.is_zero() {
+        return None;
+    }
+    let slope = (&other[2] - &other[1]) / &after;
+    if &other[1] - &other[0] != &slope * &before {
+        return None;
+    }
+    let rest = &other[2] - &slope * &first[2];
+    symbol.mul(&Value::rational(slope)).ok()?.add(&Value::rational(rest)).ok()
 }
 
 /// Whether the next leg begins a round of the system: as many legs a round as it takes for their order to repeat.

@@ -156,6 +156,14 @@ impl Trajectory {
     }
 }
 
+/// Assumes a test, unless it is of numbers and so known.
+fn learn(assumptions: &mut Assumptions, test: &Test) {
+    let of_numbers = test.left.variables().is_empty() && test.right.variables().is_empty();
+    if !of_numbers || test.decide(assumptions) != Some(true) {
+        assumptions.assume(test.relation, &test.left, &test.right);
+    }
+}
+
 /// Variables with their values.
 pub(super) type Values = BTreeMap<Name, Value>;
 
@@ -408,13 +416,13 @@ impl Walker<'_> {
         };
         let mut assumptions = self.assumptions.clone();
         for condition in &count.conditions {
-            assumptions.assume(condition.relation, &condition.left, &condition.right);
+            learn(&mut assumptions, condition);
         }
         let stays = assumptions.simplify(&stays);
         let last = self.values_at(values, &count.closed, &stays)?;
         if let Some(learned) = &count.learned {
             let learned = learned.substitute(&round.map)?.substitute(&last)?;
-            assumptions.assume(learned.relation, &learned.left, &learned.right);
+            learn(&mut assumptions, &learned);
         }
         let exits: Vec<Edge> =
             self.period.phases[phase].edges.iter().filter(|edge| !std::ptr::eq(*edge, round)).cloned().collect();
