@@ -3,6 +3,8 @@
 
 use std::collections::BTreeSet;
 
+use num_traits::Zero;
+
 use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{bound_names, subterms};
@@ -66,7 +68,9 @@ pub(super) fn parts_of_length(value: &Value) -> Option<Vec<Value>> {
             let [inner] = elements.as_ref() else { return None };
             let maximum = atom.value().ok()?;
             let length = maximum.add(&maximum).and_then(|twice| twice.sub(inner)).ok()?;
-            (length == *value).then(|| vec![inner.clone()])
+            // What must not be 0 is written with any number before it: `-|e|`, `|e|/2`.
+            let number = value.div(&length).ok()?.as_rational()?;
+            (number != Zero::zero()).then(|| vec![inner.clone()])
         }
         Atom::Root(inner) if atom.value().is_ok_and(|root| root == *value) => inner.squares(),
         _ => None,

@@ -314,7 +314,8 @@ impl Rounds<'_> {
                 return Err(self.may_have_none(need.to_string()));
             };
             // Of parameters alone nothing is known but what is declared: a claim says nothing where they give no value.
-            let open = image.variables().iter().any(Name::is_meta) || image.as_rational().is_some();
+            let squares = matches!(&need, Need::Nonnegative(value) if value.is_sum_of_squares());
+            let open = !squares && (image.variables().iter().any(Name::is_meta) || image.as_rational().is_some());
             let entered = need.substitute(map).map_err(odd)?;
             let positive = || here.decide(Relation::Gtr, &image.sqrt().ok()?, &Value::zero());
             let apart = || {
