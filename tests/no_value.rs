@@ -166,3 +166,16 @@ fn a_pole_is_no_goal() {
         assert!(text.contains(answer) && !text.contains("is taken to stay"), "{next}: {text}");
     }
 }
+
+/// A direction towards a place where one may be already: what comes of it there is said by a condition, and is not lost where
+/// the length it is divided by is the root of a condition.
+#[test]
+fn a_direction_that_may_be_none_keeps_what_a_condition_says_of_it() {
+    let text = told(
+        "observer At(p)\nparam x\nfn st(d) = if norm(d) > 1 then unit(d) else d\n\
+         proc B_{r,q} = (Delay_1 # At_{part(st((6,8)-(r,q)),1)})\n\
+         proc C_y = B_{if y > 0 then 1 else 6, if y > 0 then 2 else 8} ; C_y\nsystem S = C_x\n\
+         prove S always p > 0 when At_p\n",
+    );
+    assert!(!text.contains(": proved: "), "at x = 0 it shows At_0: {text}");
+}

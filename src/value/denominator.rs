@@ -170,7 +170,10 @@ pub fn keeps_divisors(value: &Value, images: &BTreeMap<Name, Value>) -> Result<(
             Some(length) => length.value()?,
             None => need.value().clone(),
         };
-        if let Some((relation, inside)) = taken_for_granted(&divisor.substitute(images)?) {
+        let divisor = divisor.substitute(images)?;
+        // A root whose square is known leaves the denominator with it, as that of `if x > 0 then 61 else 0` does.
+        let granted = taken_for_granted(&divisor).or_else(|| taken_for_granted(&divisor.mul(&divisor).ok()?));
+        if let Some((relation, inside)) = granted {
             return Err(ValueError(format!("division by 0 where {inside} {} 0", relation.negated().symbol())));
         }
     }
