@@ -57,7 +57,10 @@ impl Assumptions {
                 return;
             }
             (Relation::Neq, Sort::Vector(_)) => {
-                if let Ok(length) = difference.norm().and_then(|norm| norm.mul(&norm)) {
+                let parts = difference.components().unwrap_or_default();
+                if let [part] = parts.iter().filter(|part| !part.is_zero()).collect::<Vec<_>>().as_slice() {
+                    self.assume(Relation::Neq, part, &Value::zero());
+                } else if let Ok(length) = difference.norm().and_then(|norm| norm.mul(&norm)) {
                     self.assume(Relation::Gtr, &length, &Value::zero());
                 }
                 return;

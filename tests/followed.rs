@@ -69,6 +69,15 @@ fn symbols_in_the_speed_the_wait_and_the_plane_are_followed() {
     }
 }
 
+/// Of each of these the kernel has checked all ways, so many.
+fn all_checked<const COUNT: usize>(systems: [(String, usize); COUNT]) {
+    for (text, ways) in systems {
+        let found = run(&text);
+        let all = format!("by the kernel: all {ways} ways");
+        assert!(found.contains(&all), "{}", &found[found.len().saturating_sub(900)..]);
+    }
+}
+
 /// Along an axis a direction is the sign of a number: what the system does then depends on conditions, and is followed case
 /// by case.
 #[test]
@@ -82,15 +91,7 @@ fn ways_along_an_axis_are_checked_case_by_case() {
          proc M = Move_10 ; Move_0 ; M\nsystem Sys = World_0 | M\nperiod Sys\n",
         CLAMPED.replace("s(g-r)", "d(g-r)")
     );
-    // Of the two legs of the first the kernel does not check the rounds within: whether the next direction has a value.
-    for (text, ways) in [(plane, "3 of 5"), (dock, "all 5")] {
-        let found = run(&text);
-        assert!(
-            found.contains(&format!("by the kernel: {ways} ways")),
-            "{}",
-            &found[found.len().saturating_sub(600)..]
-        );
-    }
+    all_checked([(plane, 5), (dock, 5)]);
 }
 
 /// In the plane until the goal is near: where a step ends, the next direction must have a value, and what is under the root is
@@ -101,15 +102,15 @@ fn ways_in_the_plane_until_the_goal_is_near_are_checked() {
         ("unit(g-r)/5", "Go_{(7,2)} ; Go_{(1,-1)}", 5),
         ("unit(g-r)", "Go_{(6,8)} ; Go_{(0,0)}", 5),
         ("min(1/2,norm(g-r))*unit(g-r)", "Go_{(7,2)} ; Go_{(1,-1)}", 5),
+        ("if norm(g-r) > 1/2 then unit(g-r)/2 else g-r", "Go_{(6,8)} ; Go_{(0,0)}", 5),
         ("unit(g-r)/2", "Go_{(6,1)} ; Go_{(2,3)} ; Go_{(0,0)}", 10),
     ] {
-        let found = run(&format!(
+        let mission = format!(
             "proc World_r = (Delay_1 # Odo_r # At_r) ; In_c<u> ; World_{{r+u}}\nproc Odo_r = Out_{{p,r}} ; Odo_r\n\
              proc Go_g = In_p<r> ; Gtr_{{norm(g-r),1/4}} ; Out_{{c,{command}}} ; Go_g\nproc M = {goals} ; M\n\
              system Sys = World_{{(0,0)}} | M\nperiod Sys\n"
-        ));
-        let all = format!("by the kernel: all {ways} ways");
-        assert!(found.contains(&all), "{command}: {}", &found[found.len().saturating_sub(900)..]);
+        );
+        all_checked([(mission, ways)]);
     }
 }
 
@@ -139,14 +140,7 @@ fn every_way_of_a_period_is_checked() {
         .collect();
     let all: Vec<String> = (0..count).map(|own| format!("Robot{own}_{own}")).collect();
     let ring = format!("observer At(i, r)\n{}system Sys = {}\nperiod Sys\n", robots.concat(), all.join(" | "));
-    for (text, ways) in [(tour, 140), (limit, 5), (branches.to_string(), 5), (ring, 2)] {
-        let found = run(&text);
-        assert!(
-            found.contains(&format!("by the kernel: all {ways} ways")),
-            "{}",
-            &found[found.len().saturating_sub(600)..]
-        );
-    }
+    all_checked([(tour, 140), (limit, 5), (branches.to_string(), 5), (ring, 2)]);
 }
 
 #[test]

@@ -43,16 +43,8 @@ impl Assumptions {
             let distance = value.sqrt().ok().filter(|_| value.is_sum_of_squares())?;
             (self.decide(Relation::Gtr, &distance, &Value::zero()) == Some(true)).then_some(true)
         };
-        // The same of that after a step towards something, without the square of the distance to it, of which it is known too.
-        let after_a_step = || {
-            let known = |square: Value| {
-                let rest = value.div(&square).ok().filter(|rest| rest.after_a_step().is_some())?;
-                let distance = rest.sqrt().ok()?;
-                let apart = self.decide(Relation::Gtr, &distance, &Value::zero()) == Some(true);
-                (apart && nonzero(&square) == Some(true)).then_some(true)
-            };
-            value.atoms().iter().filter_map(Atom::square_of_length).find_map(known)
-        };
+        // A fraction is 0 where its numerator is.
+        let of_fraction = || nonzero(&value.numerator().filter(|numerator| numerator != value)?);
         // A root is 0 just where what it is taken of is.
         let of_root = || {
             let alone = |atom: &Atom| atom.value().is_ok_and(|one| one == *value);
@@ -61,7 +53,7 @@ impl Assumptions {
                 .iter()
                 .find_map(|atom| if let Atom::Root(inner) = atom { alone(atom).then(|| nonzero(inner))? } else { None })
         };
-        nonzero(value).or_else(simpler).or_else(of_distance).or_else(after_a_step).or_else(of_root)
+        nonzero(value).or_else(of_fraction).or_else(simpler).or_else(of_distance).or_else(of_root)
     }
 
     fn resolved(&self, value: &Value) -> Result<Value, ValueError> {

@@ -64,7 +64,7 @@ pub(super) fn has_meaning(
 ) -> Result<(), Unchecked> {
     for need in next.needs().into_iter().filter(|need| images.keys().any(|name| need.value().mentions(name))) {
         match need.substitute(images)? {
-            Need::Nonzero(value) => divides(&value, from, defined)?,
+            Need::Nonzero(value) => divides(&value.numerator().unwrap_or(value), from, defined)?,
             other if defined.known().grants(&other) == Some(true) => {}
             other => return Err(Unchecked(other.to_string())),
         }
@@ -79,7 +79,7 @@ pub(super) fn hidden_roots(
     (recurrence, forms): (&Recurrence, &[Form]),
     defined: &mut Defined<'_>,
 ) -> Result<(), Unchecked> {
-    let hidden = |need: &Need| matches!(need, Need::Nonnegative(inner) if !inner.is_sum_of_squares());
+    let hidden = |need: &Need| matches!(need, Need::Nonnegative(_));
     if !next.needs().iter().any(hidden) {
         return Ok(());
     }

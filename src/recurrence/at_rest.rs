@@ -22,12 +22,7 @@ pub fn at_rest(recurrence: &Recurrence) -> Option<(Recurrence, Vec<Resting>)> {
                 continue;
             }
             let one = divisor.atoms().into_iter().find(|atom| atom.value().is_ok_and(|value| value == divisor));
-            // A distance, or the square of one that the equation speaks of.
-            let square = match one {
-                Some(Atom::Root(square)) => square,
-                _ if speaks_of_distance(&sequence.next, &divisor) => divisor,
-                _ => return None,
-            };
+            let Some(Atom::Root(square)) = one else { return None };
             // A condition may have said already what comes then.
             let components = square.squares()?;
             if has_value_where_zero(&sequence.next, &components)? {
@@ -46,16 +41,6 @@ pub fn at_rest(recurrence: &Recurrence) -> Option<(Recurrence, Vec<Resting>)> {
         }
     }
     (!found.is_empty()).then_some((resting, found))
-}
-
-/// Whether the length of a vector of more than one component stands in a value, of which this is the square.
-fn speaks_of_distance(value: &Value, square: &Value) -> bool {
-    let mut found = false;
-    let unchanged = value.replace(&mut |atom| {
-        found |= matches!(atom, Atom::Root(inner) if inner == square);
-        None
-    });
-    unchanged.is_ok() && found && square.squares().is_some_and(|components| components.len() > 1)
 }
 
 /// Whether an equation has a value where all these are 0; none where that is not found out.

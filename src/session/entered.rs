@@ -3,13 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use num_traits::Zero;
-
 use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{bound_names, subterms};
 use crate::term::{Node, Term};
-use crate::value::{Atom, Need, Relation, Value};
+use crate::value::{Need, Relation, Value};
 
 /// What is left of the delays that run in a state, where that is no number.
 pub(super) fn delays(state: &[Term]) -> impl Iterator<Item = &Value> {
@@ -59,23 +57,6 @@ pub(super) fn needs(state: &[Term]) -> Vec<(Need, Vec<Guard>)> {
     let mut seen = BTreeSet::new();
     found.retain(|one| seen.insert(one.clone()));
     found
-}
-
-/// The values that are all 0 where this is: e of `|e|`, the components of a vector of its length or the square of that.
-pub(super) fn parts_of_length(value: &Value) -> Option<Vec<Value>> {
-    let of_atom = |atom: Atom| match &atom {
-        Atom::Maximum(elements) => {
-            let [inner] = elements.as_ref() else { return None };
-            let maximum = atom.value().ok()?;
-            let length = maximum.add(&maximum).and_then(|twice| twice.sub(inner)).ok()?;
-            // What must not be 0 is written with any number before it: `-|e|`, `|e|/2`.
-            let number = value.div(&length).ok()?.as_rational()?;
-            (number != Zero::zero()).then(|| vec![inner.clone()])
-        }
-        Atom::Root(inner) if atom.value().is_ok_and(|root| root == *value) => inner.squares(),
-        _ => None,
-    };
-    value.squares().or_else(|| value.atoms().into_iter().find_map(of_atom))
 }
 
 /// That a need is met, as a condition.

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::compare::theory;
 use super::drawn::{Layer, Moments, followed, named_alike, with_supports};
-use super::entered::{counts, delays, met, more_than_none, needs, parts_of_length};
+use super::entered::{counts, delays, met, more_than_none, needs};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::fact::supposing;
@@ -314,21 +314,9 @@ impl Rounds<'_> {
                 return Err(self.may_have_none(need.to_string()));
             };
             // Of parameters alone nothing is known but what is declared: a claim says nothing where they give no value.
-            let squares = matches!(&need, Need::Nonnegative(value) if value.is_sum_of_squares());
-            let open = !squares && (image.variables().iter().any(Name::is_meta) || image.as_rational().is_some());
+            let open = image.variables().iter().any(Name::is_meta) || image.as_rational().is_some();
             let entered = need.substitute(map).map_err(odd)?;
-            let positive = || here.decide(Relation::Gtr, &image.sqrt().ok()?, &Value::zero());
-            let apart = || {
-                let parts: Vec<Value> = parts_of_length(need.value())?
-                    .iter()
-                    .map(|part| part.substitute(map).ok())
-                    .collect::<Option<_>>()?;
-                let alone = parts.iter().any(|part| here.decide(Relation::Neq, part, &Value::zero()) == Some(true));
-                let zeros = Value::vector(vec![Value::zero(); parts.len()]).ok()?;
-                Some(alone || here.decide(Relation::Neq, &Value::vector(parts).ok()?, &zeros) == Some(true))
-            };
-            let nonzero = || matches!(need, Need::Nonzero(_)) && (positive() == Some(true) || apart() == Some(true));
-            if open && here.grants(&entered) != Some(true) && !nonzero() && !here.contradictory() {
+            if open && here.grants(&entered) != Some(true) && !here.contradictory() {
                 return Err(self.may_have_none(entered.to_string()));
             }
         }

@@ -164,13 +164,7 @@ pub fn keeps_divisors(value: &Value, images: &BTreeMap<Name, Value>) -> Result<(
     };
     let needs = value.needs().into_iter().filter(|need| matches!(need, Need::Nonzero(_)));
     for need in needs.filter(|need| need.value().variables().iter().any(cased)) {
-        // By the square of a length that stands there, too, it divides as by the length.
-        let length = |atom: &Atom| matches!(atom, Atom::Root(inner) if inner == need.value());
-        let divisor = match value.atoms().iter().find(|atom| length(atom)) {
-            Some(length) => length.value()?,
-            None => need.value().clone(),
-        };
-        let divisor = divisor.substitute(images)?;
+        let divisor = need.value().substitute(images)?;
         // A root whose square is known leaves the denominator with it, as that of `if x > 0 then 61 else 0` does.
         let granted = taken_for_granted(&divisor).or_else(|| taken_for_granted(&divisor.mul(&divisor).ok()?));
         if let Some((relation, inside)) = granted {

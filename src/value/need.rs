@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
+use super::squares::over_length;
 use super::{Atom, Content, Real, Value, ValueError};
 use crate::name::Name;
 use crate::polynomial::Budget;
@@ -36,8 +37,7 @@ impl Need {
     pub fn substitute(&self, images: &BTreeMap<Name, Value>) -> Result<Need, ValueError> {
         let image = self.value().substitute(images)?;
         Ok(match self {
-            // A fraction is 0 where its numerator is.
-            Need::Nonzero(_) => Need::Nonzero(image.numerator().unwrap_or(image)),
+            Need::Nonzero(_) => Need::Nonzero(image),
             Need::Nonnegative(_) => Need::Nonnegative(image),
             Need::Natural(_) => Need::Natural(image),
         })
@@ -94,6 +94,17 @@ impl fmt::Display for Need {
     }
 }
 
+/// What is 0 just where this is, and shorter: e of `|e|`, before which any number may stand.
+fn without_length(value: Value) -> Value {
+    let inside = |atom: &Atom| {
+        let Atom::Maximum(elements) = atom else { return None };
+        let [inner] = elements.as_ref() else { return None };
+        let times = value.div(&inner.abs().ok()?).ok()?.as_rational();
+        times.map(|_| inner.clone())
+    };
+    value.atoms().iter().find_map(inside).unwrap_or(value)
+}
+
 impl Value {
     /// All that must hold for it to have a meaning, whatever its variables are.
     pub fn needs(&self) -> BTreeSet<Need> {
@@ -109,14 +120,17 @@ impl Value {
                 return parts.iter().for_each(|part| part.collect_needs(found));
             }
         };
-        if !denominator.is_one()
-            && let Ok(divisor) = Value::whole(denominator.clone())
-        {
-            found.insert(Need::Nonzero(divisor));
-        }
+        // By the square of a length that stands above it, it divides as by the length.
+        let divisors = match over_length(numerator, denominator) {
+            Some(over) => vec![over.root.value(), Value::whole(over.below)],
+            None => vec![Value::whole(denominator.clone())],
+        };
+        let divisors = divisors.into_iter().flatten().filter(|divisor| divisor.as_rational().is_none());
+        found.extend(divisors.map(|divisor| Need::Nonzero(without_length(divisor))));
         for atom in numerator.atoms().into_iter().chain(denominator.atoms()) {
             match atom {
-                Atom::Root(inner) if inner.as_rational().is_none() => {
+                // The square of one that is never negative is known.
+                Atom::Root(inner) if inner.as_rational().is_none() && atom.square().is_none() => {
                     found.insert(Need::Nonnegative(inner.clone()));
                 }
                 Atom::Power(_, exponent) => {

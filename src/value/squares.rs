@@ -11,6 +11,9 @@ use crate::polynomial::{Budget, Monomial, Polynomial};
 /// The most terms of a sum in which squares are looked for.
 const MOST_TERMS: usize = 60;
 
+/// Conditions that are looked at in either case.
+const MOST_CASES: usize = 3;
+
 /// The work that may go into the divisions that look for a step along a direction.
 const STEP_BUDGET: u64 = 20_000;
 
@@ -25,6 +28,19 @@ impl Value {
 
     /// Whether it is written as a square or a sum of squares, so that it is nowhere negative.
     pub(crate) fn is_sum_of_squares(&self) -> bool {
+        self.is_sum_of_squares_in_cases(MOST_CASES)
+    }
+
+    /// The same where each of its conditions holds and where it does not.
+    fn is_sum_of_squares_in_cases(&self, more: usize) -> bool {
+        let condition = self.atoms().into_iter().find(|atom| matches!(atom, Atom::Positive(_))).filter(|_| more > 0);
+        let case = |atom: &Atom, holds: i64| {
+            self.with_atom(atom, &Value::integer(holds)).is_ok_and(|case| case.is_sum_of_squares_in_cases(more - 1))
+        };
+        self.is_plainly_sum_of_squares() || condition.is_some_and(|atom| case(&atom, 1) && case(&atom, 0))
+    }
+
+    fn is_plainly_sum_of_squares(&self) -> bool {
         let product = self.parts().and_then(|(numerator, denominator)| numerator.times(denominator));
         let Some(product) = product.filter(|product| product.terms().len() <= MOST_TERMS) else { return false };
         // What stands in all terms an even number of times is a square itself.
@@ -110,13 +126,6 @@ pub(super) fn over_length(numerator: &Real, denominator: &Real) -> Option<OverLe
         let plain = plain.divide(square, &mut budget)?;
         Some(OverLength { root: atom.clone(), plain, beside, below })
     })
-}
-
-impl Atom {
-    /// What is its square, of the length of a vector.
-    pub(crate) fn square_of_length(&self) -> Option<Value> {
-        Value::whole(self.square()?.clone()).ok()
-    }
 }
 
 /// Whether it is written as a sum of squares: `x^2-6*x+9+y^2`.

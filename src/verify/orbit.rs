@@ -43,6 +43,8 @@ pub struct Moving {
 pub struct Orbit {
     /// The values that move.
     pub moving: Vec<Moving>,
+    /// The state variables that move with the first of these, on a line, and what they are at the start of a turn.
+    pub along: Vec<(Name, Value)>,
 }
 
 /// A turn from symbols: what moves, and its legs.
@@ -59,7 +61,9 @@ impl Orbit {
             let Moving { variable, symbol, start, next, between: (low, high) } = moving;
             format!("{variable} = {symbol}: first {start}, then {next} after each turn, always from {low} to {high}")
         };
-        self.moving.iter().map(line).collect()
+        let along =
+            self.along.iter().map(|(variable, value)| format!("{variable} = {value} at the start of each turn"));
+        self.moving.iter().map(line).chain(along).collect()
     }
 
     /// The symbols themselves.
@@ -168,7 +172,7 @@ impl Walker<'_> {
             moving.iter().any(|one| one.variable == *name) || starts.2.get(name).is_some_and(same)
         };
         values.iter().all(stays).then_some(())?;
-        Some(Turn { orbit: Orbit { moving }, legs: again, assumptions: walker.assumptions })
+        Some(Turn { orbit: Orbit { moving, along }, legs: again, assumptions: walker.assumptions })
     }
 
     /// A leg of so many rounds from symbolic values; nothing if a test on the way is not decided, or differently.
@@ -179,7 +183,6 @@ impl Walker<'_> {
         let next = loop {
             let edge = self.choose(&here.edges, &now, &self.assumptions).ok()?;
             let onward = self.image(edge, &now).ok()?;
-            let onward = onward.into_iter().map(|(name, value)| (name, self.assumptions.simplify(&value))).collect();
             rounds.push((edge, std::mem::replace(&mut now, onward)));
             if edge.next != Next::Phase(phase) {
                 break edge.next.clone();

@@ -40,7 +40,7 @@ impl Matcher<'_> {
         let (rounds, starts) = self.first_rounds(prefix, &turns, &first, trajectory)?;
         let moved = orbit.moving.iter().cloned().zip(starts.into_iter().zip(next));
         let moving = moved.map(|(one, (start, next))| Moving { start, next, ..one }).collect();
-        Some(outcome_of(rounds, vec![steady], Some(&Orbit { moving })))
+        Some(outcome_of(rounds, vec![steady], Some(&Orbit { moving, along: orbit.along.clone() })))
     }
 
     /// A round along these units and the turns behind them, and what is left of the last turn that was begun.
