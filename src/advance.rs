@@ -35,9 +35,9 @@ use handed::handed_on;
 use leaf::{Leaf, active, is_drawing, is_set, leaves, rebuilt};
 use settle::Runner;
 
-use crate::fact::{BoundAndRead, Context, Facts};
+use crate::fact::{BoundAndRead, Context, Facts, NameSet};
 use crate::name::Name;
-use crate::scope::{Spoken, bound_names, calls, condition_metavariables, metavariables};
+use crate::scope::{Spoken, condition_metavariables, metavariables};
 use crate::substitution::Stuck;
 use crate::term::room::levels;
 use crate::term::{Node, Term};
@@ -232,7 +232,7 @@ fn names_apart(network: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, 
 
 /// What the processes bind that are called here, and what they read that they have not bound.
 fn names_of_called(calls_here: &BTreeSet<Name>, context: &Context<'_>) -> Result<Rc<BoundAndRead>, Stuck> {
-    if let Some(known) = context.called.borrow().get(calls_here) {
+    if let Some(known) = context.defined.called.borrow().get(calls_here) {
         return Ok(Rc::clone(known));
     }
     let (mut bound, mut free, mut seen) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
@@ -245,16 +245,19 @@ fn names_of_called(calls_here: &BTreeSet<Name>, context: &Context<'_>) -> Result
         if definition.body.depth() > MOST_DEPTH {
             return stuck(format!("{name} is nested too deeply"));
         }
-        if let Some(meta) = metavariables(&definition.body).into_iter().next() {
+        let spoken = context.defined.spoken_in(&definition.body);
+        if (spoken.open.is_some() || !spoken.supposed.is_empty())
+            && let Some(meta) = metavariables(&definition.body).into_iter().next()
+        {
             return stuck(format!("{name} mentions the metavariable {meta}"));
         }
-        bound.extend(bound_names(&definition.body));
-        let zeros = definition.parameters.iter().map(|_| Value::zero()).collect();
-        free.extend(context_reads(&Term::new(Node::Call(name, zeros)), context)?);
-        open.extend(calls(&definition.body));
+        bound.extend(spoken.bound.iter().cloned());
+        let reads = context.defined.reads(&name);
+        free.extend(known_names(&reads)?.iter().cloned());
+        open.extend(spoken.calls.iter().cloned());
     }
     let found = Rc::new((bound, free));
-    context.called.borrow_mut().insert(calls_here.clone(), Rc::clone(&found));
+    context.defined.remember_called(calls_here, &found);
     Ok(found)
 }
 
@@ -270,10 +273,14 @@ fn known_metavariables(read: &BTreeSet<Name>, context: &Context<'_>) -> Result<(
 
 /// The names that a process may read before it has bound them.
 fn context_reads(term: &Term, context: &Context<'_>) -> Result<BTreeSet<Name>, Stuck> {
-    let reads = &Facts::of(term, context).reads;
-    match reads.processes.first() {
+    known_names(&Facts::of(term, context).reads).cloned()
+}
+
+/// Names, where none of them belong to a process that is not known.
+fn known_names(set: &NameSet) -> Result<&BTreeSet<Name>, Stuck> {
+    match set.processes.first() {
         Some(unknown) => stuck(format!("{unknown} is not known")),
-        None => Ok(reads.names.clone()),
+        None => Ok(&set.names),
     }
 }
 

@@ -38,6 +38,11 @@ impl Definitions {
         self.0.found.get(name).map(Arc::as_ref)
     }
 
+    /// Whether these are the others themselves, and so the same: of equal ones that were made apart it is not told.
+    pub fn is(&self, other: &Definitions) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
     /// Adds or replaces one.
     pub fn insert(&mut self, definition: Definition) {
         let (known, definition) = (Arc::make_mut(&mut self.0), Arc::new(definition));

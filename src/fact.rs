@@ -4,6 +4,7 @@
 //! [`Facts::of`], serves the kernel and the prover alike.
 
 mod combine;
+mod defined;
 mod supposed;
 
 use std::cell::RefCell;
@@ -17,6 +18,7 @@ use crate::name::Name;
 use crate::scope::{Spoken, calls};
 use crate::term::{Node, Term, TermMap};
 use crate::value::{Atom, Need, Relation, Sort, Value};
+pub(crate) use defined::{BoundAndRead, Defined};
 
 /// A set of names that may grow by all the names of some process metavariables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -116,9 +118,6 @@ impl Default for Facts {
     }
 }
 
-/// Names that processes bind, and names that they read before they have bound them.
-pub(crate) type BoundAndRead = (BTreeSet<Name>, BTreeSet<Name>);
-
 /// Where facts are asked: the assumptions on values, the definitions, the hypotheses on metavariables.
 pub struct Context<'a> {
     /// Facts about parameters, those of the hypotheses included.
@@ -127,7 +126,8 @@ pub struct Context<'a> {
     pub definitions: &'a Definitions,
     /// What a claim supposes of its metavariables.
     pub hypotheses: &'a [Condition],
-    defined: BTreeMap<Name, Facts>,
+    /// What the definitions may do.
+    pub(crate) defined: Rc<Defined>,
     /// What [`Facts::of`] has found here: nothing that it rests on changes while the context lives.
     known: RefCell<TermMap<Rc<Facts>>>,
     /// What [`Context::facts_of_parts`] was last asked about, with its answer.
@@ -136,15 +136,11 @@ pub struct Context<'a> {
     pub(crate) held: RefCell<TermMap<u16>>,
     /// What [`Context::simplify`] has found.
     simple: RefCell<HashMap<Value, Value>>,
-    /// The names that stand in terms, and those that processes bind and read which are called: what `advance` has found.
+    /// The names that stand in terms: what `advance` has found.
     pub(crate) spoken: RefCell<TermMap<Rc<Spoken>>>,
     /// What the values need that `advance` has read here: those of guards and others stand in nothing that comes of it.
     pub(crate) read: RefCell<BTreeSet<Need>>,
-    pub(crate) called: RefCell<BTreeMap<BTreeSet<Name>, Rc<BoundAndRead>>>,
 }
-
-/// Rounds of the fixed point over recursive definitions; the lattice is far lower than this.
-const ROUNDS: usize = 64;
 
 /// The most hypotheses that are read in the light of each other.
 const MOST_READ: usize = 16;
@@ -206,21 +202,28 @@ impl<'a> Context<'a> {
     /// The context of a claim with these hypotheses.
     pub fn new(assumptions: &Assumptions, definitions: &'a Definitions, hypotheses: &'a [Condition]) -> Context<'a> {
         let assumptions = supposing(assumptions, hypotheses);
-        let mut context = Context {
+        let defined = Defined::under(&assumptions, definitions, hypotheses);
+        Context::of(assumptions, (definitions, defined), hypotheses)
+    }
+
+    /// The context in which the definitions may do this.
+    fn of(
+        assumptions: Assumptions,
+        (definitions, defined): (&'a Definitions, Rc<Defined>),
+        hypotheses: &'a [Condition],
+    ) -> Context<'a> {
+        Context {
             assumptions,
             definitions,
             hypotheses,
-            defined: BTreeMap::new(),
+            defined,
             known: RefCell::default(),
             last: RefCell::default(),
             held: RefCell::default(),
             simple: RefCell::default(),
             spoken: RefCell::default(),
             read: RefCell::default(),
-            called: RefCell::default(),
-        };
-        context.defined = context.fixed_point();
-        context
+        }
     }
 
     /// The value as [`Assumptions::simplify`] leaves it: the same is asked for at every state of a run.
@@ -236,59 +239,15 @@ impl<'a> Context<'a> {
         found
     }
 
-    /// A definition's parameter may stand for any value, whatever is assumed of a name spelled the same.
-    fn fixed_point(&self) -> BTreeMap<Name, Facts> {
-        let parameters: BTreeSet<Name> = self.definitions.iter().flat_map(|d| d.parameters.iter().cloned()).collect();
-        let clash =
-            self.hypotheses.iter().any(|h| parameters.iter().any(|name| crate::scope::condition_mentions(h, name)));
-        let hypotheses: &[Condition] = if clash { &[] } else { self.hypotheses };
-        let plain = Context {
-            assumptions: self.assumptions.without(&parameters),
-            definitions: self.definitions,
-            hypotheses,
-            defined: self.definitions.iter().map(|d| (d.name.clone(), Facts::default())).collect(),
-            known: RefCell::default(),
-            last: RefCell::default(),
-            held: RefCell::default(),
-            simple: RefCell::default(),
-            spoken: RefCell::default(),
-            read: RefCell::default(),
-            called: RefCell::default(),
-        };
-        let mut context = plain;
-        for _ in 0..ROUNDS {
-            let next: BTreeMap<Name, Facts> = self
-                .definitions
-                .iter()
-                .map(|definition| {
-                    let mut facts = Facts::clone(&Facts::of(&definition.body, &context));
-                    if definition.recursive {
-                        facts = facts.attempt();
-                        facts.surely_binds.clear();
-                        facts.duration = None;
-                    }
-                    let elsewhere = context.read_in_calls(&definition.body);
-                    for parameter in definition.parameters.iter().filter(|name| !elsewhere.contains(*name)) {
-                        facts.reads.names.remove(parameter);
-                    }
-                    (definition.name.clone(), facts)
-                })
-                .collect();
-            let stable = next == context.defined;
-            context.defined = next;
-            context.known.borrow_mut().clear();
-            if stable {
-                return context.defined;
-            }
-        }
-        self.definitions.iter().map(|d| (d.name.clone(), Facts::anything(&d.name))).collect()
-    }
-
     /// The names that the processes called in a term read where they are called: no parameter, index or replacement
     /// around the call changes what such a name means there.
     fn read_in_calls(&self, term: &Term) -> BTreeSet<Name> {
         let called = calls(term);
-        called.iter().filter_map(|name| self.defined.get(name)).flat_map(|facts| facts.reads.names.clone()).collect()
+        called
+            .iter()
+            .filter_map(|name| self.defined.facts.get(name))
+            .flat_map(|facts| facts.reads.names.clone())
+            .collect()
     }
 
     /// Whether the claim supposes just this.
@@ -462,7 +421,7 @@ impl Facts {
     }
 
     fn call(name: &Name, arguments: &[Value], context: &Context<'_>) -> Facts {
-        let (Some(definition), Some(known)) = (context.definitions.get(name), context.defined.get(name)) else {
+        let (Some(definition), Some(known)) = (context.definitions.get(name), context.defined.facts.get(name)) else {
             return Facts::anything(name);
         };
         let mut facts = known.clone();

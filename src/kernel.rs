@@ -11,6 +11,7 @@ mod run;
 mod turn;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 
 use gate::{Needs, counts_are_settled, well_sorted};
 use meaning::Meaning;
@@ -137,11 +138,8 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
     let context = Context::new(&theory.assumptions, &theory.definitions, &statement.hypotheses);
     let fixed = spoken_of(&context);
     // What is assumed of a name holds wherever it is read, so no definition may give it another value.
-    let bound: BTreeSet<Name> = match fixed.is_empty() {
-        true => BTreeSet::new(),
-        false => theory.definitions.iter().flat_map(|definition| bound_names(&definition.body)).collect(),
-    };
-    if let Some(name) = fixed.iter().find(|name| bound.contains(*name)) {
+    let names = Rc::clone(&context.defined.names);
+    if let Some(name) = fixed.iter().find(|name| names.bound.contains(*name)) {
         return Err(Rejected { step: 0, reason: Reason::Name(name.clone()) });
     }
     let (laws, lemmas, trusted) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
@@ -159,7 +157,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         sorted: TermSet::default(),
         counts: BTreeSet::new(),
         needs: HashMap::new(),
-        meaning: Meaning::of(statement, steps, theory),
+        meaning: Meaning::of(statement, steps, theory, names.partial),
     };
     for (number, step) in steps.iter().enumerate() {
         let found = checker.step(step).and_then(|derived| checker.gate(derived));
@@ -178,7 +176,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
     let Checker { laws, lemmas, trusted, reads, advanced, meaning, .. } = checker;
-    let needs = meaning.needed_by(statement, theory);
+    let needs = meaning.needed_by(statement, theory, &names.read);
     Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, needs, reads, advanced })
 }
 

@@ -35,7 +35,8 @@ pub(super) struct Meaning {
 }
 
 impl Meaning {
-    pub(super) fn of(statement: &Statement, steps: &[Step], theory: &Theory) -> Meaning {
+    /// What the claim of a proof needs; `partial` tells whether some value in a definition needs anything.
+    pub(super) fn of(statement: &Statement, steps: &[Step], theory: &Theory, partial: bool) -> Meaning {
         let mut claimed: BTreeSet<Need> = theory.assumptions.iter().flat_map(|(_, value)| value.needs()).collect();
         let mut open = vec![statement.left.clone(), statement.right.clone()];
         for hypothesis in &statement.hypotheses {
@@ -49,8 +50,6 @@ impl Meaning {
                 open.extend([left.clone(), right.clone()]);
             }
         }
-        let defined = theory.definitions.iter().flat_map(|definition| subterms(&definition.body));
-        let partial = defined.flat_map(Term::values).any(|value| !value.needs().is_empty());
         let mut called: BTreeSet<Term> = BTreeSet::new();
         let mut indices: BTreeSet<Name> = BTreeSet::new();
         while let Some(term) = open.pop() {
@@ -82,11 +81,12 @@ impl Meaning {
 
     /// What an instance of the claim needs. That an index of rounds is a natural number was needed of what is said of one
     /// round; it says nothing of a claim, and of a definition, that reads the index in its rounds alone: there it is one.
-    pub(super) fn needed_by(&self, statement: &Statement, theory: &Theory) -> BTreeSet<Need> {
-        let mut outside: BTreeSet<Name> = BTreeSet::new();
-        for definition in theory.definitions.iter() {
-            outside.extend(read_names(&definition.body));
+    /// `defined` are the names that the definitions read.
+    pub(super) fn needed_by(&self, statement: &Statement, theory: &Theory, defined: &BTreeSet<Name>) -> BTreeSet<Need> {
+        if self.met.is_empty() {
+            return BTreeSet::new();
         }
+        let mut outside: BTreeSet<Name> = defined.clone();
         for hypothesis in &statement.hypotheses {
             let (terms, values, names) = condition_parts(hypothesis);
             outside.extend(terms.into_iter().flat_map(read_names));
