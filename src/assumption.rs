@@ -7,6 +7,7 @@
 mod alone;
 mod atoms;
 mod eliminate;
+mod enclosed;
 mod hidden;
 mod linear;
 mod pieces;

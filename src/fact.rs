@@ -145,10 +145,18 @@ pub struct Context<'a> {
 /// The most hypotheses that are read in the light of each other.
 const MOST_READ: usize = 16;
 
+/// Whether a maximum or a condition stands in a value, be it under a root.
+fn folded(value: &Value) -> bool {
+    value.atoms().iter().any(|atom| match atom {
+        Atom::Maximum(_) | Atom::Positive(_) => true,
+        Atom::Root(inner) => folded(inner),
+        _ => false,
+    })
+}
+
 /// What each hypothesis in which a maximum or a condition stands says where the others hold: `min(r,3) = 3` with `r < 2`
 /// that 2 is more than 3.
 fn as_others_say(plain: &Assumptions, hypotheses: &[Condition]) -> Vec<(Relation, Value, Value)> {
-    let folded = |value: &Value| value.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_) | Atom::Positive(_)));
     let mut found = Vec::new();
     for (place, hypothesis) in hypotheses.iter().enumerate().take(MOST_READ) {
         let Condition::Compare(relation, left, right) = hypothesis else { continue };

@@ -43,8 +43,12 @@ impl Assumptions {
         if let Some(signs) = self.signs_alone(value, wanted) {
             return signs;
         }
+        let decided = |signs: &Signs| signs.within(wanted) || signs.and(wanted).is_empty();
+        if let Some(signs) = self.signs_enclosed(value).filter(decided) {
+            return signs;
+        }
         let (within, all) = self.signs_in_pieces(&self.with_solved(value)).unwrap_or((Signs::ANY, false));
-        if all || within.within(wanted) || within.and(wanted).is_empty() {
+        if all || decided(&within) {
             self.remember(question, within);
             return within;
         }

@@ -1,0 +1,248 @@
+//! The signs of a value whose variables lie between numbers: from whole numbers of a fixed length, between which each
+//! part of it lies.
+
+use std::collections::BTreeMap;
+
+use num_bigint::BigInt;
+use num_integer::Integer;
+use num_rational::BigRational;
+use num_traits::{One, Signed, Zero};
+
+use super::Assumptions;
+use super::linear::Bound;
+use super::sign::Signs;
+use crate::name::Name;
+use crate::polynomial::Polynomial;
+use crate::value::{Atom, Value};
+
+/// The bits behind the point.
+const BITS: usize = 192;
+/// The highest exponent of an atom.
+const MOST_EXPONENT: u32 = 16;
+/// The most terms of a sum.
+const MOST_TERMS: usize = 200;
+/// The most variables.
+const MOST_NAMES: usize = 6;
+/// How deep atoms may stand in one another.
+const MOST_NESTED: usize = 8;
+
+/// Between these, over `2^BITS`, a number lies.
+type Range = (BigInt, BigInt);
+
+/// Where the variables lie.
+type Ranges = BTreeMap<Name, Range>;
+
+impl Assumptions {
+    /// The signs that a value may have, by the numbers that its variables lie between; none where one of them does not.
+    pub(super) fn signs_enclosed(&self, value: &Value) -> Option<Signs> {
+        let names = value.variables();
+        if names.is_empty() || names.len() > MOST_NAMES {
+            return None;
+        }
+        let ranges: Option<Ranges> = names.into_iter().map(|name| Some((name.clone(), self.range(&name)?))).collect();
+        let (low, high) = range_of(value, &ranges?, MOST_NESTED)?;
+        let mut signs = if low.is_positive() || high.is_negative() { Signs::NONZERO } else { Signs::ANY };
+        if !low.is_negative() {
+            signs = signs.and(Signs::NONNEGATIVE);
+        }
+        if !high.is_positive() {
+            signs = signs.and(Signs::NONNEGATIVE.flipped());
+        }
+        Some(signs)
+    }
+
+    /// The numbers that facts about a variable alone put it between.
+    fn range(&self, name: &Name) -> Option<Range> {
+        let (mut low, mut high): (Option<BigRational>, Option<BigRational>) = (None, None);
+        for constraint in self.constraints.iter().filter(|constraint| constraint.form.terms().len() <= 2) {
+            let Some((factor, rest)) = line(&constraint.form, name) else { continue };
+            let end = -rest / &factor;
+            let (below, above) = match constraint.bound {
+                Bound::Zero => (true, true),
+                _ => (factor.is_positive(), factor.is_negative()),
+            };
+            if below && low.as_ref().is_none_or(|low| *low < end) {
+                low = Some(end.clone());
+            }
+            if above && high.as_ref().is_none_or(|high| *high > end) {
+                high = Some(end);
+            }
+        }
+        Some((scaled(&low?).0, scaled(&high?).1))
+    }
+}
+
+/// The factor of a variable and the constant beside it, of a sum of nothing else.
+fn line(form: &Polynomial<Atom>, name: &Name) -> Option<(BigRational, BigRational)> {
+    let (mut factor, mut rest) = (None, BigRational::zero());
+    for (monomial, number) in form.terms() {
+        match monomial.factors() {
+            [] => rest = number.clone(),
+            [(Atom::Variable(own), 1)] if own == name => factor = Some(number.clone()),
+            _ => return None,
+        }
+    }
+    Some((factor?, rest))
+}
+
+fn scaled(number: &BigRational) -> Range {
+    let scaled = number.numer() << BITS;
+    let low = scaled.div_floor(number.denom());
+    let high = if scaled.is_multiple_of(number.denom()) { low.clone() } else { &low + BigInt::one() };
+    (low, high)
+}
+
+/// Where a real lies, wherever it has a value.
+fn range_of(value: &Value, ranges: &Ranges, nested: usize) -> Option<Range> {
+    let (numerator, denominator) = value.polynomials()?;
+    let above = range_of_sum(numerator, ranges, nested)?;
+    if denominator.is_one() {
+        return Some(above);
+    }
+    let (low, high) = range_of_sum(denominator, ranges, nested)?;
+    if !low.is_positive() && !high.is_negative() {
+        return None;
+    }
+    // 1/x falls on either side of 0.
+    let one = BigInt::one() << (2 * BITS);
+    Some(times(&above, &(one.div_floor(&high), one.div_ceil(&low))))
+}
+
+fn range_of_sum(sum: &Polynomial<Atom>, ranges: &Ranges, nested: usize) -> Option<Range> {
+    if sum.terms().len() > MOST_TERMS {
+        return None;
+    }
+    let mut total = (BigInt::zero(), BigInt::zero());
+    for (monomial, number) in sum.terms() {
+        let mut term = scaled(number);
+        for (atom, exponent) in monomial.factors() {
+            let factor = range_of_atom(atom, ranges, nested.checked_sub(1)?)?;
+            term = times(&term, &power(&factor, *exponent)?);
+        }
+        total = (total.0 + term.0, total.1 + term.1);
+    }
+    Some(total)
+}
+
+fn range_of_atom(atom: &Atom, ranges: &Ranges, nested: usize) -> Option<Range> {
+    let whole = |number: i64| BigInt::from(number) << BITS;
+    match atom {
+        Atom::Variable(name) => ranges.get(name).cloned(),
+        // Where it has a value, what it is taken of is not negative.
+        Atom::Root(inner) => {
+            let (low, high) = range_of(inner, ranges, nested)?;
+            let low = low.max(BigInt::zero());
+            (!high.is_negative()).then(|| ((low << BITS).sqrt(), (high << BITS).sqrt() + BigInt::one()))
+        }
+        Atom::Maximum(elements) => {
+            let zero = (BigInt::zero(), BigInt::zero());
+            elements.iter().try_fold(zero, |(low, high), element| {
+                let own = range_of(element, ranges, nested)?;
+                Some((low.max(own.0), high.max(own.1)))
+            })
+        }
+        Atom::Positive(inner) => {
+            let (low, high) = range_of(inner, ranges, nested)?;
+            Some((whole(i64::from(low.is_positive())), whole(i64::from(high.is_positive()))))
+        }
+        Atom::Floor(inner) => {
+            let (low, high) = range_of(inner, ranges, nested)?;
+            Some(((low >> BITS) << BITS, (high >> BITS) << BITS))
+        }
+        Atom::Power(..) | Atom::Apply(..) => None,
+    }
+}
+
+fn power(range: &Range, exponent: u32) -> Option<Range> {
+    if exponent > MOST_EXPONENT {
+        return None;
+    }
+    let mut product = range.clone();
+    for _ in 1..exponent {
+        product = times(&product, range);
+    }
+    // What is multiplied with itself an even number of times is not negative.
+    if exponent.is_multiple_of(2) {
+        product.0 = product.0.max(BigInt::zero());
+    }
+    Some(product)
+}
+
+fn times(one: &Range, other: &Range) -> Range {
+    let products = [&one.0 * &other.0, &one.0 * &other.1, &one.1 * &other.0, &one.1 * &other.1];
+    let least = products.iter().min().cloned().unwrap_or_default();
+    let most = products.iter().max().cloned().unwrap_or_default();
+    // A shift to the right goes down.
+    let exact = most.is_zero() || most.trailing_zeros().is_some_and(|zeros| zeros >= BITS as u64);
+    (least >> BITS, (most >> BITS) + if exact { BigInt::zero() } else { BigInt::one() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::Relation;
+
+    fn between(facts: &[(&str, i64, i64)]) -> Assumptions {
+        let mut known = Assumptions::default();
+        for (name, low, high) in facts {
+            let variable = Value::variable(&Name::new(name));
+            known.assume(Relation::Gte, &variable, &Value::fraction(*low, 100).unwrap());
+            known.assume(Relation::Lte, &variable, &Value::fraction(*high, 100).unwrap());
+        }
+        known
+    }
+
+    fn samples((low, high): (i64, i64)) -> impl Iterator<Item = f64> + Clone {
+        (0..=8).map(move |place| (low as f64 + (high - low) as f64 * f64::from(place) / 8.0) / 100.0)
+    }
+
+    /// Of values that machine numbers are computed for at many points, none lies on a side that was excluded.
+    #[test]
+    fn no_point_lies_on_an_excluded_side() {
+        let (x, y) = (Value::variable(&Name::new("x")), Value::variable(&Name::new("y")));
+        let whole = Value::integer;
+        let far = |a: i64, b: i64| Value::vector(vec![x.sub(&whole(a)).unwrap(), y.sub(&whole(b)).unwrap()]).unwrap();
+        let mut decided = 0;
+        for (a, b) in [(3, 4), (-2, 1), (0, 0), (1, -1)] {
+            let length = far(a, b).norm().unwrap();
+            for bound in [1, 2, 4, 5, 9] {
+                let value = [
+                    length.sub(&whole(bound)).unwrap(),
+                    whole(1).div(&length.add(&x).unwrap()).and_then(|part| part.sub(&whole(bound))).unwrap(),
+                    Value::maximum(&[x.clone(), y.clone()]).unwrap().sub(&length.floor().unwrap()).unwrap().add(&whole(bound - 4)).unwrap(),
+                ];
+                for (one, other) in [((10, 12), (30, 33)), ((-210, -200), (95, 105)), ((290, 310), (399, 401))] {
+                    let known = between(&[("x", one.0, one.1), ("y", other.0, other.1)]);
+                    for (kind, value) in value.iter().enumerate() {
+                        let Some(signs) = known.signs_enclosed(value) else { continue };
+                        decided += usize::from(signs != Signs::ANY);
+                        for (x, y) in samples(one).flat_map(|x| samples(other).map(move |y| (x, y))) {
+                            let length = (x - a as f64).hypot(y - b as f64);
+                            let near = match kind {
+                                0 => length - bound as f64,
+                                1 => 1.0 / (length + x) - bound as f64,
+                                _ => x.max(y) - length.floor() + (bound - 4) as f64,
+                            };
+                            if near.abs() > 1e-9 {
+                                let own = if near > 0.0 { Signs::POSITIVE } else { Signs::NEGATIVE };
+                                assert!(own.within(signs), "{value} at {x}, {y}");
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(decided > 100, "{decided}");
+    }
+
+    #[test]
+    fn ends_count_and_what_is_not_bounded_is_left_to_others() {
+        let x = Value::variable(&Name::new("x"));
+        let known = between(&[("x", 0, 100)]);
+        assert_eq!(known.signs_enclosed(&x), Some(Signs::NONNEGATIVE));
+        assert_eq!(known.signs_enclosed(&x.sub(&Value::integer(1)).unwrap()), Some(Signs::NONNEGATIVE.flipped()));
+        assert_eq!(known.signs_enclosed(&x.add(&Value::variable(&Name::new("y"))).unwrap()), None);
+        assert_eq!(known.signs_enclosed(&Value::integer(1).div(&x).unwrap()), None);
+        assert_eq!(known.signs_enclosed(&Value::integer(3)), None);
+    }
+}
