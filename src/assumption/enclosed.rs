@@ -209,7 +209,12 @@ mod tests {
                 let value = [
                     length.sub(&whole(bound)).unwrap(),
                     whole(1).div(&length.add(&x).unwrap()).and_then(|part| part.sub(&whole(bound))).unwrap(),
-                    Value::maximum(&[x.clone(), y.clone()]).unwrap().sub(&length.floor().unwrap()).unwrap().add(&whole(bound - 4)).unwrap(),
+                    Value::maximum(&[x.clone(), y.clone()])
+                        .unwrap()
+                        .sub(&length.floor().unwrap())
+                        .unwrap()
+                        .add(&whole(bound - 4))
+                        .unwrap(),
                 ];
                 for (one, other) in [((10, 12), (30, 33)), ((-210, -200), (95, 105)), ((290, 310), (399, 401))] {
                     let known = between(&[("x", one.0, one.1), ("y", other.0, other.1)]);

@@ -16,7 +16,7 @@ pub use end::{End, ends};
 use num_traits::ToPrimitive;
 use shape::{alike, told_apart};
 pub use split::{either, passes, runs, runs_where};
-pub use turn::interval;
+pub use turn::interval_around;
 
 use crate::advance::{Instant, stretch};
 use crate::fact::Context;

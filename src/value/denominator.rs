@@ -105,10 +105,12 @@ pub(super) fn free_denominator(mut numerator: Real, mut denominator: Real) -> Re
 }
 
 /// A fraction whose numerator is a multiple of what stands in the denominator as the squares of lengths are known: `S + m*n`
-/// is `n*(n + m)` where n is the root of S, so that `(S + m*n)/(n + m)` is n. None where nothing divides.
+/// is `n*(n + m)` where n is the root of S, so that `(S + m*n)/(n + m)` is n; and of the roots of numbers beside variables, as
+/// `(x^2 - 2)/(x + sqrt(2))` is `x - sqrt(2)`. None where nothing divides.
 pub(super) fn divided_beside_length(numerator: &Real, denominator: &Real) -> Result<Option<(Real, Real)>, ValueError> {
     for atom in denominator.atoms() {
-        let Some(square) = atom.square().filter(|square| is_of_variables(square)) else { continue };
+        let known = |square: &&Real| atom.is_root_of_number() || is_of_variables(square);
+        let Some(square) = atom.square().filter(known) else { continue };
         let mut parts = denominator.coefficients_in(atom);
         let (Some(constant), Some(factor), true) = (parts.remove(&0), parts.remove(&1), parts.is_empty()) else {
             continue;

@@ -7,14 +7,15 @@
 use std::collections::BTreeSet;
 
 use num_rational::BigRational;
-use num_traits::{ToPrimitive, Zero};
+use num_traits::ToPrimitive;
 
 use super::trajectory::{Leg, Rounds, Trajectory, Values, Walker};
 use super::unit::Unit;
+use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Edge, Next, Segment};
 use crate::proof::{self, going_round};
-use crate::prove::run::interval;
+use crate::prove::run::interval_around;
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value};
 
@@ -51,7 +52,7 @@ pub struct Orbit {
 pub(super) struct Turn {
     pub(super) orbit: Orbit,
     pub(super) legs: Vec<Leg>,
-    pub(super) assumptions: crate::assumption::Assumptions,
+    pub(super) assumptions: Assumptions,
 }
 
 impl Orbit {
@@ -115,9 +116,9 @@ impl Walker<'_> {
         taken.insert(self.index.clone());
         let mut values = Values::new();
         let (mut moving, mut along) = (Vec::new(), Vec::new());
-        let mut line: Option<([BigRational; 3], Value)> = None;
+        let mut line: Option<([Value; 3], Value)> = None;
         for (name, now) in starts.2 {
-            let numbers = [starts.0.get(name)?.as_rational()?, starts.1.get(name)?.as_rational()?, now.as_rational()?];
+            let numbers = [starts.0.get(name)?.clone(), starts.1.get(name)?.clone(), now.clone()];
             if numbers[0] == numbers[1] && numbers[1] == numbers[2] {
                 values.insert(name.clone(), now.clone());
                 continue;
@@ -128,7 +129,7 @@ impl Walker<'_> {
                 along.push((name.clone(), along_it));
                 continue;
             }
-            let (low, high) = interval(&numbers)?;
+            let (low, high) = interval_around(&numbers)?;
             let symbol = fresh(name, &mut taken);
             let (low, high) = (Value::rational(low), Value::rational(high));
             let variable = Value::variable(&symbol);
@@ -183,6 +184,7 @@ impl Walker<'_> {
         let next = loop {
             let edge = self.choose(&here.edges, &now, &self.assumptions).ok()?;
             let onward = self.image(edge, &now).ok()?;
+            let onward = onward.into_iter().map(|(name, value)| (name, self.assumptions.simplify(&value))).collect();
             rounds.push((edge, std::mem::replace(&mut now, onward)));
             if edge.next != Next::Phase(phase) {
                 break edge.next.clone();
@@ -237,17 +239,16 @@ impl Walker<'_> {
 }
 
 /// The value that is on a line with another one, which the symbol stands for, at the start of three turns: `n + s*(x-m)`.
-fn on_a_line(first: &[BigRational; 3], other: &[BigRational; 3], symbol: &Value) -> Option<Value> {
-    let (before, after) = (&first[1] - &first[0], &first[2] - &first[1]);
-    if before.is_zero() || after.is_zero() {
+fn on_a_line(first: &[Value; 3], other: &[Value; 3], symbol: &Value) -> Option<Value> {
+    let moved = |numbers: &[Value; 3], turn: usize| numbers[turn + 1].sub(&numbers[turn]).ok();
+    let (before, after) = (moved(first, 0)?, moved(first, 1)?);
+    let slope = moved(other, 1)?.div(&after).ok()?;
+    let same = |one: &Value, other: &Value| Assumptions::default().decide(Relation::Eq, one, other) == Some(true);
+    if before.is_zero() || !same(&moved(other, 0)?, &slope.mul(&before).ok()?) {
         return None;
     }
-    let slope = (&other[2] - &other[1]) / &after;
-    if &other[1] - &other[0] != &slope * &before {
-        return None;
-    }
-    let rest = &other[2] - &slope * &first[2];
-    symbol.mul(&Value::rational(slope)).ok()?.add(&Value::rational(rest)).ok()
+    let rest = other[2].sub(&slope.mul(&first[2]).ok()?).ok()?;
+    symbol.mul(&slope).ok()?.add(&rest).ok()
 }
 
 /// Whether the next leg begins a round of the system: as many legs a round as it takes for their order to repeat.

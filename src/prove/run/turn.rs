@@ -2,12 +2,14 @@
 
 use std::collections::BTreeSet;
 
+use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::shape::{alike, joined};
 use super::{Follower, Lost, items, lost};
 use crate::advance::stretch;
+use crate::assumption::Assumptions;
 use crate::law::Condition;
 use crate::name::Name;
 use crate::proof::{Lemma, Moving, Statement, Step, StepId, carried_on};
@@ -16,8 +18,11 @@ use crate::substitution::{Substitution, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Relation, Value, ValueError};
 
+/// The bits behind the point of the ends of an interval.
+const MOST_BITS: usize = 256;
+
 /// An interval that three values in turn stay in, if they go on as they began: towards a limit, by a fixed factor.
-pub fn interval(numbers: &[BigRational; 3]) -> Option<(BigRational, BigRational)> {
+fn interval(numbers: &[BigRational; 3]) -> Option<(BigRational, BigRational)> {
     let factor = factor(numbers)?;
     if factor.abs() >= BigRational::one() {
         return None;
@@ -27,6 +32,24 @@ pub fn interval(numbers: &[BigRational; 3]) -> Option<(BigRational, BigRational)
     let limit = &numbers[2] + &step * &factor / (BigRational::one() - &factor);
     let all = [&numbers[2], &next, &limit];
     Some(((*all.iter().min()?).clone(), (*all.iter().max()?).clone()))
+}
+
+/// The same of numbers with roots, between rational ends a little outside.
+pub fn interval_around(numbers: &[Value; 3]) -> Option<(BigRational, BigRational)> {
+    let near = |number: &Value| {
+        number.as_rational().or_else(|| number.enclosure().map(|(low, high)| (low + high) / BigInt::from(2)))
+    };
+    let rationals = [near(&numbers[0])?, near(&numbers[1])?, near(&numbers[2])?];
+    let (low, high) = interval(&rationals)?;
+    if numbers.iter().all(|number| number.as_rational().is_some()) {
+        return Some((low, high));
+    }
+    // A fixed factor that is less than 1 leads from a little outside to less outside.
+    let margin = (&high - &low) * BigRational::new(BigInt::one(), BigInt::from(64));
+    let grid = (0..MOST_BITS).map(|bits| BigInt::one() << bits).find(|grid| &margin * grid >= BigRational::one())?;
+    let down = ((low - &margin) * &grid).floor() / &grid;
+    let up = ((high + &margin) * &grid).ceil() / &grid;
+    Some((down, up))
 }
 
 /// The place on whose two sides three values in turn lie, ever farther from it or as far: none comes to it.
@@ -321,7 +344,7 @@ fn supposed(base: &Base) -> Result<Vec<Condition>, Lost> {
     }
     let [first, next, last] = &base.seen;
     let (Some(one), Some(two), Some(three)) = (first.as_rational(), next.as_rational(), last.as_rational()) else {
-        return lost(format!("where {first} moves is not known"));
+        return supposed_of_roots(base);
     };
     let numbers = [one, two, three];
     let compare = |relation, bound: BigRational| Condition::Compare(relation, own.clone(), Value::rational(bound));
@@ -336,6 +359,26 @@ fn supposed(base: &Base) -> Result<Vec<Condition>, Lost> {
     let low = low.min(numbers[0].clone()).min(numbers[1].clone());
     let high = high.max(numbers[0].clone()).max(numbers[1].clone());
     Ok(vec![compare(Relation::Gte, low), compare(Relation::Lte, high)])
+}
+
+/// The same of a number with roots: where it moves, and that it has come nearer with each turn.
+fn supposed_of_roots(base: &Base) -> Result<Vec<Condition>, Lost> {
+    let own = Value::variable(&base.moving.variable);
+    let Some((low, high)) = interval_around(&base.seen) else {
+        return lost(format!("where {} moves is not known", base.seen[0]));
+    };
+    let known = Assumptions::default();
+    let mut ends = (Value::rational(low), Value::rational(high));
+    for number in &base.seen[..2] {
+        if known.decide(Relation::Lss, number, &ends.0) == Some(true) {
+            ends.0 = number.clone();
+        }
+        if known.decide(Relation::Gtr, number, &ends.1) == Some(true) {
+            ends.1 = number.clone();
+        }
+    }
+    let compare = |relation, bound| Condition::Compare(relation, own.clone(), bound);
+    Ok(vec![compare(Relation::Gte, ends.0), compare(Relation::Lte, ends.1)])
 }
 
 /// What moves in step with something before it: the one follows from the other, in all turns.
