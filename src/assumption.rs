@@ -13,6 +13,7 @@ mod linear;
 mod pieces;
 mod refute;
 mod remembered;
+mod sampled;
 mod sign;
 mod simplify;
 

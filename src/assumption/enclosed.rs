@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::Assumptions;
 use super::linear::Bound;
@@ -23,14 +23,18 @@ const MOST_EXPONENT: u32 = 16;
 const MOST_TERMS: usize = 200;
 /// The most variables.
 const MOST_NAMES: usize = 6;
+/// The highest exponent of a number whose power is computed.
+const HIGHEST: i32 = 500;
+/// The bits of such a number.
+const LONGEST: u64 = 64;
 /// How deep atoms may stand in one another.
 const MOST_NESTED: usize = 8;
 
 /// Between these, over `2^BITS`, a number lies.
 type Range = (BigInt, BigInt);
 
-/// Where the variables lie.
-type Ranges = BTreeMap<Name, Range>;
+/// Where the variables lie: above the one and below the other, where there is one.
+pub(super) type Ranges = BTreeMap<Name, (Option<BigRational>, Option<BigRational>)>;
 
 impl Assumptions {
     /// The signs that a value may have, by the numbers that its variables lie between; none where one of them does not.
@@ -39,20 +43,21 @@ impl Assumptions {
         if names.is_empty() || names.len() > MOST_NAMES {
             return None;
         }
-        let ranges: Option<Ranges> = names.into_iter().map(|name| Some((name.clone(), self.range(&name)?))).collect();
-        let (low, high) = range_of(value, &ranges?, MOST_NESTED)?;
-        let mut signs = if low.is_positive() || high.is_negative() { Signs::NONZERO } else { Signs::ANY };
-        if !low.is_negative() {
-            signs = signs.and(Signs::NONNEGATIVE);
+        let mut ranges = Ranges::new();
+        for name in names {
+            let range = self.range(&name);
+            if range == (None, None) {
+                return None;
+            }
+            ranges.insert(name, range);
         }
-        if !high.is_positive() {
-            signs = signs.and(Signs::NONNEGATIVE.flipped());
-        }
-        Some(signs)
+        signs_at(value, &ranges)
     }
 
-    /// The numbers that facts about a variable alone put it between.
-    fn range(&self, name: &Name) -> Option<Range> {
+    /// The numbers that facts about a variable alone put it between; whole ones, if it is natural.
+    pub(super) fn range(&self, name: &Name) -> (Option<BigRational>, Option<BigRational>) {
+        let natural = self.naturals.contains(name);
+        let one = |strict: bool| if strict { BigRational::one() } else { BigRational::zero() };
         let (mut low, mut high): (Option<BigRational>, Option<BigRational>) = (None, None);
         for constraint in self.constraints.iter().filter(|constraint| constraint.form.terms().len() <= 2) {
             let Some((factor, rest)) = line(&constraint.form, name) else { continue };
@@ -61,15 +66,35 @@ impl Assumptions {
                 Bound::Zero => (true, true),
                 _ => (factor.is_positive(), factor.is_negative()),
             };
-            if below && low.as_ref().is_none_or(|low| *low < end) {
-                low = Some(end.clone());
+            let next = one(natural && end.is_integer() && matches!(constraint.bound, Bound::Positive));
+            let whole = |end: BigRational, up: bool| match (natural, up) {
+                (false, _) => end,
+                (true, true) => end.ceil() + &next,
+                (true, false) => end.floor() - &next,
+            };
+            let (from, until) = (whole(end.clone(), true), whole(end, false));
+            if below && low.as_ref().is_none_or(|low| *low < from) {
+                low = Some(from);
             }
-            if above && high.as_ref().is_none_or(|high| *high > end) {
-                high = Some(end);
+            if above && high.as_ref().is_none_or(|high| *high > until) {
+                high = Some(until);
             }
         }
-        Some((scaled(&low?).0, scaled(&high?).1))
+        (low, high)
     }
+}
+
+/// The signs that a value may have where its variables lie there; none where that is not found out.
+pub(super) fn signs_at(value: &Value, ranges: &Ranges) -> Option<Signs> {
+    let (low, high) = range_of(value, ranges, MOST_NESTED)?;
+    let mut signs = if low.is_positive() || high.is_negative() { Signs::NONZERO } else { Signs::ANY };
+    if !low.is_negative() {
+        signs = signs.and(Signs::NONNEGATIVE);
+    }
+    if !high.is_positive() {
+        signs = signs.and(Signs::NONNEGATIVE.flipped());
+    }
+    Some(signs)
 }
 
 /// The factor of a variable and the constant beside it, of a sum of nothing else.
@@ -108,26 +133,40 @@ fn range_of(value: &Value, ranges: &Ranges, nested: usize) -> Option<Range> {
     Some(times(&above, &(one.div_floor(&high), one.div_ceil(&low))))
 }
 
+/// What has the same atoms but for roots of numbers is taken together: of `2*x - x*sqrt(10)` x comes out.
 fn range_of_sum(sum: &Polynomial<Atom>, ranges: &Ranges, nested: usize) -> Option<Range> {
     if sum.terms().len() > MOST_TERMS {
         return None;
     }
-    let mut total = (BigInt::zero(), BigInt::zero());
+    let mut groups: BTreeMap<Vec<&(Atom, u32)>, Range> = BTreeMap::new();
     for (monomial, number) in sum.terms() {
-        let mut term = scaled(number);
-        for (atom, exponent) in monomial.factors() {
-            let factor = range_of_atom(atom, ranges, nested.checked_sub(1)?)?;
-            term = times(&term, &power(&factor, *exponent)?);
-        }
+        let (numbers, rest): (Vec<_>, Vec<_>) =
+            monomial.factors().iter().partition(|(atom, _)| atom.is_root_of_number());
+        let factor = product(scaled(number), &numbers, ranges, nested)?;
+        let group = groups.entry(rest).or_default();
+        *group = (&group.0 + factor.0, &group.1 + factor.1);
+    }
+    let mut total = (BigInt::zero(), BigInt::zero());
+    for (rest, factor) in groups {
+        let term = product(factor, &rest, ranges, nested)?;
         total = (total.0 + term.0, total.1 + term.1);
     }
     Some(total)
 }
 
+fn product(start: Range, factors: &[&(Atom, u32)], ranges: &Ranges, nested: usize) -> Option<Range> {
+    factors.iter().try_fold(start, |product, (atom, exponent)| {
+        Some(times(&product, &power(&range_of_atom(atom, ranges, nested.checked_sub(1)?)?, *exponent)?))
+    })
+}
+
 fn range_of_atom(atom: &Atom, ranges: &Ranges, nested: usize) -> Option<Range> {
     let whole = |number: i64| BigInt::from(number) << BITS;
     match atom {
-        Atom::Variable(name) => ranges.get(name).cloned(),
+        Atom::Variable(name) => {
+            let (low, high) = ranges.get(name)?;
+            Some((scaled(low.as_ref()?).0, scaled(high.as_ref()?).1))
+        }
         // Where it has a value, what it is taken of is not negative.
         Atom::Root(inner) => {
             let (low, high) = range_of(inner, ranges, nested)?;
@@ -149,7 +188,26 @@ fn range_of_atom(atom: &Atom, ranges: &Ranges, nested: usize) -> Option<Range> {
             let (low, high) = range_of(inner, ranges, nested)?;
             Some(((low >> BITS) << BITS, (high >> BITS) << BITS))
         }
-        Atom::Power(..) | Atom::Apply(..) => None,
+        Atom::Power(base, exponent) => range_of_power(&base.as_rational()?, ranges.get(exponent.as_variable()?)?),
+        Atom::Apply(..) => None,
+    }
+}
+
+/// Where a power of a number lies, by the numbers that its exponent lies between: one of a base below 1 comes down to 0.
+fn range_of_power(base: &BigRational, (low, high): &(Option<BigRational>, Option<BigRational>)) -> Option<Range> {
+    if *base == -BigRational::one() {
+        return Some((-(BigInt::one() << BITS), BigInt::one() << BITS));
+    }
+    let at = |exponent: BigRational| {
+        let exponent = exponent.to_integer().to_i32().filter(|exponent| exponent.abs() <= HIGHEST)?;
+        (base.numer().bits().max(base.denom().bits()) <= LONGEST).then(|| scaled(&base.pow(exponent)))
+    };
+    let first = low.as_ref().map(|low| at(low.floor()));
+    let last = high.as_ref().map(|high| at(high.ceil()));
+    match (base.is_positive(), *base < BigRational::one()) {
+        (true, true) => Some((last.flatten().map_or_else(BigInt::zero, |last| last.0), first??.1)),
+        (true, false) => Some((first.flatten().map_or_else(BigInt::zero, |first| first.0), last??.1)),
+        _ => None,
     }
 }
 
@@ -238,6 +296,30 @@ mod tests {
             }
         }
         assert!(decided > 100, "{decided}");
+    }
+
+    #[test]
+    fn powers_come_down_or_grow() {
+        let n = Value::variable(&Name::new("n"));
+        let power = |top, bottom| Value::fraction(top, bottom).unwrap().power(&n).unwrap();
+        let mut known = Assumptions::default();
+        known.assume(Relation::Gte, &n, &Value::integer(3));
+        let less = |value: &Value, top, bottom| {
+            known.signs_enclosed(&value.sub(&Value::fraction(top, bottom).unwrap()).unwrap())
+        };
+        assert_eq!(less(&power(1, 2), 13, 100), Some(Signs::NEGATIVE));
+        assert_eq!(less(&power(1, 2), 12, 100), Some(Signs::ANY));
+        assert_eq!(less(&power(1, 2), 1, 8), Some(Signs::NONNEGATIVE.flipped()));
+        assert_eq!(less(&power(3, 2), 3, 1), None, "it grows");
+        assert_eq!(less(&power(-1, 2), 1, 10), Some(Signs::ANY));
+        assert_eq!(less(&power(-1, 2), 13, 100), Some(Signs::NEGATIVE));
+        known.assume(Relation::Lte, &n, &Value::fraction(9, 2).unwrap());
+        let less = |value: &Value, top, bottom| {
+            known.signs_enclosed(&value.sub(&Value::fraction(top, bottom).unwrap()).unwrap())
+        };
+        assert_eq!(less(&power(3, 2), 3, 1), Some(Signs::POSITIVE));
+        assert_eq!(less(&power(3, 2), 8, 1), Some(Signs::NEGATIVE));
+        assert_eq!(less(&power(1, 2), 1, 33), Some(Signs::POSITIVE));
     }
 
     #[test]

@@ -52,6 +52,10 @@ impl Assumptions {
             self.remember(question, within);
             return within;
         }
+        if self.seen_either_way(value, wanted) {
+            self.remember(question, within);
+            return within;
+        }
         let mut systems = MOST_SYSTEMS;
         let signs = self.signs_of_value(value, wanted, 3, &mut systems).and(within);
         if systems < MOST_SYSTEMS {
