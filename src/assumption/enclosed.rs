@@ -120,11 +120,15 @@ fn scaled(number: &BigRational) -> Range {
 /// Where a real lies, wherever it has a value.
 fn range_of(value: &Value, ranges: &Ranges, nested: usize) -> Option<Range> {
     let (numerator, denominator) = value.polynomials()?;
-    let above = range_of_sum(numerator, ranges, nested)?;
-    if denominator.is_one() {
-        return Some(above);
+    if let [(below, number)] = denominator.terms()
+        && let Some(bases) = below.factors().iter().try_fold(Bases::new(), with_power)
+    {
+        let bases = bases.into_iter().map(|(name, base)| (name, base.recip())).collect();
+        let above = range_of_sum(numerator, &bases, ranges, nested)?;
+        return Some(times(&above, &scaled(&number.recip())));
     }
-    let (low, high) = range_of_sum(denominator, ranges, nested)?;
+    let above = range_of_sum(numerator, &Bases::new(), ranges, nested)?;
+    let (low, high) = range_of_sum(denominator, &Bases::new(), ranges, nested)?;
     if !low.is_positive() && !high.is_negative() {
         return None;
     }
@@ -133,8 +137,21 @@ fn range_of(value: &Value, ranges: &Ranges, nested: usize) -> Option<Range> {
     Some(times(&above, &(one.div_floor(&high), one.div_ceil(&low))))
 }
 
-/// What has the same atoms but for roots of numbers is taken together: of `2*x - x*sqrt(10)` x comes out.
-fn range_of_sum(sum: &Polynomial<Atom>, ranges: &Ranges, nested: usize) -> Option<Range> {
+/// Of each variable the number whose power it is the exponent of.
+type Bases = BTreeMap<Name, BigRational>;
+
+/// The numbers with that of one more power of a number; none where it is something else.
+fn with_power(mut bases: Bases, (atom, times): &(Atom, u32)) -> Option<Bases> {
+    let Atom::Power(base, exponent) = atom else { return None };
+    let base = base.as_rational().filter(|base| !base.is_zero() && *times <= MOST_EXPONENT)?;
+    let entry = bases.entry(exponent.as_variable()?.clone()).or_insert_with(BigRational::one);
+    *entry *= base.pow(i32::try_from(*times).ok()?);
+    Some(bases)
+}
+
+/// What has the same atoms but for roots of numbers is taken together: of `2*x - x*sqrt(10)` x comes out. It all is
+/// multiplied with the powers of these numbers.
+fn range_of_sum(sum: &Polynomial<Atom>, bases: &Bases, ranges: &Ranges, nested: usize) -> Option<Range> {
     if sum.terms().len() > MOST_TERMS {
         return None;
     }
@@ -147,8 +164,18 @@ fn range_of_sum(sum: &Polynomial<Atom>, ranges: &Ranges, nested: usize) -> Optio
         *group = (&group.0 + factor.0, &group.1 + factor.1);
     }
     let mut total = (BigInt::zero(), BigInt::zero());
-    for (rest, factor) in groups {
-        let term = product(factor, &rest, ranges, nested)?;
+    for (atoms, factor) in groups {
+        let (mut bases, mut rest) = (bases.clone(), Vec::new());
+        for one in atoms {
+            match with_power(bases.clone(), one) {
+                Some(more) => bases = more,
+                None => rest.push(one),
+            }
+        }
+        let mut term = product(factor, &rest, ranges, nested)?;
+        for (name, base) in bases.iter().filter(|(_, base)| !base.is_one()) {
+            term = times(&term, &range_of_power(base, ranges.get(name)?)?);
+        }
         total = (total.0 + term.0, total.1 + term.1);
     }
     Some(total)
@@ -188,27 +215,23 @@ fn range_of_atom(atom: &Atom, ranges: &Ranges, nested: usize) -> Option<Range> {
             let (low, high) = range_of(inner, ranges, nested)?;
             Some(((low >> BITS) << BITS, (high >> BITS) << BITS))
         }
-        Atom::Power(base, exponent) => range_of_power(&base.as_rational()?, ranges.get(exponent.as_variable()?)?),
-        Atom::Apply(..) => None,
+        Atom::Power(..) | Atom::Apply(..) => None,
     }
 }
 
 /// Where a power of a number lies, by the numbers that its exponent lies between: one of a base below 1 comes down to 0.
 fn range_of_power(base: &BigRational, (low, high): &(Option<BigRational>, Option<BigRational>)) -> Option<Range> {
-    if *base == -BigRational::one() {
-        return Some((-(BigInt::one() << BITS), BigInt::one() << BITS));
-    }
+    let size = base.abs();
     let at = |exponent: BigRational| {
         let exponent = exponent.to_integer().to_i32().filter(|exponent| exponent.abs() <= HIGHEST)?;
-        (base.numer().bits().max(base.denom().bits()) <= LONGEST).then(|| scaled(&base.pow(exponent)))
+        (size.numer().bits().max(size.denom().bits()) <= LONGEST).then(|| scaled(&size.pow(exponent)))
     };
-    let first = low.as_ref().map(|low| at(low.floor()));
-    let last = high.as_ref().map(|high| at(high.ceil()));
-    match (base.is_positive(), *base < BigRational::one()) {
-        (true, true) => Some((last.flatten().map_or_else(BigInt::zero, |last| last.0), first??.1)),
-        (true, false) => Some((first.flatten().map_or_else(BigInt::zero, |first| first.0), last??.1)),
-        _ => None,
-    }
+    let first = low.as_ref().and_then(|low| at(low.floor()));
+    let last = high.as_ref().and_then(|high| at(high.ceil()));
+    let (first, last) = if size < BigRational::one() { (last, first) } else { (first, last) };
+    let most = if size.is_one() { BigInt::one() << BITS } else { last?.1 };
+    let least = first.map_or_else(BigInt::zero, |first| first.0);
+    if base.is_positive() { Some((least, most)) } else { Some((-&most, most)) }
 }
 
 fn power(range: &Range, exponent: u32) -> Option<Range> {
