@@ -39,19 +39,27 @@ pub(super) type Ranges = BTreeMap<Name, (Option<BigRational>, Option<BigRational
 impl Assumptions {
     /// The signs that a value may have, by the numbers that its variables lie between; none where one of them does not.
     pub(super) fn signs_enclosed(&self, value: &Value) -> Option<Signs> {
+        signs_at(value, &self.ranges(value)?)
+    }
+
+    /// The integer part of a value, where the numbers that its variables lie between tell it.
+    pub(super) fn floor_enclosed(&self, value: &Value) -> Option<BigRational> {
+        let (low, high) = range_of(value, &self.ranges(value)?, MOST_NESTED)?;
+        let floor = low >> BITS;
+        (floor == high >> BITS).then(|| BigRational::from_integer(floor))
+    }
+
+    /// Where the variables of a value lie; none where nothing is known of one, or there are none or too many.
+    fn ranges(&self, value: &Value) -> Option<Ranges> {
         let names = value.variables();
         if names.is_empty() || names.len() > MOST_NAMES {
             return None;
         }
-        let mut ranges = Ranges::new();
-        for name in names {
+        let range = |name: Name| {
             let range = self.range(&name);
-            if range == (None, None) {
-                return None;
-            }
-            ranges.insert(name, range);
-        }
-        signs_at(value, &ranges)
+            (range != (None, None)).then_some((name, range))
+        };
+        names.into_iter().map(range).collect()
     }
 
     /// The numbers that facts about a variable alone put it between; whole ones, if it is natural.
@@ -354,5 +362,10 @@ mod tests {
         assert_eq!(known.signs_enclosed(&x.add(&Value::variable(&Name::new("y"))).unwrap()), None);
         assert_eq!(known.signs_enclosed(&Value::integer(1).div(&x).unwrap()), None);
         assert_eq!(known.signs_enclosed(&Value::integer(3)), None);
+        let root = Value::integer(10).sqrt().unwrap().mul(&Value::integer(10)).unwrap();
+        let whole = |value: &Value| known.floor_enclosed(value).map(|floor| floor.to_integer().to_i64());
+        let fourth = x.div(&Value::integer(4)).unwrap();
+        assert_eq!(whole(&root.add(&fourth).unwrap()), Some(Some(31)), "31.6 to 31.9");
+        assert_eq!(whole(&root.sub(&x).unwrap()), None, "30.6 to 31.6");
     }
 }

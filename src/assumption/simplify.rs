@@ -106,6 +106,8 @@ impl Assumptions {
                 let inner = self.resolved(inner)?;
                 if self.fraction_part(&inner).is_some_and(|fraction| fraction == num_traits::Zero::zero()) {
                     inner
+                } else if let Some(floor) = self.floor_enclosed(&inner) {
+                    Value::rational(floor)
                 } else {
                     inner.floor()?
                 }

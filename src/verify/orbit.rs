@@ -23,6 +23,8 @@ use crate::value::{Relation, Value};
 const MOST_SPAN: usize = 12;
 /// Rounds of a turn, all of which are looked at.
 const MOST_ROUNDS: usize = 1_000;
+/// Rounds of a leg that are written one by one: a form in the symbols is not looked for.
+const FEW_ROUNDS: usize = 20;
 
 /// A value that moves on from turn to turn.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -196,7 +198,8 @@ impl Walker<'_> {
         if rounds.len() != count {
             return None;
         }
-        let units = match self.by_form(&rounds, values) {
+        let by_form = if rounds.len() > FEW_ROUNDS { self.by_form(&rounds, values) } else { None };
+        let units = match by_form {
             Some(units) => units,
             None => self.compressed(&rounds).ok()?,
         };
