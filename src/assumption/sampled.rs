@@ -113,7 +113,7 @@ mod tests {
         let mut known = Assumptions::default();
         known.assume(Relation::Gtr, &x, &Value::integer(2));
         known.assume(Relation::Gte, &y, &x);
-        known.assume_natural(&n);
+        known.assume_natural(&Name::new("n"));
         let either = |value: &Value| known.seen_either_way(value, Signs::POSITIVE);
         assert!(either(&x.sub(&Value::integer(3)).unwrap()));
         assert!(either(&x.mul(&root).unwrap().sub(&Value::integer(9)).unwrap()));

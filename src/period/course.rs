@@ -7,7 +7,7 @@ use super::{Edge, End, Next, Period};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::term::Node;
-use crate::value::Value;
+use crate::value::{Atom, Value};
 
 /// Rounds that a course is followed for.
 const MOST_ROUNDS: usize = 10_000;
@@ -15,6 +15,7 @@ const MOST_ROUNDS: usize = 10_000;
 const MOST_TURNS: usize = 20;
 /// The bits and the nodes that a value may grow to: one that grows on and on does not come again.
 const MOST_BITS: u64 = 1_024;
+const MOST_BITS_BESIDE_ROOTS: u64 = 160;
 const MOST_SIZE: usize = 200;
 
 /// What comes of following the phases from the start.
@@ -149,7 +150,9 @@ impl Period {
             let next = edge.map.iter().filter(|(name, _)| kept(number, name));
             let next = next.map(|(name, value)| Some((name.clone(), value.substitute(&state).ok()?)));
             state = next.collect::<Option<BTreeMap<Name, Value>>>()?;
-            if state.values().any(|value| value.bits() > MOST_BITS || value.size() > MOST_SIZE) {
+            let root = |value: &Value| value.atoms().iter().any(|atom| matches!(atom, Atom::Root(_)));
+            let most = |value: &Value| if root(value) { MOST_BITS_BESIDE_ROOTS } else { MOST_BITS };
+            if state.values().any(|value| value.bits() > most(value) || value.size() > MOST_SIZE) {
                 return None;
             }
             if let Some(from) = seen.insert((number, state.clone()), time.clone()) {
