@@ -134,6 +134,8 @@ pub enum Failure {
     Livelock {
         /// The loops that go round.
         cycle: Vec<Name>,
+        /// What changes each time, and what it is then.
+        changes: Vec<(Name, Value)>,
         /// When it does.
         when: Vec<Test>,
     },
@@ -195,14 +197,8 @@ impl fmt::Display for Failure {
                 )
             }
             Failure::Interrupted => write!(f, "interrupted"),
-            Failure::Livelock { cycle, when } => {
-                let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
-                match cycle.as_slice() {
-                    [first @ .., last] if !first.is_empty() => {
-                        write!(f, "{} and {last} go round in no time{}", first.join(", "), in_case(when))
-                    }
-                    _ => write!(f, "{} goes round in no time{}", cycle.concat(), in_case(when)),
-                }
+            Failure::Livelock { cycle, changes, when } => {
+                write!(f, "{}{}{}", told::go_round(cycle), in_case(when), told::each_time(changes))
             }
             Failure::KillRace { component, ports } => write!(
                 f,
@@ -253,6 +249,8 @@ pub enum End {
     Livelock {
         /// The loops that go round in no time.
         cycle: Vec<Name>,
+        /// What changes each time, and what it is then.
+        changes: Vec<(Name, Value)>,
     },
 }
 

@@ -23,7 +23,8 @@ impl Settler<'_> {
         let opened = (what, env, path.draws.len());
         if path.open.contains(&opened) {
             let cycle = path.unfolded.last().map(|last| cycle_of(&path.unfolded, last)).unwrap_or_default();
-            return Err(Failure::Livelock { cycle, when: path.tests.iter().map(|t| t.test.clone()).collect() }.into());
+            let when = path.tests.iter().map(|asked| asked.test.clone()).collect();
+            return Err(Failure::Livelock { cycle, changes: Vec::new(), when }.into());
         }
         path.open.push(opened);
         let settled = self.settle(run, wanted, path, depth + 1);

@@ -101,7 +101,7 @@ pub fn ending(end: &End) -> String {
     match end {
         End::Stopped => "stops".to_string(),
         End::Aborted => "aborts".to_string(),
-        End::Livelock { cycle } => {
+        End::Livelock { cycle, .. } => {
             let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
             format!("goes round in no time ({})", cycle.join(", "))
         }

@@ -1,18 +1,22 @@
 //! What happens in one instant: everything that ends at once, and every communication, until time has to pass.
 
+mod again;
+mod changing;
 mod orders;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
 use std::hash::{Hash, Hasher};
 
+use self::again::{Earlier, again};
+use self::changing::changing;
 use super::board::{Board, same};
 use super::order::Order;
 use super::ports::Users;
 use super::run::{Env, Halt, Path, Run, Settler};
 use super::step::{Offer, Place, Slot, finish, inspect, map_values, offers, written};
 use super::{Before, Blocked, End, Failure, Test, in_case};
-use crate::digest::{Digest, Quick};
+use crate::digest::Digest;
 use crate::name::Name;
 use crate::value::Value;
 
@@ -36,33 +40,12 @@ pub(super) struct Moment {
     board: Board,
     /// An earlier state of this instant, to be met again if it goes round in no time.
     earlier: Option<Earlier>,
+    /// A loop is known to go round with other values until so many communications have been made, or that is not asked
+    /// again before that.
+    quiet: usize,
     /// What the communication just made must not have prevented.
     besides: Option<Besides>,
     order: Order,
-}
-
-#[derive(Clone)]
-struct Earlier {
-    /// What those components were that have changed since.
-    changed: Quick<usize, Run>,
-    hash: u64,
-    /// How many communications had been made, and how much had been drawn.
-    at: usize,
-    draws: usize,
-    /// The loops that have gone round since.
-    unfolded: Vec<Name>,
-}
-
-impl Earlier {
-    /// Keeps what a component was before its first change.
-    fn keep(&mut self, component: usize, run: &Run) {
-        self.changed.entry(component).or_insert_with(|| run.clone());
-    }
-
-    /// Whether all components are what they were.
-    fn is(&self, state: &[Run]) -> bool {
-        self.changed.iter().all(|(component, run)| state.get(*component) == Some(run))
-    }
 }
 
 /// A communication just made, with what was possible besides it.
@@ -100,6 +83,7 @@ impl Moment {
             hashes,
             board,
             earlier: None,
+            quiet: 0,
             besides: None,
             order: Order::default(),
         }
@@ -177,24 +161,43 @@ impl Clock<'_> {
         if let Some(end) = self.settle(moment)? {
             return Ok(Some(Some(end)));
         }
-        if let Some(end) = again(moment) {
-            return Ok(Some(Some(end)));
+        let end = match again(moment) {
+            None => changing(self, moment)?,
+            end => end,
+        };
+        if end.is_some() {
+            return Ok(Some(end));
         }
-        if let Some(besides) = moment.besides.take() {
-            self.check_race(&besides, &moment.board)?;
-            if let Err(halt) = self.check_order(&besides, moment) {
-                // On a question the same is checked again.
-                moment.besides = Some(besides);
-                return Err(halt);
-            }
+        self.check_besides(moment)?;
+        self.communicate_once(moment)
+    }
+
+    /// The communications in one instant that are followed.
+    fn most_communications(&self) -> usize {
+        MOST_COMMUNICATIONS.saturating_add(MOST_EACH.saturating_mul(self.operations))
+    }
+
+    /// What the communication just made must not have prevented, of a moment that has settled since.
+    fn check_besides(&self, moment: &mut Moment) -> Result<(), Halt> {
+        let Some(besides) = moment.besides.take() else { return Ok(()) };
+        self.check_race(&besides, &moment.board)?;
+        if let Err(halt) = self.check_order(&besides, moment) {
+            // On a question the same is checked again.
+            moment.besides = Some(besides);
+            return Err(halt);
         }
+        Ok(())
+    }
+
+    /// One communication: `Some` when there is none, and the instant is over.
+    fn communicate_once(&self, moment: &mut Moment) -> Result<Option<Option<End>>, Halt> {
         let Some((writer, reader)) = moment.board.first() else {
             return Ok(Some(self.ending(moment)?));
         };
         self.check_contention(&writer, &moment.board)?;
         let pairs = moment.board.beside(&writer, &reader);
         self.check_others(moment, (&writer, &reader), &pairs)?;
-        let most = MOST_COMMUNICATIONS.saturating_add(MOST_EACH.saturating_mul(self.operations));
+        let most = self.most_communications();
         if moment.communications.len() >= most {
             let tests: Vec<Test> = moment.path.tests.iter().map(|test| test.test.clone()).collect();
             return Halt::because(format!(
@@ -236,8 +239,8 @@ impl Clock<'_> {
             let settled = match self.settler.settle(run, &wanted, &mut moment.path, 0) {
                 Ok(settled) => settled,
                 Err(Halt::Failed(failure)) => {
-                    if let Failure::Livelock { cycle, .. } = *failure {
-                        return Ok(Some(End::Livelock { cycle }));
+                    if let Failure::Livelock { cycle, changes, .. } = *failure {
+                        return Ok(Some(End::Livelock { cycle, changes }));
                     }
                     return Err(Halt::Failed(Box::new(match *failure {
                         Failure::NoPeriod { reason } => {
@@ -403,36 +406,6 @@ impl Clock<'_> {
         let blocked: BTreeSet<Blocked> = moment.board.all().map(|offer| self.blocked(offer)).collect();
         Ok(Some(End::Silent { blocked: blocked.into_iter().collect(), observed }))
     }
-}
-
-/// The end of time, if the system is where it was earlier in this instant. The earlier state is one of those after
-/// 1, 2, 4, 8, … communications, so that any cycle is met in a few times its length.
-fn again(moment: &mut Moment) -> Option<End> {
-    let made = moment.communications.len();
-    if made == 0 {
-        return None;
-    }
-    let hash = moment.hashes.1;
-    if let Some(earlier) = moment.earlier.as_mut().filter(|earlier| earlier.hash == hash && earlier.at < made)
-        && earlier.is(&moment.state)
-        && earlier.draws == moment.path.draws.len()
-    {
-        let mut cycle: Vec<Name> = Vec::new();
-        for name in std::mem::take(&mut earlier.unfolded) {
-            if !cycle.contains(&name) {
-                cycle.push(name);
-            }
-        }
-        return Some(End::Livelock { cycle });
-    }
-    if made.is_power_of_two() && moment.earlier.as_ref().is_none_or(|earlier| earlier.at < made) {
-        let draws = moment.path.draws.len();
-        // By the next time as many communications will have been made again.
-        let most = made.saturating_mul(2).min(moment.state.len());
-        let changed = Quick::with_capacity_and_hasher(most, Default::default());
-        moment.earlier = Some(Earlier { changed, hash, at: made, draws, unfolded: Vec::new() });
-    }
-    None
 }
 
 /// Each `#` around a place at which something was just communicated, if its other branches communicate too.

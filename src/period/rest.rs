@@ -92,6 +92,11 @@ impl Tails {
         self.tail(rest).map(|tail| (tail.first.clone(), tail.next))
     }
 
+    /// The parts of all sequences met so far.
+    pub(super) fn terms(&self) -> impl Iterator<Item = &Term> {
+        self.tails.iter().map(|tail| &tail.first)
+    }
+
     /// The names whose values the parts need from before.
     pub(crate) fn reads(&self, rest: Rest) -> Rc<BTreeSet<Name>> {
         self.tail(rest).map_or_else(|| self.nothing.clone(), |tail| tail.reads.clone())

@@ -76,8 +76,9 @@ pub(super) fn ends(initial: &[Edge], phases: &[Phase]) -> Vec<Failure> {
                     }
                 }
             }
-            Next::End(End::Livelock { cycle }) => {
-                found.push(Failure::Livelock { cycle: cycle.clone(), when: edge.tests.clone() });
+            Next::End(End::Livelock { cycle, changes }) => {
+                let (cycle, changes, when) = (cycle.clone(), changes.clone(), edge.tests.clone());
+                found.push(Failure::Livelock { cycle, changes, when });
             }
             _ => {}
         }

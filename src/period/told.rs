@@ -58,6 +58,21 @@ pub(super) fn groups(groups: &[Vec<String>]) -> String {
     named.chain(rest).collect::<Vec<_>>().join(" and ")
 }
 
+/// `A goes round in no time`, `A, B and C go round in no time`.
+pub(super) fn go_round(names: &[Name]) -> String {
+    let names: Vec<&str> = names.iter().map(Name::as_str).collect();
+    match names.as_slice() {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last} go round in no time", first.join(", ")),
+        _ => format!("{} goes round in no time", names.concat()),
+    }
+}
+
+/// `, each time with k+1 for k and …`, or nothing.
+pub(super) fn each_time(changes: &[(Name, Value)]) -> String {
+    let changes: Vec<String> = changes.iter().map(|(name, value)| format!("{value} for {name}")).collect();
+    if changes.is_empty() { String::new() } else { format!(", each time with {}", changes.join(" and ")) }
+}
+
 /// ` if a = b and …`, or nothing.
 pub(crate) fn in_case(tests: &[Test]) -> String {
     in_case_after(tests, None)

@@ -72,7 +72,7 @@ impl Matcher<'_> {
         let mut units = trajectory.opening.clone();
         units.extend(units_of(&trajectory.legs));
         let reason = match &trajectory.end {
-            Some(End::Livelock { cycle }) => {
+            Some(End::Livelock { cycle, .. }) => {
                 let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
                 format!("the program goes round in no time ({}): time stops", cycle.join(", "))
             }

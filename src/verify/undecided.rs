@@ -14,7 +14,7 @@ type Possible<'e> = [(&'e Edge, Vec<Test>)];
 pub(super) fn reasons(possible: &Possible<'_>, assumptions: &Assumptions) -> Vec<String> {
     let mut reasons = Vec::new();
     for (edge, open) in possible {
-        if let Next::End(End::Livelock { cycle }) = &edge.next {
+        if let Next::End(End::Livelock { cycle, .. }) = &edge.next {
             let cycle: Vec<&str> = cycle.iter().map(Name::as_str).collect();
             let case = in_case(open);
             reasons.push(format!("the program goes round in no time ({}){case}", cycle.join(", ")));
