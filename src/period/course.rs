@@ -16,7 +16,7 @@ const MOST_TURNS: usize = 20;
 /// The bits and the nodes that a value may grow to: one that grows on and on does not come again.
 const MOST_BITS: u64 = 1_024;
 const MOST_BITS_BESIDE_ROOTS: u64 = 160;
-const MOST_SIZE: usize = 200;
+pub(super) const MOST_SIZE: usize = 200;
 
 /// What comes of following the phases from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -48,7 +48,7 @@ fn taken(edge: &Edge, state: &BTreeMap<Name, Value>, assumptions: &Assumptions) 
 }
 
 /// The one way that is taken, if the assumptions say which, and nothing is drawn on it.
-fn way<'a>(edges: &'a [Edge], state: &BTreeMap<Name, Value>, assumptions: &Assumptions) -> Option<&'a Edge> {
+pub(super) fn way<'a>(edges: &'a [Edge], state: &BTreeMap<Name, Value>, assumptions: &Assumptions) -> Option<&'a Edge> {
     let mut found = None;
     for edge in edges {
         match taken(edge, state, assumptions)? {

@@ -185,7 +185,11 @@ fn course_as_assumed(
     let phases = period.course(&environment.assumptions, interrupted);
     let Some((lasting, from)) = run.flatten() else {
         let whole = |course| Ok(Known { course, moving: false });
-        return phases.map_or_else(|| by_legs(period, environment, interrupted), whole).map(Some);
+        return phases.map_or_else(|| by_legs(period, environment, interrupted), whole).map(Some).or_else(|why| {
+            // Where something is drawn there is no such time.
+            let onward = why.as_ref().and_then(|_| period.onward(&environment.assumptions, interrupted));
+            onward.map(|course| Some(Known { course, moving: true })).ok_or(why)
+        });
     };
     let (lasting, from) = (Value::rational(lasting), Value::rational(from));
     let course = match phases {

@@ -9,16 +9,15 @@ use num_bigint::BigInt;
 use num_traits::ToPrimitive;
 
 use super::{Clock, Earlier, Moment};
-use crate::closed_form::{Recurrence, Sequence};
 use crate::digest::Quick;
 use crate::name::Name;
+use crate::period::forever::{Answers, Values};
 use crate::period::held::{Held, absorbed, first_held, name_variables};
 use crate::period::run::{Env, Halt, Run, Settler};
 use crate::period::step::{Slot, map_parts};
 use crate::period::suppose::suppose;
 use crate::period::told::go_round;
 use crate::period::{End, Test, open_name};
-use crate::recurrence::{Reach, reach, solve_until};
 use crate::scope::{bound_names, subterms};
 use crate::term::Term;
 use crate::value::{Sort, Value};
@@ -46,11 +45,11 @@ pub(super) fn changing(clock: &Clock<'_>, moment: &mut Moment) -> Result<Option<
     let (later, cycle) = (made.saturating_mul(LATER), earlier.cycle());
     match turn.goes_on(clock, moment) {
         _ if !turn.has_values(clock) => moment.quiet = later,
-        Course::Forever => return Ok(Some(End::Livelock { changes: turn.changes(clock), cycle })),
-        Course::Unknown => moment.quiet = later,
+        Answers::Forever => return Ok(Some(End::Livelock { changes: turn.changes(clock), cycle })),
+        Answers::Unknown => moment.quiet = later,
         // It may do another thing by turns.
-        Course::Until(turns, _) if turns <= BigInt::from(MOST_TOGETHER) => {}
-        Course::Until(turns, test) => {
+        Answers::Until(turns, _) if turns <= BigInt::from(MOST_TOGETHER) => {}
+        Answers::Until(turns, test) => {
             let turns = turns.to_usize().unwrap_or(usize::MAX);
             moment.quiet = made.saturating_add(turns.saturating_mul(made - earlier.at));
             if moment.quiet > clock.most_communications() {
@@ -61,14 +60,6 @@ pub(super) fn changing(clock: &Clock<'_>, moment: &mut Moment) -> Result<Option<
         }
     }
     Ok(None)
-}
-
-/// Whether the answers stay the same.
-enum Course {
-    Forever,
-    /// Not later than after so many turns, when this holds.
-    Until(BigInt, Test),
-    Unknown,
 }
 
 /// A turn that led here from an earlier state and that leads back here, whatever changes.
@@ -238,43 +229,10 @@ impl Turn {
     }
 
     /// Whether what is asked in one turn is answered the same way in all that follow.
-    fn goes_on(&self, clock: &Clock<'_>, moment: &Moment) -> Course {
-        let known = &moment.path.assumptions;
+    fn goes_on(&self, clock: &Clock<'_>, moment: &Moment) -> Answers {
         let images: BTreeMap<Name, Value> = self.names.iter().cloned().zip(self.images.iter().cloned()).collect();
-        let mut before = (**known).clone();
-        self.tests.iter().for_each(|test| before.assume(test.relation, &test.left, &test.right));
-        let follows = |test: &Test| test.substitute(&images).ok().and_then(|test| test.decide(&before)) == Some(true);
-        let open: Vec<&Test> = self.tests.iter().filter(|test| !follows(test)).collect();
-        let Some((recurrence, terms)) = self.recurrence(&images) else { return Course::Unknown };
-        let solved =
-            (!open.is_empty()).then(|| solve_until(recurrence.clone(), known, clock.interrupted).ok()).flatten();
-        let mut course = Course::Forever;
-        for test in open {
-            let fails = test.negated();
-            let Ok(Test { relation, left, right }) = fails.substitute(&terms) else { return Course::Unknown };
-            match reach(&recurrence, solved.as_ref(), (relation, &left, &right), known, clock.interrupted) {
-                Reach::Never(_) => {}
-                Reach::At(index, conditions) if conditions.is_empty() => match index.as_rational() {
-                    Some(index) if matches!(&course, Course::Until(known, _) if *known <= index.to_integer()) => {}
-                    Some(index) => course = Course::Until(index.to_integer(), fails),
-                    None => return Course::Unknown,
-                },
-                _ => return Course::Unknown,
-            }
-        }
-        course
-    }
-
-    /// The recurrence that the turns make of the values from now on, and what its terms are called.
-    fn recurrence(&self, images: &BTreeMap<Name, Value>) -> Option<(Recurrence, BTreeMap<Name, Value>)> {
-        let mut recurrence = Recurrence { index: open_name(&Name::new("turn")), from: 0, sequences: Vec::new() };
-        let term = |name: &Name| (name.clone(), Value::variable(&recurrence.term(name, 0)));
-        let (start, terms): (_, BTreeMap<Name, Value>) = (self.start(), images.keys().map(term).collect());
-        for (name, image) in images {
-            let (start, next) = (vec![start.get(name)?.clone()], image.substitute(&terms).ok()?);
-            recurrence.sequences.push(Sequence { name: name.clone(), start, next });
-        }
-        Some((recurrence, terms))
+        let values = Values { start: &self.start(), images: &images };
+        values.answers(&self.tests, &moment.path.assumptions, clock.interrupted)
     }
 
     /// What people call the variables.
