@@ -322,14 +322,7 @@ impl PhaseFlow {
             let when = if self.maps.len() > 1 || self.guard.is_empty() { in_case(tests) } else { String::new() };
             lines.push(format!("  flow      f({list}) = {images}{when}"));
         }
-        if !self.carried.is_empty() {
-            let all = |side: fn(&Carried) -> &Value| {
-                self.carried.iter().map(|one| side(one).to_string()).collect::<Vec<_>>().join(", ")
-            };
-            let (before, after) = (all(|one| &one.before), all(|one| &one.after));
-            let after = if self.carried.len() == 1 { after } else { format!("({after})") };
-            lines.push(format!("  flow      f({before}) = {after}"));
-        }
+        lines.extend(carried::line(&self.carried));
         for (name, distribution) in &self.draws {
             lines.push(format!("  draws     {name} from {distribution}"));
         }

@@ -24,6 +24,22 @@ pub struct Carried {
     pub after: Value,
 }
 
+/// What the parameters become, as a function of what they are where these are names; a number becomes another.
+pub(super) fn line(all: &[Carried]) -> Option<String> {
+    let list = |values: Vec<String>| values.join(", ");
+    if all.iter().any(|one| one.before.as_variable().is_none()) {
+        let becomes = all.iter().map(|one| format!("{} from {} to {}", one.parameter, one.before, one.after));
+        return Some(format!("  flow      {}", list(becomes.collect())));
+    }
+    let before = list(all.iter().map(|one| one.before.to_string()).collect());
+    let after = list(all.iter().map(|one| one.after.to_string()).collect());
+    match all.len() {
+        0 => None,
+        1 => Some(format!("  flow      f({before}) = {after}")),
+        _ => Some(format!("  flow      f({before}) = ({after})")),
+    }
+}
+
 /// The parameters that change along this edge, in components that are as far in their definitions before as after.
 pub(super) fn carried(phase: &Phase, edge: &Edge, phases: &[Phase], definitions: &Definitions) -> Vec<Carried> {
     let Next::Phase(number) = edge.next else { return Vec::new() };

@@ -8,7 +8,7 @@ use crate::assumption::Assumptions;
 use crate::closed_form::Form;
 use crate::exponential_polynomial::exponentials;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The form, and the conditions under which it is right; `None` if the input is no sum of polynomials times powers.
 pub(super) fn first_order(
@@ -31,7 +31,7 @@ pub(super) fn first_order(
             Some(true) => resonant(factor, &coefficients)?,
             decided => {
                 if decided.is_none() {
-                    conditions.push((Relation::Neq, factor.clone(), base.clone()));
+                    conditions.extend(apart(factor, &base, known)?);
                 }
                 off_resonance(&base, factor, &coefficients)?
             }
@@ -45,6 +45,34 @@ pub(super) fn first_order(
     let rest = start.sub(&particular.with(index, &Value::zero())?)?;
     let form = known.simplify(&particular.add(&rest.mul(&factor.power(&count)?)?)?);
     Ok(Some((Form::Value(Vec::new(), form), conditions)))
+}
+
+/// That two values differ: what they have in common as a factor is not 0, and the others differ. `K != 0` and `r != 1` for
+/// K*r and K.
+fn apart(one: &Value, other: &Value, known: &Assumptions) -> Result<Vec<Comparison>, Unknown> {
+    let whole = || vec![(Relation::Neq, one.clone(), other.clone())];
+    let difference = one.sub(other)?;
+    let Some((numerator, denominator)) = difference.polynomials() else { return Ok(whole()) };
+    let content = numerator.monomial_content();
+    let plain = content.factors().iter().all(|(atom, _)| matches!(atom, Atom::Variable(_)));
+    if denominator.as_constant().is_none() || content.factors().is_empty() || !plain {
+        return Ok(whole());
+    }
+    let (mut common, mut all) = (Value::one(), Vec::new());
+    for (atom, exponent) in content.factors() {
+        let value = atom.value()?;
+        common = common.mul(&value.power(&Value::integer(i64::from(*exponent)))?)?;
+        if known.decide(Relation::Neq, &value, &Value::zero()) != Some(true) {
+            all.push((Relation::Neq, value, Value::zero()));
+        }
+    }
+    let (one, other) = (one.div(&common)?, other.div(&common)?);
+    if known.decide(Relation::Neq, &one, &other) != Some(true) {
+        // A number stands on the right.
+        let (left, right) = if one.as_rational().is_some() { (other, one) } else { (one, other) };
+        all.push((Relation::Neq, left, right));
+    }
+    Ok(all)
 }
 
 /// The polynomial q with `base*q(n+1) - factor*q(n) = p(n)`.

@@ -1,0 +1,38 @@
+//! What is said of runs that go on with other values, of legs between numbers, and of conditions with a common factor.
+
+mod common;
+
+use common::ran;
+
+#[track_caller]
+fn says(script: &str, lines: &[&str]) {
+    let told = String::from_utf8_lossy(&ran(script).stdout).into_owned();
+    for line in lines {
+        assert!(told.lines().any(|other| other.trim() == *line), "not said: {line}\n{told}");
+    }
+}
+
+#[test]
+fn a_run_that_takes_the_same_ways_for_ever_repeats_though_values_go_on() {
+    let script = "observer V(x)\nproc S_k = Out_{c,k} ; Delay_1 ; S_{k+1}\n\
+        proc U = In_c<z> ; ((Gtr_{z,3} ; Set_0<w>) | (Lte_{z,3} ; Set_z<w>)) ; (Delay_1 # V_w) ; U\n\
+        system Sys = S_0 | U\nperiod Sys\n";
+    // At 3 the third value is shown still.
+    says(script, &["lasting: 1 in all, as the system runs from 4 on, while k may go on"]);
+}
+
+#[test]
+fn a_leg_between_numbers_is_said_to_lead_from_one_to_the_other() {
+    let script = "proc W_x = (Delay_1 # Odo_x # At_x) ; In_v<u> ; W_{x+u}\nproc Odo_x = Out_{p,x} ; Odo_x\n\
+        proc Go_g = In_p<r> ; Neq_{r,g} ; Out_{v,g-r} ; Go_g\nproc M = Go_7 ; Go_0 ; M\n\
+        system Sys = W_0 | M\nflow Sys\n";
+    says(script, &["flow      x from 0 to 7", "flow      x from 7 to 0"]);
+}
+
+#[test]
+fn a_condition_with_a_common_factor_is_two() {
+    let script = "param K, r\nsolve x(n+1) = K*r*x(n) + K^n, x(0) = 1\nsolve x(n+1) = K*x(n) + (K*r)^n, x(0) = 1\n";
+    says(script, &["if K != 0", "if r != 1", "where r = 1:"]);
+    let told = String::from_utf8_lossy(&ran(script).stdout).into_owned();
+    assert!(!told.contains("!= K") && !told.contains("1 != r"), "{told}");
+}
