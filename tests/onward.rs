@@ -1,4 +1,4 @@
-//! What is said of runs that go on with other values, of legs between numbers, and of conditions with a common factor.
+//! What is said of runs and loops that go on with other values, of legs between numbers, and of conditions with a common factor.
 
 mod common;
 
@@ -35,4 +35,20 @@ fn a_condition_with_a_common_factor_is_two() {
     says(script, &["if K != 0", "if r != 1", "where r = 1:"]);
     let told = String::from_utf8_lossy(&ran(script).stdout).into_owned();
     assert!(!told.contains("!= K") && !told.contains("1 != r"), "{told}");
+}
+
+#[test]
+fn a_loop_in_no_time_is_told_of_with_what_changes_each_time() {
+    let echo = "proc Q = In_a<x> ; Out_{b,x} ; Q\n";
+    let of = |program: &str, start: &str| format!("{echo}proc {program}\nsystem Sys = {start} | Q\nperiod Sys\n");
+    let plain = of("P_{k,s} = Out_{a,k} ; In_b<y> ; P_{k+1,s+2*y}", "P_{0,1}");
+    says(&plain, &["no period: P and Q go round in no time, each time with k+1 for k and 2*k+s for s"]);
+    let late = of("P_k = Out_{a,k} ; In_b<y> ; ((Lss_{k,3} ; Delay_1) | Gte_{k,3}) ; P_{k+1}", "P_0");
+    says(&late, &["warning: P and Q go round in no time if k+1 >= 3, each time with k+1 for k"]);
+    // What ends it is told of; what divides by 0 on the way does not go on.
+    let ends = of("P_k = Out_{a,k} ; In_b<y> ; Lss_{k,1000000} ; P_{k+1}", "P_0");
+    says(&ends, &["no period found: P and Q go round in no time until k >= 1000000, for longer than is followed"]);
+    let divides = of("P_k = Out_{a,1/(k-40)} ; In_b<y> ; P_{k+1}", "P_0");
+    let told = String::from_utf8_lossy(&ran(&divides).stdout).into_owned();
+    assert!(!told.contains("in no time"), "{told}");
 }

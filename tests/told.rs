@@ -498,18 +498,3 @@ fn why_drawn_times_are_not_told_apart_is_said_in_the_names_of_the_text() {
         system S = (A | B) ; Done\nprobability of S reaching Done within 1\n";
     says(script, &["note: neither exact nor enclosed: it must be known whether max(0,1/(y-2)) > 0"]);
 }
-
-#[test]
-fn a_loop_in_no_time_is_told_of_with_what_changes_each_time() {
-    let echo = "proc Q = In_a<x> ; Out_{b,x} ; Q\n";
-    let of = |program: &str, start: &str| format!("{echo}proc {program}\nsystem Sys = {start} | Q\nperiod Sys\n");
-    let plain = of("P_{k,s} = Out_{a,k} ; In_b<y> ; P_{k+1,s+2*y}", "P_{0,1}");
-    says(&plain, &["no period: P and Q go round in no time, each time with k+1 for k and 2*k+s for s"]);
-    let late = of("P_k = Out_{a,k} ; In_b<y> ; ((Lss_{k,3} ; Delay_1) | Gte_{k,3}) ; P_{k+1}", "P_0");
-    says(&late, &["warning: P and Q go round in no time if k+1 >= 3, each time with k+1 for k"]);
-    // What ends it is told of; what divides by 0 on the way does not go on.
-    let ends = of("P_k = Out_{a,k} ; In_b<y> ; Lss_{k,1000000} ; P_{k+1}", "P_0");
-    says(&ends, &["no period found: P and Q go round in no time until k >= 1000000, for longer than is followed"]);
-    let divides = of("P_k = Out_{a,1/(k-40)} ; In_b<y> ; P_{k+1}", "P_0");
-    never_says(&divides, "in no time");
-}
