@@ -28,6 +28,7 @@ pub(crate) use apart::closures;
 pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
 pub use nested::{Layer, Nested, layer};
+pub(crate) use pieces::for_all_signs;
 pub(crate) use text::{bracketed, compared, needed};
 
 /// A comparison that must hold for a result to be right.

@@ -164,8 +164,11 @@ impl Induction<'_> {
             return Ok(next);
         }
         let zero = Value::zero();
-        let holds =
-            |relation, value: &Value| known.decide(relation, &known.simplify(&value.substitute(images).ok()?), &zero);
+        let holds = |relation, value: &Value| {
+            let value = known.simplify(&value.substitute(images).ok()?);
+            let decided = |value: &Value| known.decide(relation, &known.simplify(value), &zero);
+            decided(&value).or_else(|| for_all_signs(&value, &decided))
+        };
         // Maxima stay: what they leave out must have a value, too.
         let next = settled_by(&next, &|_, _| false, &|inner| holds(Relation::Gtr, inner))?;
         for need in next.needs() {
@@ -295,6 +298,18 @@ fn same_whatever_the_signs(left: &Value, right: &Value, known: &Assumptions, mor
     Ok(true)
 }
 
+/// What is decided of a value with each power of -1 as 1 and as -1, if that is the same: what goes back and forth between two
+/// places may be known to be at a third one never.
+pub(crate) fn for_all_signs(value: &Value, decide: &dyn Fn(&Value) -> Option<bool>) -> Option<bool> {
+    fn of_signs(value: &Value, decide: &dyn Fn(&Value) -> Option<bool>, more: usize) -> Option<bool> {
+        let Some(sign) = sign_in(value).filter(|_| more > 0) else { return decide(value) };
+        let [one, other] =
+            [1, -1].map(|side| with_sign(value, &sign, side).ok().and_then(|value| of_signs(&value, decide, more - 1)));
+        one.filter(|_| one == other)
+    }
+    of_signs(value, decide, MOST_SIGNS)
+}
+
 /// Of the powers of numbers that a form consists of: those of a number above 1 grow with the index, the others fall.
 fn assume_powers(piece: &Piece, index: &Name, known: &mut Assumptions) {
     let one = BigRational::from_integer(1.into());
@@ -385,7 +400,7 @@ fn collect_bases(value: &Value, index: &Name, found: &mut std::collections::BTre
 fn sign_in(value: &Value) -> Option<Atom> {
     value.atoms().into_iter().find_map(|atom| match &atom {
         Atom::Maximum(elements) => elements.iter().find_map(sign_in),
-        Atom::Positive(inner) => sign_in(inner),
+        Atom::Positive(inner) | Atom::Root(inner) => sign_in(inner),
         other => other.is_sign().then_some(atom),
     })
 }
@@ -404,6 +419,7 @@ fn with_sign(value: &Value, sign: &Atom, side: i64) -> Result<Value, Unchecked> 
                 Value::maximum(&all)?
             }
             Atom::Positive(inner) => Value::truth(Relation::Gtr, &with_sign(inner, sign, side)?, &Value::zero())?,
+            Atom::Root(inner) => with_sign(inner, sign, side)?.sqrt()?,
             _ => continue,
         };
         result = result.with_atom(&atom, &image)?;
