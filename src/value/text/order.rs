@@ -101,7 +101,10 @@ impl Printer {
             Err(found) => found,
             Ok(_) => (Vec::new(), numerator.clone()),
         };
-        let (more, less): (Vec<_>, Vec<_>) = rest.terms().iter().cloned().partition(|(_, number)| number.is_positive());
+        // `floor(-x)` is read as what is subtracted, `ceil(x)`.
+        let added =
+            |(factors, number): &(Monomial<Atom>, BigRational)| number.is_positive() != self.is_ceiling(factors);
+        let (more, less): (Vec<_>, Vec<_>) = rest.terms().iter().cloned().partition(added);
         let (less_pieces, more_pieces): (Vec<Piece>, Vec<Piece>) = pieces.into_iter().partition(|piece| piece.negative);
         let left = self.joined(more_pieces, &Polynomial::of(more), &Monomial::one());
         let less_pieces = less_pieces.into_iter().map(|piece| Piece { negative: false, ..piece }).collect();
@@ -110,6 +113,17 @@ impl Printer {
             true => format!("{} {} {}", wrap(right, Level::Sum), mirrored(symbol), wrap(left, Level::Sum)),
             false => format!("{} {symbol} {}", wrap(left, Level::Sum), wrap(right, Level::Sum)),
         }
+    }
+
+    /// Whether the negative of this is written with one integer part that is shorter for it, `ceil(x)` for `-floor(-x)`.
+    fn is_ceiling(&self, factors: &Monomial<Atom>) -> bool {
+        let mut floors = factors.factors().iter().filter_map(|(atom, power)| match atom {
+            Atom::Floor(part) if *power == 1 => Some(part),
+            _ => None,
+        });
+        let (Some(part), None) = (floors.next(), floors.next()) else { return false };
+        let shorter = |opposite: Value| opposite.to_string().len() < part.to_string().len();
+        part.neg().is_ok_and(shorter)
     }
 
     /// The maxima among the terms of a sum: the whole as one text, or pieces and what is left of the sum.
