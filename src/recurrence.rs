@@ -40,6 +40,7 @@ mod numeric;
 mod orders;
 mod outgrown;
 mod over;
+mod overlap;
 mod parabola;
 mod parts;
 mod pieces;
@@ -72,6 +73,7 @@ use affine::affine_pieces;
 use approach::approach;
 use cut_off::cut_off;
 use interval::Interval;
+use overlap::overlapping;
 use pieces::Pieces;
 use region::solutions;
 use search::NO_VALUE;
@@ -253,6 +255,20 @@ pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptio
 
 /// The same from the shapes of the pieces alone, which costs little; the index is known to be natural.
 fn by_shape(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Reach {
+    match piece_by_piece(closed, index, goal, known) {
+        Reach::Unknown(why) => {
+            let longer = overlapping(closed, index, known);
+            match longer.map(|closed| piece_by_piece(&closed, index, goal, known)) {
+                Some(found @ (Reach::At(..) | Reach::Never(_))) => found,
+                _ => Reach::Unknown(why),
+            }
+        }
+        found => found,
+    }
+}
+
+/// The same of the pieces as they are.
+fn piece_by_piece(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Reach {
     let mut reason = "there is no piece".to_string();
     for (place, piece) in closed.pieces.iter().enumerate() {
         // Whether the first index behind the piece has it.

@@ -45,7 +45,7 @@ pub fn at_rest(recurrence: &Recurrence) -> Option<(Recurrence, Vec<Resting>)> {
 
 /// Whether an equation has a value where all these are 0; none where that is not found out.
 fn has_value_where_zero(next: &Value, components: &[Value]) -> Option<bool> {
-    let mut images = BTreeMap::new();
+    let mut images: BTreeMap<Name, Value> = BTreeMap::new();
     for component in components {
         let component = component.substitute(&images).ok()?;
         if component.is_zero() {
@@ -53,7 +53,12 @@ fn has_value_where_zero(next: &Value, components: &[Value]) -> Option<bool> {
         }
         let name = component.variables().into_iter().find(|name| component.linear_in(name).is_some())?;
         let (slope, rest) = component.linear_in(&name)?;
-        images.insert(name, rest.neg().ok()?.div(&slope).ok()?);
+        let image = rest.neg().ok()?.div(&slope).ok()?;
+        // A parameter may stand in both: of `g-x` and `g-y` that x is y says what g is, too.
+        for earlier in images.values_mut() {
+            *earlier = earlier.with(&name, &image).ok()?;
+        }
+        images.insert(name, image);
     }
     Some(next.substitute(&images).is_ok())
 }

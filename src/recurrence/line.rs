@@ -27,24 +27,49 @@ pub(super) fn along_a_line(
 }
 
 /// The forms of sequences that move straight towards a point, to be checked; none if they do not.
-pub(super) fn straight(recurrence: &Recurrence, known: &Assumptions) -> Option<(Vec<Form>, Vec<Comparison>)> {
+///
+/// # Errors
+/// As [`along_a_line`].
+pub(super) fn straight(
+    recurrence: &Recurrence,
+    known: &Assumptions,
+) -> Result<Option<(Vec<Form>, Vec<Comparison>)>, Unknown> {
     let (mut maps, mut starts) = (BTreeMap::new(), BTreeMap::new());
     let mut names = Vec::new();
     for sequence in &recurrence.sequences {
-        let [start] = sequence.start.as_slice() else { return None };
+        let [start] = sequence.start.as_slice() else { return Ok(None) };
         let name = recurrence.term(&sequence.name, 0);
         maps.insert(name.clone(), sequence.next.clone());
         starts.insert(name.clone(), start.clone());
         names.push(name);
     }
     if names.len() < 2 || maps.values().any(|map| map.mentions(&recurrence.index)) {
-        return None;
+        return Ok(None);
     }
-    let found = along_a_line(&maps, &starts, &recurrence.index, known).ok()??;
-    let conditions = found.first()?.1.conditions.clone();
+    if let Some(forms) = standing(&maps, &starts, &names, known) {
+        return Ok(Some((forms, Vec::new())));
+    }
+    let Some(found) = along_a_line(&maps, &starts, &recurrence.index, known)? else { return Ok(None) };
+    let conditions = found.first().map(|(_, closed)| closed.conditions.clone()).unwrap_or_default();
     let own = |name: &Name| found.iter().find(|(other, _)| other == name).map(|(_, form)| form.pieces.clone());
-    let forms = names.iter().map(|name| Some(Form::Pieces(own(name)?))).collect::<Option<_>>()?;
-    Some((forms, conditions))
+    let forms: Option<Vec<Form>> = names.iter().map(|name| Some(Form::Pieces(own(name)?))).collect();
+    Ok(forms.map(|forms| (forms, conditions)))
+}
+
+/// Constant forms, where the first step leads nowhere.
+fn standing(
+    maps: &BTreeMap<Name, Value>,
+    starts: &BTreeMap<Name, Value>,
+    names: &[Name],
+    known: &Assumptions,
+) -> Option<Vec<Form>> {
+    let stays = |name: &Name| {
+        let (next, start) = (maps.get(name)?.substitute(starts).ok()?, starts.get(name)?);
+        let stays = known.decide(Relation::Eq, &next, start) == Some(true);
+        // In a piece it is asked of an equation what its conditions are at the terms.
+        stays.then(|| Form::Pieces(vec![Piece { from: Value::zero(), until: None, form: start.clone() }]))
+    };
+    names.iter().map(stays).collect()
 }
 
 /// Variables that change together.
@@ -106,6 +131,9 @@ impl Motion<'_> {
             if apart == Some(false) {
                 continue;
             }
+            if let Some((relation, side)) = self.side(&distance) {
+                return Err(Unknown::undecided(relation, &side, &Value::zero()));
+            }
             let mut known = self.known.clone();
             known.assume(Relation::Gtr, &distance, &Value::zero());
             let Some(mut found) = (Motion { known: &known, ..*self }).straight(&goals)? else { continue };
@@ -118,6 +146,22 @@ impl Motion<'_> {
         Ok(None)
     }
 
+    /// What a distance is the size of, up to a factor, where it is not known on which side of 0 that lies: on a line of which
+    /// all points are multiples of one, `norm((d,d))` is `sqrt(2)*abs(d)`.
+    fn side(&self, distance: &Value) -> Option<(Relation, Value)> {
+        let decide = |relation, inner: &Value| self.known.decide(relation, inner, &Value::zero());
+        distance.atoms().into_iter().find_map(|atom| {
+            let Atom::Maximum(parts) = atom else { return None };
+            let [inner] = &*parts else { return None };
+            let relation = match decide(Relation::Gtr, inner) {
+                None => Relation::Gtr,
+                Some(false) if decide(Relation::Lss, inner).is_none() => Relation::Lss,
+                Some(_) => return None,
+            };
+            Some((relation, inner.clone()))
+        })
+    }
+
     /// The forms of variables that go straight from their starts to these goals: by the part of the way that is left, or
     /// by the distance, where that has roots which the part would have in its equation.
     fn straight(&self, goals: &BTreeMap<Name, Value>) -> Forms {
@@ -128,17 +172,25 @@ impl Motion<'_> {
             square = square.add(&way.mul(&way)?)?;
             ways.insert(variable.clone(), way);
         }
-        let by_parts = self.measured(goals, &ways, Value::one());
-        if let Ok(Some(_)) = by_parts {
-            return by_parts;
-        }
         let distance = self.known.simplify(&square.sqrt()?);
-        if self.known.decide(Relation::Gtr, &distance, &Value::zero()) != Some(true) {
-            return by_parts;
+        let by_distance = || match self.known.decide(Relation::Gtr, &distance, &Value::zero()) {
+            Some(true) => self.measured(goals, &ways, distance.clone()),
+            _ => Ok(None),
+        };
+        let by_parts = || self.measured(goals, &ways, Value::one());
+        // A distance with symbols stands in what is asked, and in forms, as it is.
+        let (first, second): (&dyn Fn() -> Forms, &dyn Fn() -> Forms) =
+            if distance.variables().is_empty() { (&by_parts, &by_distance) } else { (&by_distance, &by_parts) };
+        let one = first();
+        if let Ok(Some(_)) = one {
+            return one;
         }
-        match self.measured(goals, &ways, distance) {
-            found @ Ok(Some(_)) => found,
-            _ => by_parts,
+        let other = second();
+        let (of_distance, of_parts) = if distance.variables().is_empty() { (other, one) } else { (one, other) };
+        match (of_distance, of_parts) {
+            (found @ Ok(Some(_)), _) | (_, found @ Ok(Some(_))) => found,
+            (Err(unknown), _) if unknown.open.is_some() => Err(unknown),
+            (_, found) => found,
         }
     }
 
@@ -154,7 +206,10 @@ impl Motion<'_> {
         let Some(next) = left_next(self.maps, &places, (goals, &ways), known)? else { return Ok(None) };
         let Some(next) = by_side(&next, &part, known)? else { return Ok(None) };
         let sequences = vec![Sequence { name: name.clone(), start: vec![whole], next }];
-        let solved = solve_all(Recurrence { index: self.index.clone(), from: 0, sequences }, known)?;
+        let solved = solve_all(Recurrence { index: self.index.clone(), from: 0, sequences }, known);
+        // What is asked of the part that is left is nothing that may be asked of parameters.
+        let own = |open: &Comparison| open.1.mentions(&part) || open.2.mentions(&part);
+        let solved = solved.map_err(|unknown| Unknown { open: unknown.open.filter(|open| !own(open)), ..unknown })?;
         let left = closed(&solved, &name)?;
         let mut found = Vec::new();
         for variable in self.maps.keys() {
@@ -162,11 +217,23 @@ impl Motion<'_> {
                 let form = goals[variable].sub(&piece.form.mul(&ways[variable])?)?;
                 Ok::<_, Unknown>(Piece { form, ..piece.clone() })
             };
-            let pieces = left.pieces.iter().map(image).collect::<Result<_, _>>()?;
+            let pieces = without_breaks(left.pieces.iter().map(image).collect::<Result<_, _>>()?);
             found.push((variable.clone(), Closed { variable: variable.clone(), pieces, ..left.clone() }));
         }
         Ok(Some(found))
     }
+}
+
+/// Pieces without those that go on as the one before them.
+fn without_breaks(pieces: Vec<Piece>) -> Vec<Piece> {
+    let mut joined: Vec<Piece> = Vec::new();
+    for piece in pieces {
+        match joined.last_mut().filter(|last| last.form == piece.form) {
+            Some(last) => last.until = piece.until,
+            None => joined.push(piece),
+        }
+    }
+    joined
 }
 
 /// A value by the sign of a variable: a distance, which a direction is divided by, is simple on either side. Where the

@@ -2,7 +2,7 @@
 
 use super::affine::affine_pieces;
 use super::region::{Failing, Guard, fails_at, resolve};
-use super::{Closed, Goal, Piece, Reach, Unknown, first};
+use super::{Closed, Goal, Piece, Reach, Unknown, first, meets};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -85,11 +85,20 @@ impl Pieces<'_> {
                 }
                 Reach::Unknown(unknown) => return Err(unknown),
                 Reach::At(at, conditions) => {
+                    let at_once = at.as_rational().is_none() && self.fails_at_once(&local, &goal);
+                    let (at, conditions) = if at_once { (Value::one(), Vec::new()) } else { (at, conditions) };
                     fails_at(&mut least, guard, (at, conditions), &mut self.known, &mut self.closed.conditions)?;
                 }
             }
         }
         Ok(least)
+    }
+
+    /// Whether a guard, which holds where a piece begins, is known to fail after one step: `ceil(l)-floor(l)` is 1 where l is
+    /// no whole number.
+    fn fails_at_once(&self, local: &Closed, goal: &Goal) -> bool {
+        let after = local.at(self.index, &Value::one(), &self.known);
+        after.is_some_and(|after| meets(&after, local, goal, &self.known) == Some(true))
     }
 
     /// Adds forms that count from `from`, up to `length` steps after it.

@@ -20,6 +20,7 @@ use super::over::of_quotient;
 use super::powers::{Found, Numbers, powers};
 use super::{Comparison, Reach, Unknown};
 use crate::assumption::Assumptions;
+use crate::closed_form::for_all_signs;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -108,7 +109,8 @@ impl Entry<'_> {
         if let Some(until) = self.until {
             known.assume(Relation::Lss, &count, until);
         }
-        let found = self.interval.holds(&self.value, &known) == Some(false);
+        let holds = |value: &Value| self.interval.holds(value, &known);
+        let found = holds(&self.value).or_else(|| for_all_signs(&self.value, &holds)) == Some(false);
         let goal = self.goal(&self.value);
         found.then(|| Reach::Never(format!("{goal} for no {}", self.index)))
     }

@@ -117,9 +117,12 @@ fn by_methods(
         Err(more) if general => more,
         Err(_) => reason,
     };
-    if let Some(solved) = straight(moved, known).and_then(|found| checked(found).ok()) {
-        return Ok(solved);
-    }
+    let reason = match straight(moved, known).map(|found| found.map(checked)) {
+        Ok(Some(Ok(solved))) => return Ok(solved),
+        // That may be asked in either case.
+        Err(more) if more.open.is_some() => more,
+        _ => reason,
+    };
     let repeating = repeating(moved).unwrap_or_default();
     if let Some(solved) = repeating.into_iter().find_map(|forms| checked((forms, Vec::new())).ok()) {
         return Ok(solved);

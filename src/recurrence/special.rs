@@ -38,12 +38,17 @@ pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bo
             if !matches!(relation, Relation::Neq | Relation::Gtr) || found.len() >= MOST_CASES {
                 continue;
             }
-            for (name, image) in parameters(left, right, general.recurrence(), &known) {
+            for images in alternatives(left, right, general.recurrence(), &known) {
                 let mut known = known.clone();
-                known.assume(Relation::Eq, &Value::variable(&name), &image);
                 let mut equations = equations.clone();
-                equations.push((Value::variable(&name), image.clone()));
-                let Some(special) = with(general.recurrence(), &name, &image) else { continue };
+                for (name, image) in &images {
+                    known.assume(Relation::Eq, &Value::variable(name), image);
+                    equations.push((Value::variable(name), image.clone()));
+                }
+                if known.contradictory() {
+                    continue;
+                }
+                let Some(special) = with(general.recurrence(), &images) else { continue };
                 // One recurrence may come of several equations in turn, and of two values of one parameter.
                 let known_already = |other: &Special| {
                     let alone = other.equations.len() == 1 && equations.len() == 1;
@@ -61,6 +66,47 @@ pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bo
     }
     found.sort_by_key(|special| special.equations.len());
     found
+}
+
+/// What an equation gives, in each way in which it may hold: one parameter, or all that a length must be 0 by.
+fn alternatives(left: &Value, right: &Value, recurrence: &Recurrence, known: &Assumptions) -> Vec<Vec<(Name, Value)>> {
+    let length = left.sub(right).ok().and_then(|difference| parts_of_length(&difference));
+    match length {
+        Some(parts) => no_length(&parts, recurrence, known).into_iter().collect(),
+        None => parameters(left, right, recurrence, known).into_iter().map(|one| vec![one]).collect(),
+    }
+}
+
+/// The parts of which a value is the length, up to a number as its factor.
+fn parts_of_length(value: &Value) -> Option<Vec<Value>> {
+    let View::Real(terms, below) = value.view() else { return None };
+    let ([(_, factors)], true) = (terms.as_slice(), below.iter().all(|(_, factors)| factors.is_empty())) else {
+        return None;
+    };
+    let mut roots = factors.iter().filter_map(|(atom, _)| match atom {
+        Atom::Root(inner) if inner.as_rational().is_none() => Some(inner.squares()),
+        Atom::Root(_) => None,
+        _ => Some(None),
+    });
+    roots.next().flatten().filter(|_| roots.next().is_none())
+}
+
+/// The parameters by which all these are 0, each with a value free of the others; `None` where they cannot be, or each of
+/// them does not give one.
+fn no_length(parts: &[Value], recurrence: &Recurrence, known: &Assumptions) -> Option<Vec<(Name, Value)>> {
+    let mut images: Vec<(Name, Value)> = Vec::new();
+    for part in parts {
+        let part = images.iter().try_fold(part.clone(), |part, (name, image)| part.with(name, image).ok())?;
+        if part.is_zero() {
+            continue;
+        }
+        let (name, image) = parameters(&part, &Value::zero(), recurrence, known).into_iter().next()?;
+        for (_, earlier) in &mut images {
+            *earlier = earlier.with(&name, &image).ok()?;
+        }
+        images.push((name, image));
+    }
+    (!images.is_empty()).then_some(images)
 }
 
 /// The parameters that an equation gives, each with a value: the first of which it is linear in with a factor that is not
@@ -108,13 +154,15 @@ fn roots(polynomial: &Value) -> Vec<(Name, Value)> {
     linear.map(|(factor, _)| (name.clone(), Value::rational(root(factor)))).collect()
 }
 
-/// A recurrence with a value in place of a parameter.
-fn with(recurrence: &Recurrence, name: &Name, image: &Value) -> Option<Recurrence> {
+/// A recurrence with values in place of parameters.
+fn with(recurrence: &Recurrence, images: &[(Name, Value)]) -> Option<Recurrence> {
+    let put_in =
+        |value: &Value| images.iter().try_fold(value.clone(), |value, (name, image)| value.with(name, image).ok());
     let mut special = recurrence.clone();
     for sequence in &mut special.sequences {
-        sequence.next = sequence.next.with(name, image).ok()?;
+        sequence.next = put_in(&sequence.next)?;
         for value in &mut sequence.start {
-            *value = value.with(name, image).ok()?;
+            *value = put_in(value)?;
         }
     }
     Some(special)

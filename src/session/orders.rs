@@ -1,7 +1,7 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
-use super::solve::found_lines;
+use super::solve::{found_lines, left_out};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
@@ -97,6 +97,8 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
         lines.push(format!("if {}:", case.title()));
         let own = solved.lines().into_iter().chain(found_lines(found, recurrence, goal));
         lines.extend(own.map(|line| format!("  {line}")));
+        let special = left_out(solved, question.find.as_ref(), &case.known, stop);
+        lines.extend(special.into_iter().map(|line| format!("  {line}")));
     }
     let found: Vec<Reach> = cases.into_iter().map(|case| case.found.1).collect();
     let known = found.iter().any(|found| !matches!(found, Reach::Unknown(_)));

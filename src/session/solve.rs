@@ -19,12 +19,13 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
     let known = &waiting.environment.assumptions;
     let solved = solve_until(question.recurrence.clone(), known, stop);
     let resting = if solved.is_err() { at_rest(&question.recurrence) } else { None };
-    let Some((recurrence, staying)) = resting else { return answered(question, solved, waiting, stop) };
+    let Some((recurrence, staying)) = resting else { return answered(question, solved, None, waiting, stop) };
     let at_rest = solve_until(recurrence.clone(), known, stop);
-    if at_rest.is_err() {
-        return answered(question, solved, waiting, stop);
+    let orders = at_rest.as_ref().err().map(|reason| solve_in_cases(&recurrence, reason, known, stop));
+    if orders.as_ref().is_some_and(Vec::is_empty) {
+        return answered(question, solved, None, waiting, stop);
     }
-    let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, waiting, stop);
+    let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, orders, waiting, stop);
     for (distance, staying) in staying.iter().rev() {
         let names: Vec<&str> = staying.iter().map(Name::as_str).collect();
         let (verb, names) = (if names.len() == 1 { "is" } else { "are" }, names.join(", "));
@@ -33,10 +34,11 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
     (lines, expected)
 }
 
-/// The same, given the forms of the recurrence, or why there are none.
+/// The same, given the forms of the recurrence, or why there are none, and those in each case, where they were asked for.
 fn answered(
     question: &Question,
     solved: Result<Solved, Unknown>,
+    orders: Option<Vec<InCase<Solved>>>,
     waiting: &Waiting,
     stop: &dyn Fn() -> bool,
 ) -> (Vec<String>, Vec<Expected>) {
@@ -65,7 +67,7 @@ fn answered(
     }
     let orders = match &solved {
         Ok(_) => Vec::new(),
-        Err(reason) => solve_in_cases(recurrence, reason, known, stop),
+        Err(reason) => orders.unwrap_or_else(|| solve_in_cases(recurrence, reason, known, stop)),
     };
     let in_all = !orders.is_empty();
     let mut lines = match &solved {
@@ -75,7 +77,7 @@ fn answered(
             lines.extend(left_out(solved, question.find.as_ref(), known, stop));
             lines
         }
-        Err(_) if in_all => each_order(recurrence, orders, ""),
+        Err(_) if in_all => each_order(recurrence, orders, "", stop),
         Err(reason) => unsolved(recurrence, reason, known, stop),
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
@@ -101,7 +103,7 @@ fn answered(
 }
 
 /// The forms for the parameters that the conditions leave out, with the first index that is looked for.
-fn left_out(
+pub(super) fn left_out(
     solved: &Solved,
     find: Option<&(Relation, Value, Value)>,
     known: &Assumptions,
@@ -141,12 +143,13 @@ fn also(solved: &Solved, found: &Reach, known: &Assumptions) -> Vec<String> {
 }
 
 /// The forms in each order of two values.
-fn each_order(recurrence: &Recurrence, orders: Vec<InCase<Solved>>, of: &str) -> Vec<String> {
+fn each_order(recurrence: &Recurrence, orders: Vec<InCase<Solved>>, of: &str, stop: &dyn Fn() -> bool) -> Vec<String> {
     let mut lines = vec![format!("one closed form{of} in each case:")];
     for case in orders {
         lines.push(format!("if {}:", case.title()));
         lines.extend(case.found.lines().into_iter().map(|line| format!("    {line}")));
         lines.push(format!("    {}", proof(recurrence)));
+        lines.extend(left_out(&case.found, None, &case.known, stop).into_iter().map(|line| format!("    {line}")));
     }
     lines
 }
@@ -194,7 +197,7 @@ fn part_lines(
             let alone = recurrence.only(&read_by(recurrence, &terms.iter().collect::<Vec<_>>())?);
             let cases = solve_in_cases(&alone, reason, known, stop);
             let names: Vec<&str> = alone.sequences.iter().map(|one| one.name.as_str()).collect();
-            (!cases.is_empty()).then(|| each_order(&alone, cases, &format!(" of {}", names.join(", "))))
+            (!cases.is_empty()).then(|| each_order(&alone, cases, &format!(" of {}", names.join(", ")), stop))
         }
     }
 }
