@@ -70,7 +70,7 @@ impl Lowerer<'_> {
         let whole =
             number.as_ref().filter(|number| number.is_integer()).and_then(|number| number.to_integer().to_u32());
         if let Some(times) = whole.filter(|times| *times <= MOST_ROUNDS) {
-            return (0..times).try_fold(start, |value, _| self.applied(name, vec![value], span));
+            return (0..times).try_fold(start, |value, _| self.applied(name, vec![value], (span, span)));
         }
         if number.is_some() && whole.is_none() {
             return self.fail(

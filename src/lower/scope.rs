@@ -7,7 +7,7 @@ use crate::ast::{Ident, Term, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span, nearest};
 use crate::lexer::MOST_ERRORS;
 use crate::name::Name;
-use crate::value::Value;
+use crate::value::{Need, Value};
 
 /// Which `?x` may be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +50,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) shapes: BTreeMap<Name, usize>,
     /// What the parameters of a function stand for, while its body is read anew.
     pub(super) images: BTreeMap<Name, Value>,
+    /// What values need that have been read, and where, while that is kept.
+    pub(super) needed: Option<Vec<(Need, Span)>>,
     /// How often bodies of functions may still be read anew, and how deep in others this one is.
     pub(super) readings: usize,
     pub(super) depth: usize,
@@ -86,6 +88,7 @@ impl<'e> Lowerer<'e> {
             free: false,
             shapes: BTreeMap::new(),
             images: BTreeMap::new(),
+            needed: None,
             readings: 10_000,
             depth: 0,
             errors: Vec::new(),

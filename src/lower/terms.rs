@@ -34,12 +34,15 @@ impl Lowerer<'_> {
                 self.images.insert(raw(name, *offset), vector);
             }
         }
-        let value = self.number(&renamed)?;
+        self.needed = Some(Vec::new());
+        let value = self.number(&renamed);
+        let needed = self.needed.take().unwrap_or_default();
+        let value = value?;
         let mut own: Vec<Name> = Vec::new();
         for (name, offset) in terms.keys() {
             own.extend(components(name, names).iter().map(|part| raw(part, *offset)));
         }
-        self.kept(&renamed, &value, &own, (index, from))?;
+        self.kept(needed, &value, &own, (index, from))?;
         self.whole_powers(&renamed, &value, (index, from.saturating_add(shift)))?;
         let mut images: BTreeMap<Name, Value> = BTreeMap::new();
         for (name, offset) in terms.keys() {
@@ -92,7 +95,13 @@ impl Lowerer<'_> {
 
     /// What an equation divides by, or takes a root of, must not cancel where it may be 0, or negative, for a term or an
     /// index: the equation would have a value there that it does not have as it is written.
-    fn kept(&mut self, written: &Written, value: &Value, terms: &[Name], (index, from): (&Name, i64)) -> Option<()> {
+    fn kept(
+        &mut self,
+        needed: Vec<(Need, Span)>,
+        value: &Value,
+        terms: &[Name],
+        (index, from): (&Name, i64),
+    ) -> Option<()> {
         let needs = value.needs();
         let mut known = self.environment.assumptions.without_name(index);
         if from >= 0 {
@@ -100,16 +109,13 @@ impl Lowerer<'_> {
         }
         known.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));
         let varies = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
-        let written = [(divisors(written), true), (radicands(written), false)];
-        for (part, divides) in
-            written.iter().flat_map(|(parts, divides)| parts.iter().map(move |part| (*part, *divides)))
-        {
-            let span = part.span;
-            let part = self.number(part)?;
-            if part.sort() != Sort::Real || !varies(&part) {
+        for (need, span) in needed {
+            if matches!(need, Need::Natural(_)) || need.value().sort() != Sort::Real || !varies(need.value()) {
                 continue;
             }
-            let need = if divides { Need::Nonzero(part.numerator()?) } else { Need::Nonnegative(part.clone()) };
+            let divides = matches!(need, Need::Nonzero(_));
+            let part = if divides { need.value().numerator()? } else { need.value().clone() };
+            let need = if divides { Need::Nonzero(part.clone()) } else { need };
             let never = || divides && first_zero(&part, index, from) == Some(None);
             if need.follows_from(&needs) || known.grants(&need) == Some(true) || never() {
                 continue;
@@ -290,53 +296,6 @@ fn part_of(name: &Name, lengths: &Lengths) -> Option<(Name, usize)> {
         let place = components(whole, lengths).iter().position(|part| part == name)?;
         (*length > 1).then(|| (whole.clone(), place + 1))
     })
-}
-
-/// All that a value divides by, as it is written.
-fn divisors(written: &Written) -> Vec<&Written> {
-    let mut found = Vec::new();
-    for one in all_parts(written) {
-        if let ValueKind::Product(parts) = &one.kind {
-            found.extend(parts.iter().filter(|(divides, _)| *divides).map(|(_, part)| part));
-        }
-    }
-    found
-}
-
-/// All that a value takes square roots of, as it is written.
-fn radicands(written: &Written) -> Vec<&Written> {
-    let of_root = |one: &&Written| matches!(&one.kind, ValueKind::Call(name, _) if name.name.as_str() == "sqrt");
-    let roots = all_parts(written).into_iter().filter(of_root);
-    roots
-        .flat_map(
-            |one| if let ValueKind::Call(_, arguments) = &one.kind { values(arguments).collect() } else { Vec::new() },
-        )
-        .collect()
-}
-
-/// A value as it is written and all within it.
-fn all_parts(written: &Written) -> Vec<&Written> {
-    let (mut found, mut open) = (Vec::new(), vec![written]);
-    while let Some(one) = open.pop() {
-        found.push(one);
-        match &one.kind {
-            ValueKind::Product(parts) | ValueKind::Sum(parts) => open.extend(parts.iter().map(|(_, part)| part)),
-            ValueKind::Power(base, exponent) => open.extend([&**base, &**exponent]),
-            ValueKind::Negative(inner) | ValueKind::Absolute(inner) => open.push(inner),
-            ValueKind::Vector(parts) => open.extend(parts),
-            ValueKind::If(_, parts) => open.extend(parts.iter()),
-            ValueKind::Call(_, arguments) | ValueKind::Iterate(_, arguments) => {
-                open.extend(arguments.iter().map(|argument| &argument.value));
-            }
-            ValueKind::Cases(cases) => {
-                let conditions = cases.iter().filter_map(|(_, condition)| condition.as_ref());
-                open.extend(conditions.flat_map(|one| [&one.left, &one.right]));
-                open.extend(cases.iter().map(|(value, _)| value));
-            }
-            ValueKind::Name(_) | ValueKind::Number(_) => {}
-        }
-    }
-    found
 }
 
 /// The sequences of numbers that a sequence consists of.

@@ -10,7 +10,7 @@ use num_traits::{One, Signed};
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Sort, Value, ValueError, keeps_divisors, taken_for_granted};
+use crate::value::{Need, Sort, Value, ValueError, keeps_divisors, taken_for_granted};
 
 /// The functions of the language, with how many arguments they take; none: any number but zero.
 pub(super) const FUNCTIONS: [(&str, Option<usize>); 11] = [
@@ -48,6 +48,7 @@ impl Lowerer<'_> {
                 }
                 if exponent.as_rational().is_some_and(|exponent| exponent.is_negative()) {
                     self.never_nothing(&base, written.span);
+                    self.needs(Need::Nonzero(base.clone()), written.span);
                 }
                 base.power(&exponent)
             }
@@ -114,6 +115,31 @@ impl Lowerer<'_> {
         );
     }
 
+    /// Keeps what a value needs, where that is asked for.
+    fn needs(&mut self, need: Need, span: Span) {
+        if let Some(needed) = &mut self.needed {
+            needed.push((need, span));
+        }
+    }
+
+    /// The same of a function of the language. Of a number `unit` is the sign.
+    fn needs_of(&mut self, function: &str, values: &[Value], (span, last): (Span, Span)) {
+        match (function, values) {
+            ("mod", [_, by]) => {
+                self.never_nothing(by, span);
+                self.needs(Need::Nonzero(by.clone()), last);
+            }
+            ("sqrt", [inner]) => self.needs(Need::Nonnegative(inner.clone()), last),
+            ("unit", [whole]) if matches!(whole.sort(), Sort::Vector(_)) => {
+                if let Ok(length) = whole.norm() {
+                    self.never_nothing(&length, span);
+                    self.needs(Need::Nonzero(length), last);
+                }
+            }
+            _ => {}
+        }
+    }
+
     fn fold(
         &mut self,
         parts: &[(bool, Written)],
@@ -134,6 +160,7 @@ impl Lowerer<'_> {
                 let step = if *inverse { without } else { with };
                 if *inverse && divides {
                     self.never_nothing(&value, part.span);
+                    self.needs(Need::Nonzero(value.clone()), part.span);
                 }
                 whole = self.valid(step(&so_far, &value), span);
             }
@@ -292,7 +319,8 @@ impl Lowerer<'_> {
                     .label(span, "in this call"),
             );
         }
-        self.applied(name, values.into_iter().collect::<Option<Vec<_>>>()?, span)
+        let last = arguments.last().map_or(span, |argument| argument.value.span);
+        self.applied(name, values.into_iter().collect::<Option<Vec<_>>>()?, (span, last))
     }
 
     /// Whether a parameter or a result is called like the function that is applied here; which is reported.
@@ -319,8 +347,8 @@ impl Lowerer<'_> {
         false
     }
 
-    /// What a function gives for these arguments, of which there are as many as it takes.
-    pub(super) fn applied(&mut self, name: &Ident, values: Vec<Value>, span: Span) -> Option<Value> {
+    /// What a function gives for these arguments, of which there are as many as it takes; the last of them stands there.
+    pub(super) fn applied(&mut self, name: &Ident, values: Vec<Value>, (span, last): (Span, Span)) -> Option<Value> {
         let environment = self.environment;
         let function = match environment.quantity(&name.name) {
             Some(Quantity::Function { parameters, body }) => Some((parameters, body)),
@@ -351,14 +379,15 @@ impl Lowerer<'_> {
         let result = match function {
             Some((parameters, Some(body))) => {
                 let images = parameters.iter().cloned().zip(values).collect::<BTreeMap<_, _>>();
+                for need in body.needs().into_iter().filter_map(|need| need.substitute(&images).ok()) {
+                    self.needs(need, span);
+                }
                 let known = &environment.assumptions;
                 keeps_divisors(body, &images).and_then(|()| known.put_in_powers(body, &images))
             }
             Some((_, None)) => Value::apply(&name.name, &values),
             None => {
-                if let ("mod", [_, by]) = (name.name.as_str(), values.as_slice()) {
-                    self.never_nothing(by, span);
-                }
+                self.needs_of(name.name.as_str(), &values, (span, last));
                 basic_function(name.name.as_str(), &values)
             }
         };

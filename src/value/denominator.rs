@@ -12,6 +12,9 @@ use crate::polynomial::{Budget, Monomial, Polynomial};
 /// The bits of a coefficient beyond which a denominator keeps its roots: freed of one, its numbers are twice as long.
 const LONGEST: u64 = 1 << 12;
 
+/// How often a divisor with roots is multiplied with itself, to see what they are the roots of.
+const ROOTS_IN_ROOTS: usize = 3;
+
 /// Whether a fraction is not what [`Value::over`] makes of its numerator and denominator.
 pub(super) fn hides_a_sign(numerator: &Real, denominator: &Real) -> bool {
     denominator.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)))
@@ -166,10 +169,7 @@ pub fn keeps_divisors(value: &Value, images: &BTreeMap<Name, Value>) -> Result<(
     };
     let needs = value.needs().into_iter().filter(|need| matches!(need, Need::Nonzero(_)));
     for need in needs.filter(|need| need.value().variables().iter().any(cased)) {
-        let divisor = need.value().substitute(images)?;
-        // A root whose square is known leaves the denominator with it, as that of `if x > 0 then 61 else 0` does.
-        let granted = taken_for_granted(&divisor).or_else(|| taken_for_granted(&divisor.mul(&divisor).ok()?));
-        if let Some((relation, inside)) = granted {
+        if let Some((relation, inside)) = taken_for_granted(&need.value().substitute(images)?) {
             return Err(ValueError(format!("division by 0 where {inside} {} 0", relation.negated().symbol())));
         }
     }
@@ -177,8 +177,24 @@ pub fn keeps_divisors(value: &Value, images: &BTreeMap<Name, Value>) -> Result<(
 }
 
 /// What must hold where this is divided by, so that it is not all 0: the condition s of `B*s`, or the contrary of that of
-/// `A*(1 - s)`. The normal form of a fraction takes it for granted.
+/// `A*(1 - s)`. The normal form of a fraction takes it for granted. A root whose square is known leaves the denominator with
+/// it, as that of `if x > 0 then 61 else 0` does.
 pub fn taken_for_granted(divisor: &Value) -> Option<(Relation, Value)> {
+    let mut power = divisor.clone();
+    for _ in 0..ROOTS_IN_ROOTS {
+        if let Some(granted) = granted_alone(&power) {
+            return Some(granted);
+        }
+        if !power.atoms().iter().any(|atom| matches!(atom, Atom::Root(_))) {
+            return None;
+        }
+        power = power.mul(&power).ok()?;
+    }
+    granted_alone(&power)
+}
+
+/// The same of a divisor as it is.
+fn granted_alone(divisor: &Value) -> Option<(Relation, Value)> {
     let (above, _) = divisor.polynomials()?;
     above.atoms().into_iter().find_map(|atom| {
         let Atom::Positive(inside) = atom else { return None };
