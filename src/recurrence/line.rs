@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::sequences::Found;
 use super::together::closed;
 use super::{Closed, Piece, Unknown, solve_all};
 use crate::assumption::Assumptions;
@@ -30,10 +31,7 @@ pub(super) fn along_a_line(
 ///
 /// # Errors
 /// As [`along_a_line`].
-pub(super) fn straight(
-    recurrence: &Recurrence,
-    known: &Assumptions,
-) -> Result<Option<(Vec<Form>, Vec<Comparison>)>, Unknown> {
+pub(super) fn straight(recurrence: &Recurrence, known: &Assumptions) -> Result<Option<Found>, Unknown> {
     let (mut maps, mut starts) = (BTreeMap::new(), BTreeMap::new());
     let mut names = Vec::new();
     for sequence in &recurrence.sequences {
