@@ -19,6 +19,9 @@ const MOST_FACTS: usize = 24;
 /// How many examples are tried.
 const EXAMPLES: usize = 12;
 
+/// Variables, and the facts that bear on them, with the signs that they allow.
+type About = (BTreeSet<Name>, Vec<(Signs, Value)>);
+
 impl Assumptions {
     /// Whether a value is seen to have a sign that is wanted and one that is not.
     pub(super) fn seen_either_way(&self, value: &Value, wanted: Signs) -> bool {
@@ -51,7 +54,7 @@ impl Assumptions {
     }
 
     /// The variables of a value and of all facts that bear on them, with these facts; none where they are too many.
-    fn about(&self, value: &Value) -> Option<(BTreeSet<Name>, Vec<(Signs, Value)>)> {
+    fn about(&self, value: &Value) -> Option<About> {
         let mut names = value.variables();
         if names.is_empty() {
             return None;
