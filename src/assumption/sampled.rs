@@ -94,7 +94,7 @@ impl Assumptions {
             }
             (Some(low), None) => away.iter().map(|step| &low + step).collect(),
             (None, Some(high)) => away.iter().map(|step| &high - step).collect(),
-            (None, None) => [0, 1, -1, 9, -9, 1000, -1000].map(whole).into(),
+            (None, None) => [0, 1000, -1000, 1, -1, 9, -9].map(whole).into(),
         };
         if let (false, Some(second)) = (natural, points.get(1)) {
             points.push((&points[0] + second) / whole(2));

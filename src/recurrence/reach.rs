@@ -25,6 +25,7 @@ use super::ratio::in_ratio;
 use super::roots::between_roots;
 use super::sides::{furthest, squared};
 use super::squares::late_products;
+use super::terms::simplified;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
@@ -399,7 +400,10 @@ fn tried(
         }
         bits += state.iter().map(cost).sum::<u64>();
         state = match following(recurrence, &state, &images) {
-            Ok(next) => next.iter().map(|value| known.simplify(value)).collect(),
+            Ok(next) => match next.iter().map(|value| simplified(value, known)).collect() {
+                Ok(next) => next,
+                Err(need) => return Reach::unknown(format!("{need} at {} = {at}", recurrence.index)),
+            },
             Err(error) => return Reach::unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
         };
         at += 1;

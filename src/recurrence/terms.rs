@@ -11,7 +11,7 @@ use super::bounds::{Bounds, PRECISIONS};
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
 use crate::name::Name;
-use crate::value::{Atom, Sort, Value};
+use crate::value::{Atom, Need, Sort, Value};
 
 /// A term.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -120,10 +120,26 @@ fn exactly(recurrence: &Recurrence, all: &[Vec<Term>], step: usize, known: &Assu
     let next = |sequence: &crate::closed_form::Sequence| {
         let value = sequence.next.substitute(&images).ok()?;
         let fits = |value: &Value, most: usize| value.as_rational().is_some() || value.size() <= most;
-        let value = fits(&value, 2 * MOST_SIZE).then(|| known.simplify(&value))?;
+        let value = if fits(&value, 2 * MOST_SIZE) { simplified(&value, known).ok()? } else { return None };
         fits(&value, MOST_SIZE).then_some(Term::Exact(value))
     };
     recurrence.sequences.iter().map(next).collect()
+}
+
+/// A value as the assumptions leave it, where nothing is left out that may have no value: `max(100,sqrt(3-a))` with a at
+/// least 2 is 100 where it has a value, and it has none where a is more than 3.
+///
+/// # Errors
+/// What may have none.
+pub(super) fn simplified(value: &Value, known: &Assumptions) -> Result<Value, Need> {
+    let simple = known.simplify(value);
+    let needs = value.needs();
+    if needs.is_empty() {
+        return Ok(simple);
+    }
+    let shown = simple.needs();
+    let lost = |need: &Need| !need.follows_from(&shown) && known.grants(need) != Some(true);
+    needs.into_iter().find(lost).map_or(Ok(simple), Err)
 }
 
 /// Bounds of the terms that the equations give at a step; `None` where they cannot be had.
