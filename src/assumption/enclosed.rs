@@ -13,10 +13,9 @@ use super::linear::Bound;
 use super::sign::Signs;
 use crate::name::Name;
 use crate::polynomial::Polynomial;
+use crate::value::fixed::{BITS, Range, scaled};
 use crate::value::{Atom, Value};
 
-/// The bits behind the point.
-const BITS: usize = 192;
 /// The highest exponent of an atom.
 const MOST_EXPONENT: u32 = 16;
 /// The most terms of a sum.
@@ -29,9 +28,6 @@ const HIGHEST: i32 = 500;
 const LONGEST: u64 = 64;
 /// How deep atoms may stand in one another.
 const MOST_NESTED: usize = 8;
-
-/// Between these, over `2^BITS`, a number lies.
-type Range = (BigInt, BigInt);
 
 /// Where the variables lie: above the one and below the other, where there is one.
 pub(super) type Ranges = BTreeMap<Name, (Option<BigRational>, Option<BigRational>)>;
@@ -116,13 +112,6 @@ fn line(form: &Polynomial<Atom>, name: &Name) -> Option<(BigRational, BigRationa
         }
     }
     Some((factor?, rest))
-}
-
-fn scaled(number: &BigRational) -> Range {
-    let scaled = number.numer() << BITS;
-    let low = scaled.div_floor(number.denom());
-    let high = if scaled.is_multiple_of(number.denom()) { low.clone() } else { &low + BigInt::one() };
-    (low, high)
 }
 
 /// Where a real lies, wherever it has a value.

@@ -9,7 +9,7 @@ use super::pieces::reads;
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, product};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Atom, Need, Relation, Value};
+use crate::value::{Atom, Need, Relation, Value, ValueError};
 
 /// What must hold for all forms to be right.
 pub(super) fn apart(
@@ -72,31 +72,34 @@ pub(super) fn has_meaning(
     Ok(())
 }
 
-/// Makes sure that what stands under the roots of an equation is not negative at any index where the forms have lost these
-/// roots: `max(sqrt(10-n),100)` is 100 up to 10, and nothing then. A form in which the root still stands says so itself.
+/// Makes sure that what stands under the roots of an equation is not negative: of parameters alone that becomes a condition,
+/// as of a divisor. Of `all` others it must be so at any index where the forms have lost these roots: `max(sqrt(10-n),100)`
+/// is 100 up to 10, and nothing then. A form in which such a root still stands says so itself.
 pub(super) fn hidden_roots(
     next: &Value,
     (recurrence, forms): (&Recurrence, &[Form]),
+    all: bool,
     defined: &mut Defined<'_>,
 ) -> Result<(), Unchecked> {
     let hidden = |need: &Need| matches!(need, Need::Nonnegative(_));
-    if !next.needs().iter().any(hidden) {
+    if !next.needs().iter().any(|need| hidden(need) && (all || !reads(need.value(), recurrence))) {
         return Ok(());
     }
     let images = images_of(recurrence, forms)?;
     let shown: BTreeSet<Need> =
         forms.iter().filter_map(|form| form.value(&recurrence.index)).flat_map(|form| form.needs()).collect();
     let known = defined.known().clone();
-    for (known, need) in in_cases(next, &images, &known, MOST_CASES)? {
-        if !hidden(&need) || shown.contains(&need) {
+    for (known, need) in needs_in_cases(next, &images, &known)? {
+        let alone = !reads(need.value(), recurrence);
+        if !hidden(&need) || !(alone || all && !shown.contains(&need)) {
             continue;
         }
         let image = need.value().substitute(&images)?;
         let under = Need::Nonnegative(image.clone());
-        if shown.contains(&under) || known.grants(&under) == Some(true) {
+        if (!alone && shown.contains(&under)) || known.grants(&under) == Some(true) {
             continue;
         }
-        if reads(&image, recurrence) {
+        if reads(&image, recurrence) || known.grants(&under) == Some(false) {
             return Err(Unchecked(need.to_string()));
         }
         defined.not_negative(&image);
@@ -107,13 +110,22 @@ pub(super) fn hidden_roots(
 /// Conditions of an equation that are looked at in either case.
 const MOST_CASES: usize = 4;
 
-/// What an equation needs where its conditions hold and where they do not, with what is known there; maxima stay.
+/// What an equation needs where these are put in for names: where its conditions hold and where they do not, with what is
+/// known there; maxima stay.
+pub(crate) fn needs_in_cases(
+    next: &Value,
+    images: &BTreeMap<Name, Value>,
+    known: &Assumptions,
+) -> Result<Vec<(Assumptions, Need)>, ValueError> {
+    in_cases(next, images, known, MOST_CASES)
+}
+
 fn in_cases(
     next: &Value,
     images: &BTreeMap<Name, Value>,
     known: &Assumptions,
     more: usize,
-) -> Result<Vec<(Assumptions, Need)>, Unchecked> {
+) -> Result<Vec<(Assumptions, Need)>, ValueError> {
     let condition = next.atoms().into_iter().find(|atom| matches!(atom, Atom::Positive(_))).filter(|_| more > 0);
     let Some(atom @ Atom::Positive(inner)) = &condition else {
         return Ok(next.needs().into_iter().map(|need| (known.clone(), need)).collect());

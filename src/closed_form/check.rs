@@ -129,9 +129,7 @@ impl Induction<'_> {
                 self.defined.value(value, from)?;
             }
             let summed = self.forms.iter().any(|form| matches!(form, Form::Nested(_)));
-            if !by_pieces && !summed {
-                hidden_roots(&sequence.next, (self.recurrence, self.forms), &mut self.defined)?;
-            }
+            hidden_roots(&sequence.next, (self.recurrence, self.forms), !by_pieces && !summed, &mut self.defined)?;
         }
         if matches!(self.forms, [Form::Turns(_), ..]) {
             self.defined.count_rounds();

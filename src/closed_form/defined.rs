@@ -184,8 +184,11 @@ impl<'a> Defined<'a> {
 
     /// Adds the condition that a value which is free of the index is not negative.
     pub(super) fn not_negative(&mut self, value: &Value) {
-        self.conditions.push((Relation::Gte, value.clone(), Value::zero()));
-        self.general = OnceCell::new();
+        let condition = (Relation::Gte, value.clone(), Value::zero());
+        if !self.conditions.contains(&condition) {
+            self.conditions.push(condition);
+            self.general = OnceCell::new();
+        }
     }
 
     fn not_zero(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {

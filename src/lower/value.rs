@@ -379,8 +379,9 @@ impl Lowerer<'_> {
         let result = match function {
             Some((parameters, Some(body))) => {
                 let images = parameters.iter().cloned().zip(values).collect::<BTreeMap<_, _>>();
-                for need in body.needs().into_iter().filter_map(|need| need.substitute(&images).ok()) {
-                    self.needs(need, span);
+                if let Some(needed) = &mut self.needed {
+                    let needs = body.needs().into_iter().filter_map(|need| need.substitute(&images).ok());
+                    needed.extend(needs.map(|need| (need, span)));
                 }
                 let known = &environment.assumptions;
                 keeps_divisors(body, &images).and_then(|()| known.put_in_powers(body, &images))

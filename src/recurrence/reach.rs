@@ -25,7 +25,7 @@ use super::ratio::in_ratio;
 use super::roots::between_roots;
 use super::sides::{furthest, squared};
 use super::squares::late_products;
-use super::terms::simplified;
+use super::terms::put_in;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
@@ -399,11 +399,8 @@ fn tried(
             }
         }
         bits += state.iter().map(cost).sum::<u64>();
-        state = match following(recurrence, &state, &images) {
-            Ok(next) => match next.iter().map(|value| simplified(value, known)).collect() {
-                Ok(next) => next,
-                Err(need) => return Reach::unknown(format!("{need} at {} = {at}", recurrence.index)),
-            },
+        state = match following(recurrence, &state, &images, known) {
+            Ok(next) => next,
             Err(error) => return Reach::unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),
         };
         at += 1;
@@ -485,13 +482,14 @@ fn following(
     recurrence: &Recurrence,
     state: &[Value],
     images: &BTreeMap<Name, Value>,
+    known: &Assumptions,
 ) -> Result<Vec<Value>, crate::value::ValueError> {
     let next = |(place, (_, own, offset)): (usize, (Name, usize, usize))| {
         let sequence = &recurrence.sequences[own];
         if offset + 1 < sequence.start.len() {
             return Ok(state[place + 1].clone());
         }
-        sequence.next.substitute(images)
+        put_in(&sequence.next, images, known)
     };
     recurrence.terms().into_iter().enumerate().map(next).collect()
 }

@@ -9,9 +9,9 @@ use num_traits::{One, Signed, Zero};
 use super::bounds::{Bounds, PRECISIONS};
 
 use crate::assumption::Assumptions;
-use crate::closed_form::Recurrence;
+use crate::closed_form::{Recurrence, needs_in_cases};
 use crate::name::Name;
-use crate::value::{Atom, Need, Sort, Value};
+use crate::value::{Atom, Sort, Value, ValueError};
 
 /// A term.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -120,26 +120,33 @@ fn exactly(recurrence: &Recurrence, all: &[Vec<Term>], step: usize, known: &Assu
     let next = |sequence: &crate::closed_form::Sequence| {
         let value = sequence.next.substitute(&images).ok()?;
         let fits = |value: &Value, most: usize| value.as_rational().is_some() || value.size() <= most;
-        let value = if fits(&value, 2 * MOST_SIZE) { simplified(&value, known).ok()? } else { return None };
+        let value =
+            if fits(&value, 2 * MOST_SIZE) { put_in(&sequence.next, &images, known).ok()? } else { return None };
         fits(&value, MOST_SIZE).then_some(Term::Exact(value))
     };
     recurrence.sequences.iter().map(next).collect()
 }
 
-/// A value as the assumptions leave it, where nothing is left out that may have no value: `max(100,sqrt(3-a))` with a at
-/// least 2 is 100 where it has a value, and it has none where a is more than 3.
+/// What an equation gives where these are put in, as the assumptions leave it, if nothing is left out that may have no value:
+/// `max(100,sqrt(3-a))` with a at least 2 is 100 where it has a value, and it has none where a is more than 3.
 ///
 /// # Errors
-/// What may have none.
-pub(super) fn simplified(value: &Value, known: &Assumptions) -> Result<Value, Need> {
-    let simple = known.simplify(value);
-    let needs = value.needs();
-    if needs.is_empty() {
+/// Where it has no value, or may have none and does not show that.
+pub(super) fn put_in(next: &Value, images: &BTreeMap<Name, Value>, known: &Assumptions) -> Result<Value, ValueError> {
+    let simple = known.simplify(&next.substitute(images)?);
+    // Of numbers alone what has no value is seen where they are put in.
+    let symbolic = |name: &Name| images.get(name).is_none_or(|image| !image.variables().is_empty());
+    if next.needs().is_empty() || !next.variables().iter().any(symbolic) {
         return Ok(simple);
     }
     let shown = simple.needs();
-    let lost = |need: &Need| !need.follows_from(&shown) && known.grants(need) != Some(true);
-    needs.into_iter().find(lost).map_or(Ok(simple), Err)
+    for (here, need) in needs_in_cases(next, images, known)? {
+        let need = need.substitute(images)?;
+        if !need.value().variables().is_empty() && !need.follows_from(&shown) && here.grants(&need) != Some(true) {
+            return Err(ValueError::new(need.to_string()));
+        }
+    }
+    Ok(simple)
 }
 
 /// Bounds of the terms that the equations give at a step; `None` where they cannot be had.

@@ -100,6 +100,8 @@ fn one_group(
     let solved = solve_until(Recurrence { index: index.clone(), from: 0, sequences }, known, stop);
     let all = |solved: Solved| group.iter().map(|name| Ok(((*name).clone(), closed(&solved, name)?))).collect();
     solved.and_then(all).or_else(|reason: Unknown| {
+        // Where the equations have no value at the goal the induction fails there. What is left of the way has a form that was
+        // checked, and the equations keep to the line wherever they have a value: so does what is found, up to the goal.
         let own = |map: &BTreeMap<Name, Value>| {
             group.iter().filter_map(|name| Some(((*name).clone(), map.get(*name)?.clone()))).collect()
         };

@@ -13,7 +13,7 @@ use super::{Atom, Real, Value};
 use crate::polynomial::Monomial;
 
 /// The bits behind the point.
-const BITS: usize = 192;
+pub(crate) const BITS: usize = 192;
 /// The highest exponent of a root.
 const MOST_EXPONENT: u32 = 64;
 
@@ -21,7 +21,7 @@ const MOST_EXPONENT: u32 = 64;
 const MOST_NESTED: usize = 3;
 
 /// Between these, over `2^BITS`, a number lies.
-type Range = (BigInt, BigInt);
+pub(crate) type Range = (BigInt, BigInt);
 
 /// A number, not in lowest terms; what is below is positive.
 pub(super) type Quotient = (BigInt, BigInt);
@@ -86,10 +86,10 @@ fn root((above, below): &Quotient) -> Option<Range> {
     Some((low, high))
 }
 
-fn range(number: &BigRational) -> Range {
-    let scaled = number.numer() << BITS;
-    let low = scaled.div_floor(number.denom());
-    let high = if number.is_integer() { low.clone() } else { &low + BigInt::one() };
+/// Where a rational number lies.
+pub(crate) fn scaled(number: &BigRational) -> Range {
+    let (low, rest) = (number.numer() << BITS).div_mod_floor(number.denom());
+    let high = if rest.is_zero() { low.clone() } else { &low + BigInt::one() };
     (low, high)
 }
 
@@ -98,7 +98,7 @@ fn between(polynomial: &Real, roots: &BTreeMap<&Atom, Range>) -> Option<Range> {
     for (monomial, number) in polynomial.terms() {
         let (square, nested) = squared(monomial, number)?;
         let mut term = match square {
-            None => range(number),
+            None => scaled(number),
             Some(square) => signed(root(&square)?, number.is_negative()),
         };
         for (atom, exponent) in nested {
