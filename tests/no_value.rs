@@ -179,3 +179,25 @@ fn a_direction_that_may_be_none_keeps_what_a_condition_says_of_it() {
     );
     assert!(!text.contains(": proved: "), "at x = 0 it shows At_0: {text}");
 }
+
+/// A root of parameters alone is asked for as a divisor is, whether the form still shows it or a maximum has left it out.
+#[test]
+fn roots_of_parameters_are_conditions_of_every_form() {
+    for (next, first) in [
+        ("max(x(n)+1,sqrt(3-a))", "n = 29 is the first"),
+        ("x(n)+max(sqrt(3-a),2)", "n = 15 is the first"),
+        ("max(x(n),sqrt(3-a))", "never x(n) > 33"),
+    ] {
+        let found = told(&format!("param a >= 2\nsolve x(n+1) = {next}, x(0) = 5 find n with x(n) > 33\n"));
+        assert!(found.contains(first), "{found}");
+        // Of the form, and of what is asked of it.
+        assert_eq!(found.matches("if 3-a >= 0").count(), 2, "{found}");
+    }
+    // Where it is granted, or a condition excludes it, nothing is asked; where it is excluded there is no form.
+    for next in ["x(n)+sqrt(a-1)", "x(n)+(if a < 3 then sqrt(3-a) else 1)"] {
+        let found = told(&format!("param a >= 2\nsolve x(n+1) = {next}, x(0) = 5\n"));
+        assert!(found.contains("checked by induction") && !found.contains(">= 0\n"), "{found}");
+    }
+    let found = told("param a >= 4\nsolve x(n+1) = max(x(n)+1,sqrt(3-a)), x(0) = 5\n");
+    assert!(!found.contains("checked by induction"), "{found}");
+}

@@ -26,12 +26,12 @@ impl Lowerer<'_> {
         let mut terms = BTreeMap::new();
         let renamed = self.with_terms(right, names, index, &mut terms)?;
         for (name, offset) in terms.keys() {
-            let own: Vec<Name> = components(name, names).iter().map(|part| raw(part, *offset)).collect();
+            let own: Vec<Name> = components(name, names).iter().map(|part| raw(part, index, *offset)).collect();
             self.locals.extend(own.iter().map(|part| (part.clone(), right.span)));
             if own.len() > 1 {
                 let vector = Value::vector(own.iter().map(Value::variable).collect());
                 let vector = self.checked(vector, right.span)?;
-                self.images.insert(raw(name, *offset), vector);
+                self.images.insert(raw(name, index, *offset), vector);
             }
         }
         self.needed = Some(Vec::new());
@@ -40,7 +40,7 @@ impl Lowerer<'_> {
         let value = value?;
         let mut own: Vec<Name> = Vec::new();
         for (name, offset) in terms.keys() {
-            own.extend(components(name, names).iter().map(|part| raw(part, *offset)));
+            own.extend(components(name, names).iter().map(|part| raw(part, index, *offset)));
         }
         self.kept(needed, &value, &own, (index, from))?;
         self.whole_powers(&renamed, &value, (index, from.saturating_add(shift)))?;
@@ -54,7 +54,7 @@ impl Lowerer<'_> {
                 return self.wrong(terms[&(name.clone(), *offset)], text);
             };
             for part in components(name, names) {
-                images.insert(raw(&part, *offset), Value::variable(&term(&part, index, place)));
+                images.insert(raw(&part, index, *offset), Value::variable(&term(&part, index, place)));
             }
         }
         let later = Value::variable(index).add(&Value::integer(shift));
@@ -266,7 +266,7 @@ impl Lowerer<'_> {
             }
         }
         found.insert((name.name.clone(), offset), written.span);
-        let ident = Ident { name: raw(&name.name, offset), span: written.span };
+        let ident = Ident { name: raw(&name.name, index, offset), span: written.span };
         Some(Written { span: written.span, kind: ValueKind::Name(ident) })
     }
 }
@@ -306,9 +306,9 @@ pub(super) fn components(name: &Name, lengths: &Lengths) -> Vec<Name> {
     }
 }
 
-/// A name for a term that cannot be written.
-fn raw(name: &Name, offset: i64) -> Name {
-    Name::new(&format!("({name} at {offset})"))
+/// A name for a term that cannot be written as a name, and that says which it is.
+fn raw(name: &Name, index: &Name, offset: i64) -> Name {
+    Name::new(&term_text(name, index, offset))
 }
 
 fn term_text(name: &Name, index: &Name, offset: i64) -> String {
