@@ -269,3 +269,14 @@ fn a_counter_beside_what_never_repeats_is_followed() {
         assert!(text.contains("with ?t1 = 2, ?t2 = 1"), "{text}");
     }
 }
+
+/// A goal in halves: what stands in the distance is no sum of squares, but a multiple of it is.
+#[test]
+fn a_goal_in_halves_is_followed() {
+    let text = run(&format!(
+        "fn st(d) = min(1,norm(d))*unit(d)\n{PLANE}proc M = Move_{{(5/2,7/2)}} ; Move_{{(0,0)}} ; M\n\
+         system Sys = World_{{(0,0)}} | M\nperiod Sys\n\
+         property G = Delay_{{?t1}} ; (Delay_{{?t2}} # Pos_{{(5/2,7/2)}}) ; Delay_{{?t3}} ; G\nprove Sys satisfies G\n"
+    ));
+    assert!(text.contains("all 5 ways") && text.contains("proved: ") && !text.contains("on trust"), "{text}");
+}

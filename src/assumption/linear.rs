@@ -45,7 +45,7 @@ pub(super) struct Constraint {
 const MOST_ROWS: usize = 90;
 const MOST_COLUMNS: usize = 220;
 const MOST_PIVOTS: usize = 250;
-/// Numbers that may be computed, in units of 64 bits.
+/// The time that it may take, in that of a number of 64 bits: common factors are looked for in the square of the length.
 const MOST_WORK: u64 = 1_000_000;
 
 /// Whether the constraints cannot all hold; `false` also when that was not found out within the limits.
@@ -181,8 +181,8 @@ fn feasible(mut table: Vec<Vec<BigRational>>, width: usize) -> Option<Vec<BigRat
             }
             return Some(solution);
         }
-        let size = objective.iter().map(|number| number.numer().bits().max(number.denom().bits())).max()?;
-        work += (height * (width + 1)) as u64 * (1 + size / 64);
+        let words = objective.iter().map(|number| number.numer().bits().max(number.denom().bits())).max()? / 64;
+        work += (height * (width + 1)) as u64 * (1 + words + words * words / 8);
         if work > MOST_WORK {
             return None;
         }

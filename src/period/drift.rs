@@ -19,6 +19,16 @@ impl Failure {
         }
     }
 
+    /// The same, and why none was found with variables for durations either.
+    pub(super) fn with_variables(self, other: Failure) -> Failure {
+        match (self, other) {
+            (Failure::NoPeriod { reason }, Failure::NoPeriod { reason: why }) => {
+                Failure::not_found(format!("{reason}, and with variables for the durations {why}"))
+            }
+            (own, _) => own,
+        }
+    }
+
     /// That none was found, and why.
     pub(super) fn not_found(reason: impl Into<String>) -> Failure {
         Failure::NoPeriod { reason: reason.into() }

@@ -1,6 +1,8 @@
-//! Names with their values; most often there are none, which takes no memory.
+//! Names with their values; most often there are none, which takes no memory. And what people call what runs with them.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{Hash, Hasher};
 use std::ops::Deref;
 use std::rc::Rc;
 
@@ -64,4 +66,32 @@ pub(crate) fn restrict(env: &Env, names: &BTreeSet<Name>) -> Env {
 /// One value, if its name is needed.
 pub(crate) fn one(name: &Name, value: Value, needed: &BTreeSet<Name>) -> Env {
     if needed.contains(name) { Env::from_iter([(name.clone(), value)]) } else { Env::new() }
+}
+
+/// What people call a running part. It says nothing of what the part does, so all are equal.
+#[derive(Clone, Debug)]
+pub(crate) struct Called(pub(crate) Option<Name>);
+
+impl PartialEq for Called {
+    fn eq(&self, _: &Called) -> bool {
+        true
+    }
+}
+
+impl Eq for Called {}
+
+impl PartialOrd for Called {
+    fn partial_cmp(&self, other: &Called) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Called {
+    fn cmp(&self, _: &Called) -> Ordering {
+        Ordering::Equal
+    }
+}
+
+impl Hash for Called {
+    fn hash<H: Hasher>(&self, _: &mut H) {}
 }

@@ -28,6 +28,8 @@ use crate::value::{Relation, Value, ValueError};
 const MOST_PHASES: usize = 30_000;
 /// Phases at the same control points that differ in the delays that remain, where these have no rational ratio.
 const MOST_REMAINDERS: usize = 100;
+/// The same where durations are values that processes hold, and others each time.
+const MOST_HELD: usize = 300;
 /// Phases that a system may have where values that change are kept apart, and those of one control point.
 const MOST_APART: (usize, usize) = (1_000, 64);
 /// Ways through one round.
@@ -93,6 +95,8 @@ struct Explorer<'a> {
     general: bool,
     /// Whether how often one delay goes into another depends on a number of times that is a parameter.
     counted: bool,
+    /// Whether more delays that remain were found than may be.
+    grown: bool,
 }
 
 /// By what phases of the same control points are apart.
@@ -115,22 +119,29 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     // Beside reads and writes stand calls and delays.
     let room = |wanted: usize| wanted.min(MOST_PHASES);
     let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations)));
-    let settler = Settler { definitions, reserved: &reserved, tails };
+    let settler = Settler { definitions, reserved: &reserved, tails, durations: RefCell::default() };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
     let mut explorer = Explorer::new(clock, assumptions, Kept::Delays);
-    let failure = match explorer.run(components) {
+    let mut failure = match explorer.run(components) {
         Err(failure) if failure != Failure::Interrupted => failure,
         found => return found,
     };
+    let grown = explorer.grown && explorer.clock.settler.durations_differ();
     let counted = explorer.counted
+        || grown
         || matches!(&failure, Failure::Order { one, other } if drift::counted([&one.1, &other.1].into_iter(), assumptions));
     let others = [(explorer.general, Kept::Values), (counted, Kept::Nothing)];
     let mut clock = explorer.clock;
     for kept in others.into_iter().filter_map(|(may, kept)| may.then_some(kept)) {
         let mut explorer = Explorer::new(clock, assumptions, kept);
         match explorer.run(components) {
-            Err(other) if other != Failure::Interrupted => clock = explorer.clock,
+            Err(other) if other != Failure::Interrupted => {
+                clock = explorer.clock;
+                if grown && kept == Kept::Nothing {
+                    failure = failure.with_variables(other);
+                }
+            }
             found => return found,
         }
     }
@@ -140,7 +151,7 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
 impl<'a> Explorer<'a> {
     fn new(clock: Clock<'a>, assumptions: &'a Assumptions, kept: Kept) -> Explorer<'a> {
         let (spots, index) = (Vec::new(), Quick::default());
-        Explorer { clock, assumptions, spots, index, kept, general: false, counted: false }
+        Explorer { clock, assumptions, spots, index, kept, general: false, counted: false, grown: false }
     }
 
     fn run(&mut self, components: &[Term]) -> Result<Graph, Failure> {
@@ -276,9 +287,10 @@ impl<'a> Explorer<'a> {
         let number = self.spots.len();
         let left = || remainders.keys().chain([&delays]).flat_map(|delays| delays.iter().flatten());
         let apart = || drift::apart(left(), self.assumptions);
-        let many = self.kept == Kept::Values && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
+        let held = remainders.len() >= MOST_HELD && self.clock.settler.durations_differ();
+        let many = held || self.kept == Kept::Values && (number >= MOST_APART.0 || remainders.len() >= MOST_APART.1);
         if many || number >= MOST_PHASES || (remainders.len() == MOST_REMAINDERS && apart()) {
-            self.counted = drift::counted(left(), self.assumptions);
+            (self.counted, self.grown) = (drift::counted(left(), self.assumptions), true);
             return Err(drift::growth(self.clock.names, state, number, self.assumptions));
         }
         remainders.insert(key, number);

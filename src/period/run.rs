@@ -5,13 +5,11 @@
 //! with the answer assumed, once each way.
 
 use std::cell::RefCell;
-use std::cmp::Ordering;
 use std::collections::BTreeSet;
-use std::hash::{Hash, Hasher};
 use std::rc::Rc;
 
 use super::call::cycle_of;
-pub(crate) use super::env::{Env, one, restrict};
+pub(crate) use super::env::{Called, Env, one, restrict};
 use super::rest::{NOTHING, Rest, Tails};
 use super::suppose::surely;
 use super::{Failure, Test};
@@ -56,34 +54,6 @@ pub(crate) enum Kind {
     Choice,
     /// A loop, whose alternative is `Stop`.
     Loop(Called),
-}
-
-/// What people call a running part. It says nothing of what the part does, so all are equal.
-#[derive(Clone, Debug)]
-pub(crate) struct Called(pub(crate) Option<Name>);
-
-impl PartialEq for Called {
-    fn eq(&self, _: &Called) -> bool {
-        true
-    }
-}
-
-impl Eq for Called {}
-
-impl PartialOrd for Called {
-    fn partial_cmp(&self, other: &Called) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Called {
-    fn cmp(&self, _: &Called) -> Ordering {
-        Ordering::Equal
-    }
-}
-
-impl Hash for Called {
-    fn hash<H: Hasher>(&self, _: &mut H) {}
 }
 
 /// A question that came up, with the names it was asked in.
@@ -201,6 +171,9 @@ impl From<Failure> for Halt {
 
 /// Nested operators and unfoldings that one settling may go through.
 const DEEPEST: usize = 300;
+/// Durations held that are told apart: more of them are others each time.
+const MOST_DURATIONS: usize = 64;
+
 /// What settling needs to know.
 pub(crate) struct Settler<'a> {
     pub(crate) definitions: &'a Definitions,
@@ -208,6 +181,8 @@ pub(crate) struct Settler<'a> {
     pub(crate) reserved: &'a BTreeSet<Name>,
     /// The sequences met so far.
     pub(crate) tails: RefCell<Tails>,
+    /// The first durations met that are values which processes hold.
+    pub(crate) durations: RefCell<BTreeSet<Value>>,
 }
 
 /// A process at its start.
@@ -437,8 +412,16 @@ impl Settler<'_> {
         self.settle(next, wanted, path, depth + 1)
     }
 
+    /// Whether durations that processes hold are many different ones.
+    pub(super) fn durations_differ(&self) -> bool {
+        self.durations.borrow().len() > MOST_DURATIONS
+    }
+
     fn start_delay(&self, time: &Value, env: &Env, path: &Path) -> Result<Run, Halt> {
         let left = evaluate(time, env)?;
+        if left != *time && !self.durations_differ() {
+            self.durations.borrow_mut().insert(left.clone());
+        }
         let zero = Value::zero();
         let assumptions = path.with_draws();
         let is = |relation| assumptions.decide(relation, &left, &zero);

@@ -62,8 +62,9 @@ impl Need {
         let Need::Nonzero(Value(own)) = self else { return false };
         let Content::Real(own, _) = &own.content else { return false };
         // A root is 0 just where what it is taken of is.
+        let symbolic = |(atom, _): &&(Atom, u32)| !atom.is_root_of_number();
         if let [(monomial, _)] = own.terms()
-            && let [(Atom::Root(inner), 1)] = monomial.factors()
+            && let [(Atom::Root(inner), 1)] = monomial.factors().iter().filter(symbolic).collect::<Vec<_>>().as_slice()
             && let Some(inner) = inner.numerator()
             && Need::Nonzero(inner).follows_from(others)
         {

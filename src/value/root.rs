@@ -9,8 +9,8 @@ use num_traits::{One, Signed, Zero};
 
 use super::denominator::leading_root;
 use super::power::{is_of_powers, with_powers};
-use super::squares::{rational_root, square_root, square_with_numbers, square_with_root, squares};
-use super::{Atom, Content, Outcome, Real, Value, ValueError};
+use super::squares::{as_squares, rational_root, square_root, square_with_numbers, square_with_root, squares};
+use super::{Atom, Content, Outcome, Real, Relation, Value, ValueError};
 use crate::polynomial::{Monomial, Polynomial};
 
 impl Value {
@@ -141,12 +141,15 @@ impl Value {
         sum.sqrt()
     }
 
-    /// The vector of length 1 in the same direction; of a number, its sign.
+    /// The vector of length 1 in the same direction; of a number, its sign: 1, -1, and 0 of 0.
     ///
     /// # Errors
-    /// Of 0 or a distribution.
+    /// Of the vector 0 or a distribution.
     pub fn unit(&self) -> Result<Value, ValueError> {
-        self.over(&self.norm()?)
+        if let Content::Vector(_) = &self.0.content {
+            return self.over(&self.norm()?);
+        }
+        Value::truth(Relation::Gtr, self, &Value::zero())?.sub(&Value::truth(Relation::Lss, self, &Value::zero())?)
     }
 }
 
@@ -236,8 +239,7 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     if let Some((powers, rest)) = with_powers(polynomial) {
         return powers.mul(&root_of_polynomial(&rest)?);
     }
-    let content = polynomial.content();
-    let number = root_of_number(&content)?;
+    let mut content = polynomial.content();
     let mut outer = Value::one();
     let mut inner = polynomial.scale(&content.recip());
     let mut even = Vec::new();
@@ -248,11 +250,16 @@ fn root_of_polynomial(polynomial: &Real) -> Outcome {
     }
     let square = Monomial::of(even).ok_or_else(ValueError::too_large)?;
     let rest = inner.without(&square);
-    if Value::whole(rest.clone())?.plainly_nonnegative() || squares(&rest).is_some() {
+    if Value::whole(rest.clone())?.plainly_nonnegative() || squares(&rest).is_some() || as_squares(&rest).is_some() {
         let root = Monomial::of(roots).ok_or_else(ValueError::too_large)?;
         outer = outer.mul(&Value::whole(Polynomial::term(root, BigRational::one()))?.abs()?)?;
         inner = rest;
     }
+    // The length of a vector is the root of what shows its components.
+    if let Some((times, multiple)) = as_squares(&inner) {
+        (content, inner) = (content / times, multiple);
+    }
+    let number = root_of_number(&content)?;
     if inner.is_one() {
         return number.mul(&outer);
     }
@@ -334,6 +341,19 @@ mod tests {
         let nested = number(1, 1, 2).sqrt().unwrap();
         assert_eq!(nested.mul(&nested).unwrap(), number(1, 1, 2));
         assert!(nested.to_string().contains("sqrt(sqrt(2)+1)"), "{nested}");
+    }
+
+    #[test]
+    fn unit_of_a_number_is_its_sign() {
+        let x = Name::new("x");
+        let hidden = Value::maximum(&[Value::variable(&x), Value::zero()]).unwrap().unit().unwrap();
+        for (number, sign) in [(-3, 0), (0, 0), (5, 1)] {
+            let images = [(x.clone(), Value::integer(number))].into();
+            assert_eq!(hidden.substitute(&images).unwrap(), Value::integer(sign));
+            assert_eq!(Value::integer(number).unit().unwrap(), Value::integer(number.signum()));
+        }
+        let zero = Value::vector(vec![Value::zero(), Value::zero()]).unwrap();
+        assert!(zero.unit().is_err());
     }
 
     #[test]

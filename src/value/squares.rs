@@ -1,5 +1,7 @@
 //! Squares, and sums of them: what a length is the root of, and what is nowhere negative.
 
+use std::collections::BTreeSet;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
@@ -48,8 +50,10 @@ impl Value {
         let even = shared.factors().iter().map(|(atom, exponent)| (atom.clone(), exponent - exponent % 2));
         let product = Monomial::of(even).map_or_else(|| product.clone(), |even| product.without(&even));
         let whole = product.scale(&product.content().recip());
-        let plainly = squares(&whole).is_some() || square_with_root(&whole).is_some() || square_root(&whole).is_some();
-        plainly || square_with_numbers(&whole).is_ok_and(|root| root.is_some()) || self.after_a_step().is_some()
+        let whole = as_squares(&whole).map_or(whole, |(_, multiple)| multiple);
+        length_of_squares(&whole).is_some()
+            || square_with_numbers(&whole).is_ok_and(|root| root.is_some())
+            || self.after_a_step().is_some()
     }
 
     /// The components of `a + h*d/|d|`, whose length this is the square of, with `a`, `d` and `h` without `|d|`: where
@@ -152,6 +156,34 @@ pub(super) fn squares(sum: &Real) -> Option<Vec<Real>> {
     Some(parts)
 }
 
+/// The multiple of a sum without content that is written as a square or a shorter sum of squares than it is itself, and the
+/// number that it is times the sum: `4*x^2-20*x+4*y^2-28*y+74` of the half of it, which is `(2*x-5)^2+(2*y-7)^2`.
+pub(super) fn as_squares(sum: &Real) -> Option<(BigRational, Real)> {
+    if sum.terms().len() > MOST_TERMS {
+        return None;
+    }
+    let is_square = |monomial: &Monomial<Atom>| matches!(monomial.factors(), [(_, 2)]);
+    let squared = sum.terms().iter().filter(|(monomial, number)| is_square(monomial) && number.is_positive());
+    let roots = squared.filter_map(|(_, number)| Some((number, root_of_number(number).ok()?.parts()?.0.content())));
+    let multiples = roots.map(|(number, root)| number / (&root * &root)).filter(|times| !times.is_one());
+    let multiples: BTreeSet<BigRational> = multiples.collect();
+    if multiples.is_empty() {
+        return None;
+    }
+    let multiples = multiples.into_iter().map(|times| (sum.scale(&times), times));
+    let found = multiples.filter_map(|(multiple, times)| Some((length_of_squares(&multiple)?, times, multiple)));
+    let (shorter, times, multiple) = found.min_by_key(|(length, ..)| *length)?;
+    length_of_squares(sum).is_none_or(|length| shorter < length).then_some((times, multiple))
+}
+
+/// How many terms are squared in a sum of squares, 0 in one square; none where it is not written so.
+fn length_of_squares(sum: &Real) -> Option<usize> {
+    if square_root(sum).is_some() || square_with_root(sum).is_some() {
+        return Some(0);
+    }
+    squares(sum).map(|parts| parts.iter().map(|part| part.terms().len()).sum())
+}
+
 /// The polynomial of which this is the square, found term by term from the first.
 pub(super) fn square_root(sum: &Real) -> Option<Real> {
     let (first, number) = sum.terms().first()?;
@@ -175,6 +207,10 @@ pub(crate) fn square_of(sum: &Real) -> Option<(BigRational, Real)> {
     }
     let content = if sum.leading().is_negative() { -sum.content() } else { sum.content() };
     let whole = sum.scale(&content.recip());
+    let (content, whole) = match as_squares(&whole) {
+        Some((times, multiple)) => (content / times, multiple),
+        None => (content, whole),
+    };
     let plain = square_root(&whole).or_else(|| square_with_root(&whole)?.pop());
     let root = plain.or_else(|| square_with_numbers(&whole).ok().flatten())?;
     Some((content, root))

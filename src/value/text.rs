@@ -124,11 +124,13 @@ impl Printer {
 
     /// `(y*s+x*sqrt(s))/s` as `y+x/sqrt(s)`.
     fn over_root(&mut self, numerator: &Real, denominator: &Real) -> Option<Text> {
-        let above =
-            |atom: &Atom| matches!(atom, Atom::Root(inner) if inner.parts().is_some_and(|(top, _)| top == denominator));
-        let root = numerator.atoms().into_iter().find(|atom| above(atom))?.clone();
+        let times = |atom: &Atom| match atom {
+            Atom::Root(inner) => inner.parts()?.0.divide(denominator, &mut Budget::new(2_000))?.as_constant(),
+            _ => None,
+        };
+        let (root, times) = numerator.atoms().into_iter().find_map(|atom| Some((atom.clone(), times(atom)?)))?;
         let mut parts = numerator.coefficients_in(&root);
-        let (whole, top) = (parts.remove(&0).unwrap_or_else(Polynomial::zero), parts.remove(&1)?);
+        let (whole, top) = (parts.remove(&0).unwrap_or_else(Polynomial::zero), parts.remove(&1)?.scale(&times));
         let whole = whole.divide(denominator, &mut Budget::new(2_000)).filter(|_| parts.is_empty())?;
         let over = |top: Text, bottom: Text| format!("{}/{}", wrap(top, Level::Product), wrap(bottom, Level::Power));
         let bottom = self.atom(&root);

@@ -213,7 +213,7 @@ impl Turn {
 
     /// Whether all that is read on the way has a value, whatever the variables are.
     fn has_values(&self, clock: &Clock<'_>) -> bool {
-        let Settler { definitions, reserved, tails } = &clock.settler;
+        let Settler { definitions, reserved, tails, .. } = &clock.settler;
         let called: Vec<_> = self.called.iter().filter_map(|name| definitions.get(name)).collect();
         let tails = tails.borrow();
         let terms: Vec<&Term> = called.iter().map(|definition| &definition.body).chain(tails.terms()).collect();
