@@ -1,6 +1,7 @@
 //! The symbolic run: phases found one from another until no new one turns up.
 
 mod delays;
+mod waits;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,12 +11,12 @@ use self::delays::First;
 use super::control::Control;
 use super::held::{Held, Together, absorbed, first_held, name_variables, places};
 use super::instant::{Clock, Moment};
-use super::lonely::{self, Waiting};
+use super::lonely::Waiting;
 use super::merge::merge;
 use super::ports::System;
 use super::rest::Tails;
 use super::run::{Env, Halt, Path, RawTest, Run, Settler};
-use super::step::{Place, Slot, inspect, loops, map_parts, map_values, offers, pass, readable, standing};
+use super::step::{Slot, inspect, loops, map_parts, map_values, pass, readable, standing};
 use super::suppose::suppose;
 use super::{Before, Blocked, Edge, End, Failure, Next, Phase, Segment, Surroundings, Test, drift, open_name, stuck};
 use crate::assumption::Assumptions;
@@ -97,6 +98,8 @@ struct Explorer<'a> {
     counted: bool,
     /// Whether more delays that remain were found than may be.
     grown: bool,
+    /// Whether which delay ends first was asked.
+    ordered: bool,
 }
 
 /// By what phases of the same control points are apart.
@@ -151,7 +154,17 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
 impl<'a> Explorer<'a> {
     fn new(clock: Clock<'a>, assumptions: &'a Assumptions, kept: Kept) -> Explorer<'a> {
         let (spots, index) = (Vec::new(), Quick::default());
-        Explorer { clock, assumptions, spots, index, kept, general: false, counted: false, grown: false }
+        Explorer {
+            clock,
+            assumptions,
+            spots,
+            index,
+            kept,
+            general: false,
+            counted: false,
+            grown: false,
+            ordered: false,
+        }
     }
 
     fn run(&mut self, components: &[Term]) -> Result<Graph, Failure> {
@@ -184,7 +197,9 @@ impl<'a> Explorer<'a> {
             }
         }
         let mut ways = Vec::new();
-        for First { path, least } in self.first(&state, &delays, assumptions)? {
+        let firsts = self.first(&state, &delays, assumptions)?;
+        self.ordered |= firsts.len() > 1;
+        for First { path, least } in firsts {
             let mut state = state.clone();
             state.iter_mut().try_for_each(|run| pass(run, &least)).map_err(unreduced)?;
             let segments = vec![Segment { duration: least, observed: shown.clone() }];
@@ -393,53 +408,7 @@ impl<'a> Explorer<'a> {
         }
         stuck::note_earlier(&mut initial, &mut phases, &|blocked| self.clock.only_partner(blocked));
         let waiting = self.waiting(initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)));
-        Ok(Graph { initial, phases, stuck, waiting, in_every_order: self.kept == Kept::Nothing })
-    }
-
-    fn waiting<'e>(&self, edges: impl Iterator<Item = &'e Edge>) -> Waiting {
-        let mut waiting = Waiting::new();
-        if !self.clock.users.keys().any(|port| self.clock.is_lonely(port)) {
-            return waiting;
-        }
-        edges.for_each(|edge| lonely::at_the_end(edge, &mut waiting));
-        for spot in &self.spots {
-            for (run, name) in spot.control.runs.iter().zip(self.clock.names) {
-                let mut ports = BTreeSet::new();
-                lonely::waits(run, &mut ports);
-                let lonely = ports.into_iter().filter(|port| self.clock.is_lonely(port));
-                waiting.extend(lonely.map(|port| (name.clone(), port)));
-            }
-        }
-        waiting
-    }
-
-    /// Reads and writes that wait for ever while the rest of the system goes on.
-    fn stuck(&self) -> Result<Vec<Blocked>, Failure> {
-        let next = |way: &Way| match &way.next {
-            Target::Spot(number, _) => Some(*number),
-            Target::End(_) => None,
-        };
-        let edges: Vec<Vec<Option<usize>>> =
-            self.spots.iter().map(|spot| spot.ways.iter().map(next).collect()).collect();
-        let mut found = BTreeSet::new();
-        for members in stuck::final_parts(&edges) {
-            let moved: BTreeSet<usize> = members
-                .iter()
-                .flat_map(|spot| &self.spots[*spot].ways)
-                .flat_map(|way| way.moved.iter().copied())
-                .collect();
-            let Some(one) = members.first().filter(|_| moved.len() < self.clock.names.len()) else { continue };
-            let state = self.state_of(*one).map_err(failure_of)?;
-            for (component, run) in state.iter().enumerate().filter(|(component, _)| !moved.contains(component)) {
-                let (mut delays, mut shown, mut waiting) = (Vec::new(), Vec::new(), Vec::new());
-                inspect(run, &mut delays, &mut shown).map_err(failure_of)?;
-                offers(run, &mut Place { component, branches: Vec::new() }, &mut waiting).map_err(failure_of)?;
-                if delays.is_empty() {
-                    found.extend(waiting.iter().map(|offer| self.clock.blocked(offer)));
-                }
-            }
-        }
-        Ok(found.into_iter().collect())
+        Ok(Graph { initial, phases, stuck, waiting, in_every_order: self.ordered })
     }
 
     fn edge(&self, way: &Way) -> Result<Edge, Failure> {

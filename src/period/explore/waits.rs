@@ -1,0 +1,58 @@
+//! Who waits for ever.
+
+use std::collections::BTreeSet;
+
+use super::super::lonely::{self, Waiting};
+use super::super::step::{Place, inspect, offers};
+use super::super::{Blocked, Edge, Failure, stuck};
+use super::{Explorer, Target, Way, failure_of};
+use crate::name::Name;
+
+impl Explorer<'_> {
+    /// Who waits for a read or a write at the end of some instant, with no delay to end the waiting.
+    pub(super) fn waiting<'e>(&self, edges: impl Iterator<Item = &'e Edge>) -> Waiting {
+        let mut waiting = Waiting::new();
+        if !self.clock.users.keys().any(|port| self.clock.is_lonely(port)) {
+            return waiting;
+        }
+        edges.for_each(|edge| lonely::at_the_end(edge, &mut waiting));
+        for spot in &self.spots {
+            for (run, name) in spot.control.runs.iter().zip(self.clock.names) {
+                let mut ports = BTreeSet::new();
+                lonely::waits(run, &mut ports);
+                let lonely = ports.into_iter().filter(|port| self.clock.is_lonely(port));
+                waiting.extend(lonely.map(|port| (name.clone(), port)));
+            }
+        }
+        waiting
+    }
+
+    /// Reads and writes that wait for ever while the rest of the system goes on.
+    pub(super) fn stuck(&self) -> Result<Vec<Blocked>, Failure> {
+        let next = |way: &Way| match &way.next {
+            Target::Spot(number, _) => Some(*number),
+            Target::End(_) => None,
+        };
+        let edges: Vec<Vec<Option<usize>>> =
+            self.spots.iter().map(|spot| spot.ways.iter().map(next).collect()).collect();
+        let mut found = BTreeSet::new();
+        for members in stuck::final_parts(&edges) {
+            let moved: BTreeSet<usize> = members
+                .iter()
+                .flat_map(|spot| &self.spots[*spot].ways)
+                .flat_map(|way| way.moved.iter().copied())
+                .collect();
+            let Some(one) = members.first().filter(|_| moved.len() < self.clock.names.len()) else { continue };
+            let state = self.state_of(*one).map_err(failure_of)?;
+            for (component, run) in state.iter().enumerate().filter(|(component, _)| !moved.contains(component)) {
+                let (mut delays, mut shown, mut waiting) = (Vec::new(), Vec::new(), Vec::new());
+                inspect(run, &mut delays, &mut shown).map_err(failure_of)?;
+                offers(run, &mut Place { component, branches: Vec::new() }, &mut waiting).map_err(failure_of)?;
+                if delays.is_empty() {
+                    found.extend(waiting.iter().map(|offer| self.clock.blocked(offer)));
+                }
+            }
+        }
+        Ok(found.into_iter().collect())
+    }
+}
