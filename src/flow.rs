@@ -128,7 +128,7 @@ impl Way {
 
     /// How long it takes, where that is known.
     pub fn duration(&self) -> Option<Value> {
-        self.segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration).ok())
+        lasting(&self.segments)
     }
 }
 
@@ -157,10 +157,14 @@ impl Exit {
         Exit { tests: edge.tests.clone(), next: edge.next.clone(), map, segments }
     }
 
-    /// What passes before it leads there, where that is not as in the round.
-    pub fn period_term(&self) -> Option<Term> {
-        self.segments.as_ref().map(|segments| passing(segments))
+    /// What passes before it leads there, and how long that takes where it is known, where that is not as in the round.
+    pub fn passing(&self) -> Option<(Term, Option<Value>)> {
+        self.segments.as_ref().map(|segments| (passing(segments), lasting(segments)))
     }
+}
+
+fn lasting(segments: &[Segment]) -> Option<Value> {
+    segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration).ok())
 }
 
 fn passing(segments: &[Segment]) -> Term {
@@ -353,7 +357,11 @@ impl PhaseFlow {
             Next::Phase(number) => format!("to phase {}", number + 1),
             Next::End(end) => ending(end),
         };
-        let after = exit.period_term().map_or(String::new(), |term| format!(" after {term}"));
+        let after = match exit.passing() {
+            Some((term, Some(lasting))) => format!(" after {term}, lasting {lasting}"),
+            Some((term, None)) => format!(" after {term}"),
+            None => String::new(),
+        };
         let all: Vec<String> = exit.map.iter().map(|(name, value)| format!("{name} = {value}")).collect();
         let with = if all.is_empty() || !self.carried.is_empty() {
             String::new()

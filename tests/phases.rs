@@ -102,6 +102,29 @@ fn the_flow_for_print_has_indices_and_ways_on() {
 }
 
 #[test]
+fn the_flow_for_print_says_what_passes_on_ways_out_and_what_parameters_become() {
+    let (environment, flow) = period(
+        "observer At(r)\nproc W_r = (Delay_1 # At_r) ; ((Gtr_{r,3} ; (Delay_2 # At_{0-r}) ; V_{r*2}) | (Lte_{r,3} ; W_{r+1}))\n\
+         proc V_s = (Delay_5 # At_s) ; ((Gtr_{s,0} ; V_{s-1}) | (Lte_{s,0} ; W_{s+1}))\nsystem Sys = W_0\n",
+    );
+    let text = latex::phases(&flows(&flow, &environment), &environment.assumptions);
+    let shown =
+        |time: &str, place: &str| format!("(\\mathsf{{Delay}}_{{{time}}}\\mathbin{{\\#}}\\mathsf{{At}}_{{{place}}})");
+    let passes = format!("{}\\mathbin{{;}}{}", shown("1", "r"), shown("2", "-r"));
+    let leaves =
+        format!("\\text{{phase 2}}\\text{{ after }}{passes}\\text{{, lasting }}3\\text{{ with }}s = 2\\cdot r");
+    assert!(text.contains(&leaves), "{leaves} is not in\n{text}");
+    assert!(text.contains("\\text{phase 1}\\text{ with }r = s+1"), "{text}");
+    let (environment, flow) = period(
+        "observer At(r)\nparam t > 0\nproc World_r = (Delay_t # Odo_r # At_r) ; In_v<u> ; World_{r+u*t}\n\
+         proc Odo_r = Out_{p,r} ; Odo_r\nproc Drive = In_p<r> ; Out_{v,1} ; Drive\nproc Once = Delay_t ; Stop\n\
+         system Sys = World_0 | Drive | Once\n",
+    );
+    let text = latex::phases(&flows(&flow, &environment), &environment.assumptions);
+    assert!(text.contains("\\text{flow} &= r\\text{ from }0\\text{ to }t"), "{text}");
+}
+
+#[test]
 fn the_flow_for_print_has_cases_ports_and_draws() {
     let (environment, flow) = period(
         "observer At(r)\nparam t > 0\nproc W_r = (Delay_t # O_r # At_r) ; In_v<u> ; W_{r+u*t}\nproc O_r = Out_{p,r} ; O_r\n\

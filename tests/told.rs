@@ -45,7 +45,7 @@ fn a_flow_table_tells_of_each_way_what_passes() {
     // Another phase is entered with values of its own, after another time.
     let script = "proc W_r = (Delay_1 # At_r) ; ((Gtr_{r,3} ; (Delay_2 # At_{0-r}) ; V_{r*2}) | (Lte_{r,3} ; W_{r+1}))\n\
         proc V_s = (Delay_5 # At_s) ; ((Gtr_{s,0} ; V_{s-1}) | (Lte_{s,0} ; W_{s+1}))\nsystem Sys = W_0\nflow Sys\n";
-    let leaves = "then      to phase 2 after (Delay_1 # At_r) ; (Delay_2 # At_{-r}) with s = 2*r if r > 3";
+    let leaves = "then      to phase 2 after (Delay_1 # At_r) ; (Delay_2 # At_{-r}), lasting 3 with s = 2*r if r > 3";
     let back = "then      to phase 1 with r = s+1 if s <= 0";
     says(script, &["period    Delay_1 # At_r, lasting 1", "flow      f(r) = r+1 if r <= 3", leaves, back]);
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{escaped, letter, math, process};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Solved};
-use crate::flow::{PhaseFlow, needed};
+use crate::flow::{Carried, Exit, PhaseFlow, needed};
 use crate::name::Name;
 use crate::period::graph::ending;
 use crate::period::{Next, Test};
@@ -94,7 +94,7 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     for (way, tests) in flow.periods() {
         rows.push(("P'".to_string(), process(&way.period_term()) + &conditions(tests, "if")));
         if let Some(duration) = way.duration() {
-            rows.push(("\\text{duration}".to_string(), value(&duration)));
+            rows.push(("\\text{duration}".to_string(), value(&duration) + &conditions(tests, "if")));
         }
     }
     for (tests, map) in &flow.maps {
@@ -104,6 +104,7 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
         let when = if flow.maps.len() > 1 || flow.guard.is_empty() { conditions(tests, "if") } else { String::new() };
         rows.push((format!("f({})", names.join(", ")), images + &when));
     }
+    rows.extend(carried(&flow.carried));
     if !flow.guard.is_empty() {
         let ways = flow.guard.iter().enumerate();
         let ways = ways.map(|(place, tests)| conditions(tests, if place == 0 { "while" } else { "or" }));
@@ -127,17 +128,7 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     }
     let forms = closed_forms(flow, &index, assumptions);
     rows.extend(forms.into_iter().map(|(left, right)| (left, indexed(right))));
-    for exit in &flow.exits {
-        let to = match &exit.next {
-            Next::Phase(number) => format!("phase {}", number + 1),
-            Next::End(end) => escaped(&ending(end)),
-        };
-        let known = flow.carried.is_empty().then_some(&exit.map).into_iter().flatten();
-        let known: Vec<String> =
-            known.map(|(name, image)| format!("{} = {}", escaped_name(name), value(image))).collect();
-        let with = if known.is_empty() { String::new() } else { format!("\\text{{ with }}{}", known.join(", ")) };
-        rows.push(("\\text{then}".to_string(), format!("\\text{{{to}}}{with}{}", conditions(&exit.tests, "if"))));
-    }
+    rows.extend(flow.exits.iter().map(|exit| ("\\text{then}".to_string(), leaving(flow, exit))));
     let control = escaped(&flow.control.join(" | "));
     let mut out = format!("{{\\raggedright\\noindent Phase {}: \\texttt{{{control}}}\\par}}\n", flow.phase + 1);
     out.push_str("\\begin{align*}\n");
@@ -148,6 +139,43 @@ fn phase(flow: &PhaseFlow, assumptions: &Assumptions) -> String {
     let rows: Vec<String> = rows.iter().map(row).collect();
     let _ = writeln!(out, "{}", rows.join(" \\\\\n"));
     out + "\\end{align*}\n"
+}
+
+/// A way out: where it leads, what passes before and how long that takes where it is not as in the round, the variables
+/// that no other row tells, and when it is taken.
+fn leaving(flow: &PhaseFlow, exit: &Exit) -> String {
+    let to = match &exit.next {
+        Next::Phase(number) => format!("phase {}", number + 1),
+        Next::End(end) => escaped(&ending(end)),
+    };
+    let after = exit.passing().map_or(String::new(), |(term, lasting)| {
+        let lasting = lasting.map_or(String::new(), |time| format!("\\text{{, lasting }}{}", value(&time)));
+        format!("\\text{{ after }}{}{lasting}", process(&term))
+    });
+    let known = flow.carried.is_empty().then_some(&exit.map).into_iter().flatten();
+    let known: Vec<String> = known.map(|(name, image)| format!("{} = {}", escaped_name(name), value(image))).collect();
+    let with = if known.is_empty() { String::new() } else { format!("\\text{{ with }}{}", known.join(", ")) };
+    format!("\\text{{{to}}}{after}{with}{}", conditions(&exit.tests, "if"))
+}
+
+/// What the phase does to the parameters of its processes, where it does not come back to itself: a function of what
+/// they are where these are names; a number becomes another.
+fn carried(all: &[Carried]) -> Option<(String, String)> {
+    if all.iter().any(|one| one.before.as_variable().is_none()) {
+        let becomes = all.iter().map(|one| {
+            let (before, after) = (value(&one.before), value(&one.after));
+            format!("{}\\text{{ from }}{before}\\text{{ to }}{after}", escaped_name(&one.parameter))
+        });
+        return Some(("\\text{flow}".to_string(), becomes.collect::<Vec<_>>().join(",\\ ")));
+    }
+    let list = |values: Vec<String>| values.join(", ");
+    let before = list(all.iter().map(|one| value(&one.before)).collect());
+    let after = list(all.iter().map(|one| value(&one.after)).collect());
+    match all.len() {
+        0 => None,
+        1 => Some((format!("f({before})"), after)),
+        _ => Some((format!("f({before})"), format!("({after})"))),
+    }
 }
 
 fn escaped_name(name: &Name) -> String {
