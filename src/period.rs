@@ -12,6 +12,7 @@ pub mod ports;
 mod blocked;
 mod board;
 mod call;
+mod closed;
 mod control;
 mod copies;
 mod drift;
@@ -31,6 +32,7 @@ mod step;
 mod stuck;
 mod suppose;
 mod surroundings;
+mod tally;
 mod told;
 
 use std::collections::BTreeMap;
@@ -44,8 +46,8 @@ use crate::name::Name;
 use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 pub use blocked::{Before, Blocked};
+use closed::analysed;
 pub use drift::drifting;
-use explore::{Graph, explore};
 use surroundings::Surroundings;
 pub use surroundings::analyse_each;
 pub(crate) use told::{in_case, in_case_after, told_after};
@@ -369,24 +371,29 @@ impl Period {
 
     /// Whether some way through the phases comes back to one of them.
     pub fn repeats(&self) -> bool {
-        let target = |edge: &Edge| if let Next::Phase(number) = edge.next { Some(number) } else { None };
-        let mut entries = vec![0usize; self.phases.len()];
-        for number in self.phases.iter().flat_map(|phase| phase.edges.iter().filter_map(target)) {
-            entries[number] += 1;
-        }
-        let mut free: Vec<usize> = (0..entries.len()).filter(|number| entries[*number] == 0).collect();
-        let mut left = entries.len();
-        while let Some(number) = free.pop() {
-            left -= 1;
-            for next in self.phases[number].edges.iter().filter_map(target) {
-                entries[next] -= 1;
-                if entries[next] == 0 {
-                    free.push(next);
-                }
+        repeats(&self.phases)
+    }
+}
+
+/// Whether some way through these phases comes back to one of them.
+fn repeats(phases: &[Phase]) -> bool {
+    let target = |edge: &Edge| if let Next::Phase(number) = edge.next { Some(number) } else { None };
+    let mut entries = vec![0usize; phases.len()];
+    for number in phases.iter().flat_map(|phase| phase.edges.iter().filter_map(target)) {
+        entries[number] += 1;
+    }
+    let mut free: Vec<usize> = (0..entries.len()).filter(|number| entries[*number] == 0).collect();
+    let mut left = entries.len();
+    while let Some(number) = free.pop() {
+        left -= 1;
+        for next in phases[number].edges.iter().filter_map(target) {
+            entries[next] -= 1;
+            if entries[next] == 0 {
+                free.push(next);
             }
         }
-        left > 0
     }
+    left > 0
 }
 
 /// Finds the period of the system of these components.
@@ -426,75 +433,4 @@ pub fn followed(
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Period, Vec<Failure>> {
     analysed(components, &Surroundings::new(definitions, assumptions, interrupted), false)
-}
-
-/// The period; `strict`: what plainly leaves none is looked for first.
-fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result<Period, Vec<Failure>> {
-    let definitions = run.definitions;
-    let components = ports::flatten(components, definitions);
-    let closed = ports::System::of(&components, definitions);
-    let mut failures = closed.unmatched();
-    let groups = closed.groups();
-    let mut warnings = Vec::new();
-    if groups.len() > 1 {
-        let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
-        let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
-        warnings.push(Failure::NoCommunication { groups });
-    }
-    let explored = (!failures.is_empty()).then(|| explore(&components, &closed, run));
-    match &explored {
-        Some(Ok(graph)) => {
-            failures = failures.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
-        }
-        Some(Err(Failure::Interrupted)) => return Err(vec![Failure::Interrupted]),
-        _ => {}
-    }
-    if strict && failures.iter().any(|failure| !matches!(failure, Failure::Unanswered(_))) {
-        failures.splice(0..0, warnings);
-        return Err(failures);
-    }
-    warnings.append(&mut failures);
-    match closed.balance() {
-        Err(failure) if strict => return Err(vec![failure]),
-        balance => warnings.extend(balance.err()),
-    }
-    let drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
-    // Where how often each goes round depends on a number of times, phases in every order may tell.
-    if let Some(Failure::Drift { rational: None, .. }) = &drift {
-        failures.extend(drift);
-        failures.append(&mut warnings);
-        return Err(failures);
-    }
-    let found = explored.unwrap_or_else(|| explore(&components, &closed, run));
-    let graph = found.map_err(|failure| match drift {
-        Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
-        _ => vec![failure],
-    })?;
-    let Graph { initial, phases, stuck, in_every_order, .. } = graph;
-    warnings.extend(stuck.into_iter().map(Failure::Unmatched));
-    warnings.extend(stuck::ends(&initial, &phases));
-    let mut once = Vec::new();
-    for warning in warnings {
-        if !once.contains(&warning) {
-            once.push(warning);
-        }
-    }
-    let period = Period { components, names: closed.names, initial, phases, warnings: once, in_every_order };
-    // Parts without communication may each have a period; where every run ends, there is none.
-    if strict && groups.len() > 1 && !period.repeats() {
-        return Err(period.warnings);
-    }
-    Ok(period)
-}
-
-/// Why groups of components between which there is no port have no common period, each run on its own.
-fn apart(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>) -> Result<Option<Failure>, Vec<Failure>> {
-    let mut rounds = Vec::new();
-    for group in groups {
-        let own: Vec<Term> = group.iter().filter_map(|index| components.get(*index)).cloned().collect();
-        let closed = ports::System::of(&own, run.definitions);
-        let graph = explore(&own, &closed, run).map_err(|failure| vec![failure])?;
-        rounds.extend(drift::round(&graph.initial, &graph.phases).map(|time| (closed.names.join(" with "), time)));
-    }
-    Ok(drifting(&rounds, run.assumptions))
 }

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use num_rational::BigRational;
 use num_traits::Zero;
 use pars::assumption::Assumptions;
-use pars::definition::Definitions;
 use pars::model::{Action, Model, Patience, State};
 use pars::name::Name;
 use pars::period::{self, Edge, End, Failure, Next, Period};
@@ -13,106 +12,12 @@ use pars::term::{Node, Term};
 use pars::value::Value;
 
 mod common;
-use common::*;
 
 mod dice;
 use dice::Dice;
 
-/// Components that loop round straight sequences.
-struct Network {
-    components: Vec<Term>,
-    definitions: Definitions,
-    /// Who writes and who reads each port that has one writer and one reader.
-    pairs: BTreeMap<Name, (usize, usize)>,
-    text: String,
-}
-
-fn component(index: usize) -> String {
-    format!("T{}", (b'A' + index as u8) as char)
-}
-
-/// `exact`: the counts solve the balance equations; `fan`: a looping writer serves any number of readers.
-fn random_network(dice: &mut Dice, exact: bool, fan: bool) -> Network {
-    let count = 2 + dice.place(5);
-    let rates: Vec<usize> = (0..count).map(|_| 1 + dice.place(3)).collect();
-    let mut bodies: Vec<Vec<Term>> = vec![Vec::new(); count];
-    let mut pairs = BTreeMap::new();
-    // A tree of ports, seldom broken, and a few more.
-    let mut links: Vec<(usize, usize)> = Vec::new();
-    for to in 1..count {
-        if dice.place(12) > 0 {
-            links.push((dice.place(to), to));
-        }
-    }
-    for _ in 0..dice.place(3) {
-        let (one, other) = (dice.place(count), dice.place(count));
-        if one != other {
-            links.push((one, other));
-        }
-    }
-    for (number, (one, other)) in links.iter().enumerate() {
-        let (writer, reader) = if dice.place(2) == 0 { (*one, *other) } else { (*other, *one) };
-        let port = format!("c{number}");
-        let (written, read) = if exact {
-            let whole = num_integer::lcm(rates[writer], rates[reader]);
-            (whole / rates[writer], whole / rates[reader])
-        } else {
-            let most = if dice.place(3) == 0 { 2 } else { 1 };
-            (1 + dice.place(most), 1 + dice.place(most))
-        };
-        for _ in 0..written {
-            let place = dice.place(bodies[writer].len() + 1);
-            bodies[writer].insert(place, output(&port, number_of(number)));
-        }
-        for _ in 0..read {
-            let place = dice.place(bodies[reader].len() + 1);
-            bodies[reader].insert(place, input(&port, &format!("y{number}")));
-        }
-        pairs.insert(name(&port), (writer, reader));
-    }
-    if fan {
-        if !links.is_empty() && dice.place(4) == 0 {
-            // A second reader of a port may compete with the first.
-            bodies[dice.place(count)].push(input("c0", "z"));
-        }
-        let writer = dice.place(count);
-        let looping = again(output("o", number_of(7)));
-        let shown = dis([wait(1 + dice.place(2) as i64), looping]);
-        let place = dice.place(bodies[writer].len() + 1);
-        bodies[writer].insert(place, shown);
-        let mut served = false;
-        for reader in (0..count).filter(|reader| *reader != writer) {
-            for _ in 0..dice.place(3) {
-                let place = dice.place(bodies[reader].len() + 1);
-                bodies[reader].insert(place, input("o", "x"));
-                served = true;
-            }
-        }
-        if !served {
-            bodies[(writer + 1) % count].push(input("o", "x"));
-        }
-    }
-    for body in &mut bodies {
-        for _ in 0..dice.place(3) + usize::from(body.is_empty()) {
-            let place = dice.place(body.len() + 1);
-            body.insert(place, Term::delay(frac(1 + dice.place(4) as i64, 1 + dice.place(2) as i64)));
-        }
-    }
-    let mut definitions = Definitions::default();
-    let mut text = String::new();
-    for (index, body) in bodies.into_iter().enumerate() {
-        let own = component(index);
-        let body = Term::seq(body.into_iter().chain([call(&own, vec![])]));
-        text.push_str(&format!("proc {own} = {body}\n"));
-        define(&mut definitions, &own, &[], body);
-    }
-    let components = (0..count).map(|index| call(&component(index), vec![])).collect();
-    Network { components, definitions, pairs, text }
-}
-
-fn number_of(number: usize) -> Value {
-    int(number as i64)
-}
+mod woven;
+use woven::{Made, Network, component, random_network};
 
 /// What passes, and when.
 type Passed = (Name, Value);
@@ -260,8 +165,8 @@ fn straight_networks_do_what_the_analysis_says() {
     let mut dice = Dice(2_012);
     let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
     for round in 0..5_000 {
-        let (exact, fan) = (dice.place(2) == 0, false);
-        let network = random_network(&mut dice, exact, fan);
+        let exact = dice.place(2) == 0;
+        let network = random_network(&mut dice, Made { exact, ..Made::default() });
         let (plain, log) = plainly(&network);
         let about = || format!("network {round}:\n{}plainly {plain:?}", network.text);
         let found = period::analyse(&network.components, &network.definitions, &Assumptions::default());
@@ -282,6 +187,7 @@ fn straight_networks_do_what_the_analysis_says() {
                 Some(Failure::RateMismatch { writer, reader, .. }) => {
                     let stuck = stuck(&network, &plain);
                     assert!(stuck.contains(&writer.0) && stuck.contains(&reader.0), "{}\n{failures:?}", about());
+                    assert!(!matches!(plain, Ran::Round { .. }), "{}\n{failures:?}", about());
                     "rate mismatch"
                 }
                 Some(Failure::NoCommunication { .. }) => {
@@ -338,7 +244,7 @@ fn a_looping_writer_serves_any_number_of_readers() {
     let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
     for round in 0..1_000 {
         let exact = dice.place(2) == 0;
-        let network = random_network(&mut dice, exact, true);
+        let network = random_network(&mut dice, Made { exact, fan: true, ..Made::default() });
         let (plain, log) = plainly(&network);
         let about = || format!("network {round}:\n{}plainly {plain:?}", network.text);
         let verdict = match period::analyse(&network.components, &network.definitions, &Assumptions::default()) {
@@ -353,6 +259,10 @@ fn a_looping_writer_serves_any_number_of_readers() {
                     "race"
                 }
                 Some(Failure::NoCommunication { .. }) => "no communication",
+                Some(Failure::RateMismatch { .. }) => {
+                    assert!(!matches!(plain, Ran::Round { .. }), "{}\n{failures:?}", about());
+                    "rate mismatch"
+                }
                 other => panic!("{other:?}\n{}", about()),
             },
         };
@@ -361,4 +271,58 @@ fn a_looping_writer_serves_any_number_of_readers() {
     println!("{counts:?}");
     let wanted = ["period", "blocked", "race"];
     assert!(wanted.iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 10)), "{counts:?}");
+}
+
+/// Whether the number of rounds that is said of each component is what passes through its ports in one round of the whole.
+fn rounds_agree(network: &Network, said: &[(String, u64)], plain: &Ran) -> bool {
+    let Ran::Round { passed, .. } = plain else { return said.is_empty() };
+    let fits = |(index, port): &(usize, Name), each: usize| {
+        let all = passed.iter().filter(|(other, _)| other == port).count();
+        said.iter().filter(|(own, _)| *own == component(*index)).all(|(_, rounds)| all == *rounds as usize * each)
+    };
+    network.uses.iter().all(|(place, each)| fits(place, *each))
+}
+
+#[test]
+fn rounds_are_counted_in_networks_of_any_shape_and_rates_that_do_not_match_have_no_period() {
+    let mut dice = Dice(1_978);
+    let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for round in 0..5_000 {
+        let (exact, fan, timed) = (dice.place(2) == 0, dice.place(4) == 0, dice.place(4) == 0);
+        let network = random_network(&mut dice, Made { exact, fan, shaped: true, timed });
+        let (plain, log) = plainly(&network);
+        let about = || format!("network {round}:\n{}plainly {plain:?}", network.text);
+        let verdict = match period::analyse(&network.components, &network.definitions, &Assumptions::default()) {
+            Ok(period) => {
+                let ran = followed(&period);
+                assert!(agrees(&ran, &plain, &log), "{}\n{ran:?}", about());
+                let rounds = period.repetitions(&network.definitions, &Assumptions::default(), &|| false);
+                let said = rounds.unwrap_or_default();
+                assert!(rounds_agree(&network, &said, &plain), "{}\n{said:?}", about());
+                let mismatch = period.warnings.iter().any(|warning| matches!(warning, Failure::RateMismatch { .. }));
+                match ran {
+                    Ran::Round { .. } if mismatch => "period beside rates that do not match",
+                    Ran::Round { .. } if said.is_empty() => "period without rounds",
+                    Ran::Round { .. } => "period",
+                    _ => "blocked",
+                }
+            }
+            Err(failures) => match failures.first() {
+                Some(Failure::RateMismatch { .. }) => {
+                    assert!(!matches!(plain, Ran::Round { .. }), "{}\n{failures:?}", about());
+                    "rate mismatch"
+                }
+                Some(Failure::KillRace { .. } | Failure::Contention { .. }) => "race",
+                Some(Failure::NoCommunication { .. } | Failure::Unmatched(_)) => {
+                    assert!(!matches!(plain, Ran::Round { .. }), "{}\n{failures:?}", about());
+                    "no communication"
+                }
+                other => panic!("{other:?}\n{}", about()),
+            },
+        };
+        *counts.entry(verdict).or_default() += 1;
+    }
+    println!("{counts:?}");
+    let wanted = ["period", "period without rounds", "blocked", "rate mismatch", "race"];
+    assert!(wanted.iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 20)), "{counts:?}");
 }

@@ -6,6 +6,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::One;
 
+use super::tally::{Counter, Tally};
 use super::{Before, Blocked, Failure};
 use crate::definition::Definitions;
 use crate::digest::Quick;
@@ -50,8 +51,10 @@ pub struct System {
     pub users: Users,
     /// How many reads and writes the components have, as they are written.
     pub operations: usize,
-    /// How often each port is read, and written, in one round, where all components are straight lines.
-    counts: Option<Counts>,
+    /// How often each port is read, and written, in one round of a component of which that is known.
+    counts: Counts,
+    /// The components that go round for ever, in no other way, each of whose ports they use a known number of times a round.
+    counted: Vec<bool>,
 }
 
 impl System {
@@ -62,18 +65,24 @@ impl System {
         let mut names: Vec<String> = Vec::with_capacity(components.len());
         let mut called: Quick<&Name, usize> = Quick::with_capacity_and_hasher(components.len(), Default::default());
         let mut operations = 0;
-        let mut counts = Some(Counts::with_capacity_and_hasher(components.len(), Default::default()));
+        let mut counts = Counts::with_capacity_and_hasher(components.len(), Default::default());
+        let mut counted = Vec::with_capacity(components.len());
+        let mut counter = Counter::new(definitions);
         for (index, component) in components.iter().enumerate() {
             let uses = Uses::of(component, definitions);
             operations += uses.reads.len() + uses.writes.len();
-            if !uses.straight {
-                counts = None;
-            }
-            if let Some(counts) = &mut counts {
-                uses.reads.iter().for_each(|port| counts.entry((*port).clone()).or_default().0 += 1);
-                uses.writes.iter().for_each(|port| counts.entry((*port).clone()).or_default().1 += 1);
-            }
+            let round = counter.round(component);
             let (read, written) = uses.ports();
+            let known = |round: &Tally<'_>| {
+                let used =
+                    |port: &Name, reads| round.uses.get(&(port, reads)).copied().flatten().is_some_and(|used| used > 0);
+                !round.busy && read.iter().all(|port| used(port, true)) && written.iter().all(|port| used(port, false))
+            };
+            counted.push(round.as_ref().is_some_and(known));
+            for ((port, reads), count) in round.into_iter().flat_map(|round| round.uses) {
+                let entry = counts.entry(port.clone()).or_default();
+                *(if reads { &mut entry.0 } else { &mut entry.1 }) = count.unwrap_or(0);
+            }
             reads.push(read);
             writes.push(written);
             names.push(match component.node() {
@@ -86,7 +95,7 @@ impl System {
             });
         }
         let users = users(&reads, &writes);
-        System { names, reads, writes, users, operations, counts }
+        System { names, reads, writes, users, operations, counts, counted }
     }
 
     /// Ports that one component uses and no other answers.
@@ -136,13 +145,14 @@ impl System {
         groups
     }
 
-    /// Whether `q_i · k_ic = q_j · k_jc` has a solution for straight-line components over one-to-one ports; nothing is asked
-    /// where they are not.
+    /// Whether `q_i · k_ic = q_j · k_jc` has a solution for all ports c between one reader j and one writer i of whose rounds
+    /// it is known how often they use it. Where there is none, the components on these ports do not go round for ever:
+    /// each round uses each of these ports as often as any other, and none is used more often by one side than by the other.
     ///
     /// # Errors
     /// [`Failure::RateMismatch`] when there is no solution.
     pub fn balance(&self) -> Result<(), Failure> {
-        let equations = self.equations().unwrap_or_default();
+        let equations = self.equations();
         // Where every port is read as often as it is written, all go round together.
         if equations.iter().all(|equation| equation.writer.1 == equation.reader.1) {
             return Ok(());
@@ -201,17 +211,24 @@ impl System {
         Ok(())
     }
 
-    /// The equations of one-to-one ports between straight-line components, in the order of the writers.
-    pub(super) fn equations(&self) -> Option<Vec<Equation>> {
-        let counts = self.counts.as_ref()?;
-        let mut equations = Vec::with_capacity(self.users.len());
-        for port in self.writes.iter().flatten() {
+    /// The equations of one-to-one ports of which it is known how often they are used in one round on either side, in the
+    /// order of the writers.
+    pub(super) fn equations(&self) -> Vec<Equation> {
+        let equation = |port: &Name| {
             let (readers, writers) = self.users.get(port)?;
             let ([reader], [writer]) = (readers.as_slice(), writers.as_slice()) else { return None };
-            let (read, written) = counts.get(port)?;
-            equations.push(Equation { port: port.clone(), writer: (*writer, *written), reader: (*reader, *read) });
-        }
-        (equations.len() == self.users.len()).then_some(equations)
+            let (read, written) = self.counts.get(port).filter(|(read, written)| *read > 0 && *written > 0)?;
+            Some(Equation { port: port.clone(), writer: (*writer, *written), reader: (*reader, *read) })
+        };
+        self.writes.iter().flatten().filter_map(equation).collect()
+    }
+
+    /// Whether the balance equations say all that there is to say: every component goes round for ever by them, and one that
+    /// stops holds up all others sooner or later.
+    pub(super) fn rests_on_equations(&self) -> bool {
+        self.counted.iter().all(|counted| *counted)
+            && self.equations().len() == self.users.len()
+            && self.groups().len() == 1
     }
 }
 
@@ -249,36 +266,27 @@ pub(super) struct Equation {
 struct Uses<'a> {
     reads: Vec<&'a Name>,
     writes: Vec<&'a Name>,
-    /// Whether it is `T = P ; T` where P is a sequence of delays, sets, reads and writes, possibly side by side.
-    straight: bool,
 }
 
 impl<'a> Uses<'a> {
     fn of(component: &'a Term, definitions: &'a Definitions) -> Uses<'a> {
-        let mut uses = Uses { reads: Vec::new(), writes: Vec::new(), straight: goes_round(component, definitions) };
+        let mut uses = Uses { reads: Vec::new(), writes: Vec::new() };
         let mut seen: BTreeSet<&Name> = BTreeSet::new();
         let mut stack = vec![component];
-        let mut calls = 0;
         while let Some(term) = stack.pop() {
             for part in subterms(term) {
                 match part.node() {
                     Node::In(port, _) => uses.reads.push(port),
                     Node::Out(port, _) => uses.writes.push(port),
                     Node::Call(name, _) => {
-                        calls += 1;
                         if let Some(definition) = definitions.get(name).filter(|_| seen.insert(name)) {
                             stack.push(&definition.body);
                         }
                     }
-                    Node::Delay(_) | Node::Set(..) | Node::Seq(_) | Node::Par(_) | Node::Stop => {}
-                    Node::Loop(_) if part == component => {}
-                    _ => uses.straight = false,
+                    _ => {}
                 }
             }
         }
-        // A loop calls nothing; a process that goes round is called, and calls itself.
-        let own = if matches!(component.node(), Node::Loop(_)) { 0 } else { 2 };
-        uses.straight &= calls == own;
         uses
     }
 
@@ -290,18 +298,5 @@ impl<'a> Uses<'a> {
             ports.into_iter().cloned().collect()
         };
         (once(self.reads), once(self.writes))
-    }
-}
-
-/// Whether a component is a loop, or a process that ends by calling itself.
-fn goes_round(component: &Term, definitions: &Definitions) -> bool {
-    match component.node() {
-        Node::Loop(_) => true,
-        Node::Call(name, _) => {
-            let body = definitions.get(name).map(|definition| definition.body.node());
-            let last = if let Some(Node::Seq(parts)) = body { parts.last() } else { None };
-            last.is_some_and(|last| matches!(last.node(), Node::Call(called, _) if called == name))
-        }
-        _ => false,
     }
 }

@@ -11,13 +11,15 @@ use super::{Edge, Next, Period, Phase, Surroundings};
 use crate::name::Name;
 use crate::value::Value;
 
-/// The rounds of the components in one period. A component without ports goes round as often as its own round fits into
-/// the period. Of what is not known, or never goes round, nothing is said; nothing at all where components are no straight
-/// lines over one-to-one ports, or the phases are not gone through in one way only.
+/// The rounds of the components in one period, by the ports of which it is known how often a round uses them. A component
+/// without ports goes round as often as its own round fits into the period. Of what is not known, or never goes round,
+/// nothing is said; nothing at all where there is no such port, or the phases are not gone through in one way only.
 pub(super) fn in_one_period(period: &Period, run: &Surroundings<'_>) -> Option<Vec<(String, u64)>> {
     let closed = System::of(&period.components, run.definitions);
-    let equations = closed.equations().filter(|equations| !equations.is_empty())?;
-    closed.balance().ok()?;
+    let equations = closed.equations();
+    if equations.is_empty() {
+        return None;
+    }
     let cycle = cycle(&period.initial, &period.phases)?;
     let mut used: HashMap<&Name, u64> = HashMap::new();
     for (port, _) in cycle.iter().flat_map(|edge| &edge.communications) {
@@ -32,6 +34,9 @@ pub(super) fn in_one_period(period: &Period, run: &Surroundings<'_>) -> Option<V
         }
     }
     let silent = |component: usize| {
+        if !closed.reads[component].is_empty() || !closed.writes[component].is_empty() {
+            return None;
+        }
         let own = [period.components.get(component)?.clone()];
         let graph = explore(&own, &System::of(&own, run.definitions), run).ok()?;
         let round = drift::round(&graph.initial, &graph.phases)?;
@@ -41,7 +46,7 @@ pub(super) fn in_one_period(period: &Period, run: &Surroundings<'_>) -> Option<V
         let rounds = by_ports.or_else(|| silent(component));
         rounds.filter(|rounds| *rounds > 0).map(|rounds| (name.clone(), rounds))
     });
-    Some(all.collect())
+    Some(all.collect::<Vec<_>>()).filter(|rounds| !rounds.is_empty())
 }
 
 /// The rounds from a phase back to it, where there is one way only.

@@ -1,0 +1,91 @@
+//! The period of a closed system: what its ports and their balance equations say, and what its run does.
+
+use super::explore::{Graph, explore};
+use super::ports;
+use super::{Failure, Period, Surroundings, drift, drifting, lonely, repeats, stuck};
+use crate::term::Term;
+
+/// The period; `strict`: what plainly leaves none is looked for first.
+pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool) -> Result<Period, Vec<Failure>> {
+    let definitions = run.definitions;
+    let components = ports::flatten(components, definitions);
+    let closed = ports::System::of(&components, definitions);
+    let mut failures = closed.unmatched();
+    let groups = closed.groups();
+    let mut warnings = Vec::new();
+    if groups.len() > 1 {
+        let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
+        let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
+        warnings.push(Failure::NoCommunication { groups });
+    }
+    let explored = (!failures.is_empty()).then(|| explore(&components, &closed, run));
+    let mut others_go_on = false;
+    match &explored {
+        Some(Ok(graph)) => {
+            others_go_on = repeats(&graph.phases);
+            failures = failures.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
+        }
+        Some(Err(Failure::Interrupted)) => return Err(vec![Failure::Interrupted]),
+        _ => {}
+    }
+    if strict && !others_go_on && failures.iter().any(|failure| !matches!(failure, Failure::Unanswered(_))) {
+        failures.splice(0..0, warnings);
+        return Err(failures);
+    }
+    warnings.append(&mut failures);
+    let mismatch = closed.balance().err();
+    if strict && mismatch.is_some() && closed.rests_on_equations() {
+        return Err(mismatch.into_iter().collect());
+    }
+    warnings.extend(mismatch.clone());
+    let drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
+    // Where how often each goes round depends on a number of times, phases in every order may tell.
+    if let Some(Failure::Drift { rational: None, .. }) = &drift {
+        failures.extend(drift);
+        failures.append(&mut warnings);
+        return Err(failures);
+    }
+    let found = explored.unwrap_or_else(|| explore(&components, &closed, run));
+    let graph = found.map_err(|failure| match drift {
+        Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
+        _ => vec![failure],
+    })?;
+    let period = made(components, closed.names, graph, warnings);
+    if strict && !period.repeats() {
+        // Of all that waits for ever it is the reason.
+        if let Some(mismatch) = mismatch {
+            return Err(vec![mismatch]);
+        }
+        // Parts without communication may each have a period; where every run ends, there is none.
+        if groups.len() > 1 {
+            return Err(period.warnings);
+        }
+    }
+    Ok(period)
+}
+
+/// The period of these components, with what waits for ever among the warnings.
+fn made(components: Vec<Term>, names: Vec<String>, graph: Graph, mut warnings: Vec<Failure>) -> Period {
+    let Graph { initial, phases, stuck, in_every_order, .. } = graph;
+    warnings.extend(stuck.into_iter().map(Failure::Unmatched));
+    warnings.extend(stuck::ends(&initial, &phases));
+    let mut once = Vec::new();
+    for warning in warnings {
+        if !once.contains(&warning) {
+            once.push(warning);
+        }
+    }
+    Period { components, names, initial, phases, warnings: once, in_every_order }
+}
+
+/// Why groups of components between which there is no port have no common period, each run on its own.
+fn apart(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>) -> Result<Option<Failure>, Vec<Failure>> {
+    let mut rounds = Vec::new();
+    for group in groups {
+        let own: Vec<Term> = group.iter().filter_map(|index| components.get(*index)).cloned().collect();
+        let closed = ports::System::of(&own, run.definitions);
+        let graph = explore(&own, &closed, run).map_err(|failure| vec![failure])?;
+        rounds.extend(drift::round(&graph.initial, &graph.phases).map(|time| (closed.names.join(" with "), time)));
+    }
+    Ok(drifting(&rounds, run.assumptions))
+}
