@@ -28,6 +28,8 @@ struct Draft<'i, 'e> {
     header: &'i Header,
     written: &'i Written,
     lowerer: Lowerer<'e>,
+    /// What the parameters are called in the body.
+    parameters: Vec<Name>,
     body: Option<Term>,
     flow: Flow,
 }
@@ -127,8 +129,7 @@ impl Environment {
     fn enter(&mut self, drafts: &[Draft]) -> BTreeMap<Name, usize> {
         for draft in drafts {
             if let Some(body) = &draft.body {
-                let parameters = draft.header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-                let name = draft.header.name.name.clone();
+                let (parameters, name) = (draft.parameters.clone(), draft.header.name.name.clone());
                 self.definitions.insert(Definition { name, parameters, body: body.clone(), recursive: false });
             }
         }
@@ -207,6 +208,7 @@ fn draft<'i, 'e>(
     lowerer.shapes = shapes.of(&header.name.name);
     lowerer.settled = false;
     lowerer.parameters(&header.parameters);
+    let parameters: Vec<Name> = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let bound = match environment.entity(&header.name.name) {
         Some(Entity::Process(signature)) => signature.flow.binds.len(),
         _ => 0,
@@ -214,11 +216,18 @@ fn draft<'i, 'e>(
     if bound > MOST_RESULTS {
         let text = format!("`{}` binds more than {MOST_RESULTS} names, itself and by what it calls", header.name.name);
         lowerer.report(Diagnostic::error("P0508", text).label(header.name.span, "this process"));
-        return Draft { index, header, written, lowerer, body: None, flow: Flow::default() };
+        return Draft { index, header, written, lowerer, parameters, body: None, flow: Flow::default() };
     }
     lowerer.bind(&[written]);
-    let body = lowerer.process(written);
-    Draft { index, header, written, lowerer, body, flow: Flow::default() }
+    lowerer.check_passed_on(&header.results);
+    let (parameters, body) = match lowerer.process(written) {
+        Some(body) => {
+            let (parameters, body) = lowerer.kept_apart(parameters, body);
+            (parameters, Some(body))
+        }
+        None => (parameters, None),
+    };
+    Draft { index, header, written, lowerer, parameters, body, flow: Flow::default() }
 }
 
 /// Finds how each process can end: the least solution, so that what never ends is known to.
@@ -304,10 +313,8 @@ fn in_no_time(drafts: &[Draft], flows: &Flows, supposing: &dyn Fn() -> Environme
     }
     let seen = supposing();
     let on_round = drafts.iter().filter(|draft| round.contains_key(&draft.header.name.name));
-    let bodies = on_round.filter_map(|draft| {
-        let parameters = draft.header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-        Some((&draft.header.name.name, (parameters, draft.body.as_ref()?)))
-    });
+    let bodies =
+        on_round.filter_map(|draft| Some((&draft.header.name.name, (draft.parameters.clone(), draft.body.as_ref()?))));
     let results = flows.values().flat_map(|flow| &flow.binds).collect();
     let quick = Quick { bodies: bodies.collect(), flows, seen: &seen, results, looks: Cell::default() };
     round.keys().filter(|name| !quick.ends(name)).cloned().collect()

@@ -1,6 +1,8 @@
 //! What is known while one item is lowered.
 
-use std::collections::BTreeMap;
+mod hidden;
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Class, Environment};
 use crate::ast::{Ident, Term, TermKind, ValueKind};
@@ -32,6 +34,10 @@ pub(super) struct Lowerer<'e> {
     pub(super) results: BTreeMap<Name, Span>,
     /// Results that are also declared for the whole text, with the names they are kept apart by.
     pub(super) apart: BTreeMap<Name, Name>,
+    /// Parameters with the calls of processes that bind a result of the same name.
+    pub(super) clashes: Vec<(Name, Ident)>,
+    /// Parameters of this process that nobody reads where such a result could be meant: they are kept under another name.
+    pub(super) hidden: BTreeSet<Name>,
     /// Every name that is used as a port somewhere in the item.
     pub(super) ports: BTreeMap<Name, Span>,
     /// What names must be, with the place that says so.
@@ -79,6 +85,8 @@ impl<'e> Lowerer<'e> {
             locals: BTreeMap::new(),
             results: BTreeMap::new(),
             apart: BTreeMap::new(),
+            clashes: Vec::new(),
+            hidden: BTreeSet::new(),
             ports: BTreeMap::new(),
             classes: BTreeMap::new(),
             calls: Vec::new(),
@@ -129,6 +137,11 @@ impl<'e> Lowerer<'e> {
 
     /// Notes every name that these terms bind, and every port they use.
     pub(super) fn bind(&mut self, terms: &[&Term]) {
+        self.bind_all(terms);
+        self.check_clashes(terms);
+    }
+
+    fn bind_all(&mut self, terms: &[&Term]) {
         let mut rest: Vec<&Term> = terms.to_vec();
         let mut written = BTreeMap::new();
         while let Some(term) = rest.pop() {
@@ -208,14 +221,8 @@ impl<'e> Lowerer<'e> {
             return;
         };
         for bound in &signature.flow.binds {
-            if let Some(place) = self.locals.get(bound).copied() {
-                self.report(
-                    Diagnostic::error("P0503", format!("`{}` binds `{bound}`, which is a parameter here", name.name))
-                        .label(name.span, format!("binds `{bound}`"))
-                        .label(place, "the parameter")
-                        .note("what is read after the call would be the result, not the parameter")
-                        .help(format!("rename the parameter, for example to `{bound}0`")),
-                );
+            if self.locals.contains_key(bound) {
+                self.clashes.push((bound.clone(), name.clone()));
             }
             self.results.entry(bound.clone()).or_insert(name.span);
         }
