@@ -352,6 +352,30 @@ pub fn nearest<'n>(wrong: &str, known: impl IntoIterator<Item = &'n str>) -> Opt
     best.map(|(_, name)| name)
 }
 
+/// The longest name that is looked at for names in it.
+const LONGEST_PRODUCT: usize = 40;
+
+/// A name as a product of names that stand side by side in it: `u*t` for `ut`, of as few as will do.
+pub fn product(text: &str, known: impl Fn(&str) -> bool) -> Option<String> {
+    let ends: Vec<usize> = text.char_indices().map(|(place, _)| place).skip(1).chain([text.len()]).collect();
+    if ends.len() > LONGEST_PRODUCT {
+        return None;
+    }
+    // For each place the factors of what stands before it.
+    let mut found: Vec<(usize, Vec<&str>)> = vec![(0, Vec::new())];
+    for end in ends {
+        let ways = found.iter().filter_map(|(start, before)| {
+            let part = text.get(*start..end).filter(|part| known(part))?;
+            Some(before.iter().copied().chain([part]).collect::<Vec<&str>>())
+        });
+        if let Some(fewest) = ways.min_by_key(Vec::len) {
+            found.push((end, fewest));
+        }
+    }
+    let (end, parts) = found.pop()?;
+    (end == text.len() && parts.len() > 1).then(|| parts.join("*"))
+}
+
 /// The number of letters to change, add, drop or swap with a neighbour.
 fn edits(left: &[char], right: &str) -> usize {
     let right: Vec<char> = right.chars().take(40).collect();

@@ -8,12 +8,11 @@ use clap::ValueEnum;
 use super::system::{Refused, declared, read, written};
 use crate::lower::{Entity, Environment, System};
 use crate::name::Name;
-use crate::period::course::Course;
 use crate::period::{Failure, Period, analyse_until, graph};
 use crate::progress::Watch;
 use crate::script::{Printer, complain};
 use crate::session::beside::BESIDE;
-use crate::session::course::course_of;
+use crate::session::course::{Known, course_of};
 use crate::session::delays::{MOST_ORDERS, Order, in_orders, told};
 use crate::session::parts::{Part, Together, headline, in_all, parted};
 use crate::transition_system::{MOST_DRAWN, dot, svg};
@@ -81,7 +80,7 @@ fn lines(lines: impl IntoIterator<Item = String>) -> String {
 /// What was found, as it is asked for; or why it cannot be drawn.
 fn shown(found: &Analysed, format: Format) -> Result<Shown, String> {
     match found {
-        Analysed::Whole(period, course) => whole(period, course.as_ref(), format),
+        Analysed::Whole(period, known) => whole(period, known.as_ref(), format),
         Analysed::Parts(parts, ways, all) => each_part(parts, *ways, all, format),
         Analysed::Orders(orders) => each_order(orders, format),
         Analysed::Nothing(failures) => {
@@ -91,9 +90,10 @@ fn shown(found: &Analysed, format: Format) -> Result<Shown, String> {
     }
 }
 
-fn whole(period: &Period, course: Option<&Course>, format: Format) -> Result<Shown, String> {
+fn whole(period: &Period, known: Option<&Known>, format: Format) -> Result<Shown, String> {
+    let course = known.map(|known| &known.course);
     let again = period.comes_again(course);
-    let remarks = lines(graph::remarks(period, course));
+    let remarks = lines(graph::remarks(period, course).into_iter().chain(known.map(Known::line)));
     Ok(match format {
         Format::Text => Shown { text: lines(graph::lines(period)) + &remarks, remarks: String::new(), again },
         Format::Dot => Shown { text: dot(&graph::system(period)), remarks, again },
@@ -158,7 +158,7 @@ fn each_order(orders: &[(String, Analysed)], format: Format) -> Result<Shown, St
 /// What was found of a system.
 enum Analysed {
     /// A period, and where the run comes to if that is known and the phases do not say it.
-    Whole(Period, Option<Course>),
+    Whole(Period, Option<Known>),
     /// Parts without a common port, with the number of ways that they have side by side, and what they make together.
     Parts(Vec<Part>, usize, Together),
     /// Of two delays it is not known which ends first: in each order, by its title.
@@ -199,7 +199,7 @@ fn analysed(system: &System, environment: &Environment, most: usize, interrupted
         Ok(period) => {
             let follows = period.repeats() && period.lasting().is_none();
             let course = follows.then(|| course_of(&period, system, environment, interrupted).ok().flatten()).flatten();
-            Analysed::Whole(period, course.map(|known| known.course))
+            Analysed::Whole(period, course)
         }
         Err(failures) => {
             let each = |order: &Order| analysed(system, &order.environment, most - 1, interrupted);

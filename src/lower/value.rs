@@ -8,7 +8,7 @@ use super::{Class, Quantity};
 use num_traits::{One, Signed};
 
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Span, nearest, product};
 use crate::name::Name;
 use crate::value::{Need, Sort, Value, ValueError, keeps_divisors, taken_for_granted};
 
@@ -257,7 +257,23 @@ impl Lowerer<'_> {
         }
         let names: Vec<Name> = self.locals.keys().chain(self.results.keys()).cloned().collect();
         let environment = self.environment;
-        let known = names.iter().chain(environment.quantities.keys()).map(Name::as_str);
+        let number = |name: &str| {
+            let declared = environment.quantity(&Name::new(name));
+            names.iter().any(|known| known.as_str() == name)
+                || matches!(declared, Some(Quantity::Parameter { class: Class::Number, .. }))
+        };
+        let product = product(ident.name.as_str(), number).filter(|_| class == Class::Number);
+        let known = || names.iter().chain(environment.quantities.keys()).map(Name::as_str);
+        // A longer name with a letter too many is rather misspelt.
+        let short = |product: &String| product.split('*').all(|factor| factor.chars().count() <= 2);
+        let misspelt = || nearest(ident.name.as_str(), known()).is_some();
+        if let Some(product) = product.filter(|product| short(product) || !misspelt()) {
+            return self.fail(
+                Diagnostic::error("P0304", format!("there is no value `{}`", ident.name))
+                    .label(ident.span, "not declared")
+                    .help(format!("letters side by side are one name: to multiply write `{product}`")),
+            );
+        }
         let advice = if class == Class::Distribution {
             let name = &ident.name;
             format!("declare it with `param {name} : distribution`, or write one, such as `Normal(8, sd: 3/5)`")
@@ -279,7 +295,7 @@ impl Lowerer<'_> {
                 ident.name
             )
         };
-        self.unknown("P0304", "value", ident, known, &advice);
+        self.unknown("P0304", "value", ident, known(), &advice);
         None
     }
 

@@ -59,7 +59,11 @@ pub fn remarks(period: &Period, course: Option<&Course>) -> Vec<String> {
     };
     let warnings = period.warnings.iter().filter_map(|warning| of_run(warning, course));
     let mut lines: Vec<String> = warnings.map(|warning| told(&warning)).collect();
-    if !repeats && !period.warnings.iter().any(stops_time) {
+    if let Some(Course::Ends(End::Livelock { cycle, changes }, _)) = course {
+        let reached = Failure::Livelock { cycle: cycle.clone(), changes: changes.clone(), when: Vec::new() };
+        let told = !repeats && period.warnings.iter().any(stops_time);
+        lines.extend((!told).then(|| format!("no period: {reached}")));
+    } else if !repeats && !period.warnings.iter().any(stops_time) {
         let why = if lines.is_empty() { "the run ends" } else { "no phase comes back" };
         lines.push(format!("no period: {why}"));
     } else if repeats && matches!(course, Some(Course::Ends(..))) {

@@ -4,6 +4,7 @@
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
+use super::phases::whole;
 use crate::assumption::Assumptions;
 use crate::lasso::Lasso;
 use crate::lower::{Environment, System};
@@ -33,6 +34,13 @@ pub(crate) struct Known {
     pub(crate) course: Course,
     /// Whether the values beside it are asked for, and go on so that the same ways are taken.
     pub(super) moving: bool,
+}
+
+impl Known {
+    /// How long it all takes, or when and how it ends.
+    pub(crate) fn line(&self) -> String {
+        whole(&self.course, self.moving)
+    }
 }
 
 /// Where a system comes to, if it is gone through several phases, or one in several ways.
