@@ -344,6 +344,32 @@ mod tests {
     }
 
     #[test]
+    fn distances_to_places_in_halves_show_their_components() {
+        let [x, y] = ["x", "y"].map(|name| Value::variable(&Name::new(name)));
+        let fraction = |top: i64, below: i64| Value::fraction(top, below).unwrap();
+        let from = |place: &Value, goal: Value| place.sub(&goal).unwrap();
+        for (one, other, shown) in [
+            (fraction(5, 2), fraction(7, 2), "1/2*norm((2*x-5,2*y-7))"),
+            (fraction(1, 4), fraction(3, 4), "1/4*norm((4*x-1,4*y-3))"),
+            (fraction(3, 10), fraction(9, 10), "1/10*norm((10*x-3,10*y-9))"),
+            (fraction(5, 2), Value::integer(3), "1/2*norm((2*x-5,2*y-6))"),
+        ] {
+            let distance = Value::vector(vec![from(&x, one.clone()), from(&y, other.clone())]).unwrap().norm().unwrap();
+            assert_eq!(distance.to_string(), shown);
+            let square = distance.mul(&distance).unwrap();
+            assert!(square.is_sum_of_squares(), "{square}");
+            assert_eq!(square.scale(&BigRational::from_integer(8.into())).unwrap().sqrt().unwrap(), {
+                distance.mul(&Value::integer(8).sqrt().unwrap()).unwrap()
+            });
+        }
+        // One square, half of which has no root in numbers: sqrt(2*x^2-4*x*y*sqrt(3)+6*y^2).
+        let root = y.mul(&Value::integer(3).sqrt().unwrap()).unwrap();
+        let part = x.sub(&root).unwrap();
+        let twice = part.mul(&part).unwrap().scale(&BigRational::from_integer(2.into())).unwrap();
+        assert_eq!(twice.sqrt().unwrap(), Value::integer(2).sqrt().unwrap().mul(&part.abs().unwrap()).unwrap());
+    }
+
+    #[test]
     fn unit_of_a_number_is_its_sign() {
         let x = Name::new("x");
         let hidden = Value::maximum(&[Value::variable(&x), Value::zero()]).unwrap().unit().unwrap();

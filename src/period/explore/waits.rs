@@ -6,7 +6,6 @@ use super::super::lonely::{self, Waiting};
 use super::super::step::{Place, inspect, offers};
 use super::super::{Blocked, Edge, Failure, stuck};
 use super::{Explorer, Target, Way, failure_of};
-use crate::name::Name;
 
 impl Explorer<'_> {
     /// Who waits for a read or a write at the end of some instant, with no delay to end the waiting.
