@@ -59,6 +59,10 @@ impl Need {
         if others.contains(self) {
             return true;
         }
+        // Where the root has a value, its square is what it is taken of: `x^2*y` where `abs(x)*sqrt(y)` has one.
+        if let Need::Nonnegative(value) = self {
+            return value.sqrt().is_ok_and(|root| root.needs().is_subset(others));
+        }
         let Need::Nonzero(Value(own)) = self else { return false };
         let Content::Real(own, _) = &own.content else { return false };
         // A root is 0 just where what it is taken of is.
