@@ -16,6 +16,7 @@ mod cycle;
 mod descent;
 mod either_way;
 mod end;
+mod exact;
 mod factors;
 mod far;
 mod fixed;
@@ -31,6 +32,7 @@ mod late;
 mod line;
 mod linear;
 mod matrix;
+mod maxima;
 mod modular;
 mod near;
 mod needed;
@@ -278,10 +280,48 @@ fn piece_by_piece(closed: &Closed, index: &Name, goal: &Goal, known: &Assumption
         match in_piece((piece, at_end), closed, index, goal, known) {
             Ok(Reach::Never(why)) => reason = why,
             Err(unknown) => return Reach::Unknown(unknown),
+            Ok(Reach::At(at, conditions)) => {
+                let later = || {
+                    let (rest, [condition]) = (closed.pieces.get(place + 1..)?, conditions.as_slice()) else {
+                        return None;
+                    };
+                    if_not_whole(
+                        &at,
+                        condition,
+                        &Closed { pieces: rest.to_vec(), ..closed.clone() },
+                        index,
+                        goal,
+                        known,
+                    )
+                };
+                return later().unwrap_or(Reach::At(at, conditions));
+            }
             Ok(found) => return found,
         }
     }
     Reach::Never(reason)
+}
+
+/// Where a goal is met at `at` if that is a whole number, and if not, at the next whole number by a later piece: at `ceil(at)`.
+fn if_not_whole(
+    at: &Value,
+    (relation, floor, value): &Comparison,
+    later: &Closed,
+    index: &Name,
+    goal: &Goal,
+    known: &Assumptions,
+) -> Option<Reach> {
+    if (*relation, value) != (Relation::Eq, at)
+        || known.simplify(&at.floor().ok()?) != *floor
+        || later.pieces.is_empty()
+    {
+        return None;
+    }
+    let mut between = known.clone();
+    between.assume(Relation::Gtr, at, floor);
+    let Reach::At(next, conditions) = piece_by_piece(later, index, goal, &between) else { return None };
+    let follows = between.decide(Relation::Eq, &next, &floor.add(&Value::one()).ok()?) == Some(true);
+    (follows && conditions.is_empty()).then(|| Some(Reach::At(at.ceiling().ok()?, Vec::new()))).flatten()
 }
 
 /// The first index at which the goal is decided to hold, where it is decided not to at all earlier ones.

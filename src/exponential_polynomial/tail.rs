@@ -161,23 +161,40 @@ fn step(sum: &ExponentialPolynomial) -> Option<ExponentialPolynomial> {
 
 /// From which index on, not before `from`, a sum is never in the relation to 0: of all terms, or of each second one.
 pub fn tail(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {
-    in_turns(sum, from, MOST_HALVINGS, &|sum, from| at_once(sum, relation, from))
+    tail_of_all(std::slice::from_ref(sum), relation, from)
+}
+
+/// From which index on, not before `from`, some sums are never all in the relation to 0: of all terms, or of each second one,
+/// one of the sums is not.
+pub fn tail_of_all(sums: &[ExponentialPolynomial], relation: Relation, from: u64) -> Tail {
+    in_turns(sums, from, MOST_HALVINGS, &|sums, from| {
+        let mut found = Tail::Unknown("there is no sum".to_string());
+        for sum in sums {
+            found = match (found, at_once(sum, relation, from)) {
+                (Tail::Never(one, _), Tail::Never(other, why)) if other < one => Tail::Never(other, why),
+                (found @ Tail::Never(..), _) => found,
+                (Tail::Unknown(_), next) => next,
+            };
+        }
+        found
+    })
 }
 
 /// What is known of all terms, or of those at even and at odd indices.
 fn in_turns(
-    sum: &ExponentialPolynomial,
+    sums: &[ExponentialPolynomial],
     from: u64,
     halvings: usize,
-    known: &dyn Fn(&ExponentialPolynomial, u64) -> Tail,
+    known: &dyn Fn(&[ExponentialPolynomial], u64) -> Tail,
 ) -> Tail {
-    let found = known(sum, from);
+    let found = known(sums, from);
     if halvings == 0 || matches!(found, Tail::Never(..)) {
         return found;
     }
     let mut latest = (from, String::new());
     for odd in [false, true] {
-        let Some(half) = sum.half(odd) else { return found };
+        let halves = sums.iter().map(|sum| sum.half(odd)).collect::<Option<Vec<_>>>();
+        let Some(half) = halves else { return found };
         match in_turns(&half, from / 2, halvings - 1, known) {
             Tail::Never(until, why) => {
                 let at = until.saturating_mul(2).saturating_add(1);
@@ -226,7 +243,10 @@ fn at_once(sum: &ExponentialPolynomial, relation: Relation, from: u64) -> Tail {
 /// From which index on, not before `from`, a sum is farther from 0 than a bound: where one real root, of either sign,
 /// outgrows all others and the bound.
 pub fn outside(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {
-    in_turns(sum, from, MOST_HALVINGS, &|sum, from| outside_at_once(sum, bound, from))
+    in_turns(std::slice::from_ref(sum), from, MOST_HALVINGS, &|sums, from| match sums {
+        [sum] => outside_at_once(sum, bound, from),
+        _ => Tail::Unknown("it is asked of one sum".to_string()),
+    })
 }
 
 fn outside_at_once(sum: &ExponentialPolynomial, bound: &BigRational, from: u64) -> Tail {

@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::reach::{Wanted, pieces};
+use super::exact::pieces;
+use super::reach::Wanted;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Solved, in_class};

@@ -12,7 +12,7 @@ use super::product::quotient;
 use super::reach::Wanted;
 use crate::closed_form::{Form, Solved, product};
 use crate::exponential_polynomial::ExponentialPolynomial;
-use crate::exponential_polynomial::tail::{Tail, first_by_halves, outside, tail};
+use crate::exponential_polynomial::tail::{Tail, first_by_halves, outside, tail, tail_of_all};
 use crate::name::Name;
 use crate::univariate::Univariate;
 use crate::value::{Atom, Relation, Value};
@@ -58,6 +58,18 @@ fn of_quotients(solved: &Solved, relation: Relation, difference: &Value) -> Opti
         Tail::Never(from, why) if divided => Tail::Never(from, why.split(": ").next().unwrap_or_default().to_string()),
         found => found,
     })
+}
+
+/// From which index on some values do not all stand in a relation to 0: in each turn one of them does not.
+pub(super) fn late_in_turns(solved: &Solved, values: &[Value], relation: Relation) -> Option<Tail> {
+    let (mut sums, mut from) = (Vec::new(), 0);
+    for value in values {
+        let (sum, early) = difference_of(solved, value)?;
+        sums.push(sum);
+        from = from.max(early);
+    }
+    let found = tail_of_all(&sums, relation, solved.recurrence().from.unsigned_abs() + from);
+    Some(found).filter(|found| matches!(found, Tail::Never(..)))
 }
 
 /// The first index at which a comparison holds, of terms whose difference moves one way only from the first index on.

@@ -6,32 +6,31 @@
 
 use std::collections::BTreeMap;
 
-use num_traits::{ToPrimitive, Zero};
+use num_traits::ToPrimitive;
 
 use super::barrier::barred;
 use super::classes::Classes;
 use super::comes_round::{comes_again, comes_round};
 
 use super::descent::descends;
+use super::exact::{by_roots, exactly};
 use super::far::far;
 use super::late::{late, rising};
+use super::maxima::{first_of_parts, late_parts};
 use super::modular::modular;
 use super::near::near;
 use super::needed::needed;
 use super::numeric::Numeric;
-use super::parabola::past;
-use super::ranges::joined;
 use super::ratio::in_ratio;
-use super::roots::between_roots;
 use super::sides::{furthest, squared};
 use super::squares::late_products;
 use super::terms::put_in;
-use super::{Closed, Goal, Reach, by_shape};
+use super::{Reach, Unknown};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
+use crate::closed_form::{Recurrence, Solved};
 use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Relation, Value};
 
 /// The terms that are compared one by one, at most, and the bits that they may have together.
 const MOST_TERMS: u64 = 20_000;
@@ -102,71 +101,108 @@ fn of_numbers(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Reach {
+    let (tail, reason) = match without_terms((recurrence, solved), wanted, known, stop) {
+        Ok(found) => return found,
+        Err(open) => open,
+    };
+    let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
+    let why = match by_terms((recurrence, solved), wanted, &tail, known, stop) {
+        Reach::Unknown(why) => why,
+        found => return found,
+    };
+    if symbolic(recurrence, wanted) {
+        let of_part = |part: Wanted<'_>| of_numbers(recurrence, solved, part, known, stop);
+        return first_of_parts(wanted, known, &of_part).unwrap_or(Reach::Unknown(reason.unwrap_or(why)));
+    }
+    far(recurrence, wanted, &tail, stop).unwrap_or_else(|count| {
+        let (Tail::Unknown(late) | Tail::Never(_, late)) = &tail;
+        let later = recurrence.from.checked_add_unsigned(count).filter(|_| count > MOST_TERMS);
+        Reach::Unknown(
+            later.map_or(why, |at| Unknown::because(format!("not before {} = {at}; {late}", recurrence.index))),
+        )
+    })
+}
+
+/// The first index where it is found before the terms are computed one after the other; otherwise what is known of late
+/// terms, and why it is not found.
+fn without_terms(
+    (recurrence, solved): (&Recurrence, Option<&Solved>),
+    wanted: Wanted<'_>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Reach, (Tail, Option<Unknown>)> {
     let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
     let mut reason = None;
     // Where all are numbers the first few terms cost less than any reasoning about them.
     let quickly = Numeric::of(recurrence, wanted)
         .and_then(|mut numbers| counted(&mut numbers, recurrence, &Tail::Unknown(String::new()), stop, VERY_FEW_TERMS));
     if let Some(found @ Reach::At(..)) = quickly {
-        return found;
+        return Ok(found);
     }
     // Of the terms nothing is known here but that they are numbers.
     if Assumptions::default().decide(wanted.0, wanted.1, wanted.2) == Some(false) {
-        return Reach::Never("no numbers at all compare so".to_string());
+        return Ok(Reach::Never("no numbers at all compare so".to_string()));
     }
     if let Some(solved) = solved.filter(|_| recurrence.from >= 0) {
         match exactly(solved, wanted, known) {
             Some(Reach::Unknown(why)) => reason = Some(why),
-            Some(found) => return found,
+            Some(found) => return Ok(found),
             None => {}
         }
         if let Some(found) = by_roots(solved, wanted, known) {
-            return found;
+            return Ok(found);
         }
     }
     let classes = solved.filter(|_| recurrence.from >= 0).and_then(|solved| Classes::of(solved, wanted));
     if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
-        return found;
+        return Ok(found);
     }
     // Most first indices are early ones, and to find these nothing need be known of later terms.
     let early = tried(recurrence, wanted, &Tail::Unknown(String::new()), known, stop, FEW_TERMS);
     if let Reach::At(..) = early {
-        return early;
+        return Ok(early);
     }
-    if let Some(found) = comes_round(recurrence, wanted, stop) {
-        return found;
+    let round = comes_round(recurrence, wanted, stop).or_else(|| in_ratio(recurrence, wanted, known, stop));
+    if let Some(found) = round {
+        return Ok(found);
     }
-    if let Some(found) = in_ratio(recurrence, wanted, known, stop) {
-        return found;
-    }
-    let mut tail = match (classes, solved) {
+    let tail = match (classes, solved) {
         (Some(classes), _) => classes.tail(),
         (None, Some(solved)) => late(solved, wanted),
         (None, None) => Tail::Unknown("no bound of its later terms is known".to_string()),
     };
-    if let Tail::Unknown(_) = tail {
-        let found = modular(recurrence, wanted).or_else(|| barred(recurrence, wanted, known));
-        let found = found.or_else(|| near(recurrence, wanted, known));
-        tail = found.or_else(|| late_products(recurrence, wanted, known, stop)).unwrap_or(tail);
+    match tail {
+        Tail::Never(..) => Err((tail, reason)),
+        Tail::Unknown(why) => late_otherwise((recurrence, solved), wanted, known, stop)
+            .map(|tail| (tail.unwrap_or(Tail::Unknown(why)), reason))
+            .map_or_else(Ok, Err),
     }
-    if let Tail::Unknown(_) = tail
-        && let Some(found) = descends(recurrence, wanted, known, stop)
-    {
-        return found;
+}
+
+/// The same where the forms as they are say nothing of late terms.
+fn late_otherwise(
+    (recurrence, solved): (&Recurrence, Option<&Solved>),
+    wanted: Wanted<'_>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<Tail>, Reach> {
+    let tail = modular(recurrence, wanted)
+        .or_else(|| barred(recurrence, wanted, known))
+        .or_else(|| near(recurrence, wanted, known))
+        .or_else(|| late_products(recurrence, wanted, known, stop));
+    let open = tail.as_ref().is_none_or(|tail| matches!(tail, Tail::Unknown(_)));
+    if !open {
+        return Ok(tail);
     }
-    match (by_terms((recurrence, solved), wanted, &tail, known, stop), reason) {
-        (Reach::Unknown(_), Some(reason)) if symbolic(recurrence, wanted) => Reach::Unknown(reason),
-        (Reach::Unknown(why), _) => {
-            far(recurrence, wanted, &tail, stop).unwrap_or_else(|count| {
-                let (Tail::Unknown(late) | Tail::Never(_, late)) = &tail;
-                let later = recurrence.from.checked_add_unsigned(count).filter(|_| count > MOST_TERMS);
-                Reach::Unknown(later.map_or(why, |at| {
-                    super::Unknown::because(format!("not before {} = {at}; {late}", recurrence.index))
-                }))
-            })
-        }
-        (found, _) => found,
+    if let Some(found) = descends(recurrence, wanted, known, stop) {
+        return Err(found);
     }
+    let of_part = |part: Wanted<'_>| match without_terms((recurrence, solved), part, known, stop) {
+        Ok(Reach::Never(why)) => Tail::Never(recurrence.from.to_u64().unwrap_or(0), why),
+        Ok(_) => Tail::Unknown(String::new()),
+        Err((tail, _)) => tail,
+    };
+    Ok(late_parts(recurrence, solved, wanted, known, &of_part).or(tail))
 }
 
 /// The first index by the terms one after the other, or by halves where they rise.
@@ -196,164 +232,6 @@ fn symbolic(recurrence: &Recurrence, (_, left, right): Wanted<'_>) -> bool {
     known.insert(recurrence.index.clone());
     let starts = recurrence.sequences.iter().flat_map(|sequence| sequence.start.iter().chain([&sequence.next]));
     starts.chain([left, right]).any(|value| value.variables().iter().any(|name| !known.contains(name)))
-}
-
-/// By the shape of the sequence, where there is one sequence or a single value for all.
-fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<Reach> {
-    let recurrence = solved.recurrence();
-    let (relation, left, right) = wanted;
-    let mut natural = known.clone();
-    natural.assume_natural(&recurrence.index);
-    let used = compared(recurrence, left, right);
-    let conditions: Vec<Comparison> = Vec::new();
-    if let [(name, place)] = used.as_slice()
-        && !left.mentions(&recurrence.index)
-        && !right.mentions(&recurrence.index)
-    {
-        let pieces = pieces(&solved.forms()[*place], &recurrence.index, recurrence.from)?;
-        let closed = Closed { variable: name.clone(), pieces, conditions };
-        let goal = Goal::Holds(relation, left.clone(), right.clone());
-        let found = by_shape(&closed, &recurrence.index, &goal, &natural);
-        return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
-            (Reach::Unknown(_), Some(pieces)) => past(&pieces, &recurrence.index, relation, &natural).unwrap_or(found),
-            _ => found,
-        });
-    }
-    let variable = Name::new("[difference]");
-    if let Some((one, [left, right])) = through_one((left, right), &used, &variable)
-        && let Some(pieces) = of_difference(solved, &one, &used, &natural)
-    {
-        let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
-        match by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural) {
-            Reach::Unknown(_) => {}
-            found => return Some(found),
-        }
-    }
-    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
-    let smooth = joined(&pieces, &recurrence.index, &natural);
-    if let Some((pieces, rest)) = folded(&smooth, &recurrence.index, &natural) {
-        let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
-        let goal = Goal::Holds(relation, Value::variable(&variable).abs().ok()?, rest.neg().ok()?);
-        match by_shape(&closed, &recurrence.index, &goal, &natural) {
-            Reach::Unknown(_) => {}
-            found => return Some(found),
-        }
-    }
-    if let Some(found) = past(&pieces, &recurrence.index, relation, &natural) {
-        return Some(found);
-    }
-    let closed = Closed { variable: variable.clone(), pieces, conditions };
-    let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
-    match by_shape(&closed, &recurrence.index, &goal, &natural) {
-        Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
-        other => Some(other),
-    }
-}
-
-/// The terms that are compared, with the places of their sequences.
-fn compared(recurrence: &Recurrence, left: &Value, right: &Value) -> Vec<(Name, usize)> {
-    let terms = recurrence.terms().into_iter();
-    let read = terms.filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)));
-    read.map(|(name, place, _)| (name, place)).collect()
-}
-
-/// Where the difference of both sides is a polynomial in the index, piece by piece.
-fn by_roots(solved: &Solved, (relation, left, right): Wanted<'_>, known: &Assumptions) -> Option<Reach> {
-    let used = compared(solved.recurrence(), left, right);
-    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, known)?;
-    between_roots(&pieces, &solved.recurrence().index, relation)
-}
-
-/// Values that are bent in the index, as sizes of values that are not, and what is added to these everywhere: with
-/// `max(0,z)` as `|z/2|+z/2`, `max(5-n*v-e,n*v-5-e)` is `|n*v-5|`, and `-e`. One that is not bent is at least what is added.
-fn folded(pieces: &[Piece], index: &Name, known: &Assumptions) -> Option<(Vec<Piece>, Value)> {
-    let bent = |form: &Value| {
-        form.atoms()
-            .into_iter()
-            .find(|atom| matches!(atom, Atom::Maximum(parts) if parts.len() == 1) && atom.mentions(index))
-    };
-    let unfold = |form: &Value| {
-        let Atom::Maximum(parts) = bent(form)? else { return None };
-        let mark = Name::new("[bent]");
-        let open = form.with_atom(&Atom::Maximum(parts.clone()), &Value::variable(&mark)).ok()?;
-        let (factor, rest) = open.linear_in(&mark)?;
-        let half = factor.mul(&parts.first()?.clone()).ok()?.div(&Value::integer(2)).ok()?;
-        let added = rest.add(&half).ok()?;
-        let positive = known.decide(Relation::Gtr, &factor, &Value::zero()) == Some(true) && !factor.mentions(index);
-        (positive && !added.mentions(index) && bent(&half).is_none()).then_some((half, added))
-    };
-    let (_, added) = pieces.iter().find_map(|piece| unfold(&piece.form))?;
-    let mut all = Vec::new();
-    for piece in pieces {
-        let form = match unfold(&piece.form) {
-            Some((half, same)) => (same == added).then_some(half)?,
-            None => {
-                let size = piece.form.sub(&added).ok()?;
-                (known.decide(Relation::Gte, &size, &Value::zero()) == Some(true)).then_some(size)?
-            }
-        };
-        all.push(Piece { form, ..piece.clone() });
-    }
-    Some((all, added))
-}
-
-/// The one value in which both sides are bent, as functions of that value alone: `x-y` of `abs(x-y) <= e`.
-fn through_one(
-    (left, right): (&Value, &Value),
-    used: &[(Name, usize)],
-    variable: &Name,
-) -> Option<(Value, [Value; 2])> {
-    let difference = left.sub(right).ok()?;
-    let bends = difference.atoms().into_iter().filter_map(|atom| match atom {
-        Atom::Maximum(parts) => Some(parts.to_vec()),
-        _ => None,
-    });
-    bends.flatten().find_map(|inner| {
-        let (name, (factor, rest)) = used.iter().find_map(|(name, _)| Some((name, inner.linear_in(name)?)))?;
-        factor.as_rational().filter(|factor| !factor.is_zero())?;
-        let image = Value::variable(variable).sub(&rest).ok()?.div(&factor).ok()?;
-        let [left, right] = [left, right].map(|side| side.with(name, &image).ok());
-        let sides = [left?, right?];
-        let free = |side: &Value| !used.iter().any(|(other, _)| side.mentions(other));
-        sides.iter().all(free).then_some((inner, sides))
-    })
-}
-
-/// A value in these terms and the index, by pieces between all indices at which one of them has another form.
-fn of_difference(
-    solved: &Solved,
-    difference: &Value,
-    used: &[(Name, usize)],
-    known: &Assumptions,
-) -> Option<Vec<Piece>> {
-    let recurrence = solved.recurrence();
-    let own = used.iter().map(|(_, place)| pieces(&solved.forms()[*place], &recurrence.index, recurrence.from));
-    let all = own.collect::<Option<Vec<_>>>()?;
-    let cells = cells(&all, Value::integer(recurrence.from), known).ok()?;
-    let of = |cell: Cell<'_>| {
-        let images = used.iter().zip(&cell.forms).map(|((name, _), form)| (name.clone(), (*form).clone())).collect();
-        Some(Piece { from: cell.from, until: cell.until, form: difference.substitute(&images).ok()? })
-    };
-    cells.into_iter().map(of).collect()
-}
-
-/// A form by pieces, where it is one.
-pub(super) fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>> {
-    let (early, value) = match form {
-        Form::Pieces(pieces) => return Some(pieces.clone()),
-        Form::Value(early, value) => (early, value.clone()),
-        Form::Sum(early, sum) => (early, sum.value(index)?),
-        _ => return None,
-    };
-    let mut all = Vec::new();
-    let mut place = from;
-    for term in early {
-        let next = place.checked_add(1)?;
-        all.push(Piece { from: Value::integer(place), until: Some(Value::integer(next)), form: term.clone() });
-        place = next;
-    }
-    all.push(Piece { from: Value::integer(place), until: None, form: value });
-    Some(all)
 }
 
 /// Term by term, as far as the tail needs it, and so many at most.

@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::exact::pieces;
 use super::line::along_a_line;
 use super::parts::each_set;
-use super::reach::pieces;
 use super::{Closed, Solved, Unknown, solve_until};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Recurrence, Sequence, closures, term};

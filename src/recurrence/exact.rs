@@ -1,0 +1,171 @@
+//! The first index at which terms compare as wanted, from the shapes of the forms: exactly, symbols included.
+
+use num_traits::Zero;
+
+use super::parabola::past;
+use super::ranges::joined;
+use super::reach::Wanted;
+use super::roots::between_roots;
+use super::{Closed, Goal, Reach, by_shape};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
+use crate::name::Name;
+use crate::value::{Atom, Relation, Value};
+
+/// By the shape of the sequence, where there is one sequence or a single value for all.
+pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<Reach> {
+    let recurrence = solved.recurrence();
+    let (relation, left, right) = wanted;
+    let mut natural = known.clone();
+    natural.assume_natural(&recurrence.index);
+    let used = compared(recurrence, left, right);
+    let conditions: Vec<Comparison> = Vec::new();
+    if let [(name, place)] = used.as_slice()
+        && !left.mentions(&recurrence.index)
+        && !right.mentions(&recurrence.index)
+    {
+        let pieces = pieces(&solved.forms()[*place], &recurrence.index, recurrence.from)?;
+        let closed = Closed { variable: name.clone(), pieces, conditions };
+        let goal = Goal::Holds(relation, left.clone(), right.clone());
+        let found = by_shape(&closed, &recurrence.index, &goal, &natural);
+        return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
+            (Reach::Unknown(_), Some(pieces)) => past(&pieces, &recurrence.index, relation, &natural).unwrap_or(found),
+            _ => found,
+        });
+    }
+    let variable = Name::new("[difference]");
+    if let Some((one, [left, right])) = through_one((left, right), &used, &variable)
+        && let Some(pieces) = of_difference(solved, &one, &used, &natural)
+    {
+        let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
+        match by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural) {
+            Reach::Unknown(_) => {}
+            found => return Some(found),
+        }
+    }
+    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
+    let smooth = joined(&pieces, &recurrence.index, &natural);
+    if let Some((pieces, rest)) = folded(&smooth, &recurrence.index, &natural) {
+        let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
+        let goal = Goal::Holds(relation, Value::variable(&variable).abs().ok()?, rest.neg().ok()?);
+        match by_shape(&closed, &recurrence.index, &goal, &natural) {
+            Reach::Unknown(_) => {}
+            found => return Some(found),
+        }
+    }
+    if let Some(found) = past(&pieces, &recurrence.index, relation, &natural) {
+        return Some(found);
+    }
+    let closed = Closed { variable: variable.clone(), pieces, conditions };
+    let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
+    match by_shape(&closed, &recurrence.index, &goal, &natural) {
+        Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
+        other => Some(other),
+    }
+}
+
+/// The terms that are compared, with the places of their sequences.
+fn compared(recurrence: &Recurrence, left: &Value, right: &Value) -> Vec<(Name, usize)> {
+    let terms = recurrence.terms().into_iter();
+    let read = terms.filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)));
+    read.map(|(name, place, _)| (name, place)).collect()
+}
+
+/// Where the difference of both sides is a polynomial in the index, piece by piece.
+pub(super) fn by_roots(solved: &Solved, (relation, left, right): Wanted<'_>, known: &Assumptions) -> Option<Reach> {
+    let used = compared(solved.recurrence(), left, right);
+    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, known)?;
+    between_roots(&pieces, &solved.recurrence().index, relation)
+}
+
+/// Values that are bent in the index, as sizes of values that are not, and what is added to these everywhere: with
+/// `max(0,z)` as `|z/2|+z/2`, `max(5-n*v-e,n*v-5-e)` is `|n*v-5|`, and `-e`. One that is not bent is at least what is added.
+fn folded(pieces: &[Piece], index: &Name, known: &Assumptions) -> Option<(Vec<Piece>, Value)> {
+    let bent = |form: &Value| {
+        form.atoms()
+            .into_iter()
+            .find(|atom| matches!(atom, Atom::Maximum(parts) if parts.len() == 1) && atom.mentions(index))
+    };
+    let unfold = |form: &Value| {
+        let Atom::Maximum(parts) = bent(form)? else { return None };
+        let mark = Name::new("[bent]");
+        let open = form.with_atom(&Atom::Maximum(parts.clone()), &Value::variable(&mark)).ok()?;
+        let (factor, rest) = open.linear_in(&mark)?;
+        let half = factor.mul(&parts.first()?.clone()).ok()?.div(&Value::integer(2)).ok()?;
+        let added = rest.add(&half).ok()?;
+        let positive = known.decide(Relation::Gtr, &factor, &Value::zero()) == Some(true) && !factor.mentions(index);
+        (positive && !added.mentions(index) && bent(&half).is_none()).then_some((half, added))
+    };
+    let (_, added) = pieces.iter().find_map(|piece| unfold(&piece.form))?;
+    let mut all = Vec::new();
+    for piece in pieces {
+        let form = match unfold(&piece.form) {
+            Some((half, same)) => (same == added).then_some(half)?,
+            None => {
+                let size = piece.form.sub(&added).ok()?;
+                (known.decide(Relation::Gte, &size, &Value::zero()) == Some(true)).then_some(size)?
+            }
+        };
+        all.push(Piece { form, ..piece.clone() });
+    }
+    Some((all, added))
+}
+
+/// The one value in which both sides are bent, as functions of that value alone: `x-y` of `abs(x-y) <= e`.
+fn through_one(
+    (left, right): (&Value, &Value),
+    used: &[(Name, usize)],
+    variable: &Name,
+) -> Option<(Value, [Value; 2])> {
+    let difference = left.sub(right).ok()?;
+    let bends = difference.atoms().into_iter().filter_map(|atom| match atom {
+        Atom::Maximum(parts) => Some(parts.to_vec()),
+        _ => None,
+    });
+    bends.flatten().find_map(|inner| {
+        let (name, (factor, rest)) = used.iter().find_map(|(name, _)| Some((name, inner.linear_in(name)?)))?;
+        factor.as_rational().filter(|factor| !factor.is_zero())?;
+        let image = Value::variable(variable).sub(&rest).ok()?.div(&factor).ok()?;
+        let [left, right] = [left, right].map(|side| side.with(name, &image).ok());
+        let sides = [left?, right?];
+        let free = |side: &Value| !used.iter().any(|(other, _)| side.mentions(other));
+        sides.iter().all(free).then_some((inner, sides))
+    })
+}
+
+/// A value in these terms and the index, by pieces between all indices at which one of them has another form.
+fn of_difference(
+    solved: &Solved,
+    difference: &Value,
+    used: &[(Name, usize)],
+    known: &Assumptions,
+) -> Option<Vec<Piece>> {
+    let recurrence = solved.recurrence();
+    let own = used.iter().map(|(_, place)| pieces(&solved.forms()[*place], &recurrence.index, recurrence.from));
+    let all = own.collect::<Option<Vec<_>>>()?;
+    let cells = cells(&all, Value::integer(recurrence.from), known).ok()?;
+    let of = |cell: Cell<'_>| {
+        let images = used.iter().zip(&cell.forms).map(|((name, _), form)| (name.clone(), (*form).clone())).collect();
+        Some(Piece { from: cell.from, until: cell.until, form: difference.substitute(&images).ok()? })
+    };
+    cells.into_iter().map(of).collect()
+}
+
+/// A form by pieces, where it is one.
+pub(super) fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>> {
+    let (early, value) = match form {
+        Form::Pieces(pieces) => return Some(pieces.clone()),
+        Form::Value(early, value) => (early, value.clone()),
+        Form::Sum(early, sum) => (early, sum.value(index)?),
+        _ => return None,
+    };
+    let mut all = Vec::new();
+    let mut place = from;
+    for term in early {
+        let next = place.checked_add(1)?;
+        all.push(Piece { from: Value::integer(place), until: Some(Value::integer(next)), form: term.clone() });
+        place = next;
+    }
+    all.push(Piece { from: Value::integer(place), until: None, form: value });
+    Some(all)
+}
