@@ -4,6 +4,7 @@
 //! regions: the region of the start gives a form, which holds until its guards fail; the index at which they fail is
 //! found exactly, and there the next piece begins. Each form is checked, base and step, before it is returned.
 
+mod absorbed;
 mod affine;
 mod approach;
 mod at_rest;
@@ -60,6 +61,7 @@ mod settled;
 mod sides;
 mod special;
 mod squares;
+mod stationary;
 mod switching;
 mod symbolic;
 mod terms;
@@ -94,6 +96,7 @@ pub use parts::{Part, parts};
 pub use reach::reach;
 pub use sequences::{solve_all, solve_until};
 pub use special::{Special, special_cases};
+pub use stationary::Stationary;
 pub use terms::Term;
 pub use together::{Apart, solve_apart, solve_together};
 

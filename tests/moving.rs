@@ -47,6 +47,60 @@ fn fixed_points_are_told_of_maps_with_roots_and_in_pieces() {
     }
 }
 
+/// With the conditions that they need, and of several sequences or of higher order.
+#[test]
+fn fixed_points_with_symbols_and_of_several_sequences_are_told() {
+    for (asked, line) in [
+        (
+            "param c\nsolve x(n+1) = x(n)^2+c, x(0) = 0\n",
+            "fixed points 1/2-1/2*sqrt(1-4*c) and 1/2*sqrt(1-4*c)+1/2 if 1 >= 4*c",
+        ),
+        ("param r\nsolve x(n+1) = r*x(n)*(1-x(n)), x(0) = 1/2\n", "fixed points 0, and 1-1/r if r != 0"),
+        ("param a > 0\nsolve x(n+1) = (x(n)+a/x(n))/2, x(0) = 1\n", "fixed points sqrt(a) and -sqrt(a)"),
+        ("param c > 1\nsolve x(n+1) = x(n)^2+c, x(0) = 0\n", "it has no fixed point"),
+        (
+            "param a\nsolve x(n+1) = x(n)*y(n), y(n+1) = x(n)+a*y(n)-1, x(0) = 2, y(0) = 1/2\n",
+            "fixed points (x,y) = (0,-1/(1-a)) if a != 1, and (2-a,1)",
+        ),
+        ("solve x(n+1) = x(n)*y(n), y(n+1) = x(n)+y(n)-1, x(0) = 2, y(0) = 1/2\n", "fixed point (x,y) = (1,1)"),
+        ("solve x(n+2) = x(n+1)*x(n)/2+1/4, x(0) = 1/2, x(1) = 1/3\n", "fixed points 1-1/2*sqrt(2) and 1/2*sqrt(2)+1"),
+    ] {
+        let text = told(asked);
+        assert!(text.lines().any(|told| told.trim() == line), "{line}\n{text}");
+    }
+    // One that depends on the index has none that is told.
+    assert!(!told("solve x(n+1) = x(n)^2+n, x(0) = 0\n").contains("fixed point"));
+}
+
+/// As many terms as of any other map, by their digits, also with powers of the index and with whole parts.
+#[test]
+fn twenty_terms_are_told() {
+    let told_of = |asked: &str, name: &str| {
+        let text = told(asked);
+        let line =
+            text.lines().find_map(|line| line.trim().strip_prefix(&format!("{name} from 0 on: ")).map(str::to_string));
+        line.expect("terms")
+    };
+    for (asked, last) in [
+        ("solve x(n+1) = (1/2)^n*x(n)^2+1, x(0) = 0\n", "≈1.000003815"),
+        // 3.72…, the limit of the logarithm over 2^n, of floor(x^2/10).
+        ("solve x(n+1) = floor(x(n)^2/10), x(0) = 37\n", "≈8.840856380e297132"),
+    ] {
+        let line = told_of(asked, "x");
+        let terms: Vec<&str> = line.split(", ").filter(|term| *term != "…").collect();
+        assert_eq!((terms.len(), terms.last()), (20, Some(&last)), "{line}");
+    }
+    let symbolic = told_of("param c\nsolve x(n+1) = x(n)^2+c, x(0) = 0\n", "x");
+    assert!(symbolic.ends_with(", …: with its symbols the next term is too long to be of use"), "{symbolic}");
+}
+
+/// Where a piece steps over a value that the next one has, both are one index.
+#[test]
+fn what_is_clamped_comes_to_its_bound() {
+    let text = told("param v > 0, p\nsolve x(n+1) = clamp(x(n)+v,0,10), x(0) = p find n with x(n) = 10\n");
+    assert!(text.contains("n = ceil((10-p)/v) is the first with x(n) = 10"), "{text}");
+}
+
 /// Against the terms themselves, in machine numbers: what grows in every step does, and closes in on what is said.
 #[test]
 fn how_a_sequence_moves_is_seen_in_its_terms() {

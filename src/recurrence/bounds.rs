@@ -114,6 +114,12 @@ impl Bounds {
         Some(Bounds { low, high, precision: self.precision })
     }
 
+    /// The largest whole number that is not more.
+    pub(super) fn floor(&self) -> Bounds {
+        let (low, high) = (self.low.floor(), self.high.floor());
+        Bounds { low, high, precision: self.precision }.rounded()
+    }
+
     /// The quotient; none where it is not known to be one.
     pub(super) fn over(&self, other: &Bounds) -> Option<Bounds> {
         if other.low <= Low::ZERO && other.high >= High::ZERO {
@@ -205,6 +211,15 @@ mod tests {
         }
         let around = Bounds { low: of(&number(-2, 1)).low, ..of(&number(3, 1)) };
         assert_eq!(around.is_positive(), None);
+    }
+
+    #[test]
+    fn whole_parts_lie_between() {
+        for (one, floor) in [(number(-7, 11), -1), (number(22, 7), 3), (number(5, 1), 5), (number(-5, 1), -5)] {
+            assert!(contains(&of(&one).floor(), &number(floor, 1)), "{one}");
+        }
+        let large = of(&number(10, 1)).power(400).unwrap().plus(&of(&number(1, 2)));
+        assert!(contains(&large.floor(), &num_traits::pow(number(10, 1), 400)));
     }
 
     #[test]

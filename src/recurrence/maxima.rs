@@ -8,10 +8,11 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::Reach;
+use super::absorbed::first_of_all;
 use super::late::late_in_turns;
 use super::reach::Wanted;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Recurrence, Solved};
+use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value, View};
@@ -50,6 +51,7 @@ pub(super) fn late_parts(
 
 /// The first index at which a comparison holds, where that is one of those of its parts, each of which is asked.
 pub(super) fn first_of_parts(
+    recurrence: &Recurrence,
     (relation, left, right): Wanted<'_>,
     known: &Assumptions,
     ask: &dyn Fn(Wanted<'_>) -> Reach,
@@ -58,13 +60,17 @@ pub(super) fn first_of_parts(
         return None;
     }
     let apart = Apart::of(&left.sub(right).ok()?, relation, known)?;
-    let mut least: Option<Value> = None;
+    let (mut least, mut all): (Option<Value>, Vec<Comparison>) = (None, Vec::new());
     for alternative in &apart.alternatives {
-        let [part] = alternative.as_slice() else { return None };
-        let (relation, left, right) = comparison(part, apart.relation);
-        match ask((relation, &left, &right)) {
+        let parts: Vec<Comparison> = alternative.iter().map(|part| comparison(part, apart.relation)).collect();
+        let found = match parts.as_slice() {
+            [(relation, left, right)] => ask((*relation, left, right)),
+            parts => first_of_all(recurrence, parts, known, ask)?,
+        };
+        match found {
             Reach::Never(_) => {}
-            Reach::At(at, conditions) if conditions.is_empty() => {
+            Reach::At(at, conditions) if conditions.is_empty() || apart.alternatives.len() == 1 => {
+                all = conditions;
                 least = Some(match least {
                     Some(other) => lesser(other, at, known)?,
                     None => at,
@@ -73,7 +79,7 @@ pub(super) fn first_of_parts(
             _ => return None,
         }
     }
-    least.map(|at| Reach::At(at, Vec::new()))
+    least.map(|at| Reach::At(at, all))
 }
 
 fn lesser(one: Value, other: Value, known: &Assumptions) -> Option<Value> {
@@ -253,7 +259,7 @@ fn grows(value: &Value, atom: &Atom, known: &Assumptions) -> Option<bool> {
 }
 
 /// A comparison of a value with 0, the number in it on the other side, and without a sign in front where that can be.
-fn comparison(value: &Value, relation: Relation) -> (Relation, Value, Value) {
+fn comparison(value: &Value, relation: Relation) -> Comparison {
     let moved = || {
         let View::Real(sum, below) = value.view() else { return None };
         let plain = matches!(below.as_slice(), [(one, factors)] if one.is_one() && factors.is_empty());

@@ -6,6 +6,7 @@ use num_rational::BigRational;
 use num_traits::Signed;
 
 use super::fixed::{Place, atoms, fixed_points};
+use super::stationary::{Stationary, stationary};
 use super::terms::{Term, ended, listed};
 use crate::assumption::Assumptions;
 use crate::closed_form::Recurrence;
@@ -24,8 +25,12 @@ pub struct Behaviour {
     pub fixed_points: Vec<Value>,
     /// Between which two numbers each other one lies, where that is known.
     pub other_fixed_points: Option<Vec<(BigRational, BigRational)>>,
+    /// Of other maps, of several sequences too, all points that are mapped to themselves, where they are found.
+    pub stationary: Option<Vec<Stationary>>,
     /// How the sequence moves, if that is known.
     pub motion: Option<String>,
+    /// Whether fewer terms are listed than are asked for, though there are more.
+    pub stopped: bool,
 }
 
 /// How many terms are listed.
@@ -35,9 +40,13 @@ pub fn behaviour(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn() -
     let terms = listed(recurrence, LISTED, known, stop);
     let short = terms.iter().all(|terms| terms.len() < LISTED);
     let ended = if short { ended(recurrence, &terms) } else { None };
-    let mut result = Behaviour { terms, ended, ..Behaviour::default() };
-    let Some((map, name, _)) = single(recurrence) else { return result };
-    let Some((points, others)) = fixed_points(map, &name) else { return result };
+    let stopped = short && ended.is_none();
+    let mut result = Behaviour { terms, ended, stopped, ..Behaviour::default() };
+    let of_numbers = single(recurrence).and_then(|(map, name, _)| Some((map, fixed_points(map, &name)?, name)));
+    let Some((map, (points, others), name)) = of_numbers else {
+        result.stationary = stationary(recurrence, known);
+        return result;
+    };
     let starts = std::iter::successors(Some(recurrence.clone()), later).take(1 + LATER_STARTS);
     result.motion = starts.into_iter().find_map(|here| {
         let (_, _, start) = single(&here)?;

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
+use super::absorbed::first_of_all;
 use super::barrier::barred;
 use super::classes::Classes;
 use super::comes_round::{comes_again, comes_round};
@@ -22,7 +23,7 @@ use super::near::near;
 use super::needed::needed;
 use super::numeric::Numeric;
 use super::ratio::in_ratio;
-use super::sides::{furthest, squared};
+use super::sides::{each_part, furthest, squared};
 use super::squares::late_products;
 use super::terms::put_in;
 use super::{Reach, Unknown};
@@ -71,11 +72,23 @@ pub fn reach(
             let by = |distance: &Value| of_numbers(recurrence, solved, (relation, distance, &zero), known, stop);
             let found = by(&distance);
             // Along a line with symbols the length of what is left is one number, and its parts are several.
-            match (&found, left.sub(right).and_then(|left| left.norm())) {
+            let found = match (&found, left.sub(right).and_then(|left| left.norm())) {
                 (Reach::Unknown(_), Ok(length)) => match by(&length) {
                     Reach::Unknown(_) => found,
                     told => told,
                 },
+                _ => found,
+            };
+            let of_part = |part: Wanted<'_>| of_numbers(recurrence, solved, part, known, stop);
+            match &found {
+                Reach::Unknown(unknown) if relation == Relation::Eq => {
+                    let parts = each_part(left, right);
+                    match parts.and_then(|parts| first_of_all(recurrence, &parts, known, &of_part)) {
+                        Some(Reach::Unknown(other)) if unknown.open.is_some() || other.open.is_none() => found,
+                        Some(told) => told,
+                        None => found,
+                    }
+                }
                 _ => found,
             }
         }
@@ -112,7 +125,7 @@ fn of_numbers(
     };
     if symbolic(recurrence, wanted) {
         let of_part = |part: Wanted<'_>| of_numbers(recurrence, solved, part, known, stop);
-        return first_of_parts(wanted, known, &of_part).unwrap_or(Reach::Unknown(reason.unwrap_or(why)));
+        return first_of_parts(recurrence, wanted, known, &of_part).unwrap_or(Reach::Unknown(reason.unwrap_or(why)));
     }
     far(recurrence, wanted, &tail, stop).unwrap_or_else(|count| {
         let (Tail::Unknown(late) | Tail::Never(_, late)) = &tail;

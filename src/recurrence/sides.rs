@@ -4,6 +4,7 @@
 use num_traits::Signed;
 
 use crate::assumption::Assumptions;
+use crate::closed_form::Comparison;
 use crate::value::{Atom, Relation, Value, ValueError, View};
 
 /// The squares of both sides, where one is a distance and both are not negative: they compare alike, and the square of a
@@ -29,6 +30,12 @@ fn square_of_distance(side: &Value) -> Option<Value> {
         return None;
     }
     inner.mul(&Value::rational(&factor * &factor)).ok()
+}
+
+/// That each component of vectors is equal to that of the other.
+pub(super) fn each_part(left: &Value, right: &Value) -> Option<Vec<Comparison>> {
+    let (left, right) = (left.components()?, right.components()?);
+    Some(left.into_iter().zip(right).map(|(left, right)| (Relation::Eq, left, right)).collect())
 }
 
 /// The largest difference of two components of vectors: they are equal where it is 0.

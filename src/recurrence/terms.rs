@@ -155,9 +155,12 @@ fn bounded(recurrence: &Recurrence, all: &[Vec<Term>], step: usize, precision: u
     for (name, place, offset) in recurrence.terms() {
         known.insert(name, all.get(place)?.get(step + offset)?.bounds(precision)?);
     }
-    let index = BigRational::from_integer(BigInt::from(recurrence.from) + BigInt::from(step));
-    known.insert(recurrence.index.clone(), Bounds::of(&index, precision));
-    recurrence.sequences.iter().map(|sequence| evaluated(&sequence.next, &known, precision)).collect()
+    // The index exactly: as an exponent it has to be whole.
+    let index = Value::integer(recurrence.from.checked_add(i64::try_from(step).ok()?)?);
+    let next = |sequence: &crate::closed_form::Sequence| {
+        evaluated(&sequence.next.with(&recurrence.index, &index).ok()?, &known, precision)
+    };
+    recurrence.sequences.iter().map(next).collect()
 }
 
 /// The bounds of a quotient of polynomials in terms, maxima, and conditions that are known.
@@ -188,6 +191,7 @@ fn of_atom(atom: &Atom, known: &BTreeMap<Name, Bounds>, precision: usize) -> Opt
             .iter()
             .try_fold(whole(0), |greatest, part| Some(greatest.or_more(&evaluated(part, known, precision)?))),
         Atom::Root(inner) => evaluated(inner, known, precision)?.sqrt(),
+        Atom::Floor(inner) => Some(evaluated(inner, known, precision)?.floor()),
         Atom::Positive(inner) => evaluated(inner, known, precision)?.is_positive().map(|holds| whole(holds.into())),
         _ => None,
     }
@@ -199,6 +203,11 @@ impl Term {
             Term::Exact(value) => evaluated(value, &BTreeMap::new(), precision),
             Term::Between(bounds) => Some(bounds.clone()),
         }
+    }
+
+    /// Whether it has symbols.
+    pub fn is_symbolic(&self) -> bool {
+        matches!(self, Term::Exact(value) if is_symbolic(value))
     }
 
     /// Exactly where that is short; else, behind `≈`, the leading digits that are certain.

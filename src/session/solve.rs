@@ -3,12 +3,12 @@
 use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Form, Recurrence, Solved, needed};
+use crate::closed_form::{Comparison, Form, Recurrence, Solved, compared, needed};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    Behaviour, InCase, Part, Reach, Term, Unknown, at_rest, behaviour, near, parts, reach, read_by, solve_in_cases,
-    solve_until, special_cases,
+    Behaviour, InCase, Part, Reach, Stationary, Term, Unknown, at_rest, behaviour, near, parts, reach, read_by,
+    solve_in_cases, solve_until, special_cases,
 };
 use crate::report::Expected;
 use crate::value::{Relation, Value};
@@ -221,12 +221,17 @@ fn proof(recurrence: &Recurrence) -> String {
 fn without_form(recurrence: &Recurrence, behaviour: &Behaviour, open: impl Fn(&Name) -> bool) -> Vec<String> {
     let mut lines = Vec::new();
     lines.extend(fixed_points(behaviour));
+    lines.extend(behaviour.stationary.as_deref().map(|points| stationary(points, recurrence)));
     lines.extend(behaviour.motion.clone());
     let all = recurrence.sequences.iter().zip(&behaviour.terms);
     for (sequence, terms) in all.filter(|(sequence, _)| open(&sequence.name)) {
+        let last = terms.last();
         let terms: Vec<String> = terms.iter().map(Term::text).collect();
         let more = match &behaviour.ended {
             Some((term, why)) => format!("; there is no {term}: {why}"),
+            None if behaviour.stopped && last.is_some_and(Term::is_symbolic) => {
+                ", …: with its symbols the next term is too long to be of use".to_string()
+            }
             None => ", …".to_string(),
         };
         lines.push(format!("{} from {} on: {}{more}", sequence.name, recurrence.from, terms.join(", ")));
@@ -252,6 +257,37 @@ fn fixed_points(behaviour: &Behaviour) -> Option<String> {
         (None, true, _) => return None,
         (None, false, _) => format!("{word} {}, and perhaps others, roots of higher degree", points.join(" and ")),
     })
+}
+
+/// The points at which all sequences stay, with what each needs.
+fn stationary(points: &[Stationary], recurrence: &Recurrence) -> String {
+    let point = |stationary: &Stationary| {
+        let values: Vec<String> = stationary.point.iter().map(Value::to_string).collect();
+        if let [value] = values.as_slice() { value.clone() } else { format!("({})", values.join(",")) }
+    };
+    // Those with the same conditions together.
+    let mut groups: Vec<(&[Comparison], Vec<String>)> = Vec::new();
+    for one in points {
+        match groups.iter_mut().find(|(conditions, _)| *conditions == one.conditions.as_slice()) {
+            Some((_, points)) => points.push(point(one)),
+            None => groups.push((&one.conditions, vec![point(one)])),
+        }
+    }
+    let told: Vec<String> = groups
+        .iter()
+        .map(|(conditions, points)| {
+            let needs: Vec<String> = conditions.iter().map(compared).collect();
+            let needs = if needs.is_empty() { String::new() } else { format!(" if {}", needs.join(" and ")) };
+            format!("{}{needs}", points.join(" and "))
+        })
+        .collect();
+    let names: Vec<&str> = recurrence.sequences.iter().map(|one| one.name.as_str()).collect();
+    let of = if let [_, _, ..] = names.as_slice() { format!("({}) = ", names.join(",")) } else { String::new() };
+    match points {
+        [] => "it has no fixed point".to_string(),
+        [_] => format!("fixed point {of}{}", told.join(", and ")),
+        _ => format!("fixed points {of}{}", told.join(", and ")),
+    }
 }
 
 pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relation, &Value, &Value)) -> Vec<String> {
