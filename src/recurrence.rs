@@ -38,6 +38,7 @@ mod modular;
 mod near;
 mod needed;
 mod nested;
+mod never;
 mod nonlinear;
 mod numeric;
 mod orders;

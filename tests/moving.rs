@@ -94,6 +94,33 @@ fn twenty_terms_are_told() {
     assert!(symbolic.ends_with(", …: with its symbols the next term is too long to be of use"), "{symbolic}");
 }
 
+/// That something is so for no index is said with a clause that shows it.
+#[test]
+fn why_it_is_so_for_no_index_is_told() {
+    for (asked, why) in [
+        (
+            "param v > 0, w > v, d > 0\nsolve x(n+1) = x(n)+v, y(n+1) = y(n)+w, x(0) = 0, y(0) = d find n with x(n) >= y(n)\n",
+            "it is -d at n = 0 and does not grow from there on",
+        ),
+        (
+            "param p > 0\nsolve x(n+1) = 2*x(n), x(0) = p find n with x(n) < 0\n",
+            "it is p at n = 0 and does not fall from there on",
+        ),
+        (
+            "param p > 0\nsolve x(n+1) = x(n)/2+1, x(0) = p find n with x(n) <= 0\n",
+            "it goes from p at n = 0 to 2 and stays between them",
+        ),
+        (
+            "solve x(n+1) = x(n)/2, y(n+1) = -y(n), x(0) = 5, y(0) = 4 find n with x(n)+y(n) > 20\n",
+            "4*(-1)^n+5*(1/2)^n-20 > 0 for no n: it is at most -11",
+        ),
+        ("solve x(n+1) = x(n)/2, x(0) = 5 find n with -2*x(n) > 20\n", "it closes in on 0 and never meets the goal"),
+    ] {
+        let text = told(asked);
+        assert!(text.contains("never ") && text.contains(why), "{why}\n{text}");
+    }
+}
+
 /// Where a piece steps over a value that the next one has, both are one index.
 #[test]
 fn what_is_clamped_comes_to_its_bound() {

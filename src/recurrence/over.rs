@@ -2,6 +2,7 @@
 //! just where its numerator is beyond as many times the denominator.
 
 use super::interval::Interval;
+use super::never::for_none;
 use super::search::{Entry, enter};
 use super::{Reach, Unknown};
 use crate::value::{Relation, Value};
@@ -32,7 +33,7 @@ pub(super) fn of_quotient(entry: &Entry<'_>) -> Option<Result<Reach, Unknown>> {
     let value = above.sub(&bound.mul(&below).ok()?).ok()?;
     Some(match enter(&Entry { value, interval: Interval::of(relation), ..*entry }) {
         // Why the numerator never does says nothing of the quotient.
-        Ok(Reach::Never(_)) => Ok(Reach::Never(format!("{} for no {}", entry.goal(&entry.value), entry.index))),
+        Ok(Reach::Never(_)) => Ok(Reach::Never(for_none(entry, &known))),
         found => found,
     })
 }

@@ -15,6 +15,7 @@ pub(crate) use logarithm::NO_VALUE;
 use super::affine::{Shape, shape};
 use super::cut_off::Cut;
 use super::interval::Interval;
+use super::never::for_none;
 use super::outgrown::outgrown;
 use super::over::of_quotient;
 use super::powers::{Found, Numbers, powers};
@@ -111,8 +112,7 @@ impl Entry<'_> {
         }
         let holds = |value: &Value| self.interval.holds(value, &known);
         let found = holds(&self.value).or_else(|| for_all_signs(&self.value, &holds)) == Some(false);
-        let goal = self.goal(&self.value);
-        found.then(|| Reach::Never(format!("{goal} for no {}", self.index)))
+        found.then(|| Reach::Never(for_none(self, &known)))
     }
 
     /// Whether a value is positive (else negative).
@@ -375,7 +375,12 @@ impl Entry<'_> {
 
     /// Why a sequence that closes in on its limit does not meet the goal.
     fn closes_in(&self, limit: &Value, ratio: &Value) -> Result<String, Unknown> {
+        // The limit of the sequence itself, where it is asked for this and not for a multiple of it.
         let rest = self.known.simplify(&self.form.sub(&self.value)?.add(limit)?);
+        let rest = match shape(self.form, self.index) {
+            Ok(Shape::Geometric { limit, .. }) if rest.mentions(self.index) => limit,
+            _ => rest,
+        };
         let one = BigRational::from_integer(BigInt::from(1));
         let grows = ratio.as_rational().is_some_and(|ratio| ratio.abs() > one);
         if self.interval.holds(limit, self.known) == Some(false) {
