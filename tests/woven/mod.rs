@@ -28,7 +28,12 @@ pub fn component(index: usize) -> String {
 /// What a component does, with as many reads and writes in each round as before, written in other ways.
 fn shaped(dice: &mut Dice, own: &str, body: Vec<Term>, definitions: &mut Definitions) -> Term {
     let mut parts: Vec<Term> = Vec::new();
-    for part in body {
+    for (place, part) in body.into_iter().enumerate() {
+        // Parts side by side bind different names.
+        let part = match part.node() {
+            Node::In(port, _) => input(port.as_str(), &format!("y{place}")),
+            _ => part,
+        };
         let same = |dice: &mut Dice, part: &Term| {
             let other = match part.node() {
                 Node::Out(port, _) => Term::new(Node::Out(port.clone(), int(9))),
@@ -57,7 +62,12 @@ fn shaped(dice: &mut Dice, own: &str, body: Vec<Term>, definitions: &mut Definit
     // A read or write of a port once and again; parts side by side; parts under a name.
     let mut place = 0;
     while place + 1 < parts.len() {
-        if parts[place] == parts[place + 1] {
+        let port = |part: &Term| match part.node() {
+            Node::In(port, _) => Some(port.clone()),
+            _ => None,
+        };
+        let read_twice = port(&parts[place]).is_some() && port(&parts[place]) == port(&parts[place + 1]);
+        if parts[place] == parts[place + 1] || read_twice {
             let part = parts.remove(place);
             parts[place] = Term::new(Node::Power(part, int(2), None));
         } else if dice.place(6) == 0 {
@@ -139,6 +149,7 @@ pub fn random_network(dice: &mut Dice, made: Made) -> Network {
         if !links.is_empty() && dice.place(4) == 0 {
             // A second reader of a port may compete with the first.
             bodies[dice.place(count)].push(input("c0", "z"));
+            uses.retain(|(_, port), _| port.as_str() != "c0");
         }
         let writer = dice.place(count);
         let looping = again(output("o", number_of(7)));
