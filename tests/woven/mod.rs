@@ -31,7 +31,7 @@ fn shaped(dice: &mut Dice, own: &str, body: Vec<Term>, definitions: &mut Definit
     for (place, part) in body.into_iter().enumerate() {
         // Parts side by side bind different names.
         let part = match part.node() {
-            Node::In(port, _) => input(port.as_str(), &format!("y{place}")),
+            Node::In(port, _) => input(port.as_str(), &format!("w{place}")),
             _ => part,
         };
         let same = |dice: &mut Dice, part: &Term| {
