@@ -60,7 +60,7 @@ fn fixed_points_with_symbols_and_of_several_sequences_are_told() {
         ("param c > 1\nsolve x(n+1) = x(n)^2+c, x(0) = 0\n", "it has no fixed point"),
         (
             "param a\nsolve x(n+1) = x(n)*y(n), y(n+1) = x(n)+a*y(n)-1, x(0) = 2, y(0) = 1/2\n",
-            "fixed points (x,y) = (0,-1/(1-a)) if a != 1, and (2-a,1)",
+            "fixed points (x,y) = (0,1/(a-1)) if a != 1, and (2-a,1)",
         ),
         ("solve x(n+1) = x(n)*y(n), y(n+1) = x(n)+y(n)-1, x(0) = 2, y(0) = 1/2\n", "fixed point (x,y) = (1,1)"),
         ("solve x(n+2) = x(n+1)*x(n)/2+1/4, x(0) = 1/2, x(1) = 1/3\n", "fixed points 1-1/2*sqrt(2) and 1/2*sqrt(2)+1"),
@@ -83,7 +83,6 @@ fn twenty_terms_are_told() {
     };
     for (asked, last) in [
         ("solve x(n+1) = (1/2)^n*x(n)^2+1, x(0) = 0\n", "≈1.000003815"),
-        // 3.72…, the limit of the logarithm over 2^n, of floor(x^2/10).
         ("solve x(n+1) = floor(x(n)^2/10), x(0) = 37\n", "≈8.840856380e297132"),
     ] {
         let line = told_of(asked, "x");
