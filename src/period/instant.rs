@@ -56,6 +56,8 @@ struct Besides {
     cuts: Vec<Cut>,
     rivals: Vec<usize>,
     pairs: Vec<(Offer, Offer)>,
+    /// Numbers for what the components that wrote and read were before.
+    before: [u64; 2],
 }
 
 /// A `#` in a branch of which something was communicated, as it then was, with what waits in its other branches.
@@ -112,6 +114,11 @@ impl Moment {
     pub(super) fn settled_anew(self, path: Path) -> Moment {
         let dirty = (0..self.state.len()).collect();
         Moment { path, dirty, ..self }
+    }
+
+    /// A number for what a component is about to do.
+    fn number(&self, component: usize) -> u64 {
+        self.hashes.0.get(component).copied().unwrap_or_default()
     }
 
     /// Puts a settled component in its place.
@@ -217,6 +224,7 @@ impl Clock<'_> {
             }
         }
         moment.order.made(&writer, &reader);
+        let before = [&writer, &reader].map(|offer| moment.number(offer.place.component));
         let value = communicate(&mut moment.state, &writer, &reader);
         let cuts = [&writer.place, &reader.place].into_iter().flat_map(|place| cuts(moment, place)).collect();
         moment.communications.push((written(&writer.port), value));
@@ -224,7 +232,7 @@ impl Clock<'_> {
             moment.dirty.insert(component);
             moment.moved.insert(component);
         }
-        moment.besides = Some(Besides { rivals, pairs, writer, reader: reader.place, cuts });
+        moment.besides = Some(Besides { rivals, pairs, writer, reader: reader.place, cuts, before });
         Ok(None)
     }
 
@@ -314,6 +322,8 @@ impl Clock<'_> {
     /// The communication just made, and what its components read or write now, could not have come otherwise.
     fn check_order(&self, besides: &Besides, moment: &mut Moment) -> Result<(), Halt> {
         let port = &besides.writer.port;
+        let now = [&besides.writer.place, &besides.reader].map(|place| moment.number(place.component));
+        moment.order.left([0, 1].map(|side| now.get(side) == besides.before.get(side)));
         if !moment.board.writes_again(&besides.writer) {
             moment.order.taken(port);
         }

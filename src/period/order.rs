@@ -7,7 +7,8 @@
 //!
 //! What a part does comes after what the same part did, what it did before it branched, and what its branches did before
 //! they were joined: all these stand at a place of which one begins with the other. What a reader does comes after what
-//! its writer did, and the other way round. Nothing else is taken for a cause, so a race may be suspected where there is
+//! its writer did, and the other way round. A communication that leaves a part as it was, such as the value of a sensor
+//! that is read, is no cause of what that part does later. Nothing else is taken for a cause, so a race may be suspected where there is
 //! none, but none is passed over.
 
 use std::collections::BTreeSet;
@@ -22,6 +23,8 @@ struct Event {
     port: Name,
     writer: Place,
     reader: Place,
+    /// Whether the component that wrote, or read, then was as before: so nothing that it does later has it as a cause.
+    as_before: [bool; 2],
 }
 
 /// What was communicated on a port in the instant.
@@ -54,9 +57,17 @@ impl Order {
     pub(super) fn made(&mut self, writer: &Offer, reader: &Offer) {
         let event = self.events.len();
         let port = writer.port.clone();
-        self.events.push(Event { port: port.clone(), writer: writer.place.clone(), reader: reader.place.clone() });
+        let (writer, reader) = (writer.place.clone(), reader.place.clone());
+        self.events.push(Event { port: port.clone(), writer, reader, as_before: [false; 2] });
         let taken = self.on.get(&port).and_then(|last| last.taken);
         self.on.insert(port, Last { event, taken });
+    }
+
+    /// Notes whether the components that wrote and read last are as they were before.
+    pub(super) fn left(&mut self, as_before: [bool; 2]) {
+        if let Some(event) = self.events.last_mut() {
+            event.as_before = as_before;
+        }
     }
 
     /// Notes that the writer of the last communication does not write the same again.
@@ -116,7 +127,7 @@ impl Order {
             let parts = [&event.writer, &event.reader];
             let known =
                 |part: &Place| causes.get(&part.component).is_some_and(|all| all.iter().any(|one| one_part(one, part)));
-            if !parts.into_iter().any(known) {
+            if !parts.into_iter().zip(event.as_before).any(|(part, as_before)| !as_before && known(part)) {
                 continue;
             }
             if number == cause {

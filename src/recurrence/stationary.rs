@@ -1,6 +1,9 @@
 //! Fixed points of maps with symbols, of several sequences, and of higher order: solutions of polynomial equations, found by
 //! factors that are variables, by substitution, and by roots of quadratic polynomials. Each is put in before it is told.
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use num_rational::BigRational;
 use num_traits::One;
 
@@ -41,8 +44,8 @@ pub(super) fn stationary(recurrence: &Recurrence, known: &Assumptions) -> Option
     let known = terms.iter().fold(own, |known, (name, ..)| known.without_name(name));
     let equation = |(map, name): (&Value, &Name)| map.sub(&Value::variable(name)).ok()?.numerator();
     let equations = maps.iter().zip(&names).map(equation).collect::<Option<Vec<Value>>>()?;
-    let mut found = Vec::new();
-    let open = Open { equations, places: Vec::new(), conditions: Vec::new(), known };
+    let (mut found, supposed) = (Vec::new(), Rc::new(Cell::new(false)));
+    let open = Open { equations, places: Vec::new(), conditions: Vec::new(), known, supposed: Rc::clone(&supposed) };
     open.solve(&names, 0, &mut found)?;
     let mut all: Vec<Stationary> = Vec::new();
     for end in found {
@@ -52,7 +55,9 @@ pub(super) fn stationary(recurrence: &Recurrence, known: &Assumptions) -> Option
             }
         }
     }
-    (all.len() <= MOST_POINTS).then_some(all)
+    // That there is none where something was supposed does not say that there is none.
+    let none_by_supposing = all.is_empty() && supposed.get();
+    (all.len() <= MOST_POINTS && !none_by_supposing).then_some(all)
 }
 
 /// Equations that are to be 0, with what unknowns are already, in terms of those that are left.
@@ -64,6 +69,8 @@ struct Open {
     conditions: Vec<Comparison>,
     /// With the conditions.
     known: Assumptions,
+    /// Whether a condition was supposed on the way to any solution.
+    supposed: Rc<Cell<bool>>,
 }
 
 impl Open {
@@ -173,6 +180,7 @@ impl Open {
             Some(true) => {}
             Some(false) => return None,
             None => {
+                here.supposed.set(true);
                 here.known.assume(relation, value, &Value::zero());
                 here.conditions.push((relation, value.clone(), Value::zero()));
             }

@@ -52,6 +52,7 @@ impl Value {
         let whole = product.scale(&product.content().recip());
         let whole = as_squares(&whole).map_or(whole, |(_, multiple)| multiple);
         length_of_squares(&whole).is_some()
+            || sums_multiples_of_squares(&whole)
             || square_with_numbers(&whole).is_ok_and(|root| root.is_some())
             || self.after_a_step().is_some()
     }
@@ -130,6 +131,31 @@ pub(super) fn over_length(numerator: &Real, denominator: &Real) -> Option<OverLe
         let plain = plain.divide(square, &mut budget)?;
         Some(OverLength { root: atom.clone(), plain, beside, below })
     })
+}
+
+/// Whether it is written as a sum of positive multiples of squares: `x^2+2*y^2-4*y+3`, which is `x^2+2*(y-1)^2+1`.
+fn sums_multiples_of_squares(sum: &Real) -> bool {
+    let mut rest = sum.clone();
+    while !rest.is_zero() {
+        if let Some(number) = rest.as_constant() {
+            return number.is_positive();
+        }
+        let pivot = |atom: &Atom| {
+            let coefficients = rest.coefficients_in(atom);
+            let square = coefficients.get(&2).filter(|_| coefficients.len() <= 3 && rest.degree_in(atom) == 2)?;
+            let number = square.as_constant().filter(BigRational::is_positive)?;
+            let half = (&number + &number).recip();
+            let linear = coefficients.get(&1).map_or_else(Polynomial::zero, |linear| linear.scale(&half));
+            let part = Polynomial::atom(atom.clone()).plus(&linear);
+            Some(part.times(&part)?.scale(&number))
+        };
+        let Some(square) = rest.atoms().into_iter().find_map(pivot) else { return false };
+        rest = rest.minus(&square);
+        if rest.terms().len() > MOST_TERMS {
+            return false;
+        }
+    }
+    true
 }
 
 /// Whether it is written as a sum of squares: `x^2-6*x+9+y^2`.
