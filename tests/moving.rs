@@ -68,6 +68,8 @@ fn fixed_points_with_symbols_and_of_several_sequences_are_told() {
         let text = told(asked);
         assert!(text.lines().any(|told| told.trim() == line), "{line}\n{text}");
     }
+    // For a = 0 every point is one.
+    assert!(!told("param a\nsolve x(n+1) = x(n)+a*x(n)^2+a, x(0) = 1\n").contains("fixed point"));
     // One that depends on the index has none that is told.
     assert!(!told("solve x(n+1) = x(n)^2+n, x(0) = 0\n").contains("fixed point"));
 }
