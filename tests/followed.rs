@@ -280,3 +280,12 @@ fn a_goal_in_halves_is_followed() {
     ));
     assert!(text.contains("all 5 ways") && text.contains("proved: ") && !text.contains("on trust"), "{text}");
 }
+
+/// Of two tries of which the first is known to fail, the second binds what is read later.
+#[test]
+fn a_second_try_that_binds_a_result_is_followed() {
+    let text = run("param t > 0\nobserver Slow(n)\n\
+         proc Try_n = (Delay_t ; Gtr_{n,2} ; Set_0<k>) else ((Delay_{2*t} # Slow_n) ; Set_{n+1}<k>)\n\
+         proc L_n = Try_n ; Out_{c,k} ; L_k\nproc R = In_c<x> ; R\nsystem Sys = L_0 | R\nperiod Sys\n");
+    assert!(text.contains("lasting: 10*t in all") && text.contains("all 3 ways"), "{text}");
+}

@@ -122,6 +122,12 @@ impl Facts {
         } else {
             self.duration = second.duration.clone();
         }
+        // Where only one of them stops, what that one binds is bound.
+        match (self.may_stop, second.may_stop) {
+            (true, true) => self.surely_binds.retain(|name| second.surely_binds.contains(name)),
+            (true, false) => {}
+            (false, _) => self.surely_binds.clone_from(&second.surely_binds),
+        }
         self.extend(second);
         self.reads.extend(&second.reads);
         self.may_stop |= second.may_stop;
@@ -131,7 +137,6 @@ impl Facts {
         self.starts_aborted &= second.starts_aborted;
         self.instant_stop |= self.instant_abort && second.instant_stop;
         self.instant_abort &= second.instant_abort;
-        self.surely_binds.retain(|name| second.surely_binds.contains(name));
         self
     }
 

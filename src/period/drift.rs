@@ -23,7 +23,7 @@ impl Failure {
     pub(super) fn with_variables(self, other: Failure) -> Failure {
         match (self, other) {
             (Failure::NoPeriod { reason }, Failure::NoPeriod { reason: why }) => {
-                Failure::not_found(format!("{reason}, and with variables for the durations {why}"))
+                Failure::not_found(format!("{reason}; with variables for the durations: {why}"))
             }
             (own, _) => own,
         }
