@@ -322,8 +322,6 @@ impl Clock<'_> {
     /// The communication just made, and what its components read or write now, could not have come otherwise.
     fn check_order(&self, besides: &Besides, moment: &mut Moment) -> Result<(), Halt> {
         let port = &besides.writer.port;
-        let now = [&besides.writer.place, &besides.reader].map(|place| moment.number(place.component));
-        moment.order.left([0, 1].map(|side| now.get(side) == besides.before.get(side)));
         if !moment.board.writes_again(&besides.writer) {
             moment.order.taken(port);
         }
@@ -353,6 +351,9 @@ impl Clock<'_> {
                 return race(component, &offer.port, other);
             }
         }
+        // Of what came of it at once it is a cause all the same.
+        let now = [&besides.writer.place, &besides.reader].map(|place| moment.number(place.component));
+        moment.order.left([0, 1].map(|side| now.get(side) == besides.before.get(side)));
         Ok(())
     }
 
