@@ -44,8 +44,8 @@ pub(super) fn stationary(recurrence: &Recurrence, known: &Assumptions) -> Option
     let known = terms.iter().fold(own, |known, (name, ..)| known.without_name(name));
     let equation = |(map, name): (&Value, &Name)| map.sub(&Value::variable(name)).ok()?.numerator();
     let equations = maps.iter().zip(&names).map(equation).collect::<Option<Vec<Value>>>()?;
-    let (mut found, supposed) = (Vec::new(), Rc::new(Cell::new(false)));
-    let open = Open { equations, places: Vec::new(), conditions: Vec::new(), known, supposed: Rc::clone(&supposed) };
+    let (mut found, lost) = (Vec::new(), Rc::new(Cell::new(false)));
+    let open = Open { equations, places: Vec::new(), conditions: Vec::new(), known, lost: Rc::clone(&lost) };
     open.solve(&names, 0, &mut found)?;
     let mut all: Vec<Stationary> = Vec::new();
     for end in found {
@@ -55,9 +55,8 @@ pub(super) fn stationary(recurrence: &Recurrence, known: &Assumptions) -> Option
             }
         }
     }
-    // That there is none where something was supposed does not say that there is none.
-    let none_by_supposing = all.is_empty() && supposed.get();
-    (all.len() <= MOST_POINTS && !none_by_supposing).then_some(all)
+    // That a case has none where something is supposed of parameters does not say that it has none.
+    (all.len() <= MOST_POINTS && !lost.get()).then_some(all)
 }
 
 /// Equations that are to be 0, with what unknowns are already, in terms of those that are left.
@@ -69,8 +68,8 @@ struct Open {
     conditions: Vec<Comparison>,
     /// With the conditions.
     known: Assumptions,
-    /// Whether a condition was supposed on the way to any solution.
-    supposed: Rc<Cell<bool>>,
+    /// Whether some case had no solution under conditions.
+    lost: Rc<Cell<bool>>,
 }
 
 impl Open {
@@ -84,7 +83,10 @@ impl Open {
             // What holds for some parameters only is no case that is told.
             match self.known.decide(Relation::Eq, equation, &Value::zero()) {
                 Some(true) => {}
-                Some(false) => return Some(()),
+                Some(false) => {
+                    found.extend(self.without());
+                    return Some(());
+                }
                 None => return None,
             }
         }
@@ -136,7 +138,7 @@ impl Open {
                     let square =
                         middle.mul(middle).ok()?.sub(&rest.mul(factor).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
                     let square = here.known.simplify(&square);
-                    let Some(here) = here.given(Relation::Gte, &square) else { return Some(Vec::new()) };
+                    let Some(here) = here.given(Relation::Gte, &square) else { return Some(here.without()) };
                     let root = here.known.simplify(&square.sqrt().ok()?);
                     let double = factor.mul(&Value::integer(2)).ok()?;
                     let images = [root.neg().ok()?, root].map(|side| side.sub(middle).ok()?.div(&double).ok());
@@ -173,6 +175,12 @@ impl Open {
         Some(here)
     }
 
+    /// The solutions of a case that has none, which is noted where conditions are supposed in it.
+    fn without<T>(&self) -> Vec<T> {
+        self.lost.set(self.lost.get() || !self.conditions.is_empty());
+        Vec::new()
+    }
+
     /// Where a value compares so with 0, which may be a condition; nothing where it does not.
     fn given(&self, relation: Relation, value: &Value) -> Option<Open> {
         let mut here = self.clone();
@@ -180,7 +188,6 @@ impl Open {
             Some(true) => {}
             Some(false) => return None,
             None => {
-                here.supposed.set(true);
                 here.known.assume(relation, value, &Value::zero());
                 here.conditions.push((relation, value.clone(), Value::zero()));
             }
@@ -195,7 +202,7 @@ impl Open {
         for (name, image) in here.places.iter().rev() {
             let image = values.iter().try_fold(image.clone(), |image, (other, value)| image.with(other, value));
             // Where its factor is 0 after all it is another case.
-            let Ok(image) = image else { return Some(Vec::new()) };
+            let Ok(image) = image else { return Some(here.without()) };
             values.push((name.clone(), here.known.simplify(&image)));
         }
         let images = values.iter().cloned().collect();
@@ -207,14 +214,14 @@ impl Open {
         for divisor in below {
             match here.given(Relation::Neq, &here.known.simplify(&divisor)) {
                 Some(defined) => here = defined,
-                None => return Some(Vec::new()),
+                None => return Some(here.without()),
             }
         }
         for (map, value) in maps.iter().zip(&point) {
             let image = here.known.simplify(&map.substitute(&images).ok()?);
             match here.known.decide(Relation::Eq, &image, value) {
                 Some(true) => {}
-                Some(false) => return Some(Vec::new()),
+                Some(false) => return Some(here.without()),
                 None => return None,
             }
         }
