@@ -9,6 +9,7 @@ mod atoms;
 mod eliminate;
 mod enclosed;
 mod hidden;
+mod integral;
 mod linear;
 mod pieces;
 mod refute;

@@ -188,7 +188,7 @@ impl fmt::Display for Failure {
                 let found = if self.is_open() { " found" } else { "" };
                 let why = match rational {
                     Some(name) => drift::rational_told(&one.1, &other.1, name),
-                    None => drift::what_would_do(&one.1, &other.1),
+                    None => drift::what_would_do(&one.1, &other.1, "exactly if"),
                 };
                 write!(f, "no period{found}: {} goes round in {} and {} in {}{why}", one.0, one.1, other.0, other.1)
             }

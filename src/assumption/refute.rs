@@ -193,6 +193,10 @@ impl Assumptions {
         if !counted.is_empty() && spend(systems) && contradictory(&[system.as_slice(), counted.as_slice()].concat()) {
             return true;
         }
+        let integers = self.of_integers(system);
+        if !integers.is_empty() && contradictory(&[system.as_slice(), integers.as_slice()].concat()) {
+            return true;
+        }
         let nonlinear = system.iter().any(|one| one.form.terms().iter().any(|(monomial, _)| monomial.degree() > 1));
         if !nonlinear || !spend(systems) {
             return false;

@@ -67,7 +67,7 @@ fn throughout_by(
     until: Option<u64>,
     differences: usize,
 ) -> bool {
-    let holds = |at: u64| term(sum, at).is_some_and(|number| relation.holds(number.cmp(&BigRational::zero())));
+    let holds = |at: u64| stands(sum, relation, at) == Some(true);
     if until.is_some_and(|until| until <= from) {
         return true;
     }
@@ -100,7 +100,7 @@ pub fn first_by_halves(
     from: u64,
     stop: &dyn Fn() -> bool,
 ) -> Option<u64> {
-    let holds = |at: u64| Some(relation.holds(sign(sum, at)?));
+    let holds = |at: u64| stands(sum, relation, at);
     let way = match relation {
         Relation::Gtr | Relation::Gte => Relation::Gte,
         Relation::Lss | Relation::Lte => Relation::Lte,
@@ -126,6 +126,11 @@ pub fn first_by_halves(
         if holds(middle)? { later = middle } else { earlier = middle }
     }
     Some(later)
+}
+
+/// Whether a sum with rational coefficients stands in a relation to 0 at an index.
+pub fn stands(sum: &ExponentialPolynomial, relation: Relation, at: u64) -> Option<bool> {
+    Some(relation.holds(sign(sum, at)?))
 }
 
 /// How the term of an index lies to 0: a late one is not written down where its first bits tell.

@@ -34,6 +34,23 @@ pub enum Course {
     Ends(End, Value),
 }
 
+/// A way that a run takes, from a phase or from the start, with what is kept of the values there.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Taken<'a> {
+    /// The phase that it leaves; none for the start.
+    pub phase: Option<usize>,
+    /// The way.
+    pub edge: &'a Edge,
+    /// The values of variables of that phase.
+    pub values: BTreeMap<Name, Value>,
+}
+
+/// A run and the ways that it took.
+struct Followed<'a> {
+    end: Course,
+    taken: Vec<Taken<'a>>,
+}
+
 /// Whether a way is taken in a state of the phase it leaves.
 fn taken(edge: &Edge, state: &BTreeMap<Name, Value>, assumptions: &Assumptions) -> Option<bool> {
     let mut all = Some(true);
@@ -117,35 +134,45 @@ impl Period {
     pub fn course(&self, assumptions: &Assumptions, interrupted: &dyn Fn() -> bool) -> Option<Course> {
         let steering = self.steering();
         let kept = |number: usize, name: &Name| steering.get(number).is_some_and(|names| names.contains(name));
-        let (course, rounds) = self.follow(&kept, MOST_ROUNDS, assumptions, interrupted)?;
-        if matches!(&course, Course::Repeats { beside, .. } if !beside.is_empty()) {
-            let most = rounds.saturating_mul(MOST_TURNS).min(MOST_ROUNDS);
-            if let Some((whole, _)) = self.follow(&|_, _| true, most, assumptions, interrupted) {
-                return Some(whole);
+        let course = self.follow(&kept, MOST_ROUNDS, assumptions, interrupted)?;
+        if matches!(&course.end, Course::Repeats { beside, .. } if !beside.is_empty()) {
+            let most = course.taken.len().saturating_mul(MOST_TURNS).min(MOST_ROUNDS);
+            if let Some(whole) = self.follow(&|_, _| true, most, assumptions, interrupted) {
+                return Some(whole.end);
             }
         }
-        Some(course)
+        Some(course.end)
     }
 
-    /// Where it comes to, when in each phase only these variables are kept; and after how many rounds.
+    /// The ways that the run takes until it comes round or ends, as far as what it depends on is kept. None where
+    /// [`Period::course`] gives none.
+    pub fn taken(&self, assumptions: &Assumptions, interrupted: &dyn Fn() -> bool) -> Option<Vec<Taken<'_>>> {
+        let steering = self.steering();
+        let kept = |number: usize, name: &Name| steering.get(number).is_some_and(|names| names.contains(name));
+        Some(self.follow(&kept, MOST_ROUNDS, assumptions, interrupted)?.taken)
+    }
+
+    /// Where it comes to, when in each phase only these variables are kept.
     fn follow(
         &self,
         kept: &dyn Fn(usize, &Name) -> bool,
         most: usize,
         assumptions: &Assumptions,
         interrupted: &dyn Fn() -> bool,
-    ) -> Option<(Course, usize)> {
+    ) -> Option<Followed<'_>> {
         let (mut edges, mut state, mut time) = (self.initial.as_slice(), BTreeMap::new(), Value::zero());
+        let (mut phase, mut ways) = (None, Vec::new());
         let mut seen: HashMap<(usize, BTreeMap<Name, Value>), Value> = HashMap::new();
-        for round in 0..most {
+        for _ in 0..most {
             if interrupted() {
                 return None;
             }
             let edge = way(edges, &state, assumptions)?;
             time = time.add(&edge.duration().ok()?.substitute(&state).ok()?).ok()?;
+            ways.push(Taken { phase, edge, values: state.clone() });
             let number = match &edge.next {
                 Next::Phase(number) => *number,
-                Next::End(end) => return Some((Course::Ends(end.clone(), time), round)),
+                Next::End(end) => return Some(Followed { end: Course::Ends(end.clone(), time), taken: ways }),
             };
             let next = edge.map.iter().filter(|(name, _)| kept(number, name));
             let next = next.map(|(name, value)| Some((name.clone(), value.substitute(&state).ok()?)));
@@ -157,8 +184,10 @@ impl Period {
             }
             if let Some(from) = seen.insert((number, state.clone()), time.clone()) {
                 let beside = edge.map.keys().filter(|name| !kept(number, name)).cloned().collect();
-                return Some((Course::Repeats { lasting: time.sub(&from).ok()?, from, beside }, round));
+                let end = Course::Repeats { lasting: time.sub(&from).ok()?, from, beside };
+                return Some(Followed { end, taken: ways });
             }
+            phase = Some(number);
             edges = &self.phases.get(number)?.edges;
         }
         None

@@ -153,14 +153,14 @@ fn ratio_told(one: &Value, other: &Value, known: &Assumptions) -> String {
         }
         Ok(ratio) => match rational_for_each(&ratio, known) {
             Some(name) => rational_told(one, other, &name),
-            None => what_would_do(one, other),
+            None => what_would_do(one, other, "if"),
         },
-        Err(_) => what_would_do(one, other),
+        Err(_) => what_would_do(one, other, "if"),
     }
 }
 
-/// What would have to hold for two durations to have a common multiple.
-pub(super) fn what_would_do(one: &Value, other: &Value) -> String {
+/// What would have to hold for two durations to have a common multiple; a period follows from it, or there is one exactly then.
+pub(super) fn what_would_do(one: &Value, other: &Value, when: &str) -> String {
     match rational_ratio(one, other) {
         Some(true) => return String::new(),
         Some(false) => {
@@ -169,7 +169,7 @@ pub(super) fn what_would_do(one: &Value, other: &Value) -> String {
         }
         None => {}
     }
-    let text = format!(": {one} and {other} have no known ratio; there is a period if it is rational");
+    let text = format!(": {one} and {other} have no known ratio; there is a period {when} it is rational");
     let (given, fixed) = match (other.as_variable(), one.as_variable()) {
         (Some(name), _) if !one.mentions(name) => (name, one),
         (_, Some(name)) if !other.mentions(name) => (name, other),

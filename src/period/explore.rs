@@ -1,5 +1,6 @@
 //! The symbolic run: phases found one from another until no new one turns up.
 
+mod clocks;
 mod delays;
 mod waits;
 
@@ -100,6 +101,8 @@ struct Explorer<'a> {
     grown: bool,
     /// Whether which delay ends first was asked.
     ordered: bool,
+    /// Why nothing comes round, where nobody holds up components whose rounds have no rational ratio.
+    drifts: Option<Failure>,
 }
 
 /// By what phases of the same control points are apart.
@@ -135,6 +138,7 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
         || grown
         || matches!(&failure, Failure::Order { one, other } if drift::counted([&one.1, &other.1].into_iter(), assumptions));
     let others = [(explorer.general, Kept::Values), (counted, Kept::Nothing)];
+    let drifts = explorer.grown || matches!(failure, Failure::Order { .. });
     let mut clock = explorer.clock;
     for kept in others.into_iter().filter_map(|(may, kept)| may.then_some(kept)) {
         let mut explorer = Explorer::new(clock, assumptions, kept);
@@ -146,6 +150,13 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
                 }
             }
             found => return found,
+        }
+    }
+    if drifts && !counted {
+        let mut explorer = Explorer::new(clock, assumptions, Kept::Nothing);
+        match explorer.run(components) {
+            Err(Failure::Interrupted) => failure = Failure::Interrupted,
+            _ => failure = explorer.drifts.unwrap_or(failure),
         }
     }
     Err(failure)
@@ -164,6 +175,7 @@ impl<'a> Explorer<'a> {
             counted: false,
             grown: false,
             ordered: false,
+            drifts: None,
         }
     }
 
@@ -176,6 +188,9 @@ impl<'a> Explorer<'a> {
         // variables two.
         while let Some(spot) = work.pop_first() {
             self.explore_spot(spot, &mut work)?;
+        }
+        if self.kept == Kept::Nothing {
+            self.drifts = self.drifting_clocks(&initial).ok().flatten();
         }
         self.finish(&initial)
     }

@@ -6,7 +6,7 @@ use super::{Edge, Next, Period, Phase, Segment};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::substitution::substitute_values;
-use crate::value::{Value, ValueError};
+use crate::value::{Relation, Value, ValueError};
 
 /// Edges that one merging may make.
 const MOST_PRODUCTS: usize = 32;
@@ -182,8 +182,15 @@ fn through(edges: Vec<Edge>, number: usize, gone: &Phase, known: &Assumptions) -
     Ok(all)
 }
 
-/// Leaves out the tests that hold with the values that came with the first round; false where one of them does not.
+/// Leaves out the tests that hold with the values that came with the first round; false where one of them does not. The
+/// delay that ends first runs in the phase that the way leaves, so it is more than 0.
 fn settle(edge: &mut Edge, known: &Assumptions) -> bool {
+    let mut known = known.clone();
+    if let Some(first) = edge.segments.first()
+        && known.decide(Relation::Gtr, &first.duration, &Value::zero()).is_none()
+    {
+        known.assume(Relation::Gtr, &first.duration, &Value::zero());
+    }
     let decided: Vec<Option<bool>> =
         edge.tests.iter().map(|test| known.decide(test.relation, &test.left, &test.right)).collect();
     let open = |place: usize| decided.get(place) != Some(&Some(true));
@@ -195,14 +202,13 @@ fn settle(edge: &mut Edge, known: &Assumptions) -> bool {
 }
 
 /// Whether its tests may hold together: `n = 2` in one round and `n = 5` in the next do not.
-fn possible(edge: &Edge, known: &Assumptions) -> bool {
+fn possible(edge: &Edge, mut known: Assumptions) -> bool {
     if edge.tests.len() < 2 {
         return true;
     }
-    let mut with = known.clone();
     edge.tests.iter().all(|test| {
-        let decided = test.decide(&with);
-        with.assume(test.relation, &test.left, &test.right);
+        let decided = test.decide(&known);
+        known.assume(test.relation, &test.left, &test.right);
         decided != Some(false)
     })
 }

@@ -468,7 +468,12 @@ impl Settler<'_> {
 
     /// Whether a value differs from round to round.
     pub(crate) fn varies(&self, value: &Value) -> bool {
-        value.variables().iter().any(|name| !self.reserved.contains(name))
+        value.variables().iter().any(|name| self.varies_by(name))
+    }
+
+    /// Whether it is another from round to round what is called so.
+    pub(crate) fn varies_by(&self, name: &Name) -> bool {
+        !self.reserved.contains(name)
     }
 
     fn draw(&self, name: &Name, distribution: Value, path: &mut Path) -> Value {

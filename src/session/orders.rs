@@ -1,7 +1,7 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
-use super::solve::{found_lines, left_out};
+use super::solve::{found_lines, left_out, no_earlier};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
@@ -96,6 +96,7 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
         let (solved, found) = &case.found;
         lines.push(format!("if {}:", case.title()));
         let own = solved.lines().into_iter().chain(found_lines(found, recurrence, goal));
+        let own = own.chain(no_earlier(found, (recurrence, Some(solved)), goal, &case.known));
         lines.extend(own.map(|line| format!("  {line}")));
         let special = left_out(solved, question.find.as_ref(), &case.known, stop);
         lines.extend(special.into_iter().map(|line| format!("  {line}")));
@@ -114,6 +115,8 @@ fn told(cases: &[Case], question: &Question, (one, other): (&Value, &Value)) -> 
         lines.extend(case.solved.lines().into_iter().map(|line| format!("  {line}")));
         let found = found_lines(&case.found, recurrence, (*relation, left, right));
         lines.extend(found.into_iter().map(|line| format!("  {line}")));
+        let goal = (*relation, left, right);
+        lines.extend(no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known).map(|line| format!("  {line}")));
     }
     let merged = merged(cases, one, other);
     if let Some(found) = &merged {

@@ -1,6 +1,8 @@
 //! The rounds of a period as theorems: from each phase the system passes as the round says, to the next phase with its
 //! variables mapped.
 
+mod taken;
+
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -45,13 +47,17 @@ pub(super) fn checked(
     let Count { layers, all, why, .. } = count(period, (system, environment), FEW_FAILURES, interrupted);
     let proved = layers.iter().flatten().count();
     let ways = "ways from start and phases, with their flow functions";
-    match why {
-        _ if all == 0 => Vec::new(),
-        None if all == 1 => vec!["by the kernel: the one way from the start, with its flow function".to_string()],
-        None => vec![format!("by the kernel: all {proved} {ways}")],
-        Some(why) => {
-            vec![format!("by the kernel: {proved} of {all} {ways}"), format!("not checked by the kernel: {why}")]
-        }
+    let Some(why) = why else {
+        return match all {
+            0 => Vec::new(),
+            1 => vec!["by the kernel: the one way from the start, with its flow function".to_string()],
+            _ => vec![format!("by the kernel: all {proved} {ways}")],
+        };
+    };
+    let own = format!("by the kernel: {proved} of {all} {ways}");
+    match taken::others(period, (system, environment), &layers, interrupted) {
+        Some(told) => vec![format!("{own}; {told}"), format!("not checked by the kernel for all values: {why}")],
+        None => vec![own, format!("not checked by the kernel: {why}")],
     }
 }
 
@@ -137,6 +143,18 @@ fn count(
     most: usize,
     interrupted: &dyn Fn() -> bool,
 ) -> Count {
+    with_rounds(period, (system, environment), |rounds, whole| {
+        let counted = each(rounds, whole, most, interrupted);
+        Count { undefined: rounds.undefined.take(), ..counted }
+    })
+}
+
+/// Something asked of the rounds of a system, given it as a whole.
+fn with_rounds<R>(
+    period: &Period,
+    (system, environment): (&System, &Environment),
+    ask: impl FnOnce(&Rounds<'_>, &Term) -> R,
+) -> R {
     let whole = system.alone(&environment.definitions);
     let theory = Theory { definitions: called_in(&whole, &environment.definitions), ..theory(environment) };
     let mut ports = Vec::new();
@@ -146,39 +164,46 @@ fn count(
         body = inner;
     }
     let rounds = Rounds { theory: &theory, period, ports, moments: RefCell::default(), undefined: RefCell::default() };
+    ask(&rounds, &whole)
+}
+
+/// The ways from the start and from each phase, in order; where time stops there is no way.
+fn ways(period: &Period) -> Vec<(Option<usize>, &Edge)> {
     let start = period.initial.iter().map(|edge| (None, edge));
     let edges = period.phases.iter().enumerate();
     let edges = edges.flat_map(|(number, phase)| phase.edges.iter().map(move |edge| (Some(number), edge)));
-    let all: Vec<(Option<usize>, &Edge)> =
-        start.chain(edges).filter(|(_, edge)| !matches!(edge.next, Next::End(End::Livelock { .. }))).collect();
+    start.chain(edges).filter(|(_, edge)| !matches!(edge.next, Next::End(End::Livelock { .. }))).collect()
+}
+
+fn each(rounds: &Rounds<'_>, whole: &Term, most: usize, interrupted: &dyn Fn() -> bool) -> Count {
+    let all = ways(rounds.period);
     let mut layers = Vec::new();
     let mut failed = Vec::new();
     for beside in all[..all.len().min(MOST_WAYS)].chunk_by(|(one, _), (other, _)| one == other) {
         if failed.len() >= most || interrupted() {
             break;
         }
-        let each = |backwards| -> Vec<Result<Vec<Layer>, Lost>> {
-            beside.iter().map(|(from, edge)| rounds.proved(*from, edge, (&whole, backwards))).collect()
+        let found = |backwards| -> Vec<Result<Vec<Layer>, Lost>> {
+            beside.iter().map(|(from, edge)| rounds.proved(*from, edge, (whole, backwards))).collect()
         };
         // All ways from one place name what they draw in one order: so one name is of one value.
-        let mut found = each(false);
-        if found.iter().any(Result::is_err) && beside.iter().any(|(_, edge)| !edge.draws.is_empty()) {
-            let other = each(true);
+        let mut results = found(false);
+        if results.iter().any(Result::is_err) && beside.iter().any(|(_, edge)| !edge.draws.is_empty()) {
+            let other = found(true);
             let all = other.iter().all(Result::is_ok);
-            for (one, other) in found.iter_mut().zip(other) {
+            for (one, other) in results.iter_mut().zip(other) {
                 if all || one.is_err() && other.is_ok() {
                     *one = other;
                 }
             }
         }
-        for ((from, edge), found) in beside.iter().zip(found) {
+        for ((from, edge), found) in beside.iter().zip(results) {
             failed.extend(found.as_ref().err().map(|Lost(why)| format!("{}: {}", named(*from, edge), short(why))));
             layers.push(found.ok());
         }
     }
     let unseen = (layers.len() < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
-    let undefined = rounds.undefined.into_inner();
-    Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen), undefined }
+    Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen), undefined: None }
 }
 
 /// The definitions that a system comes to: facts about all others that a file has would be found for nothing.
@@ -241,28 +266,30 @@ impl Rounds<'_> {
         Ok(self.ports.iter().rev().fold(body, |body, port| Term::new(Node::New(port.clone(), body))))
     }
 
+    /// What is so wherever this state is entered: its delays run, its copies are counted, and it has a value.
+    fn entered(&self, state: &[Term]) -> Vec<Condition> {
+        let open = |left: &&Value| {
+            let varies = left.variables().iter().any(Name::is_meta);
+            varies || self.theory.assumptions.decide(Relation::Gtr, left, &Value::zero()) != Some(true)
+        };
+        let copies = counts(state).cloned().map(Condition::Natural);
+        let granted = |need: &Need| self.theory.assumptions.grants(need) == Some(true);
+        let always = needs(state).into_iter().filter(|(need, guards)| guards.is_empty() && !granted(need));
+        let defined = always.filter_map(|(need, _)| met(&need));
+        let running = delays(state).filter(open).map(more_than_none);
+        let mut all: Vec<Condition> = running.chain(copies).chain(defined).collect();
+        let mut seen = BTreeSet::new();
+        all.retain(|condition| seen.insert(condition.clone()));
+        all
+    }
+
     /// Has the kernel check that one way through a phase is what the system does, and returns what is drawn on it.
     /// Of several values that are drawn under one name, the last that is printed may be taken for the first.
     fn proved(&self, from: Option<usize>, edge: &Edge, (whole, backwards): (&Term, bool)) -> Result<Vec<Layer>, Lost> {
         let phase = from.and_then(|number| self.period.phases.get(number));
         let named = phase.map_or_else(Named::new, any_values);
         let left = phase.map_or(Ok(whole.clone()), |phase| self.network(&phase.state, &Named::new()))?;
-        let open = |left: &&Value| {
-            let varies = left.variables().iter().any(Name::is_meta);
-            varies || self.theory.assumptions.decide(Relation::Gtr, left, &Value::zero()) != Some(true)
-        };
-        let entered = |phase: &Phase| -> Vec<Condition> {
-            let copies = counts(&phase.state).cloned().map(Condition::Natural);
-            let granted = |need: &Need| self.theory.assumptions.grants(need) == Some(true);
-            let always = needs(&phase.state).into_iter().filter(|(need, guards)| guards.is_empty() && !granted(need));
-            let defined = always.filter_map(|(need, _)| met(&need));
-            let running = delays(&phase.state).filter(open).map(more_than_none);
-            let mut all: Vec<Condition> = running.chain(copies).chain(defined).collect();
-            let mut seen = BTreeSet::new();
-            all.retain(|condition| seen.insert(condition.clone()));
-            all
-        };
-        let running: Vec<Condition> = phase.map_or_else(Vec::new, entered);
+        let running: Vec<Condition> = phase.map_or_else(Vec::new, |phase| self.entered(&phase.state));
         if edge.draws.is_empty() {
             let mut hypotheses = supposed(edge, &named)?;
             hypotheses.extend(running);

@@ -3,7 +3,7 @@
 use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Form, Recurrence, Solved, compared, needed};
+use crate::closed_form::{Comparison, Earlier, Form, Recurrence, Solved, compared, first, needed};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
@@ -82,6 +82,7 @@ fn answered(
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
         lines.extend(found_lines(found, recurrence, goal));
+        lines.extend(no_earlier(found, (recurrence, solved.as_ref().ok()), goal, known));
         lines.extend(solved.iter().flat_map(|solved| also(solved, found, known)));
     }
     let solved = solved.ok();
@@ -120,6 +121,7 @@ pub(super) fn left_out(
             let goal = (*relation, &left, &right);
             let found = reach(recurrence, Some(forms), goal, forms.known(), stop);
             own.extend(found_lines(&found, recurrence, goal));
+            own.extend(no_earlier(&found, (recurrence, Some(forms)), goal, forms.known()));
             own.extend(also(forms, &found, forms.known()));
         }
         lines.push(format!("where {}:", special.title()));
@@ -304,6 +306,26 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relatio
         }
         Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {reason}")],
     }
+}
+
+/// How it was checked that no index before the one found is the first.
+pub(super) fn no_earlier(
+    found: &Reach,
+    (recurrence, solved): (&Recurrence, Option<&Solved>),
+    goal: (Relation, &Value, &Value),
+    known: &Assumptions,
+) -> Option<String> {
+    let Reach::At(at, conditions) = found else { return None };
+    let index = &recurrence.index;
+    Some(match first(recurrence, solved, goal, (at, conditions), known) {
+        Ok(Earlier::None) => return None,
+        Ok(Earlier::OneByOne) => format!("checked term by term: there, and at no earlier {index}"),
+        Ok(Earlier::Forms) => format!("checked by the forms: there, and at no earlier {index}"),
+        Ok(Earlier::OneWay) => {
+            format!("checked by the forms: there, not at the {index} before, and until then the difference moves one way only")
+        }
+        Err(_) => format!("that there is no earlier {index} rests on the search alone"),
+    })
 }
 
 /// Whether a named value came as expected: a form, a term, or the index that was looked for.

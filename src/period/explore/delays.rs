@@ -5,6 +5,7 @@ use super::super::step::inspect;
 use super::super::{Failure, Test};
 use super::{Explorer, Kept, MOST_WAYS};
 use crate::assumption::Assumptions;
+use crate::name::Name;
 use crate::value::{Relation, Value};
 
 /// What is assumed of the delays, and the one that ends first then.
@@ -53,9 +54,7 @@ impl Explorer<'_> {
                 }
                 Ok(None) => return Err(Failure::not_found("nothing waits")),
                 Err((one, other)) if self.kept == Kept::Nothing => (one, other),
-                Err((one, other)) => {
-                    return Err(Failure::Order { one: self.whose(state, one), other: self.whose(state, other) });
-                }
+                Err((one, other)) => return Err(self.undecided(state, one, other)),
             };
             if open.len() + found.len() > MOST_WAYS {
                 return Err(Failure::not_found("too many orders of the delays that remain"));
@@ -70,6 +69,18 @@ impl Explorer<'_> {
             }
         }
         Ok(found)
+    }
+
+    /// That it is not known which of two delays ends first. No assumption tells of what varies from round to round.
+    fn undecided(&self, state: &[Run], one: &Value, other: &Value) -> Failure {
+        let varying: Vec<Name> =
+            [one, other].iter().flat_map(|delay| delay.variables()).filter(|name| self.clock.settler.varies_by(name)).collect();
+        let (one, other) = (self.whose(state, one), self.whose(state, other));
+        let Some(name) = varying.first() else { return Failure::Order { one, other } };
+        Failure::not_found(format!(
+            "it must be known whether {} <= {}, what remains of the delays of {} and {}, where {name} is another from round to round",
+            one.1, other.1, one.0, other.0
+        ))
     }
 
     /// The component that a delay runs in.

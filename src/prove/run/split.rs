@@ -10,7 +10,7 @@ use crate::kernel::Theory;
 use crate::law::{Condition, Connective};
 use crate::name::Name;
 use crate::proof::{Lemma, Proof, Script, Statement, Step};
-use crate::scope::subterms;
+use crate::scope::{bound_names, subterms};
 use crate::term::{Node, Term};
 use crate::value::{Atom, Relation, Value};
 
@@ -121,6 +121,9 @@ fn passes_in_cases(
         _ => None,
     });
     let values = compared.flatten().chain(subterms(from).chain(subterms(to)).flat_map(|part| part.values()));
+    // What a read will give is nothing that a case could be of.
+    let bound: BTreeSet<Name> = bound_names(from).into_iter().chain(bound_names(to)).collect();
+    let values = values.filter(|value| value.variables().is_disjoint(&bound));
     if splits > 0
         && let Some(value) = undecided_part(values.cloned().collect(), &known)
     {

@@ -1,0 +1,101 @@
+//! Integers in linear arithmetic: what may be no integer is given up for the sums of the facts that bound it (Fourier and
+//! Motzkin), and what then speaks of integers alone is as sharp as integers are. With `n = 4*floor(n/4+1/2) - 1` it
+//! follows that `floor(n/4) = floor(n/4+1/2) - 1`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use num_rational::BigRational;
+use num_traits::{One, Signed};
+
+use super::Assumptions;
+use super::linear::{Bound, Constraint};
+use super::refute::{Form, MOST_CONSTRAINTS};
+use crate::polynomial::{Monomial, Polynomial};
+use crate::value::Atom;
+
+/// The most terms of a sum, and its longest numbers in bits: longer ones bound no integer that is of use.
+const MOST_TERMS: usize = 12;
+const MOST_BITS: u64 = 64;
+
+/// The unknowns of a form: its monomials besides 1.
+fn unknowns(form: &Form) -> impl Iterator<Item = &(Monomial<Atom>, BigRational)> {
+    form.terms().iter().filter(|(monomial, _)| !monomial.factors().is_empty())
+}
+
+fn factor_of(form: &Form, unknown: &Monomial<Atom>) -> Option<BigRational> {
+    unknowns(form).find(|(own, _)| own == unknown).map(|(_, factor)| factor.clone())
+}
+
+impl Assumptions {
+    /// What the facts of a system say of its integers alone; empty where no integer part stands in it.
+    pub(super) fn of_integers(&self, system: &[Constraint]) -> Vec<Constraint> {
+        let parts = |one: &Constraint| one.form.atoms().into_iter().any(|atom| matches!(atom, Atom::Floor(_)));
+        if !system.iter().any(parts) {
+            return Vec::new();
+        }
+        let mut rows: BTreeSet<Constraint> = system.iter().cloned().collect();
+        while let Some(unknown) = self.cheapest(&rows) {
+            let (with, without): (Vec<Constraint>, Vec<Constraint>) =
+                rows.into_iter().partition(|row| factor_of(&row.form, &unknown).is_some());
+            let mut rest = BTreeSet::from_iter(without);
+            rest.extend(sums_without(&with, &unknown).into_iter().map(|sum| self.sharpened(sum)));
+            if rest.len() > MOST_CONSTRAINTS {
+                return Vec::new();
+            }
+            rows = rest;
+        }
+        rows.into_iter().filter(|row| !system.contains(row)).collect()
+    }
+
+    /// Of the unknowns that may be no integers the one that leaves the fewest sums.
+    fn cheapest(&self, rows: &BTreeSet<Constraint>) -> Option<Monomial<Atom>> {
+        let mut bounds: BTreeMap<&Monomial<Atom>, (bool, usize, usize)> = BTreeMap::new();
+        for row in rows {
+            for (unknown, factor) in unknowns(&row.form) {
+                let entry = bounds.entry(unknown).or_default();
+                entry.0 |= row.bound == Bound::Zero;
+                if factor.is_positive() { entry.1 += 1 } else { entry.2 += 1 }
+            }
+        }
+        let real = bounds.into_iter().filter(|(unknown, _)| !self.all_integral(unknown));
+        let cost = |(equated, lower, upper): (bool, usize, usize)| if equated { 0 } else { lower * upper };
+        real.min_by_key(|(_, counts)| cost(*counts)).map(|(unknown, _)| unknown.clone())
+    }
+
+    /// A fact of integers as sharp as it is; an equation that no integers solve is one between numbers.
+    fn sharpened(&self, constraint: Constraint) -> Constraint {
+        if constraint.form.as_constant().is_some() {
+            return constraint;
+        }
+        let Constraint { form, bound } = self.tightened(constraint);
+        let constant = form.constant_term();
+        let rest = form.minus(&Polynomial::constant(constant.clone()));
+        let unsolved = bound == Bound::Zero
+            && !rest.is_zero()
+            && unknowns(&form).all(|(unknown, _)| self.all_integral(unknown))
+            && !(constant / rest.content()).is_integer();
+        Constraint { form: if unsolved { Polynomial::one() } else { form }, bound }
+    }
+}
+
+/// What facts say of the others without an unknown that stands in each: by an equation, if there is one, else by every two
+/// that bound it from either side.
+fn sums_without(with: &[Constraint], unknown: &Monomial<Atom>) -> Vec<Constraint> {
+    let factor = |row: &Constraint| factor_of(&row.form, unknown).unwrap_or_else(BigRational::one);
+    let equation = with.iter().filter(|row| row.bound == Bound::Zero).min_by_key(|row| row.form.terms().len());
+    let sum = |one: &Constraint, times: &BigRational, other: &Constraint, bound: Bound| {
+        let form = one.form.scale(times).plus(&other.form);
+        let short = form.terms().len() <= MOST_TERMS && form.bits() <= MOST_BITS;
+        let says = form.as_constant().is_none_or(|number| !bound.admits(&number));
+        (short && says).then_some(Constraint { form, bound })
+    };
+    if let Some(equation) = equation {
+        let others = with.iter().filter(|row| *row != equation);
+        return others.filter_map(|row| sum(equation, &-(factor(row) / factor(equation)), row, row.bound)).collect();
+    }
+    let (lower, upper): (Vec<&Constraint>, Vec<&Constraint>) = with.iter().partition(|row| factor(row).is_positive());
+    let pairs = lower.iter().flat_map(|low| upper.iter().map(move |high| (*low, *high)));
+    pairs
+        .filter_map(|(low, high)| sum(low, &(factor(high) / factor(low)).abs(), high, low.bound.max(high.bound)))
+        .collect()
+}
