@@ -229,14 +229,31 @@ pub fn solve(
     }
     let pieces = Pieces { map: map.clone(), variable, index, known: known.clone(), closed, history: Vec::new() };
     let motion = Motion { map: &map, variable, start, index, known: &known };
-    pieces.collect(start).or_else(|reason| match approach(&motion) {
+    let reason = match pieces.collect(start) {
+        Ok(found) => return Ok(in_fewer_pieces(found, &motion)),
+        Err(reason) => reason,
+    };
+    match approach(&motion) {
         Ok(Some(found)) => Ok(found),
         other => match cut_off(&motion) {
             Ok(Some(found)) => Ok(found),
             Err(unknown) if other.is_ok() => Err(unknown),
             _ => Err(other.err().unwrap_or(reason)),
         },
-    })
+    }
+}
+
+/// A form whose pieces end at symbols, or one that needs fewer of them: a way of steps that a goal cuts off ends at
+/// `ceil(d/s)`, where the last step that is whole and the rest are pieces of their own otherwise.
+fn in_fewer_pieces(found: Closed, motion: &Motion<'_>) -> Closed {
+    let symbolic = |piece: &Piece| piece.until.as_ref().is_some_and(|until| until.as_rational().is_none());
+    if found.pieces.len() <= 2 || !found.pieces.iter().any(symbolic) {
+        return found;
+    }
+    match approach(motion) {
+        Ok(Some(other)) if other.pieces.len() < found.pieces.len() && other.conditions.is_empty() => other,
+        _ => found,
+    }
 }
 
 /// `x(n+1) = map(x(n))` from a start on, where the index is known to be natural.

@@ -21,6 +21,8 @@ const LONGEST: u64 = 1 << 16;
 const SYMBOLIC: u64 = 1 << 10;
 /// Maxima and roots that one comparison is taken apart by.
 const MOST_SPLITS: usize = 4;
+/// Orders of indices, at which forms change, that are looked at.
+const MOST_ORDERS: usize = 4;
 
 /// A comparison of expressions in the terms of offset 0 and the index, as [`Recurrence::term`] names them.
 pub type Wanted<'a> = (Relation, &'a Value, &'a Value);
@@ -171,7 +173,7 @@ impl Question<'_> {
         if one_by_one(FEW) {
             return Ok(if count == Some(0) { Earlier::None } else { Earlier::OneByOne });
         }
-        if let Some(found) = solved.and_then(|solved| self.by_forms(solved)) {
+        if let Some(found) = solved.and_then(|solved| self.in_orders(solved)) {
             return Ok(found);
         }
         if one_by_one(MOST) { Ok(Earlier::OneByOne) } else { Err(Unchecked("no check of it is known".to_string())) }
@@ -234,6 +236,36 @@ impl Question<'_> {
         Some(later)
     }
 
+    /// By the forms, in each order of the indices at which these change.
+    fn in_orders(&self, solved: &Solved) -> Option<Earlier> {
+        let pieces = |form: &Form| if let Form::Pieces(pieces) = form { pieces.clone() } else { Vec::new() };
+        let mut ends: Vec<Value> = solved.forms().iter().flat_map(pieces).filter_map(|piece| piece.until).collect();
+        ends.sort();
+        ends.dedup();
+        let mut orders = vec![self.known.clone()];
+        for (place, one) in ends.iter().enumerate() {
+            for other in ends.iter().skip(place + 1) {
+                let apart = |known: Assumptions| {
+                    if known.decide(Relation::Lss, one, other).is_some() {
+                        return vec![known];
+                    }
+                    let assumed = |relation: Relation| {
+                        let mut known = known.clone();
+                        known.assume(relation, one, other);
+                        known
+                    };
+                    vec![assumed(Relation::Lss), assumed(Relation::Gte)]
+                };
+                orders = orders.into_iter().flat_map(apart).collect();
+                if orders.len() > MOST_ORDERS {
+                    return None;
+                }
+            }
+        }
+        let found = |known: Assumptions| Question { known, ..*self }.by_forms(solved);
+        orders.into_iter().map(found).try_fold(Earlier::Forms, |all, one| Some(all.max(one?)))
+    }
+
     /// By the forms: in each stretch before the index it never holds, or what is compared moves one way only.
     fn by_forms(&self, solved: &Solved) -> Option<Earlier> {
         let stretches = self.stretches(solved)?;
@@ -274,36 +306,51 @@ impl Question<'_> {
         if self.known.is_natural(&self.at.sub(&first).ok()?) != Some(true) {
             return None;
         }
+        if let Some(at) = natural(self.at) {
+            let before = |until: &Value| self.known.decide(Relation::Lss, self.at, until);
+            let here = |stretch: &&Stretch| stretch.until.as_ref().is_none_or(|until| before(until) == Some(true));
+            let stretch = stretches.iter().find(here)?;
+            let late = |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, at);
+            return self.holds(&stretch.sides, &Assumptions::default(), &late);
+        }
+        // Of which stretch it lies in it may not be known: then it holds in either.
+        let mut known = self.known.clone();
         for stretch in stretches {
-            let here = stretch.until.as_ref().map_or(Some(true), |until| self.known.decide(Relation::Lss, self.at, until));
-            if !here? {
-                continue;
+            let mut here = known.clone();
+            if let Some(until) = &stretch.until {
+                match known.decide(Relation::Lss, self.at, until) {
+                    Some(true) => return self.holds_in(stretch, &known),
+                    Some(false) => continue,
+                    None => here.assume(Relation::Lss, self.at, until),
+                }
+                known.assume(Relation::Gte, self.at, until);
             }
-            if let Some(at) = natural(self.at) {
-                let late = |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, at);
-                return self.holds(&stretch.sides, &Assumptions::default(), &late);
+            if self.holds_in(stretch, &here) != Some(true) || stretch.until.is_none() {
+                return self.holds_in(stretch, &here);
             }
-            let put_in = |side: &Value| side.with(index, self.at).ok();
-            let [left, right] = &stretch.sides;
-            let sides = [put_in(left)?, put_in(right)?];
-            let needs = sides.iter().flat_map(Value::needs).collect::<Vec<_>>();
-            let defined = needs.iter().all(|need| self.known.grants(need) == Some(true));
-            return self.holds(&sides, &self.known, &|_, _| None).filter(|_| defined);
         }
         None
     }
 
-    /// What is known of an index within a stretch, before the one that is looked for.
-    fn within(&self, stretch: &Stretch) -> Assumptions {
+    /// Whether it holds at the index, if that lies in this stretch.
+    fn holds_in(&self, stretch: &Stretch, known: &Assumptions) -> Option<bool> {
+        let put_in = |side: &Value| side.with(&self.recurrence.index, self.at).ok();
+        let [left, right] = &stretch.sides;
+        let sides = [put_in(left)?, put_in(right)?];
+        let needs = sides.iter().flat_map(Value::needs).collect::<Vec<_>>();
+        let defined = needs.iter().all(|need| known.grants(need) == Some(true));
+        self.holds(&sides, known, &|_, _| None).filter(|_| defined)
+    }
+
+    /// What is known of an index from the start of a stretch on, before these ends.
+    fn within<'v>(&self, stretch: &Stretch, ends: impl IntoIterator<Item = &'v Value>) -> Assumptions {
         let mut known = self.known.clone();
         let index = Value::variable(&self.recurrence.index);
         if self.recurrence.from >= 0 {
             known.assume_natural(&self.recurrence.index);
         }
         known.assume(Relation::Gte, &index, &stretch.from);
-        for end in stretch.until.iter().chain([self.at]) {
-            known.assume(Relation::Lss, &index, end);
-        }
+        ends.into_iter().for_each(|end| known.assume(Relation::Lss, &index, end));
         known
     }
 
@@ -323,7 +370,13 @@ impl Question<'_> {
             let stands = |relation: Relation| throughout(&sum, relation, from, Some(until));
             if stands(relation) { Some(true) } else { stands(relation.negated()).then_some(false) }
         };
-        self.holds(&stretch.sides, &self.within(stretch), &of_sums) == Some(false)
+        // Of two ends the one that does not matter may hide what follows from the other.
+        let until = stretch.until.as_ref().filter(|until| *until != self.at);
+        let never = |known: Assumptions| self.holds(&stretch.sides, &known, &of_sums) == Some(false);
+        never(self.within(stretch, [self.at]))
+            || until.is_some_and(|until| {
+                never(self.within(stretch, [until])) || never(self.within(stretch, [until, self.at]))
+            })
     }
 
     /// Whether what is compared moves one way only, and is not there at the index before.
@@ -333,7 +386,7 @@ impl Question<'_> {
             let difference = stretch.sides[0].sub(&stretch.sides[1]).ok()?;
             let next = difference.with(index, &Value::variable(index).add(&Value::one()).ok()?).ok()?;
             let step = next.sub(&difference).ok()?;
-            let known = self.within(stretch);
+            let known = self.within(stretch, stretch.until.iter().chain([self.at]));
             let moves = |way: Relation| known.decide(way, &step, &Value::zero()) == Some(true);
             let before = difference.with(index, &self.at.sub(&Value::one()).ok()?).ok()?;
             let stands = |relation: Relation| self.known.decide(relation, &before, &Value::zero()) == Some(true);

@@ -28,6 +28,9 @@ pub(super) fn reasons(possible: &Possible<'_>, assumptions: &Assumptions) -> Vec
             tests.push(test);
         }
     }
+    // What follows from the assumptions is no question to ask.
+    let open: Vec<Test> = tests.iter().filter(|test| test.decide(assumptions).is_none()).cloned().collect();
+    let tests = if open.is_empty() { tests } else { open };
     let telling = tests.iter().find_map(|test| telling(test, possible, assumptions));
     let count = tests.len();
     reasons.extend(tests.iter().enumerate().map(|(place, test)| {
