@@ -9,6 +9,7 @@ mod cells;
 mod check;
 mod defined;
 mod first;
+mod induction;
 mod instance;
 mod names;
 mod nested;

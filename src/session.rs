@@ -35,6 +35,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
+use crate::assumption::Assumptions;
 use crate::ast::ItemKind;
 use crate::diagnostic::{Diagnostic, Source, Span};
 use crate::explain::{Chain, chain};
@@ -42,12 +43,13 @@ use crate::kernel::{Theory, Thm};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
 use crate::library::{self, Failure, Reader, segments};
-use crate::lower::{Environment, Exercise};
+use crate::lower::{self, Environment, Exercise};
 use crate::name::Name;
 use crate::parser::parse_input;
 use crate::proof::Proof;
 use crate::proof_file;
 use crate::prove::{By, Earlier};
+use crate::recurrence;
 use crate::report::{Output, Report, Verdict};
 use crate::stepper::Apart;
 use crate::term::Term;
@@ -138,6 +140,14 @@ struct State {
     exercises: Arc<Vec<(Exercise, Environment)>>,
     /// What refuted the last claim that was refuted, or showed the last `no`.
     apart: Option<Arc<Apart>>,
+    /// The last recurrence that was to be solved, with the number of claims before it.
+    asked: Option<(usize, Arc<Asked>)>,
+}
+
+/// A recurrence with what was assumed.
+struct Asked {
+    question: lower::Question,
+    known: Assumptions,
 }
 
 /// Takes each answer, with the record of the claim if it is one.
@@ -196,6 +206,19 @@ impl Session {
     /// The two sides of the last counterexample, with the run that tells them apart.
     pub fn apart(&self) -> Option<&Apart> {
         self.state.apart.as_deref()
+    }
+
+    /// The induction behind the last `solve`, if no claim was made since; why there is none, where the forms are not known.
+    pub fn induction(&self) -> Option<Vec<String>> {
+        let (count, asked) = self.state.asked.as_ref()?;
+        if *count != self.state.records.len() {
+            return None;
+        }
+        let recurrence = asked.question.recurrence.clone();
+        Some(match recurrence::solve_until(recurrence, &asked.known, &|| self.interrupted()) {
+            Ok(solved) => solved.lines().into_iter().chain(solved.induction()).collect(),
+            Err(reason) => vec![format!("there is no induction to show for all of it at once: {reason}")],
+        })
     }
 
     /// The last process that was simplified or found.

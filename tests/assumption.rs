@@ -412,3 +412,62 @@ fn roots_of_numbers_times_what_is_bounded() {
     assert_eq!(known.decide(Lte, &times, &bound(3, 2)), Some(true));
     assert_eq!(known.decide(Lte, &times, &bound(7, 5)), None);
 }
+
+/// `floor((a*n+b)/m)`
+fn part(n: &Value, a: i64, b: i64, m: i64) -> Value {
+    div(&add(&mul(&int(a), n), &int(b)), &int(m)).floor().unwrap()
+}
+
+/// The rest of a division.
+fn rest(n: &Value, a: i64, b: i64, m: i64) -> Value {
+    sub(&add(&mul(&int(a), n), &int(b)), &mul(&int(m), &part(n, a, b, m)))
+}
+
+#[test]
+fn integer_parts_follow_from_one_another() {
+    let n = var("n");
+    // Where n+2 leaves 1 by 4, n leaves 3.
+    let known = assume(&[(rest(&n, 1, 2, 4), Eq, int(1))]);
+    assert_eq!(known.decide(Eq, &rest(&n, 1, 0, 4), &int(3)), Some(true));
+    assert_eq!(known.decide(Eq, &rest(&n, 1, 1, 4), &int(0)), Some(true));
+    assert_eq!(known.decide(Gtr, &rest(&n, 1, 0, 4), &int(3)), Some(false));
+    // Between 0 and 1 there is no other integer part than 0.
+    let known = assume(&[(n.clone(), Gte, int(0)), (n.clone(), Lss, int(1)), (rest(&n, 2, 0, 3), Gte, int(1))]);
+    assert_eq!(known.decide(Gte, &n, &frac(1, 2)), Some(true));
+    assert_eq!(known.decide(Eq, &part(&n, 2, 0, 3), &int(0)), Some(true));
+    // No integer is half of an odd one.
+    let (f, g) = (part(&n, 1, 0, 3), part(&var("m"), 1, 0, 5));
+    assert!(assume(&[(mul(&int(2), &f), Eq, add(&mul(&int(2), &g), &int(1)))]).contradictory());
+    assert!(!assume(&[(mul(&int(2), &f), Eq, add(&mul(&int(3), &g), &int(1)))]).contradictory());
+}
+
+proptest! {
+    #![proptest_config(seeded(ProptestConfig { cases: 300, ..ProptestConfig::default() }))]
+    /// What holds of numbers with integer parts is never refuted, nor is anything else told of them that does not.
+    #[test]
+    fn nothing_is_told_of_integer_parts_that_a_number_contradicts(
+        n in -20i64..21, below in 1i64..4,
+        facts in proptest::collection::vec((-3i64..4, -4i64..5, 2i64..5, 0usize..3), 1..4),
+        (a, b, m, by) in (-3i64..4, -4i64..5, 2i64..5, -3i64..6),
+    ) {
+        let (name, value) = (var("n"), frac(n, below));
+        let order = |one: &Value| one.with(&pars::name::Name::new("n"), &value).unwrap();
+        let mut known = Assumptions::default();
+        for (a, b, m, kind) in facts {
+            let rest = rest(&name, a, b, m);
+            let there = order(&rest);
+            match kind {
+                0 => known.assume(Eq, &rest, &there),
+                1 => known.assume(Lte, &rest, &add(&there, &frac(1, 3))),
+                _ => known.assume(Gtr, &rest, &sub(&there, &frac(1, 2))),
+            }
+        }
+        let asked = rest(&name, a, b, m);
+        prop_assert!(!known.contradictory());
+        for relation in [Eq, Neq, Lss, Lte, Gtr, Gte] {
+            let truth = Assumptions::default().decide(relation, &order(&asked), &int(by)).unwrap();
+            let told = known.decide(relation, &asked, &int(by));
+            prop_assert!(told.is_none_or(|told| told == truth), "{} {} {}: {:?}", asked, relation.symbol(), by, told);
+        }
+    }
+}

@@ -57,6 +57,28 @@ fn why_shows_each_line_with_its_law() {
 }
 
 #[test]
+fn why_shows_the_induction_behind_a_form() {
+    let mut prompt = prompt();
+    let text = answer(&mut prompt, &["solve r(n+1) = r(n)/2 + 3, r(0) = 1", ":why"]);
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let wanted = [
+        "r(n) = 6-5*(1/2)^n",
+        "start: the form gives r(0) = 1, as is given",
+        "step: suppose r(n) = 6-5*(1/2)^n",
+        "r(n+1) = 1/2*r(n)+3",
+        "= 6-5/2*(1/2)^n",
+        "which is the form at n+1",
+    ];
+    assert_eq!(lines, wanted);
+    let text = answer(&mut prompt, &["solve r(n+1) = min(r(n)+3,10), r(0) = 0", ":why"]);
+    assert!(text.contains("step for 0 <= n < 4-1: suppose r(n) = 3*n"), "{text}");
+    assert!(text.contains("from the last index before 4 it comes to r(4) = 10"), "{text}");
+    assert!(answer(&mut prompt, &["solve r(n+1) = r(n)^2+1, r(0) = 1", ":why"]).contains("no induction"));
+    // A claim that comes after it is what is asked of then.
+    assert!(answer(&mut prompt, &["prove Stop ; Delay_1 = Delay_1", ":why"]).contains("seq-"));
+}
+
+#[test]
 fn the_chain_of_a_proof_is_a_calculation_that_can_be_proved() {
     let mut prompt = prompt();
     answer(&mut prompt, &["observer A(x)", "prove (Delay_1 ; A(1)) # Delay_3 = Delay_1 ; (A(1) # Delay_2)"]);

@@ -147,10 +147,18 @@ fn greatest(parts: &[Value], most: bool, relation: Relation, leaf: &Leaf<'_>, sp
             if apart { Some(relation == Relation::Neq) } else { equal().then_some(relation == Relation::Eq) }
         }
         _ if relation == above || relation == with_equal(above) => {
-            if any(relation) { Some(true) } else { all(relation.negated()).then_some(false) }
+            if any(relation) {
+                Some(true)
+            } else {
+                all(relation.negated()).then_some(false)
+            }
         }
         _ => {
-            if all(relation) { Some(true) } else { any(relation.negated()).then_some(false) }
+            if all(relation) {
+                Some(true)
+            } else {
+                any(relation.negated()).then_some(false)
+            }
         }
     }
 }
@@ -283,8 +291,7 @@ impl Question<'_> {
         let index = &self.recurrence.index;
         let read = |name: &Name| self.wanted.1.mentions(name) || self.wanted.2.mentions(name);
         let sequences: Vec<&Name> = self.recurrence.sequences.iter().map(|sequence| &sequence.name).collect();
-        let sequences: Vec<&Name> =
-            sequences.into_iter().filter(|name| read(&self.recurrence.term(name, 0))).collect();
+        let sequences: Vec<&Name> = sequences.into_iter().filter(|name| read(&self.recurrence.term(name, 0))).collect();
         let first = Value::integer(self.recurrence.from);
         let pieces = |name: &&Name| match solved.form(name)? {
             Form::Pieces(pieces) => Some(pieces.clone()),
@@ -310,7 +317,8 @@ impl Question<'_> {
             let before = |until: &Value| self.known.decide(Relation::Lss, self.at, until);
             let here = |stretch: &&Stretch| stretch.until.as_ref().is_none_or(|until| before(until) == Some(true));
             let stretch = stretches.iter().find(here)?;
-            let late = |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, at);
+            let late =
+                |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, at);
             return self.holds(&stretch.sides, &Assumptions::default(), &late);
         }
         // Of which stretch it lies in it may not be known: then it holds in either.

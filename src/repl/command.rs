@@ -113,9 +113,12 @@ pub(super) fn run(prompt: &mut Prompt, line: &str) -> bool {
 
 fn why(prompt: &Prompt, which: &str) -> String {
     let session = prompt.session();
+    if let Some(lines) = session.induction().filter(|_| which.is_empty()) {
+        return lines.iter().map(|line| format!("    {line}\n")).collect();
+    }
     let Some(record) = session.record(which) else {
         return if which.is_empty() {
-            "nothing was claimed yet\n".into()
+            "nothing was claimed or solved yet\n".into()
         } else {
             format!("there is no claim `{which}`\n")
         };

@@ -116,7 +116,10 @@ fn told(cases: &[Case], question: &Question, (one, other): (&Value, &Value)) -> 
         let found = found_lines(&case.found, recurrence, (*relation, left, right));
         lines.extend(found.into_iter().map(|line| format!("  {line}")));
         let goal = (*relation, left, right);
-        lines.extend(no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known).map(|line| format!("  {line}")));
+        lines.extend(
+            no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known)
+                .map(|line| format!("  {line}")),
+        );
     }
     let merged = merged(cases, one, other);
     if let Some(found) = &merged {

@@ -1,7 +1,9 @@
 //! Questions: the simplest form of a process, the period and the flow of a system, a projection.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
+use super::Asked;
 use super::alike::Answered;
 use super::compare::theory;
 use super::reading::{Question, Run, Waiting};
@@ -32,6 +34,8 @@ impl Run<'_, '_> {
             Question::Flow(name) => ("flow", self.flow(name, waiting), Run::unmet(&waiting.expected)),
             Question::Solve(solve) => {
                 let (lines, expected) = super::solve::answer(solve, waiting, &|| self.surroundings.interrupted());
+                let asked = Asked { question: (**solve).clone(), known: waiting.environment.assumptions.clone() };
+                self.state.asked = Some((self.state.records.len(), Arc::new(asked)));
                 ("solve", lines, expected)
             }
             Question::Probability(likelihood) => {

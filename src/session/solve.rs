@@ -322,7 +322,9 @@ pub(super) fn no_earlier(
         Ok(Earlier::OneByOne) => format!("checked term by term: there, and at no earlier {index}"),
         Ok(Earlier::Forms) => format!("checked by the forms: there, and at no earlier {index}"),
         Ok(Earlier::OneWay) => {
-            format!("checked by the forms: there, not at the {index} before, and until then the difference moves one way only")
+            format!(
+                "checked by the forms: there, not at the {index} before, and until then the difference moves one way only"
+            )
         }
         Err(_) => format!("that there is no earlier {index} rests on the search alone"),
     })

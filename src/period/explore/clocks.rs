@@ -72,13 +72,16 @@ impl Explorer<'_> {
             }
         }
         let mut following: Quick<&Run, Begun<'_>> = Quick::default();
-        for (number, edge) in edges.iter().enumerate().flat_map(|(number, own)| own.iter().map(move |edge| (number, edge))) {
+        for (number, edge) in
+            edges.iter().enumerate().flat_map(|(number, own)| own.iter().map(move |edge| (number, edge)))
+        {
             let (here, remains) = (within(number)?, left.get(number)?.as_ref()?);
             let (next, delay) = begun(edge)?;
             let passed = edge.duration().ok()?;
             let mut known = self.assumptions.clone();
             edge.tests.iter().for_each(|test| known.assume(test.relation, &test.left, &test.right));
-            let equal = |one: &Value, other: &Value| one == other || known.decide(Relation::Eq, one, other) == Some(true);
+            let equal =
+                |one: &Value, other: &Value| one == other || known.decide(Relation::Eq, one, other) == Some(true);
             if here == next && equal(&delay, &remains.sub(&passed).ok()?) {
                 continue;
             }

@@ -73,8 +73,11 @@ impl Explorer<'_> {
 
     /// That it is not known which of two delays ends first. No assumption tells of what varies from round to round.
     fn undecided(&self, state: &[Run], one: &Value, other: &Value) -> Failure {
-        let varying: Vec<Name> =
-            [one, other].iter().flat_map(|delay| delay.variables()).filter(|name| self.clock.settler.varies_by(name)).collect();
+        let varying: Vec<Name> = [one, other]
+            .iter()
+            .flat_map(|delay| delay.variables())
+            .filter(|name| self.clock.settler.varies_by(name))
+            .collect();
         let (one, other) = (self.whose(state, one), self.whose(state, other));
         let Some(name) = varying.first() else { return Failure::Order { one, other } };
         Failure::not_found(format!(

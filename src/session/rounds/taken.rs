@@ -51,7 +51,8 @@ impl Rounds<'_> {
         named.extend(taken.values.iter().map(|(name, value)| (name.clone(), value.clone())));
         let open: Named = taken.values.iter().map(|(name, value)| (open_name(name), value.clone())).collect();
         let put_in = |term: &Term| substitute_values(term, &open).map_err(|stuck| Lost(stuck.0));
-        let state = phase.map_or(&[][..], |phase| &phase.state).iter().map(put_in).collect::<Result<Vec<Term>, Lost>>()?;
+        let state =
+            phase.map_or(&[][..], |phase| &phase.state).iter().map(put_in).collect::<Result<Vec<Term>, Lost>>()?;
         let left = phase.map_or(Ok(whole.clone()), |_| self.network(&state, &Named::new()))?;
         let mut hypotheses = supposed(taken.edge, &named)?;
         hypotheses.extend(self.entered(&state));

@@ -1,0 +1,107 @@
+//! That an index is the first is checked apart from whoever found it: each other index is turned away.
+
+mod common;
+
+use pars::closed_form::{Comparison, Earlier, Solved, first};
+use pars::recurrence::{Reach, reach, solve_until};
+use pars::value::{Relation, Value};
+use proptest::prelude::*;
+
+use common::*;
+
+/// How an index is shown to be the first, under these conditions.
+fn shown(asked: &str, at: &Value, conditions: &[Comparison]) -> Option<Earlier> {
+    let (question, environment) = question(asked);
+    let known = &environment.assumptions;
+    let solved: Option<Solved> = solve_until(question.recurrence.clone(), known, &|| false).ok();
+    let (relation, left, right) = question.find.expect("a goal");
+    first(&question.recurrence, solved.as_ref(), (relation, &left, &right), (at, conditions), known).ok()
+}
+
+/// The index that is found, shown to be the first, is that; and none of these is.
+fn only(asked: &str, how: Earlier, others: &[Value]) {
+    let (question, environment) = question(asked);
+    let known = &environment.assumptions;
+    let solved = solve_until(question.recurrence.clone(), known, &|| false).ok();
+    let (relation, left, right) = question.find.expect("a goal");
+    let found = reach(&question.recurrence, solved.as_ref(), (relation, &left, &right), known, &|| false);
+    let Reach::At(at, conditions) = found else { panic!("{asked}: {found:?}") };
+    assert_eq!(shown(asked, &at, &conditions), Some(how), "{asked}: {at}");
+    for other in others {
+        assert_eq!(shown(asked, other, &conditions), None, "{asked}: {other}");
+    }
+}
+
+#[test]
+fn a_first_index_is_shown_and_no_other() {
+    let around = |at: i64| vec![int(at - 1), int(at + 1), int(at + 2), int(0), int(-1), frac(2 * at + 1, 2)];
+    only("solve r(n+1) = r(n)+3, r(0) = 1 find n with r(n) >= 20\n", Earlier::OneByOne, &around(7));
+    only("solve r(n+1) = r(n)/2+3, r(0) = 0 find n with abs(r(n)-6) <= 1/1000\n", Earlier::OneByOne, &around(13));
+    // Late ones are not gone through one by one.
+    only("solve r(n+1) = 101/100*r(n), r(0) = 1 find n with r(n) >= 10^6\n", Earlier::Forms, &around(1389));
+    only("solve r(n+1) = max(r(n)-1,0), r(0) = 9000 find n with r(n) <= 10\n", Earlier::Forms, &around(8990));
+    only("solve r(n+1) = -r(n), r(0) = 1 find n with r(n) = 1\n", Earlier::None, &[int(1), int(2)]);
+    // A map without closed form is followed itself.
+    only("solve r(n+1) = r(n)+1/r(n), r(0) = 1 find n with r(n) >= 5\n", Earlier::OneByOne, &[int(11), int(13)]);
+}
+
+#[test]
+fn a_first_index_in_symbols_is_shown_and_no_other() {
+    let (p, a, v) = (var("p"), var("a"), var("v"));
+    let rounds = |rest: &Value| div(rest, &v).ceiling().unwrap();
+    let way = rounds(&sub(&a, &p));
+    let asked = "param v > 0, p, a\nsolve r(n+1) = r(n)+v, r(0) = p find n with r(n) >= a\n";
+    let others = [way.clone(), add(&way, &int(1)), int(0), int(1), div(&sub(&a, &p), &v).floor().unwrap()];
+    only(asked, Earlier::Forms, &others);
+    let before = Value::maximum(&[int(0), sub(&way, &int(1))]).unwrap();
+    assert_eq!(shown(asked, &before, &[]), None);
+    // Where the way is known to be one, its end needs no other case.
+    let asked = "param v > 0, p, a > p\nsolve r(n+1) = r(n)+v, r(0) = p find n with r(n) >= a\n";
+    assert_eq!(shown(asked, &way, &[]), Some(Earlier::Forms));
+    // Which of two pieces the index lies in is not known: within the last step it may be either.
+    let close = rounds(&frac(99, 10));
+    let asked = "param v > 0\nsolve r(n+1) = min(r(n)+v,10), r(0) = 0 find n with abs(r(n)-10) <= 1/10\n";
+    only(asked, Earlier::Forms, &[rounds(&int(10)), rounds(&int(9)), sub(&close, &int(1))]);
+    // Two that arrive in an order that is not known.
+    let (first, second) = (rounds(&int(8)), div(&int(6), &var("w")).ceiling().unwrap());
+    let asked =
+        "param v > 0, w > 0\nsolve r(n+1) = (min(rx(n)+v,8),min(ry(n)+w,6)), r(0) = (0,0) find n with r(n) = (8,6)\n";
+    only(asked, Earlier::Forms, &[first, second]);
+}
+
+/// A condition that is needed may not be left out.
+#[test]
+fn conditions_count() {
+    let asked = "param v\nsolve r(n+1) = r(n)+v, r(0) = 0 find n with r(n) >= 10\n";
+    let way = div(&int(10), &var("v")).ceiling().unwrap();
+    let positive = vec![(Relation::Gtr, var("v"), int(0))];
+    assert_eq!(shown(asked, &way, &positive), Some(Earlier::Forms));
+    assert_eq!(shown(asked, &way, &[]), None);
+    assert_eq!(shown(asked, &way, &[(Relation::Lss, var("v"), int(0))]), None);
+}
+
+proptest! {
+    #![proptest_config(seeded(ProptestConfig { cases: 60, ..ProptestConfig::default() }))]
+    /// Of all indices up to one just that is shown at which the comparison holds first, by the terms themselves.
+    #[test]
+    fn just_the_first_is_shown(
+        factor in prop_oneof![Just("1"), Just("1/2"), Just("-1/2"), Just("-1"), Just("3/2"), Just("0")],
+        step in -3i64..4, start in -5i64..6, goal in -12i64..13, relation in prop_oneof![Just("="), Just(">="), Just("<"), Just("!=")],
+        bound in prop_oneof![Just(""), Just("min"), Just("max"), Just("abs")],
+    ) {
+        let next = format!("{factor}*r(n)+{step}");
+        let next = match bound { "" => next, "abs" => format!("abs({next})"), cut => format!("{cut}({next},4)") };
+        let asked = format!("solve r(n+1) = {next}, r(0) = {start} find n with r(n) {relation} {goal}\n");
+        let (question, _) = question(&asked);
+        let holds = |value: &Value| {
+            let order = value.as_rational().unwrap().cmp(&int(goal).as_rational().unwrap());
+            question.find.as_ref().unwrap().0.holds(order)
+        };
+        let terms = question.recurrence.iterate(25).unwrap().remove(0);
+        let least = terms.iter().position(holds);
+        for at in 0..25 {
+            let told = shown(&asked, &int(at), &[]);
+            prop_assert_eq!(told.is_some(), least == Some(usize::try_from(at).unwrap()), "{}: {}", asked, at);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! What the kernel has checked of a period: all ways for all values, or those that the run takes with the values it has.
+
+mod common;
+
+fn told(asked: &str) -> String {
+    String::from_utf8_lossy(&common::ran(asked).stdout).into_owned()
+}
+
+fn case(name: &str) -> String {
+    told(&std::fs::read_to_string(format!("tests/cases/{name}.pars")).expect("a case"))
+}
+
+#[test]
+fn counters_that_go_round_are_checked_in_all_ways() {
+    let text = case("periods/rest_of_divisions");
+    let checked = text.lines().filter(|line| line.contains("by the kernel: all")).count();
+    assert_eq!((checked, text.matches("not checked").count()), (3, 0), "{text}");
+    // Each order of what is not known, where a delay may be none.
+    let text = told(
+        "param a > 0, d >= 0\nproc W = Delay_a ; Out_{c,1} ; W\nproc Z = In_c<x> ; Delay_d ; Z\nsystem S = W | Z\nperiod S\n",
+    );
+    assert_eq!(text.matches("by the kernel: all").count(), 3, "{text}");
+    assert!(!text.contains("if d <= 0") || !text.contains("phase 2 -> phase 1"), "{text}");
+}
+
+#[test]
+fn rounds_of_the_run_on_other_ways_are_checked_one_by_one() {
+    let text = case("missions/battery");
+    assert!(
+        text.contains("7 of 8 ways from start and phases, with their flow functions; the run takes no other"),
+        "{text}"
+    );
+    assert!(text.contains("not checked by the kernel for all values: phase 1 -> phase 2"), "{text}");
+    // Along an axis the length divides, of which it is not seen that it is more than 0 for all values.
+    let text = told(
+        "proc Go_g = In_p<r> ; Gtr_{norm(g-r),1/2} ; Out_{w,unit(g-r)/2} ; Go_g\n\
+         proc World_r = (Delay_1 # Odo_r) ; In_w<u> ; World_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
+         system Sys = World_{(0,3)} | Go_{(0,0)}\nperiod Sys\n",
+    );
+    assert!(text.contains("and of the others the 4 rounds that the run takes"), "{text}");
+}
+
+/// What varies from round to round is nothing that an assumption could tell of.
+#[test]
+fn no_assumption_is_advised_of_what_varies() {
+    let text = told(
+        "proc Src_k = Out_{c,k} ; Delay_{1+k} ; Src_{1/(2+k)}\nproc Snk = In_c<x> ; Delay_{3/2} ; Out_{d,x} ; Snk\n\
+         proc End = In_d<y> ; Delay_{2-y} ; End\nsystem Sys = Src_1 | Snk | End\nperiod Sys\n",
+    );
+    assert!(!text.contains("`param") || !text.contains("rest"), "{text}");
+}
