@@ -33,7 +33,7 @@ impl Assumptions {
         if !system.iter().any(parts) {
             return Vec::new();
         }
-        let mut rows: BTreeSet<Constraint> = system.iter().cloned().collect();
+        let mut rows: BTreeSet<Constraint> = system.iter().cloned().map(|row| self.sharpened(row)).collect();
         while let Some(unknown) = self.cheapest(&rows) {
             let (with, without): (Vec<Constraint>, Vec<Constraint>) =
                 rows.into_iter().partition(|row| factor_of(&row.form, &unknown).is_some());

@@ -22,6 +22,11 @@ impl Assumptions {
         value
     }
 
+    /// The value with the variables that assumed equations give, and what that decides; the same where they give none.
+    pub(crate) fn with_equations(&self, value: Value) -> Value {
+        if self.solved.is_empty() { value } else { self.simplify(&self.with_solved(&value)) }
+    }
+
     /// The value with `min`, `max`, `abs`, `if`, `floor` and roots resolved where the assumptions decide them.
     pub fn simplify(&self, value: &Value) -> Value {
         let mut simple = value.clone();

@@ -59,7 +59,11 @@ impl Solved {
                 let range = match &piece.until {
                     _ if alone && piece.from == Value::integer(recurrence.from) => String::new(),
                     None => format!(" for {} <= {index}", piece.from),
-                    Some(until) => format!(" for {} <= {index} < {until}-{}", piece.from, sequence.start.len()),
+                    Some(until) => {
+                        let order = i64::try_from(sequence.start.len()).unwrap_or(i64::MAX);
+                        let end = until.sub(&Value::integer(order)).unwrap_or_else(|_| until.clone());
+                        format!(" for {} <= {index} < {end}", piece.from)
+                    }
                 };
                 let form = readable(&piece.form, index, &piece.from);
                 lines.push(format!("step{range}: suppose {} = {form}", recurrence.term(&sequence.name, 0)));

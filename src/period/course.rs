@@ -175,7 +175,8 @@ impl Period {
                 Next::End(end) => return Some(Followed { end: Course::Ends(end.clone(), time), taken: ways }),
             };
             let next = edge.map.iter().filter(|(name, _)| kept(number, name));
-            let next = next.map(|(name, value)| Some((name.clone(), value.substitute(&state).ok()?)));
+            let next = next
+                .map(|(name, value)| Some((name.clone(), assumptions.with_equations(value.substitute(&state).ok()?))));
             state = next.collect::<Option<BTreeMap<Name, Value>>>()?;
             let root = |value: &Value| value.atoms().iter().any(|atom| matches!(atom, Atom::Root(_)));
             let most = |value: &Value| if root(value) { MOST_BITS_BESIDE_ROOTS } else { MOST_BITS };

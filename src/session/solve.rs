@@ -82,8 +82,8 @@ fn answered(
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
         lines.extend(found_lines(found, recurrence, goal));
-        lines.extend(no_earlier(found, (recurrence, solved.as_ref().ok()), goal, known));
         lines.extend(solved.iter().flat_map(|solved| also(solved, found, known)));
+        lines.extend(no_earlier(found, (recurrence, solved.as_ref().ok()), goal, known));
     }
     let solved = solved.ok();
     let met = |expectation: &Expectation| match expectation {
@@ -121,8 +121,8 @@ pub(super) fn left_out(
             let goal = (*relation, &left, &right);
             let found = reach(recurrence, Some(forms), goal, forms.known(), stop);
             own.extend(found_lines(&found, recurrence, goal));
-            own.extend(no_earlier(&found, (recurrence, Some(forms)), goal, forms.known()));
             own.extend(also(forms, &found, forms.known()));
+            own.extend(no_earlier(&found, (recurrence, Some(forms)), goal, forms.known()));
         }
         lines.push(format!("where {}:", special.title()));
         lines.extend(own.into_iter().map(|line| format!("    {line}")));
