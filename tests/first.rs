@@ -69,6 +69,19 @@ fn a_first_index_in_symbols_is_shown_and_no_other() {
     only(asked, Earlier::Forms, &[first, second]);
 }
 
+/// An index that is a number, where the pieces end at symbols.
+#[test]
+fn a_number_is_the_first_only_where_the_symbols_say_so() {
+    let asked = "param v > 0\nsolve r(n+1) = min(r(n)+v,10), r(0) = 0 find n with r(n) = 10\n";
+    for at in [0, 1, 5, 600] {
+        assert_eq!(shown(asked, &int(at), &[]), None, "{at}");
+    }
+    let by = |v: Value| vec![(Relation::Eq, var("v"), v)];
+    assert_eq!(shown(asked, &int(5), &by(int(2))), Some(Earlier::OneByOne));
+    assert_eq!(shown(asked, &int(600), &by(frac(1, 60))), Some(Earlier::Forms));
+    assert_eq!(shown(asked, &int(600), &by(frac(1, 61))), None);
+}
+
 /// A condition that is needed may not be left out.
 #[test]
 fn conditions_count() {

@@ -10,7 +10,7 @@ use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{stands, throughout};
 use crate::name::Name;
-use crate::value::{Atom, Relation, Sort, Value};
+use crate::value::{Atom, Need, Relation, Sort, Value};
 
 /// So many terms are compared one by one before the forms are asked, and where these do not tell.
 const FEW: i64 = 500;
@@ -313,13 +313,16 @@ impl Question<'_> {
         if self.known.is_natural(&self.at.sub(&first).ok()?) != Some(true) {
             return None;
         }
-        if let Some(at) = natural(self.at) {
-            let before = |until: &Value| self.known.decide(Relation::Lss, self.at, until);
-            let here = |stretch: &&Stretch| stretch.until.as_ref().is_none_or(|until| before(until) == Some(true));
-            let stretch = stretches.iter().find(here)?;
+        if let Some(at) = natural(self.at)
+            && let Some(stretch) = self.stretch_of_index(stretches)
+        {
             let late =
                 |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, at);
-            return self.holds(&stretch.sides, &Assumptions::default(), &late);
+            let image = BTreeMap::from([(index.clone(), self.at.clone())]);
+            let mut needs = stretch.sides.iter().flat_map(Value::needs);
+            let granted = |need: Need| self.known.grants(&need.substitute(&image).ok()?);
+            let defined = needs.all(|need| granted(need) == Some(true));
+            return self.holds(&stretch.sides, &Assumptions::default(), &late).filter(|_| defined);
         }
         // Of which stretch it lies in it may not be known: then it holds in either.
         let mut known = self.known.clone();
@@ -335,6 +338,17 @@ impl Question<'_> {
             }
             if self.holds_in(stretch, &here) != Some(true) || stretch.until.is_none() {
                 return self.holds_in(stretch, &here);
+            }
+        }
+        None
+    }
+
+    /// The stretch that the index lies in, if that is known: in none before it.
+    fn stretch_of_index<'s>(&self, stretches: &'s [Stretch]) -> Option<&'s Stretch> {
+        for stretch in stretches {
+            let Some(until) = &stretch.until else { return Some(stretch) };
+            if self.known.decide(Relation::Lss, self.at, until)? {
+                return Some(stretch);
             }
         }
         None
