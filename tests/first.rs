@@ -82,6 +82,24 @@ fn a_number_is_the_first_only_where_the_symbols_say_so() {
     assert_eq!(shown(asked, &int(600), &by(frac(1, 61))), None);
 }
 
+/// What has no value for some parameter is the first nowhere, also where what it needs cancels: `(v+n*v)/v`, `0*(1/p)`.
+#[test]
+fn what_may_have_no_value_is_not_shown() {
+    for (asked, at) in [
+        ("param v >= 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 3\n", 2),
+        ("param v >= 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 700\n", 699),
+        ("param v >= 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 1\n", 0),
+        ("param p >= 0\nsolve t(n+1) = 1/t(n), t(0) = p find n with (n-1)*t(n)+n >= 1\n", 1),
+        ("param v >= 0\nsolve r(n+1) = sqrt(r(n)-1), r(0) = v find n with n >= 1\n", 1),
+    ] {
+        assert_eq!(shown(asked, &int(at), &[]), None, "{asked}");
+    }
+    let asked = "param v > 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 700\n";
+    only(asked, Earlier::Forms, &[int(698), int(700)]);
+    let asked = "param v > 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 3\n";
+    only(asked, Earlier::OneByOne, &[int(1), int(3)]);
+}
+
 /// A condition that is needed may not be left out.
 #[test]
 fn conditions_count() {

@@ -168,6 +168,8 @@ struct Stretch {
     from: Value,
     until: Option<Value>,
     sides: [Value; 2],
+    /// What the sides need to have a value, as they are written: in the sides of the forms it may have cancelled.
+    needs: Vec<Need>,
 }
 
 impl Question<'_> {
@@ -218,7 +220,11 @@ impl Question<'_> {
                 return false;
             }
             if step == count {
-                return true;
+                return self.grants([self.wanted.1, self.wanted.2], &images);
+            }
+            // Each term must exist, whether or not it is compared.
+            if !self.grants(recurrence.sequences.iter().map(|sequence| &sequence.next), &images) {
+                return false;
             }
             let Some(next) = self.following(&now, &images) else { return false };
             now = next;
@@ -230,6 +236,12 @@ impl Question<'_> {
             }
         }
         false
+    }
+
+    /// Whether these, as they are written, have a value with what is put in.
+    fn grants<'v>(&self, values: impl IntoIterator<Item = &'v Value>, images: &BTreeMap<Name, Value>) -> bool {
+        let granted = |need: &Need| self.known.grants(need) == Some(true);
+        needs_of(values, images).is_some_and(|needs| needs.iter().all(granted))
     }
 
     /// The terms one index later.
@@ -302,7 +314,8 @@ impl Question<'_> {
         let stretch = |cell: super::Cell<'_>| {
             let images = sequences.iter().zip(&cell.forms);
             let images = images.map(|(name, form)| (self.recurrence.term(name, 0), (*form).clone())).collect();
-            Some(Stretch { sides: self.sides(&images)?, from: cell.from, until: cell.until })
+            let (sides, needs) = (self.sides(&images)?, needs_of([self.wanted.1, self.wanted.2], &images)?);
+            Some(Stretch { sides, needs, from: cell.from, until: cell.until })
         };
         cells.into_iter().map(stretch).collect()
     }
@@ -318,10 +331,7 @@ impl Question<'_> {
         {
             let late =
                 |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, at);
-            let image = BTreeMap::from([(index.clone(), self.at.clone())]);
-            let mut needs = stretch.sides.iter().flat_map(Value::needs);
-            let granted = |need: Need| self.known.grants(&need.substitute(&image).ok()?);
-            let defined = needs.all(|need| granted(need) == Some(true));
+            let defined = self.defined_at(stretch, &self.known);
             return self.holds(&stretch.sides, &Assumptions::default(), &late).filter(|_| defined);
         }
         // Of which stretch it lies in it may not be known: then it holds in either.
@@ -359,9 +369,15 @@ impl Question<'_> {
         let put_in = |side: &Value| side.with(&self.recurrence.index, self.at).ok();
         let [left, right] = &stretch.sides;
         let sides = [put_in(left)?, put_in(right)?];
-        let needs = sides.iter().flat_map(Value::needs).collect::<Vec<_>>();
-        let defined = needs.iter().all(|need| known.grants(need) == Some(true));
+        let defined = self.defined_at(stretch, known);
         self.holds(&sides, known, &|_, _| None).filter(|_| defined)
+    }
+
+    /// Whether the sides, as they are written, have a value at the index.
+    fn defined_at(&self, stretch: &Stretch, known: &Assumptions) -> bool {
+        let image = BTreeMap::from([(self.recurrence.index.clone(), self.at.clone())]);
+        let granted = |need: &Need| known.grants(&need.substitute(&image).ok()?);
+        stretch.needs.iter().all(|need| granted(need) == Some(true))
     }
 
     /// What is known of an index from the start of a stretch on, before these ends.
@@ -423,6 +439,20 @@ impl Question<'_> {
         };
         told() == Some(true)
     }
+}
+
+/// What these values need to have a meaning, with what is put in: taken before it is, as what cancels is needed as well.
+fn needs_of<'v>(values: impl IntoIterator<Item = &'v Value>, images: &BTreeMap<Name, Value>) -> Option<Vec<Need>> {
+    let mut needs = Vec::new();
+    for value in values {
+        for need in value.needs() {
+            needs.push(need.substitute(images).ok()?);
+        }
+        for image in value.variables().iter().filter_map(|name| images.get(name)) {
+            needs.extend(image.needs());
+        }
+    }
+    Some(needs)
 }
 
 fn natural(value: &Value) -> Option<u64> {
