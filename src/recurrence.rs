@@ -68,6 +68,7 @@ mod symbolic;
 mod terms;
 mod together;
 mod turns;
+mod valued;
 
 use num_traits::ToPrimitive;
 
@@ -94,12 +95,12 @@ pub use nonlinear::{Behaviour, behaviour, near};
 pub use orders::solve_in_cases;
 pub(crate) use orders::{MOST_PAIRS, pairs, parameters};
 pub use parts::{Part, parts};
-pub use reach::reach;
 pub use sequences::{solve_all, solve_until};
 pub use special::{Special, special_cases};
 pub use stationary::Stationary;
 pub use terms::Term;
 pub use together::{Apart, solve_apart, solve_together};
+pub use valued::reach;
 
 /// A closed form by pieces.
 #[derive(Clone, Debug, PartialEq, Eq)]

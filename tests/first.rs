@@ -136,3 +136,22 @@ proptest! {
         }
     }
 }
+
+/// What is asked has a value there under conditions that cancel in the forms; they are said, and are those of the proof.
+#[test]
+fn what_it_needs_is_said_with_the_index() {
+    for (asked, condition) in [
+        ("param v >= 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 3\n", "if v != 0"),
+        ("param v >= 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 700\n", "if v != 0"),
+        ("param p >= 0\nsolve t(n+1) = 1/t(n), t(0) = p find n with (n-1)*t(n)+n >= 1\n", "if p != 0"),
+        ("param a\nsolve r(n+1) = r(n)+1, r(0) = a find n with r(n)*sqrt(a) >= (a+5)*sqrt(a)\n", "if a >= 0"),
+    ] {
+        let told = String::from_utf8_lossy(&ran(asked).stdout).into_owned();
+        assert!(told.lines().any(|line| line.trim() == condition), "{told}");
+        assert!(!told.contains("the search alone"), "{told}");
+    }
+    let told =
+        String::from_utf8_lossy(&ran("param v > 0\nsolve r(n+1) = r(n)+v, r(0) = v find n with r(n)/v >= 3\n").stdout)
+            .into_owned();
+    assert!(!told.contains("if v"), "{told}");
+}

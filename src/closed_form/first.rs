@@ -442,7 +442,10 @@ impl Question<'_> {
 }
 
 /// What these values need to have a meaning, with what is put in: taken before it is, as what cancels is needed as well.
-fn needs_of<'v>(values: impl IntoIterator<Item = &'v Value>, images: &BTreeMap<Name, Value>) -> Option<Vec<Need>> {
+pub(crate) fn needs_of<'v>(
+    values: impl IntoIterator<Item = &'v Value>,
+    images: &BTreeMap<Name, Value>,
+) -> Option<Vec<Need>> {
     let mut needs = Vec::new();
     for value in values {
         for need in value.needs() {

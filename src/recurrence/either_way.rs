@@ -5,7 +5,7 @@ use super::Unknown;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, compared};
 use crate::name::Name;
-use crate::value::Relation;
+use crate::value::{Need, Relation, Value};
 
 /// The most cases, and the most comparisons that one may depend on.
 const MOST_CASES: usize = 8;
@@ -92,11 +92,17 @@ impl<T> Split<'_, T> {
         Some(())
     }
 
-    /// What is known with some of what is assumed.
+    /// What is known with some of what is assumed, which has a value where it holds: `1/a > 0` is of an a that is not 0.
     fn assuming(&self, chosen: impl Fn(usize) -> bool) -> Assumptions {
         let mut known = self.known.clone();
-        let some = self.assumed.iter().enumerate().filter(|(place, _)| chosen(*place));
-        some.for_each(|(_, (relation, left, right))| known.assume(*relation, left, right));
+        for (_, (relation, left, right)) in self.assumed.iter().enumerate().filter(|(place, _)| chosen(*place)) {
+            let divisors = [left, right].into_iter().flat_map(Value::needs).filter_map(|need| match need {
+                Need::Nonzero(divisor) => Some(divisor),
+                _ => None,
+            });
+            divisors.for_each(|divisor| known.assume(Relation::Neq, &divisor, &Value::zero()));
+            known.assume(*relation, left, right);
+        }
         known
     }
 

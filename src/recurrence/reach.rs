@@ -54,7 +54,7 @@ const SHORTEST: u64 = 1 << 12;
 pub(super) type Wanted<'a> = (Relation, &'a Value, &'a Value);
 
 /// The least index at which a comparison of terms holds; of vectors, `=` or `!=`. The search ends when `stop` says so.
-pub fn reach(
+pub(super) fn reach(
     recurrence: &Recurrence,
     solved: Option<&Solved>,
     (relation, left, right): Wanted<'_>,
