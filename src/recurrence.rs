@@ -89,7 +89,7 @@ use crate::closed_form::Solved;
 pub use crate::closed_form::{Comparison, Piece};
 pub use at_rest::at_rest;
 pub use either_way::InCase;
-pub(crate) use either_way::either_way;
+pub(crate) use either_way::{either_way, in_each_case};
 pub(crate) use needed::read_by;
 pub use nonlinear::{Behaviour, behaviour, near};
 pub use orders::solve_in_cases;

@@ -41,14 +41,27 @@ pub(crate) fn either_way<T>(
     ask: &dyn Fn(&Assumptions) -> Result<T, Unsettled<T>>,
     stop: &dyn Fn() -> bool,
 ) -> Option<Vec<InCase<T>>> {
-    let mut split = Split { recurrence, known, ask, assumed: Vec::new(), cases: Vec::new(), stop };
+    let terms = recurrence.terms();
+    let free = |name: &Name| *name != recurrence.index && !terms.iter().any(|(term, ..)| term == name);
+    in_each_case(&free, known, unknown, ask, stop)
+}
+
+/// The same, where what stands in the way must be of names that are `free` alone.
+pub(crate) fn in_each_case<T>(
+    free: &dyn Fn(&Name) -> bool,
+    known: &Assumptions,
+    unknown: &Unknown,
+    ask: &dyn Fn(&Assumptions) -> Result<T, Unsettled<T>>,
+    stop: &dyn Fn() -> bool,
+) -> Option<Vec<InCase<T>>> {
+    let mut split = Split { free, known, ask, assumed: Vec::new(), cases: Vec::new(), stop };
     let (relation, left, right) = split.askable(unknown)?;
     split.cases_of((relation, left, right))?;
     Some(split.cases).filter(|cases| !cases.is_empty())
 }
 
 struct Split<'a, T> {
-    recurrence: &'a Recurrence,
+    free: &'a dyn Fn(&Name) -> bool,
     /// What is known in every case.
     known: &'a Assumptions,
     ask: &'a dyn Fn(&Assumptions) -> Result<T, Unsettled<T>>,
@@ -62,10 +75,8 @@ impl<T> Split<'_, T> {
     /// What is open, if it is of parameters alone and there is room for its cases.
     fn askable(&self, unknown: &Unknown) -> Option<Comparison> {
         let open = unknown.open.as_deref()?;
-        let (index, terms) = (&self.recurrence.index, self.recurrence.terms());
-        let bound = |name: &Name| name == index || terms.iter().any(|(term, ..)| term == name);
         let full = self.assumed.len() >= MOST_ASKED || self.cases.len() >= MOST_CASES || (self.stop)();
-        let free = !open.1.variables().iter().chain(&open.2.variables()).any(bound);
+        let free = open.1.variables().iter().chain(&open.2.variables()).all(|name| (self.free)(name));
         let known = || self.assuming(|_| true).decide(open.0, &open.1, &open.2).is_some();
         (free && !full && !known()).then(|| open.clone())
     }

@@ -1,22 +1,26 @@
 //! How long it takes until a system that goes through several phases is as it was: as its run in the executable meaning
 //! shows, or as the phases follow each other, with numbers or by closed forms.
 
+mod in_cases;
+
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use super::phases::whole;
 use crate::assumption::Assumptions;
+use crate::closed_form::Comparison;
 use crate::lasso::Lasso;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::course::Course;
 use crate::period::{Next, Period, Test};
-use crate::recurrence::Closed;
+use crate::recurrence::{Closed, InCase};
 use crate::term::Term;
 use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
 use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
 use crate::verify::{Merge, Unit, may_be_zero};
+use in_cases::{Found, in_all, in_cases};
 
 /// The longest system, in operators, that is run for its round.
 const MOST_TERM: usize = 1_000;
@@ -43,17 +47,59 @@ impl Known {
     }
 }
 
+/// Why it is not known where a system comes to.
+#[derive(Default)]
+pub(crate) struct Unsettled {
+    /// In words; nothing where something is drawn, so that there is no such time.
+    pub(super) reason: Option<String>,
+    /// What is not decided.
+    asked: Vec<Comparison>,
+    /// Where it comes to in each case of that, where it is known in some.
+    pub(super) cases: Vec<InCase<Found>>,
+}
+
+impl Unsettled {
+    fn because(reason: String) -> Unsettled {
+        Unsettled { reason: Some(reason), ..Unsettled::default() }
+    }
+
+    /// How long it lasts in each case, with what is known there, if it repeats in all.
+    pub(super) fn lasting(&self) -> Option<Vec<(&Value, &Assumptions)>> {
+        let lasting = self.cases.iter().map(|case| match &case.found.as_ref().ok()?.course {
+            Course::Repeats { lasting, .. } => Some((lasting, &case.known)),
+            Course::Ends(..) => None,
+        });
+        lasting.collect::<Option<Vec<_>>>().filter(|cases| !cases.is_empty())
+    }
+
+    /// What is said of it.
+    pub(super) fn lines(&self) -> Vec<String> {
+        let open = |reason: &str| format!("whether it all repeats is not known: {reason}");
+        if self.cases.is_empty() {
+            return self.reason.iter().map(|reason| open(reason)).collect();
+        }
+        let line = |case: &InCase<Found>| {
+            let told = case.found.as_ref().map_or_else(|reason| open(reason), Known::line);
+            format!("if {}: {told}", case.title())
+        };
+        self.cases.iter().map(line).collect()
+    }
+}
+
 /// Where a system comes to, if it is gone through several phases, or one in several ways.
 ///
 /// # Errors
-/// Why that is not known; nothing where something is drawn, so that there is no such time.
+/// Why that is not known.
 pub(crate) fn course_of(
     period: &Period,
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> Result<Option<Known>, Option<String>> {
-    within_cases(period, system, environment, MOST_SPLITS, interrupted)
+) -> Result<Option<Known>, Unsettled> {
+    within_cases(period, system, environment, MOST_SPLITS, interrupted).or_else(|why| {
+        let cases = in_cases((period, system, environment), &why, interrupted);
+        in_all(&cases).map(Some).ok_or(Unsettled { cases, ..why })
+    })
 }
 
 /// The same, where it takes the same time in either case of what is not known, at most so many cases inside one another.
@@ -63,7 +109,7 @@ fn within_cases(
     environment: &Environment,
     splits: usize,
     interrupted: &dyn Fn() -> bool,
-) -> Result<Option<Known>, Option<String>> {
+) -> Result<Option<Known>, Unsettled> {
     let found = course_as_assumed(period, system, environment, interrupted);
     if splits == 0 || interrupted() {
         return found;
@@ -183,7 +229,7 @@ fn course_as_assumed(
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> Result<Option<Known>, Option<String>> {
+) -> Result<Option<Known>, Unsettled> {
     let ways = period.phases.iter().map(|phase| phase.edges.len());
     if period.lasting().is_some() || ways.sum::<usize>() < 2 {
         return Ok(None);
@@ -195,7 +241,7 @@ fn course_as_assumed(
         let whole = |course| Ok(Known { course, moving: false });
         return phases.map_or_else(|| by_legs(period, environment, interrupted), whole).map(Some).or_else(|why| {
             // Where something is drawn there is no such time.
-            let onward = why.as_ref().and_then(|_| period.onward(&environment.assumptions, interrupted));
+            let onward = why.reason.as_ref().and_then(|_| period.onward(&environment.assumptions, interrupted));
             onward.map(|course| Some(Known { course, moving: true })).ok_or(why)
         });
     };
@@ -213,14 +259,10 @@ fn course_as_assumed(
 }
 
 /// By the closed forms of leg after leg: a leg that goes on for ever, or legs that come again and take the same times.
-fn by_legs(
-    period: &Period,
-    environment: &Environment,
-    interrupted: &dyn Fn() -> bool,
-) -> Result<Known, Option<String>> {
+fn by_legs(period: &Period, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Result<Known, Unsettled> {
     let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
     if edges.any(|edge| !edge.draws.is_empty()) {
-        return Err(None);
+        return Err(Unsettled::default());
     }
     let nothing = Term::par([]);
     let looks = Cell::new(0usize);
@@ -232,20 +274,31 @@ fn by_legs(
     let known = (&environment.definitions, &environment.assumptions);
     let run = walk(steered.as_ref().unwrap_or(period), known, &nothing, &enough);
     if looks.get() > MOST_LOOKS {
-        return Err(Some(match run.legs.len() {
+        return Err(Unsettled::because(match run.legs.len() {
             0 => unfinished(period),
             legs => format!("it was followed through {legs} legs, and has not come again"),
         }));
     }
     let declared = |value: &Value| value.variables().iter().all(|name| environment.quantity(name).is_some());
     // What a closed form rests on must be known: nothing is said of the other cases.
-    let known = |leg: &Leg| leg.conditions.iter().all(|test| test.decide(&environment.assumptions) == Some(true));
-    let found = again(&run, period).filter(|_| run.legs.iter().all(known));
+    let open = |test: &&Test| test.decide(&environment.assumptions) != Some(true);
+    let rests: Vec<Comparison> = run
+        .legs
+        .iter()
+        .flat_map(|leg| &leg.conditions)
+        .filter(open)
+        .map(|test| (test.relation, test.left.clone(), test.right.clone()))
+        .collect();
+    let found = again(&run, period).filter(|_| rests.is_empty());
     let found = found.filter(|course| match course {
         Course::Repeats { lasting, from, .. } => declared(lasting) && declared(from),
         Course::Ends(_, after) => declared(after),
     });
-    found.map(|course| Known { course, moving: true }).ok_or_else(|| run.open.first().cloned())
+    let unsettled = || {
+        let reason = run.open.first().cloned();
+        Unsettled { reason, asked: run.asked.iter().chain(&rests).cloned().collect(), cases: Vec::new() }
+    };
+    found.map(|course| Known { course, moving: true }).ok_or_else(unsettled)
 }
 
 /// That the first leg was not followed to an end: where, and in how many ways it goes on there.

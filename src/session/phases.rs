@@ -1,13 +1,14 @@
 //! `period Sys`: the components' periods, what repeats, and the phase graph.
 
 use super::beside::BESIDE;
-use super::course::{Known, course_of};
+use super::course::{Known, Unsettled, course_of};
 use super::delays::{self, MOST_ORDERS, Order, in_orders};
 use super::digits::rational;
 use super::parts::{Part, Together, headline, parted, steady, together};
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
 use super::satisfies::components;
+use crate::assumption::Assumptions;
 use crate::flow::flows;
 use crate::lower::{Environment, Expectation, System};
 use crate::name::Name;
@@ -70,12 +71,28 @@ fn told_of(
             if cases.iter().any(|case| case.answer != UNKNOWN) {
                 return in_each(&orders, cases);
             }
-            (failures.iter().map(ToString::to_string).collect(), None)
+            (failures.iter().map(ToString::to_string).collect(), Ok(None))
         }
     };
-    let course = course.map(|known| known.course);
-    let met = wanted.iter().map(|wanted| is_met(wanted, (&period, course.as_ref()), environment));
-    Told { lines, answer: answer(&period, course.as_ref()), met: met.collect() }
+    let in_cases = course.as_ref().err().and_then(Unsettled::lasting);
+    let course = course.as_ref().ok().and_then(|known| known.as_ref()).map(|known| &known.course);
+    let met = wanted.iter().map(|wanted| match &in_cases {
+        Some(cases) if is_of_time(wanted) => cases.iter().all(|(time, known)| has_time(wanted, time, known)),
+        _ => is_met(wanted, (&period, course), environment),
+    });
+    let answer = if in_cases.is_some() { "yes" } else { answer(&period, course) };
+    Told { lines, answer, met: met.collect() }
+}
+
+/// Whether it is expected how long it lasts, and nothing else.
+fn is_of_time(expectation: &Expectation) -> bool {
+    matches!(expectation, Expectation::Values(values) if values.iter().all(|(name, _)| name.as_str() == "lasting"))
+}
+
+/// Whether it lasts as long as is expected.
+fn has_time(expectation: &Expectation, time: &Value, known: &Assumptions) -> bool {
+    let Expectation::Values(values) = expectation else { return false };
+    values.iter().all(|(_, wanted)| known.decide(Relation::Eq, time, wanted) == Some(true))
 }
 
 /// What is said in each order, and what holds in all.
@@ -94,19 +111,17 @@ fn told_whole(
     system: &System,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> (Vec<String>, Option<Known>) {
+) -> (Vec<String>, Result<Option<Known>, Unsettled>) {
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
-    let (course, unknown) = match course_of(period, system, environment, interrupted) {
-        Err(unknown) => (None, unknown),
-        Ok(course) => (course, None),
-    };
+    let found = course_of(period, system, environment, interrupted);
+    let course = found.as_ref().ok().and_then(|known| known.as_ref());
     let mut lines = components(system, environment);
     let rounds = period.repetitions(definitions, assumptions, interrupted);
-    lines.extend(told(period, course.as_ref().map(|known| &known.course), rounds, environment));
-    lines.extend(course.iter().map(|known| whole(&known.course, known.moving)));
-    lines.extend(unknown.map(|reason| format!("whether it all repeats is not known: {reason}")));
+    lines.extend(told(period, course.map(|known| &known.course), rounds, environment));
+    lines.extend(course.iter().map(|known| known.line()));
+    lines.extend(found.as_ref().err().into_iter().flat_map(Unsettled::lines));
     lines.extend(checked(period, system, environment, interrupted));
-    (lines, course)
+    (lines, found)
 }
 
 /// The same of a system that falls into parts, part by part, with what they make together.
@@ -123,7 +138,7 @@ fn by_parts(
         lines.push(format!("part {}: {}", number + 1, part.names()));
         let (told, course) = told_whole(&part.period, &part.system, environment, interrupted);
         lines.extend(told.into_iter().map(|line| format!("  {line}")));
-        courses.push(course.or_else(|| steady(part, environment, interrupted)));
+        courses.push(course.ok().flatten().or_else(|| steady(part, environment, interrupted)));
     }
     let all = together(parts, courses, environment);
     lines.extend(all.line());

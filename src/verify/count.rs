@@ -1,6 +1,7 @@
 //! How often a round comes back to its phase: the recurrence of its variables, and the first test that fails.
 
-use super::trajectory::{Unsure, Values, Walker};
+use super::trajectory::{Values, Walker};
+use super::undecided::Unsure;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Edge, Test};
@@ -35,7 +36,7 @@ impl Walker<'_> {
     /// The closed forms of the variables that a round changes, from these values.
     pub(super) fn forms(&self, round: &Edge, values: &Values) -> Result<Forms, Unsure> {
         if !round.draws.is_empty() {
-            return Err(Unsure(vec!["the rounds draw at random".to_string()]));
+            return Err(Unsure::because("the rounds draw at random".to_string()));
         }
         let mut constant = Values::new();
         let mut changing = Vec::new();
@@ -105,7 +106,7 @@ impl Walker<'_> {
                         Ok(())
                     }
                     Some(false) => Ok(()),
-                    None => Err(Unsure(vec![format!("which test fails first, {said} or another")])),
+                    None => Err(Unsure::because(format!("which test fails first, {said} or another"))),
                 }
             }
         }
@@ -124,7 +125,7 @@ impl Walker<'_> {
 
     /// When a test of one variable fails first.
     fn first_of_one(&self, said: &Test, name: &Name, later: bool, forms: &Forms) -> Result<Reach, Unsure> {
-        let unsure = || Unsure(vec![format!("when {said} fails first")]);
+        let unsure = || Unsure::because(format!("when {said} fails first"));
         let map = forms.maps.get(name).ok_or_else(unsure)?;
         let own = forms.closed.iter().find(|(other, _)| other == name).map(|(_, closed)| closed);
         let mut closed = own.ok_or_else(unsure)?.clone();
@@ -161,7 +162,7 @@ impl Walker<'_> {
 
     /// When a test of several variables fails first; their forms must have their pieces in common.
     fn first_of_many(&self, said: &Test, names: &[&Name], later: bool, forms: &Forms) -> Result<Reach, Unsure> {
-        let unsure = || Unsure(vec![format!("{said} compares two things that change")]);
+        let unsure = || Unsure::because(format!("{said} compares two things that change"));
         let mut all = Vec::new();
         for name in names {
             let (_, closed) = forms.closed.iter().find(|(other, _)| other == *name).ok_or_else(unsure)?;
@@ -207,7 +208,7 @@ impl Walker<'_> {
                 count.learned = None;
                 Ok(())
             }
-            None => Err(Unsure(vec![format!("whether {said}")])),
+            None => Err(Unsure::whether(said.relation, &said.left, &said.right)),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Rounds as stretches of a run, by the closed forms of their values.
 
-use super::trajectory::{Unsure, Values, Walker};
+use super::trajectory::{Values, Walker};
+use super::undecided::Unsure;
 use super::unit::{Unit, repeat};
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Segment};
@@ -25,7 +26,7 @@ impl Walker<'_> {
     pub(super) fn segment(&self, segment: &Segment, values: &Values) -> Result<Segment, Unsure> {
         let observed: Result<Vec<Term>, _> =
             segment.observed.iter().map(|term| substitute_values(term, values)).collect();
-        let mut observed = observed.map_err(|stuck| Unsure(vec![stuck.0]))?;
+        let mut observed = observed.map_err(|stuck| Unsure::because(stuck.0))?;
         for term in &mut observed {
             *term = term.map_values(&mut |value| Ok::<_, ValueError>(self.assumptions.simplify(value)))?;
         }
@@ -73,7 +74,7 @@ impl Walker<'_> {
         match self.assumptions.decide(Relation::Lte, one, other) {
             Some(true) => Ok(Some(one.clone())),
             Some(false) => Ok(Some(other.clone())),
-            None => Err(Unsure(vec![format!("whether {one} <= {other}")])),
+            None => Err(Unsure::whether(Relation::Lte, one, other)),
         }
     }
 
@@ -85,11 +86,11 @@ impl Walker<'_> {
                 Some(until) => match self.assumptions.decide(Relation::Lss, at, until) {
                     Some(true) => return Ok((piece.form.clone(), Some(until.clone()))),
                     Some(false) => {}
-                    None => return Err(Unsure(vec![format!("whether {at} < {until}")])),
+                    None => return Err(Unsure::whether(Relation::Lss, at, until)),
                 },
             }
         }
-        Err(Unsure(vec!["a closed form ends too early".to_string()]))
+        Err(Unsure::because("a closed form ends too early".to_string()))
     }
 
     pub(super) fn values_at(&self, values: &Values, closed: &[(Name, Closed)], at: &Value) -> Result<Values, Unsure> {

@@ -7,13 +7,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::count::Count;
 use super::orbit::{Orbit, observers, without_moving};
 use super::round::{is_known, is_long};
-use super::undecided;
+use super::undecided::{self, Unsure};
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Period, Phase, Segment, Test};
-use crate::recurrence::{Closed, Unknown};
+use crate::recurrence::{Closed, Comparison};
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
 use crate::value::{Value, ValueError};
@@ -72,25 +72,12 @@ pub struct Trajectory {
     pub end: Option<End>,
     /// Why the run is not known any further.
     pub open: Vec<String>,
+    /// What is not decided there.
+    pub asked: Vec<Comparison>,
     /// Whether no way through the phases ends the run or stops time: what is not known of it goes on for ever too.
     pub unending: bool,
     /// What is assumed, with what was found.
     pub assumptions: Assumptions,
-}
-
-/// Why the run goes no further.
-pub(super) struct Unsure(pub(super) Vec<String>);
-
-impl From<ValueError> for Unsure {
-    fn from(error: ValueError) -> Unsure {
-        Unsure(vec![error.0])
-    }
-}
-
-impl From<Unknown> for Unsure {
-    fn from(error: Unknown) -> Unsure {
-        Unsure(vec![error.reason])
-    }
 }
 
 /// Follows a run.
@@ -194,8 +181,8 @@ pub fn walk(
     let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted, partial };
     let unending = unending(period);
     let mut trajectory = Trajectory { unending, ..Trajectory::default() };
-    if let Err(Unsure(reasons)) = walker.run(&mut trajectory) {
-        trajectory.open = reasons;
+    if let Err(unsure) = walker.run(&mut trajectory) {
+        (trajectory.open, trajectory.asked) = (unsure.reasons, unsure.asked);
         trajectory.legs.extend(walker.partial.take());
     }
     if let (Some(orbit), Some(cycle)) = (&trajectory.orbit, trajectory.cycle) {
@@ -247,14 +234,14 @@ impl Walker<'_> {
                 return Ok(());
             }
             if (self.interrupted)() {
-                return Err(Unsure(vec![INTERRUPTED.to_string()]));
+                return Err(Unsure::because(INTERRUPTED.to_string()));
             }
             changes += usize::from(before != Some(phase));
             let long = values.values().any(is_long);
             if history.len() > MOST_LEGS || changes > MOST_CHANGES || long {
                 let why = if long { ", and its numbers grow without end: it may only converge" } else { "" };
                 let legs = history.len() - 1;
-                return Err(Unsure(vec![format!("after {legs} legs the run has not repeated exactly{why}")]));
+                return Err(Unsure::because(format!("after {legs} legs the run has not repeated exactly{why}")));
             }
             let (mut leg, onward) = self.leg(phase, &values)?;
             leg.continues = before == Some(phase);
@@ -272,7 +259,7 @@ impl Walker<'_> {
     fn leg(&mut self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
         let period = self.period;
         let Some(here) = period.phases.get(phase) else {
-            return Err(Unsure(vec!["a phase is missing".to_string()]));
+            return Err(Unsure::because("a phase is missing".to_string()));
         };
         let rounds: Vec<&Edge> = here.rounds(phase).collect();
         if rounds.len() > 1
@@ -285,16 +272,11 @@ impl Walker<'_> {
                 Ok(count) => return self.counted(phase, round, values, count),
                 // Without a closed form, numbers can still be followed one by one.
                 Err(unsure) if values.values().all(is_known) => {
-                    return self.stepwise(phase, values).map_err(|mut other| {
-                        other.0.extend(unsure.0);
-                        other
-                    });
+                    return self.stepwise(phase, values).map_err(|other| other.and(unsure));
                 }
                 Err(unsure) => {
-                    let mut all =
-                        self.choose(&here.edges, values, &self.assumptions).err().unwrap_or(Unsure(Vec::new()));
-                    all.0.extend(unsure.0);
-                    return Err(all);
+                    let way = self.choose(&here.edges, values, &self.assumptions).err();
+                    return Err(way.unwrap_or_default().and(unsure));
                 }
             }
         }
@@ -304,13 +286,13 @@ impl Walker<'_> {
     /// Rounds one by one until the phase is left or the values repeat.
     fn stepwise(&self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
         let Some(here) = self.period.phases.get(phase) else {
-            return Err(Unsure(vec!["a phase is missing".to_string()]));
+            return Err(Unsure::because("a phase is missing".to_string()));
         };
         let mut rounds: Vec<(&Edge, Values)> = Vec::new();
         let mut now = values.clone();
         let next = loop {
             if (self.interrupted)() {
-                return Err(Unsure(vec![INTERRUPTED.to_string()]));
+                return Err(Unsure::because(INTERRUPTED.to_string()));
             }
             if let Some(found) = rounds.iter().position(|(_, earlier)| *earlier == now) {
                 rounds.truncate(if found == 0 { rounds.len() } else { found });
@@ -318,7 +300,10 @@ impl Walker<'_> {
             }
             if rounds.len() >= MOST_ROUNDS || now.values().any(is_long) {
                 *self.partial.borrow_mut() = Some(self.stepped(phase, values, &rounds)?);
-                return Err(Unsure(vec![format!("after {} rounds of one phase nothing has repeated", rounds.len())]));
+                return Err(Unsure::because(format!(
+                    "after {} rounds of one phase nothing has repeated",
+                    rounds.len()
+                )));
             }
             let edge = self.choose(&here.edges, &now, &self.assumptions)?;
             let onward = self.image(edge, &now)?;
@@ -468,10 +453,10 @@ impl Walker<'_> {
             possible.push((edge, open));
         }
         match possible.as_slice() {
-            [] => Err(Unsure(vec!["no way on was found".to_string()])),
+            [] => Err(Unsure::because("no way on was found".to_string())),
             // The edges cover all cases, so the one that is not ruled out is taken.
             [(edge, _)] => Ok(edge),
-            _ => Err(Unsure(undecided::reasons(&possible, assumptions))),
+            _ => Err(undecided::between(&possible, assumptions)),
         }
     }
 

@@ -5,13 +5,54 @@ use std::collections::BTreeSet;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Test, in_case};
-use crate::value::Relation;
+use crate::recurrence::{Comparison, Unknown};
+use crate::value::{Relation, Value, ValueError};
+
+/// Why the run goes no further.
+#[derive(Default)]
+pub(super) struct Unsure {
+    /// In words.
+    pub(super) reasons: Vec<String>,
+    /// What is not decided.
+    pub(super) asked: Vec<Comparison>,
+}
+
+impl Unsure {
+    pub(super) fn because(reason: impl Into<String>) -> Unsure {
+        Unsure { reasons: vec![reason.into()], asked: Vec::new() }
+    }
+
+    /// That a comparison is not decided.
+    pub(super) fn whether(relation: Relation, left: &Value, right: &Value) -> Unsure {
+        let reason = format!("whether {left} {} {right}", relation.symbol());
+        Unsure { reasons: vec![reason], asked: vec![(relation, left.clone(), right.clone())] }
+    }
+
+    pub(super) fn and(mut self, other: Unsure) -> Unsure {
+        self.reasons.extend(other.reasons);
+        self.asked.extend(other.asked);
+        self
+    }
+}
+
+impl From<ValueError> for Unsure {
+    fn from(error: ValueError) -> Unsure {
+        Unsure::because(error.0)
+    }
+}
+
+impl From<Unknown> for Unsure {
+    fn from(error: Unknown) -> Unsure {
+        Unsure { reasons: vec![error.reason], asked: error.open.into_iter().map(|open| *open).collect() }
+    }
+}
 
 /// Ways that may be taken, each with the tests that are not decided.
 type Possible<'e> = [(&'e Edge, Vec<Test>)];
 
-/// In words: which tests are not decided, each once, and an assumption about parameters that would tell.
-pub(super) fn reasons(possible: &Possible<'_>, assumptions: &Assumptions) -> Vec<String> {
+/// That one of these ways is taken and it is not known which: which tests are not decided, each once, and an assumption
+/// about parameters that would tell.
+pub(super) fn between(possible: &Possible<'_>, assumptions: &Assumptions) -> Unsure {
     let mut reasons = Vec::new();
     for (edge, open) in possible {
         if let Next::End(End::Livelock { cycle, .. }) = &edge.next {
@@ -38,7 +79,7 @@ pub(super) fn reasons(possible: &Possible<'_>, assumptions: &Assumptions) -> Vec
         let help = help.map(|test| format!("; an assumption such as `param {test}` tells")).unwrap_or_default();
         format!("it must be known whether {test}{help}")
     }));
-    reasons
+    Unsure { reasons, asked: tests.into_iter().map(|test| (test.relation, test.left, test.right)).collect() }
 }
 
 /// A test, or its opposite, with which one way alone is left; where both do that, the one that holds of more values.

@@ -1,0 +1,83 @@
+//! A first index with all that must hold for what was asked to have a value there.
+
+use std::collections::BTreeMap;
+
+use num_traits::ToPrimitive;
+
+use super::Reach;
+use super::reach::{self, Wanted};
+use crate::assumption::Assumptions;
+use crate::closed_form::{Comparison, Recurrence, Solved, needs_of};
+use crate::name::Name;
+use crate::value::{Need, Relation, Value};
+
+/// The terms that are computed for it, at most.
+const MOST_TERMS: u64 = 1_000;
+
+/// The least index at which a comparison of terms holds; of vectors, `=` or `!=`. Its conditions name what the sides need
+/// to have a value there, as they are written, where that is not known: `r(n)/v` needs `v != 0` also where r(n) is
+/// `v+n*v`. The search ends when `stop` says so.
+pub fn reach(
+    recurrence: &Recurrence,
+    solved: Option<&Solved>,
+    wanted: Wanted<'_>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Reach {
+    match reach::reach(recurrence, solved, wanted, known, stop) {
+        Reach::At(at, conditions) => valued(at, conditions, (recurrence, solved), wanted, known),
+        found => found,
+    }
+}
+
+fn valued(
+    at: Value,
+    mut conditions: Vec<Comparison>,
+    (recurrence, solved): (&Recurrence, Option<&Solved>),
+    (_, left, right): Wanted<'_>,
+    known: &Assumptions,
+) -> Reach {
+    let Some(terms) = terms(recurrence, solved, &at) else { return Reach::At(at, conditions) };
+    let Some(needs) = needs_of([left, right], &terms) else {
+        return Reach::unknown(format!("at {} = {at} it has no value", recurrence.index));
+    };
+    let mut known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
+    conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+    for need in needs.iter().flat_map(Need::apart) {
+        match (known.grants(&need), &need) {
+            (Some(true), _) | (None, Need::Natural(_)) => {}
+            (Some(false), _) => return Reach::unknown(format!("at {} = {at} it has no value", recurrence.index)),
+            (None, Need::Nonzero(value) | Need::Nonnegative(value)) => {
+                let relation = if matches!(need, Need::Nonzero(_)) { Relation::Neq } else { Relation::Gte };
+                known.assume(relation, value, &Value::zero());
+                conditions.push((relation, value.clone(), Value::zero()));
+            }
+        }
+    }
+    Reach::At(at, conditions)
+}
+
+/// All that is read at an index: the terms there and the index itself; nothing where the terms are not known by one form
+/// and the index is far, or no number.
+fn terms(recurrence: &Recurrence, solved: Option<&Solved>, at: &Value) -> Option<BTreeMap<Name, Value>> {
+    let index = &recurrence.index;
+    let mut images = BTreeMap::from([(index.clone(), at.clone())]);
+    let count = at.as_rational().filter(|at| at.is_integer()).and_then(|at| at.to_integer().to_i64());
+    let count = count.and_then(|at| u64::try_from(at.checked_sub(recurrence.from)?).ok());
+    let iterated = match count {
+        Some(count) if count < MOST_TERMS && solved.is_none() => Some(recurrence.iterate(count as usize + 1).ok()?),
+        _ => None,
+    };
+    for (place, sequence) in recurrence.sequences.iter().enumerate() {
+        let image = match (&iterated, solved) {
+            (Some(terms), _) => terms.get(place)?.last()?.clone(),
+            (None, Some(solved)) => match count.and_then(|count| recurrence.from.checked_add_unsigned(count)) {
+                Some(at) => solved.at(&sequence.name, at).ok()?,
+                None => solved.forms().get(place)?.value(index)?.with(index, at).ok()?,
+            },
+            (None, None) => return None,
+        };
+        images.insert(recurrence.term(&sequence.name, 0), image);
+    }
+    Some(images)
+}
