@@ -288,7 +288,8 @@ fn why_no_time_in_all_is_known_is_said() {
     assert!(told_of.contains("lasting: 2*n+3 in all"), "{told_of}");
     let less = "param n : natural, n >= 1\nproc P = (Delay_{n-1} | Delay_{1/2}) ; P\nsystem Sys = P\nperiod Sys\n";
     let told_of = told(less);
-    assert!(told_of.contains("it must be known whether n-1 > 0"), "{told_of}");
+    assert!(told_of.contains("if n > 1: lasting: n-1 in all"), "{told_of}");
+    assert!(told_of.contains("if n = 1: lasting: 1/2 = 0.5 in all"), "{told_of}");
 }
 
 #[test]
