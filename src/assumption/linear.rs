@@ -1,11 +1,8 @@
 //! Linear arithmetic: whether constraints on monomials, each taken as an unknown of its own, contradict each other.
 //!
 //! By Motzkin's theorem they do exactly when a combination of them with non-negative multipliers is a false constant.
-//! The multipliers are looked for by the simplex method, in floating point numbers first and exactly, with Bland's rule,
-//! where these leave it unclear; nothing rests on that search, because what it finds is added up and looked at, exactly,
-//! before it is believed.
-
-mod floating;
+//! The multipliers are looked for by the simplex method with Bland's rule; nothing rests on that search, because
+//! what it finds is added up and looked at before it is believed.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +13,6 @@ use super::eliminate::{in_terms_of, mixed};
 use crate::polynomial::{Monomial, Polynomial};
 use crate::rational::{product, sum};
 use crate::value::Atom;
-use floating::{Guess, guessed, solved};
 
 /// What a constraint says of its polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -156,11 +152,7 @@ fn multipliers(constraints: &[&Constraint]) -> Option<Vec<BigRational>> {
     table[0][width - 1] = BigRational::one();
     table[height - 1][width - 1] = BigRational::one();
     table[height - 1][width] = BigRational::one();
-    let solution = match guessed(&table, width) {
-        Guess::Nothing => return None,
-        Guess::Support(support) => solved(&table, width, &support).or_else(|| feasible(table, width))?,
-        Guess::Unclear => feasible(table, width)?,
-    };
+    let solution = feasible(table, width)?;
     let mut found = vec![BigRational::zero(); constraints.len()];
     for (column, (place, negated)) in columns.iter().enumerate() {
         let number = &solution[column];
