@@ -80,6 +80,7 @@ impl Unsettled {
         }
         let line = |case: &InCase<Found>| {
             let told = case.found.as_ref().map_or_else(|reason| open(reason), Known::line);
+            let told = told.trim_end_matches(": ");
             format!("if {}: {told}", case.title())
         };
         self.cases.iter().map(line).collect()

@@ -99,7 +99,9 @@ fn of_parameters(
 ) -> Option<Comparison> {
     let free = |value: &Value| value.variables().iter().all(declared);
     // Of roots there are so many cases, and each so long, that they say nothing.
-    let plain = |value: &Value| !has_root(value);
+    // Where it may have no value, neither it nor its opposite holds: they are not all cases.
+    let meant = |value: &Value| value.needs().iter().all(|need| known.grants(need) == Some(true));
+    let plain = |value: &Value| !has_root(value) && meant(value);
     if ![left, right].into_iter().all(|side| free(side) && plain(side)) || left.size() + right.size() > MOST_SIZE {
         return None;
     }
@@ -110,7 +112,9 @@ fn of_parameters(
     let mut asked = Vec::new();
     signs(left, &mut asked);
     signs(right, &mut asked);
-    asked.retain(|(relation, left, right)| known.decide(*relation, left, right).is_none());
+    asked.retain(|(relation, left, right)| {
+        meant(left) && meant(right) && known.decide(*relation, left, right).is_none()
+    });
     // With a comparison that tells in either case there are the fewest cases.
     let tells = |(relation, left, right): &&Comparison| {
         [*relation, relation.negated()].into_iter().all(|relation| {
