@@ -274,6 +274,11 @@ impl Assumptions {
         }
     }
 
+    /// Whether all that a value needs to have a meaning is known to be so.
+    pub fn gives_meaning(&self, value: &Value) -> bool {
+        value.needs().iter().all(|need| self.grants(need) == Some(true))
+    }
+
     /// A value with others put in for names, undefined wherever one of them is, or it was itself, unless they are known
     /// to be defined: `y*k` with `1/k` for y is not 1, as k may be 0.
     ///
@@ -281,12 +286,7 @@ impl Assumptions {
     /// When the result is not defined, or may be where what it was made of is not.
     pub fn put_in(&self, value: &Value, images: &BTreeMap<Name, Value>) -> Result<Value, ValueError> {
         let image = value.substitute(images)?;
-        let read = value.variables();
-        let mut needs: BTreeSet<Need> =
-            read.iter().filter_map(|name| images.get(name)).flat_map(Value::needs).collect();
-        for need in value.needs() {
-            needs.insert(need.substitute(images)?);
-        }
+        let needs = value.needs_with(images)?;
         if needs.is_empty() {
             return Ok(image);
         }

@@ -29,7 +29,6 @@ use crate::value::{Atom, Relation, Value, ValueError};
 pub(crate) use apart::{closures, needs_in_cases};
 pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
-pub(crate) use first::needs_of;
 pub use first::{Earlier, Wanted, first};
 pub use nested::{Layer, Nested, layer};
 pub(crate) use pieces::for_all_signs;

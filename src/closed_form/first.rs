@@ -1,6 +1,6 @@
 //! That an index is the first at which terms compare as wanted: there they do, and at no index before it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_traits::ToPrimitive;
 
@@ -169,7 +169,7 @@ struct Stretch {
     until: Option<Value>,
     sides: [Value; 2],
     /// What the sides need to have a value, as they are written: in the sides of the forms it may have cancelled.
-    needs: Vec<Need>,
+    needs: BTreeSet<Need>,
 }
 
 impl Question<'_> {
@@ -441,21 +441,10 @@ impl Question<'_> {
     }
 }
 
-/// What these values need to have a meaning, with what is put in: taken before it is, as what cancels is needed as well.
-pub(crate) fn needs_of<'v>(
-    values: impl IntoIterator<Item = &'v Value>,
-    images: &BTreeMap<Name, Value>,
-) -> Option<Vec<Need>> {
-    let mut needs = Vec::new();
-    for value in values {
-        for need in value.needs() {
-            needs.push(need.substitute(images).ok()?);
-        }
-        for image in value.variables().iter().filter_map(|name| images.get(name)) {
-            needs.extend(image.needs());
-        }
-    }
-    Some(needs)
+/// What these values need to have a meaning, with what is put in.
+fn needs_of<'v>(values: impl IntoIterator<Item = &'v Value>, images: &BTreeMap<Name, Value>) -> Option<BTreeSet<Need>> {
+    let each = values.into_iter().map(|value| value.needs_with(images).ok());
+    each.collect::<Option<Vec<_>>>().map(|all| all.into_iter().flatten().collect())
 }
 
 fn natural(value: &Value) -> Option<u64> {

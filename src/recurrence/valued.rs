@@ -7,7 +7,7 @@ use num_traits::ToPrimitive;
 use super::Reach;
 use super::reach::{self, Wanted};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Recurrence, Solved, needs_of};
+use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::name::Name;
 use crate::value::{Need, Relation, Value};
 
@@ -38,15 +38,14 @@ fn valued(
     known: &Assumptions,
 ) -> Reach {
     let Some(terms) = terms(recurrence, solved, &at) else { return Reach::At(at, conditions) };
-    let Some(needs) = needs_of([left, right], &terms) else {
-        return Reach::unknown(format!("at {} = {at} it has no value", recurrence.index));
-    };
+    let without = || Reach::unknown(format!("at {} = {at} it has no value", recurrence.index));
+    let (Ok(needs), Ok(others)) = (left.needs_with(&terms), right.needs_with(&terms)) else { return without() };
     let mut known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
     conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-    for need in needs.iter().flat_map(Need::apart) {
+    for need in needs.union(&others).flat_map(Need::apart) {
         match (known.grants(&need), &need) {
             (Some(true), _) | (None, Need::Natural(_)) => {}
-            (Some(false), _) => return Reach::unknown(format!("at {} = {at} it has no value", recurrence.index)),
+            (Some(false), _) => return without(),
             (None, Need::Nonzero(value) | Need::Nonnegative(value)) => {
                 let relation = if matches!(need, Need::Nonzero(_)) { Relation::Neq } else { Relation::Gte };
                 known.assume(relation, value, &Value::zero());

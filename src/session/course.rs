@@ -74,13 +74,16 @@ impl Unsettled {
 
     /// What is said of it.
     pub(super) fn lines(&self) -> Vec<String> {
-        let open = |reason: &str| format!("whether it all repeats is not known: {reason}");
+        let unknown = "whether it all repeats is not known";
+        let open = |reason: &String| format!("{unknown}: {reason}");
         if self.cases.is_empty() {
-            return self.reason.iter().map(|reason| open(reason)).collect();
+            return self.reason.iter().map(open).collect();
         }
         let line = |case: &InCase<Found>| {
-            let told = case.found.as_ref().map_or_else(|reason| open(reason), Known::line);
-            let told = told.trim_end_matches(": ");
+            let told = match &case.found {
+                Ok(known) => known.line(),
+                Err(reason) => reason.as_ref().map_or_else(|| unknown.to_string(), open),
+            };
             format!("if {}: {told}", case.title())
         };
         self.cases.iter().map(line).collect()
@@ -161,8 +164,7 @@ fn in_either_case(
     else {
         return None;
     };
-    let meant = || lasting.needs().iter().all(|need| known.grants(need) == Some(true));
-    if known.decide(Relation::Eq, lasting, other) != Some(true) || !meant() {
+    if known.decide(Relation::Eq, lasting, other) != Some(true) || !known.gives_meaning(lasting) {
         return None;
     }
     // What is so from some time on is so from any later time on.

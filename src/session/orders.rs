@@ -155,7 +155,7 @@ fn merged(cases: &[Case], one: &Value, other: &Value) -> Option<Reach> {
     };
     let conditions = before.iter().zip(after).map(pair).collect::<Option<Vec<Comparison>>>()?;
     // It must have a value in each of them.
-    if !cases.iter().all(|case| at.needs().iter().all(|need| case.known.grants(need) == Some(true))) {
+    if !cases.iter().all(|case| case.known.gives_meaning(&at)) {
         return None;
     }
     // Where both are equal the conditions must hold, and the index be the same.

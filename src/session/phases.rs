@@ -92,8 +92,9 @@ fn is_of_time(expectation: &Expectation) -> bool {
 /// Whether it lasts as long as is expected.
 fn has_time(expectation: &Expectation, time: &Value, known: &Assumptions) -> bool {
     let Expectation::Values(values) = expectation else { return false };
-    let meant = |value: &Value| value.needs().iter().all(|need| known.grants(need) == Some(true));
-    values.iter().all(|(_, wanted)| meant(wanted) && known.decide(Relation::Eq, time, wanted) == Some(true))
+    values
+        .iter()
+        .all(|(_, wanted)| known.gives_meaning(wanted) && known.decide(Relation::Eq, time, wanted) == Some(true))
 }
 
 /// What is said in each order, and what holds in all.

@@ -111,6 +111,21 @@ fn without_length(value: Value) -> Value {
 }
 
 impl Value {
+    /// All that must hold for it to have a meaning with others put in for names, taken before they are: what cancels then is
+    /// needed as well.
+    ///
+    /// # Errors
+    /// When that has no meaning.
+    pub fn needs_with(&self, images: &BTreeMap<Name, Value>) -> Result<BTreeSet<Need>, ValueError> {
+        let read = self.variables();
+        let mut needs: BTreeSet<Need> =
+            read.iter().filter_map(|name| images.get(name)).flat_map(Value::needs).collect();
+        for need in self.needs() {
+            needs.insert(need.substitute(images)?);
+        }
+        Ok(needs)
+    }
+
     /// All that must hold for it to have a meaning, whatever its variables are.
     pub fn needs(&self) -> BTreeSet<Need> {
         let mut found = BTreeSet::new();

@@ -157,7 +157,7 @@ impl Merge {
     fn same(&self, one: &BTreeMap<Name, Value>, other: &BTreeMap<Name, Value>) -> Option<BTreeMap<Name, Value>> {
         let is = |(name, value): (&Name, &Value)| {
             let wanted = other.get(name)?;
-            let meant = value.needs().iter().all(|need| self.below.grants(need) == Some(true));
+            let meant = self.below.gives_meaning(value);
             let same = value == wanted || (meant && self.below.decide(Relation::Eq, value, wanted) == Some(true));
             same.then(|| (name.clone(), value.clone()))
         };

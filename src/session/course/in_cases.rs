@@ -19,7 +19,7 @@ const MOST_FAILURES: usize = 2;
 const MOST_SIZE: usize = 60;
 
 /// What is found in a case; or why it is open there.
-pub(crate) type Found = Result<Known, String>;
+pub(crate) type Found = Result<Known, Option<String>>;
 
 /// Where it comes to in every case of what stands in the way; nothing where that is known in none of them.
 pub(super) fn in_cases(
@@ -47,8 +47,7 @@ pub(super) fn in_cases(
             Ok(None) => Err((Unknown::because(String::new()), None)),
             Err(why) => {
                 failures.set(failures.get() + 1);
-                let reason = why.reason.clone().unwrap_or_default();
-                Err((question(&why, known, &declared), Some(Box::new(Err(reason)))))
+                Err((question(&why, known, &declared), Some(Box::new(Err(why.reason)))))
             }
         }
     };
@@ -81,9 +80,10 @@ fn says(one: &Found, case: &InCase<Found>) -> bool {
         return false;
     };
     let known = &case.known;
-    let meant = |value: &Value| value.needs().iter().all(|need| known.grants(need) == Some(true));
     let is = |relation, one: &Value, other: &Value| known.decide(relation, one, other) == Some(true);
-    meant(lasting) && meant(from) && is(Relation::Eq, lasting, time) && is(Relation::Gte, from, since)
+    [lasting, from].into_iter().all(|time| known.gives_meaning(time))
+        && is(Relation::Eq, lasting, time)
+        && is(Relation::Gte, from, since)
 }
 
 /// What would have to be known: of a maximum in it, first which of its elements it is.
@@ -100,8 +100,7 @@ fn of_parameters(
     let free = |value: &Value| value.variables().iter().all(declared);
     // Of roots there are so many cases, and each so long, that they say nothing.
     // Where it may have no value, neither it nor its opposite holds: they are not all cases.
-    let meant = |value: &Value| value.needs().iter().all(|need| known.grants(need) == Some(true));
-    let plain = |value: &Value| !has_root(value) && meant(value);
+    let plain = |value: &Value| !has_root(value) && known.gives_meaning(value);
     if ![left, right].into_iter().all(|side| free(side) && plain(side)) || left.size() + right.size() > MOST_SIZE {
         return None;
     }
@@ -113,7 +112,7 @@ fn of_parameters(
     signs(left, &mut asked);
     signs(right, &mut asked);
     asked.retain(|(relation, left, right)| {
-        meant(left) && meant(right) && known.decide(*relation, left, right).is_none()
+        known.gives_meaning(left) && known.gives_meaning(right) && known.decide(*relation, left, right).is_none()
     });
     // With a comparison that tells in either case there are the fewest cases.
     let tells = |(relation, left, right): &&Comparison| {
