@@ -16,6 +16,7 @@ mod refute;
 mod remembered;
 mod sampled;
 mod sign;
+mod simplex;
 mod simplify;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,6 +1,7 @@
 //! Arithmetic of exact rational numbers that looks for common factors only where there may be some, and by machine words
 //! where the numbers are that short: the search takes longer than all the rest.
 
+use dashu_int::IBig;
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
@@ -16,13 +17,36 @@ pub(crate) fn common(one: &BigInt, other: &BigInt) -> BigInt {
     }
     let (long, short) = if one.bits() < other.bits() { (other, one) } else { (one, other) };
     if short.is_zero() || long.bits() <= short.bits() + 64 {
-        return long.gcd(short);
+        return of_long(long, short);
     }
     let rest = long % short;
     match (rest.magnitude().to_u64(), short.magnitude().to_u64()) {
         (Some(rest), Some(short)) => BigInt::from(rest.gcd(&short)),
-        _ => rest.gcd(short),
+        _ => of_long(&rest, short),
     }
+}
+
+/// The same: by Lehmer's method where it is sooner there than bit by bit.
+fn of_long(one: &BigInt, other: &BigInt) -> BigInt {
+    const LONG: u64 = 512;
+    if one.bits().min(other.bits()) < LONG {
+        return one.gcd(other);
+    }
+    from_whole(&IBig::from(dashu_int::ops::Gcd::gcd(to_whole(one), to_whole(other))))
+}
+
+/// The number as one of `dashu-int`, whose arithmetic of long numbers is faster, and which keeps those of two machine
+/// words in place.
+pub(crate) fn to_whole(number: &BigInt) -> IBig {
+    match number.to_i128() {
+        Some(short) => IBig::from(short),
+        None => IBig::from_le_bytes(&number.to_signed_bytes_le()),
+    }
+}
+
+/// The number that [`to_whole`] gives, back.
+pub(crate) fn from_whole(number: &IBig) -> BigInt {
+    BigInt::from_signed_bytes_le(&number.to_le_bytes())
 }
 
 /// A numerator and a denominator so short that sums and products of two of them are machine words.
@@ -135,6 +159,26 @@ mod tests {
                 for (own, wanted) in all {
                     assert_eq!((own.numer(), own.denom()), (wanted.numer(), wanted.denom()), "{one} {other}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn common_factors_of_long_numbers_are_those_of_the_library() {
+        let power = |base: u32, exponent: u32| BigInt::from(base).pow(exponent);
+        let numbers = [
+            BigInt::from(-12),
+            power(6, 300) * BigInt::from(-35),
+            power(10, 200) * power(7, 90),
+            power(3, 1000) + BigInt::one(),
+            (power(3, 1000) + BigInt::one()) * power(2, 64),
+            power(2, 127),
+            -power(2, 127),
+        ];
+        for one in &numbers {
+            assert_eq!(&from_whole(&to_whole(one)), one);
+            for other in &numbers {
+                assert_eq!(common(one, other), one.gcd(other), "{one} {other}");
             }
         }
     }

@@ -6,12 +6,14 @@
 
 use std::collections::BTreeMap;
 
+use dashu_int::IBig;
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
+use num_traits::{Signed, Zero};
 
 use super::eliminate::{in_terms_of, mixed};
+use super::simplex::Table;
 use crate::polynomial::{Monomial, Polynomial};
-use crate::rational::{product, sum};
+use crate::rational::{from_whole, quotient, to_whole};
 use crate::value::Atom;
 
 /// What a constraint says of its polynomial.
@@ -44,9 +46,6 @@ pub(super) struct Constraint {
 
 const MOST_ROWS: usize = 90;
 const MOST_COLUMNS: usize = 220;
-const MOST_PIVOTS: usize = 250;
-/// The time that it may take, in that of a number of 64 bits: common factors are looked for in the square of the length.
-const MOST_WORK: u64 = 1_000_000;
 
 /// Whether the constraints cannot all hold; `false` also when that was not found out within the limits.
 pub(super) fn contradictory(constraints: &[Constraint]) -> bool {
@@ -118,14 +117,16 @@ fn is_refutation(constraints: &[&Constraint], multipliers: &[BigRational]) -> bo
 }
 
 /// Multipliers that make the sum a false constant. The unknowns of the linear program are the multipliers (two for
-/// an equation) and the amount s by which the sum is below 0; s and the multipliers of strict constraints add to 1.
+/// an equation), each of the constraint in coprime whole numbers, and the amount s by which the sum is below 0; s and the
+/// multipliers of strict constraints add to 1.
 fn multipliers(constraints: &[&Constraint]) -> Option<Vec<BigRational>> {
-    let mut rows: BTreeMap<Monomial<Atom>, usize> = BTreeMap::new();
-    rows.insert(Monomial::one(), 0);
+    let mut rows: BTreeMap<&Monomial<Atom>, usize> = BTreeMap::new();
+    let one = Monomial::one();
+    rows.insert(&one, 0);
     for constraint in constraints {
         for (monomial, _) in constraint.form.terms() {
             let next = rows.len();
-            rows.entry(monomial.clone()).or_insert(next);
+            rows.entry(monomial).or_insert(next);
         }
     }
     let mut columns: Vec<(usize, bool)> = Vec::new();
@@ -139,86 +140,27 @@ fn multipliers(constraints: &[&Constraint]) -> Option<Vec<BigRational>> {
     if height > MOST_ROWS || width > MOST_COLUMNS {
         return None;
     }
-    let mut table = vec![vec![BigRational::zero(); width + 1]; height];
+    let contents: Vec<BigRational> = constraints.iter().map(|constraint| constraint.form.content()).collect();
+    let mut table = vec![vec![IBig::ZERO; width + 1]; height];
     for (column, (place, negated)) in columns.iter().enumerate() {
         for (monomial, number) in constraints[*place].form.terms() {
-            let row = rows.get(monomial)?;
-            table[*row][column] = if *negated { -number } else { number.clone() };
+            let whole = to_whole(&quotient(number, &contents[*place]).to_integer());
+            table[*rows.get(monomial)?][column] = if *negated { -whole } else { whole };
         }
         if constraints[*place].bound == Bound::Positive {
-            table[height - 1][column] = BigRational::one();
+            table[height - 1][column] = IBig::ONE;
         }
     }
-    table[0][width - 1] = BigRational::one();
-    table[height - 1][width - 1] = BigRational::one();
-    table[height - 1][width] = BigRational::one();
-    let solution = feasible(table, width)?;
+    table[0][width - 1] = IBig::ONE;
+    table[height - 1][width - 1] = IBig::ONE;
+    table[height - 1][width] = IBig::ONE;
+    let (solution, _) = Table::new(table).solution()?;
     let mut found = vec![BigRational::zero(); constraints.len()];
-    for (column, (place, negated)) in columns.iter().enumerate() {
-        let number = &solution[column];
-        found[*place] += if *negated { -number } else { number.clone() };
+    for ((place, negated), number) in columns.iter().zip(&solution).filter(|(_, number)| !number.is_zero()) {
+        let number = quotient(&BigRational::from_integer(from_whole(number)), &contents[*place]);
+        found[*place] += if *negated { -number } else { number };
     }
     Some(found)
-}
-
-/// A non-negative solution of `table`, rows of coefficients and one right side that is not negative.
-fn feasible(mut table: Vec<Vec<BigRational>>, width: usize) -> Option<Vec<BigRational>> {
-    let height = table.len();
-    // Artificial unknowns, one a row, are the first basis; their columns are never needed again.
-    let mut basis: Vec<usize> = (width..width + height).collect();
-    let mut objective = vec![BigRational::zero(); width + 1];
-    for row in &table {
-        for (total, number) in objective.iter_mut().zip(row) {
-            *total += number;
-        }
-    }
-    let mut work = 0;
-    for _ in 0..MOST_PIVOTS {
-        if objective[width].is_zero() {
-            let mut solution = vec![BigRational::zero(); width];
-            for (row, unknown) in basis.iter().enumerate().filter(|(_, unknown)| **unknown < width) {
-                solution[*unknown] = table[row][width].clone();
-            }
-            return Some(solution);
-        }
-        let words = objective.iter().map(|number| number.numer().bits().max(number.denom().bits())).max()? / 64;
-        work += (height * (width + 1)) as u64 * (1 + words + words * words / 8);
-        if work > MOST_WORK {
-            return None;
-        }
-        let entering = (0..width).find(|column| objective[*column].is_positive())?;
-        let leaving = (0..height)
-            .filter(|row| table[*row][entering].is_positive())
-            .map(|row| (&table[row][width] / &table[row][entering], basis[row], row))
-            .min()?
-            .2;
-        pivot(&mut table, &mut objective, leaving, entering);
-        basis[leaving] = entering;
-    }
-    None
-}
-
-fn pivot(table: &mut [Vec<BigRational>], objective: &mut [BigRational], row: usize, column: usize) {
-    let scale = table[row][column].recip();
-    for number in table[row].iter_mut().filter(|number| !number.is_zero()) {
-        *number = product(number, &scale);
-    }
-    let pivot_row = table[row].clone();
-    let eliminate = |target: &mut [BigRational]| {
-        let factor = target[column].clone();
-        if factor.is_zero() {
-            return;
-        }
-        for (number, other) in target.iter_mut().zip(&pivot_row).filter(|(_, other)| !other.is_zero()) {
-            *number = sum(number, &-product(&factor, other));
-        }
-    };
-    for (place, target) in table.iter_mut().enumerate() {
-        if place != row {
-            eliminate(target);
-        }
-    }
-    eliminate(objective);
 }
 
 #[cfg(test)]

@@ -7,6 +7,8 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
+use crate::rational::from_whole;
+
 type Low = FBig<Down, 2>;
 type High = FBig<Up, 2>;
 
@@ -149,9 +151,7 @@ fn rational(number: Low) -> Option<BigRational> {
     if !(-LONGEST..LONGEST).contains(&exponent) {
         return None;
     }
-    let (sign, whole) = repr.significand().clone().into_parts();
-    let sign = if sign == dashu_int::Sign::Negative { num_bigint::Sign::Minus } else { num_bigint::Sign::Plus };
-    let whole = BigInt::from_bytes_le(sign, &whole.to_le_bytes());
+    let whole = from_whole(repr.significand());
     let two = BigInt::from(1) << exponent.unsigned_abs();
     Some(if exponent >= 0 { BigRational::from_integer(whole * two) } else { BigRational::new(whole, two) })
 }

@@ -13,15 +13,24 @@ use crate::polynomial::{Monomial, Polynomial};
 /// Divisors that are looked for in a base; what is left is one base.
 const MOST_FACTOR: u32 = 1000;
 
-/// The primes below that.
-static PRIMES: LazyLock<Vec<u32>> = LazyLock::new(|| {
+/// The primes below that, in groups whose product is a machine word: one division tells which of them divide a number.
+static PRIMES: LazyLock<Vec<(u64, Vec<u32>)>> = LazyLock::new(|| {
     let mut primes: Vec<u32> = Vec::new();
+    let mut groups: Vec<(u64, Vec<u32>)> = Vec::new();
     for number in 2..MOST_FACTOR {
-        if primes.iter().all(|prime| number % prime != 0) {
-            primes.push(number);
+        if primes.iter().any(|prime| number % prime == 0) {
+            continue;
+        }
+        primes.push(number);
+        match groups.last_mut().and_then(|last| last.0.checked_mul(u64::from(number)).map(|product| (last, product))) {
+            Some((last, product)) => {
+                last.0 = product;
+                last.1.push(number);
+            }
+            None => groups.push((u64::from(number), vec![number])),
         }
     }
-    primes
+    groups
 });
 
 impl Value {
@@ -123,23 +132,36 @@ fn whole(number: BigInt) -> Value {
 pub(super) fn factors(number: &BigInt) -> Vec<(BigInt, u32)> {
     let mut found = Vec::new();
     let mut left = number.clone();
-    for prime in PRIMES.iter().copied() {
-        if left.is_one() || left.bits() > 4096 || left < BigInt::from(prime * prime) {
+    for (product, primes) in PRIMES.iter() {
+        let smallest = u64::from(primes[0]);
+        if left.is_one() || left.bits() > 4096 || left < BigInt::from(smallest * smallest) {
             break;
         }
-        let mut count = 0;
-        while (&left % prime).is_zero() {
-            left /= prime;
-            count += 1;
-        }
-        if count > 0 {
-            found.push((BigInt::from(prime), count));
+        let rest = (&left % *product).to_u64().unwrap_or(0);
+        for prime in primes.iter().copied().filter(|prime| rest % u64::from(*prime) == 0) {
+            let count = without(&mut left, u64::from(prime));
+            if count > 0 {
+                found.push((BigInt::from(prime), count));
+            }
         }
     }
     if !left.is_one() {
         found.push((left, 1));
     }
     found
+}
+
+/// Takes a prime out of a number; how often it was in it. Machine words of it go first: it may be there a thousand times.
+fn without(number: &mut BigInt, prime: u64) -> u32 {
+    let most = 63 / (64 - prime.leading_zeros());
+    let mut count = 0;
+    for (power, times) in [(prime.pow(most), most), (prime, 1)] {
+        while (&*number % power).is_zero() {
+            *number /= power;
+            count += times;
+        }
+    }
+    count
 }
 
 /// `base ^ exponent` for a base that is itself not a product: `b^(2*n + m + 3) = (b^n)^2 * b^m * b^3`.
