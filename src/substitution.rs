@@ -202,6 +202,72 @@ fn replace_in_sequence(parts: &[Term], name: &Name, value: &Value, context: &Con
     Ok(Term::seq(out))
 }
 
+/// `Set_x<y> ; P`, of which the reads of y are made, as a process in which x is bound as late as it may be: as
+/// [`replace`], but a part of a sequence that binds y in some runs only binds x in the others (see [`bound_at_last`]).
+///
+/// # Errors
+/// As for [`replace`], where there is no such part.
+pub fn carried_on(term: &Term, name: &Name, value: &Value, context: &Context<'_>) -> Result<Term, Stuck> {
+    let stuck = match replace(term, name, value, context) {
+        Ok(term) => return Ok(term),
+        Err(why) => why,
+    };
+    let Node::Seq(parts) = term.node() else { return Err(stuck) };
+    let Some(place) = parts.iter().position(|part| may_bind(&Facts::of(part, context), name)) else {
+        return Err(stuck);
+    };
+    let written: BTreeSet<Name> =
+        parts[..place].iter().flat_map(|part| Facts::of(part, context).binds.names.clone()).collect();
+    if value.variables().iter().any(|read| catches(&written, read)) {
+        return Err(stuck);
+    }
+    let before = parts[..=place].iter().map(|part| replace(part, name, value, context));
+    let mut parts_now = before.collect::<Result<Vec<Term>, Stuck>>()?;
+    let last = parts_now.pop().and_then(|part| bound_at_last(&part, name, value)).ok_or(stuck)?;
+    Ok(Term::seq(parts_now.into_iter().chain([last]).chain(parts[place + 1..].iter().cloned())))
+}
+
+/// For a time-out, `(In_c<z> ; Set_1<y>) # Delay_t`, which binds y in some runs only: the same that binds it to this
+/// value in the others, `(In_c<z> ; Set_1<y>) # (Delay_t ; Set_x<y>)`. None of anything else.
+///
+/// What ends it carries what it binds. Each part either binds y whenever it stops, and stops only as it has communicated;
+/// or it lets time pass and nothing else, and stops only as time has passed. So no two of different kinds stop at once,
+/// and where it stops y is bound to what it was bound to by the last of the two before.
+pub(crate) fn bound_at_last(term: &Term, name: &Name, value: &Value) -> Option<Term> {
+    let Node::Disable(parts) = term.node() else { return None };
+    let bound = |part: &Term| {
+        if matches!(part.node(), Node::Idle | Node::Observe(..)) {
+            return Some(part.clone());
+        }
+        if waits_only(part) {
+            return Some(Term::seq([part.clone(), Term::new(Node::Set(value.clone(), name.clone()))]));
+        }
+        binds_behind_a_communication(part, name).then(|| part.clone())
+    };
+    Some(Term::disable(parts.iter().map(bound).collect::<Option<Vec<_>>>()?))
+}
+
+/// Whether it binds nothing, communicates nothing and tests nothing.
+fn waits_only(term: &Term) -> bool {
+    match term.node() {
+        Node::Delay(_) | Node::Idle | Node::Observe(..) => true,
+        Node::Seq(_) | Node::Par(_) | Node::Disable(_) => term.children().all(waits_only),
+        _ => false,
+    }
+}
+
+/// Whether the name is bound wherever it stops, and it stops only as it has communicated.
+fn binds_behind_a_communication(term: &Term, name: &Name) -> bool {
+    let alone = std::slice::from_ref(term);
+    let parts = match term.node() {
+        Node::Seq(parts) => &parts[..],
+        _ => alone,
+    };
+    let binds = |part: &Term| matches!(part.node(), Node::In(_, bound) | Node::Set(_, bound) if bound == name);
+    let last = parts.iter().rfind(|part| !matches!(part.node(), Node::Set(..) | Node::Guard(..)));
+    parts.iter().any(binds) && last.is_some_and(|last| matches!(last.node(), Node::In(..) | Node::Out(..)))
+}
+
 /// A sequence of which these are the first parts and no other has a value, if one of them is a comparison that fails:
 /// what is behind it is never begun, so `Abort` stands for it.
 fn failed(mut first: Vec<Term>, context: &Context<'_>) -> Option<Term> {

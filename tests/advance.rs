@@ -85,6 +85,27 @@ fn a_network_communicates_and_lets_time_pass() {
 }
 
 #[test]
+fn what_a_time_out_leaves_unbound_is_what_was_bound_before() {
+    let ends = "(Delay_y # See_y) ; Idle";
+    let waits = format!("Set_3<y> ; ((In_c<z> ; Set_1<y>) # Delay_2) ; {ends}");
+    accepted(
+        &format!("new c. ({waits} | Delay_5 ; Out_{{c,1}} ; Idle)"),
+        Some("2"),
+        &format!("Delay_2 ; new c. ((Delay_3 # See_3) ; Idle | Delay_3 ; Out_{{c,1}} ; Idle)"),
+    );
+    accepted(
+        &format!("new c. ({waits} | Delay_1 ; Out_{{c,1}} ; Idle)"),
+        Some("1"),
+        &format!("Delay_1 ; new c. ((Delay_1 # See_1) ; Idle | Idle)"),
+    );
+    // Parts that may end at once with different values, and one that binds it in some runs only.
+    let open = |parts: &str| format!("new c. (Set_3<y> ; ({parts}) ; {ends} | Delay_5 ; Out_{{c,1}} ; Idle)");
+    for parts in ["(Delay_2 ; Set_1<y>) # Delay_2", "(In_c<z> ; Delay_1 ; Set_1<y>) # Delay_2", "In_c<y> # Out_{c,4}"] {
+        refused(&open(parts), Some("1"), "y may be bound anew in some runs only");
+    }
+}
+
+#[test]
 fn a_choice_between_communications_is_no_step() {
     refused("new c. (In_c<x> ; Delay_1 ; Idle | In_c<y> ; Delay_2 ; Idle | Out_{c,1} ; Idle)", Some("1"), "order");
     refused("new c. (In_c<x> ; (Delay_1 # See_x) ; Idle | Out_{c,1} | Out_{c,2})", Some("1"), "order");
@@ -289,7 +310,7 @@ fn rounds_are_counted_as_far_as_each_is_known() {
 fn atom(dice: &mut Dice, ports: &[&str], depth: usize) -> String {
     let port = dice.one_of(ports);
     let time = dice.one_of(&["1", "2", "x"]);
-    let plain = match dice.place(17) {
+    let plain = match dice.place(20) {
         0 | 1 => format!("In_{port}<y>"),
         2 | 3 => format!("Out_{{{port},{}}}", dice.one_of(&["1", "2", "y", "x"])),
         4 => format!("Delay_{time}"),
@@ -318,6 +339,15 @@ fn atom(dice: &mut Dice, ports: &[&str], depth: usize) -> String {
             let beside = dice.one_of(&["|", "|", "|", "else"]);
             format!("(Out_{{{port},{}}} {beside} (In_{other}<y> ; {behind}))", dice.one_of(&["1", "2"]))
         }
+        // Time-outs, which bind y in some runs only.
+        16 | 17 => {
+            let other = dice.one_of(ports);
+            let behind = dice.one_of(&["Stop", "Set_1<y>", "Out_{b,1}", "Set_2<y> ; Eq_{y,z}", "Out_{a,2} ; Set_y<y>"]);
+            let beside =
+                dice.one_of(&["Delay_1", "Delay_2", "Delay_1 ; Delay_1", "(Delay_2 # At_y)", "In_b<y>", "At_2"]);
+            format!("((In_{port}<y> ; {behind}) # {beside} # (In_{other}<z> ; Set_z<y>))")
+        }
+        18 => format!("(In_{port}<y> ; {})^{{{}}}", dice.one_of(&["Delay_1", "Stop", "Out_{b,y}"]), dice.place(3)),
         _ => format!("{}_{{y,{}}}", dice.one_of(&["Eq", "Neq", "Lte"]), dice.one_of(&["1", "2"])),
     };
     if depth == 0 || dice.place(3) > 0 {

@@ -10,7 +10,7 @@ use crate::fact::{Context, Facts};
 use crate::law::Condition;
 use crate::name::Name;
 use crate::scope::{bound_names, written};
-use crate::substitution::{Stuck, instantiate, replace, substitute_known};
+use crate::substitution::{Stuck, carried_on, instantiate, substitute_known};
 use crate::term::{Node, Term, TermMap, TermSet};
 use crate::value::{Atom, Need, Relation, Sort, Value, ValueError};
 
@@ -283,7 +283,7 @@ impl<'c, 'd> Runner<'c, 'd> {
             let mut left = running.or(rest);
             // What the running part has bound is read by what follows, unless it binds it again.
             for (name, value) in &results {
-                left = left.map(|left| replace(&left, name, value, self.context)).transpose()?;
+                left = left.map(|left| carried_on(&left, name, value, self.context)).transpose()?;
             }
             carried.extend(results.into_iter().filter(|(name, _)| wanted.contains(name)));
             match left {

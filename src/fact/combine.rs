@@ -216,8 +216,8 @@ impl Facts {
             _ => None,
         };
         let mut facts = Facts { guard: false, observer: false, duration, ..body };
-        facts.surely_binds.clear();
         if !never_none {
+            facts.surely_binds.clear();
             (facts.may_stop, facts.starts_stopped, facts.instant_stop) = (true, true, true);
         }
         facts

@@ -4,7 +4,7 @@ use super::rest::Tails;
 use super::run::{Env, Halt, Kind, Run, evaluate};
 use crate::name::Name;
 use crate::scope::bound_names;
-use crate::substitution::substitute_values;
+use crate::substitution::{bound_at_last, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Value, ValueError};
 
@@ -209,8 +209,9 @@ pub(crate) fn readable(run: &Run, tails: &Tails) -> Term {
         Run::Delay(left) => Term::delay(left.clone()),
         Run::Wait(term, env) | Run::Fresh(term, env) => filled(term, env),
         Run::Seq(first, rest, env, _) => {
+            let (first, env) = bound_in(readable(first, tails), env);
             let rest = tails.parts(*rest);
-            Term::seq(std::iter::once(readable(first, tails)).chain(rest.iter().map(|term| filled(term, env))))
+            Term::seq(std::iter::once(first).chain(rest.iter().map(|term| filled(term, &env))))
         }
         Run::New(port, body) => Term::new(Node::New(port.clone(), readable(body, tails))),
         Run::Only(shown, body) => Term::new(Node::Project(readable(body, tails), shown.clone())),
@@ -231,8 +232,8 @@ pub(crate) fn standing(run: &Run, tails: &Tails) -> Term {
         Run::Done(carried) => Term::seq(sets(carried)),
         Run::Wait(term, env) | Run::Fresh(term, env) => known(term, env),
         Run::Seq(first, rest, env, carried) => {
-            let rest = known(&Term::seq(tails.parts(*rest).iter().cloned()), env);
-            let first = standing(first, tails);
+            let (first, env) = bound_in(standing(first, tails), env);
+            let rest = known(&Term::seq(tails.parts(*rest).iter().cloned()), &env);
             let rest = if matches!(rest.node(), Node::Stop) { Vec::new() } else { vec![rest] };
             Term::seq(sets(carried).into_iter().chain([first]).chain(rest))
         }
@@ -243,6 +244,19 @@ pub(crate) fn standing(run: &Run, tails: &Tails) -> Term {
         Run::Disable(parts) => Term::disable(all(parts)),
         Run::Aborted | Run::Delay(_) => readable(run, tails),
     }
+}
+
+/// What runs first, and the values of what follows it; what it binds in some runs only, it binds in the others to what is
+/// known.
+fn bound_in(first: Term, env: &Env) -> (Term, Env) {
+    let bound = bound_names(&first);
+    if !env.keys().any(|name| bound.contains(name)) {
+        return (first, env.clone());
+    }
+    let own = env.iter().filter(|(name, _)| bound.contains(*name));
+    let first = own.fold(first, |first, (name, value)| bound_at_last(&first, name, value).unwrap_or(first));
+    let others = env.iter().filter(|(name, _)| !bound.contains(*name));
+    (first, others.map(|(name, value)| (name.clone(), value.clone())).collect())
 }
 
 /// A process with the values that it reads; a name that it binds itself is bound before it is read.

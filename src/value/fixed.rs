@@ -18,7 +18,7 @@ pub(crate) const BITS: usize = 192;
 const MOST_EXPONENT: u32 = 64;
 
 /// How deep roots may stand in one another.
-const MOST_NESTED: usize = 3;
+const MOST_NESTED: usize = 8;
 
 /// Between these, over `2^BITS`, a number lies.
 pub(crate) type Range = (BigInt, BigInt);
@@ -34,47 +34,79 @@ impl Value {
     /// more digits.
     pub(crate) fn coarse_order(&self) -> Option<Ordering> {
         let (numerator, denominator) = self.parts()?;
-        let atoms: Vec<&Atom> = numerator.atoms().into_iter().chain(denominator.atoms()).collect();
-        let roots = roots(&atoms, MOST_NESTED)?;
-        if atoms.is_empty() {
-            return None;
-        }
-        let top = sign(&between(numerator, &roots)?)?;
-        let below = if denominator.is_one() { Ordering::Greater } else { sign(&between(denominator, &roots)?)? };
-        Some(if below == Ordering::Greater { top } else { top.reverse() })
+        let mut roots = Roots::default();
+        let top = sign(&roots.between(numerator, MOST_NESTED)?)?;
+        let below =
+            if denominator.is_one() { Ordering::Greater } else { sign(&roots.between(denominator, MOST_NESTED)?)? };
+        let any = !numerator.atoms().is_empty() || !denominator.atoms().is_empty();
+        any.then_some(if below == Ordering::Greater { top } else { top.reverse() })
     }
 }
 
 /// The same of a polynomial.
 pub(crate) fn coarse_order(polynomial: &Real) -> Option<Ordering> {
-    let atoms: Vec<&Atom> = polynomial.atoms().into_iter().collect();
-    let roots = roots(&atoms, MOST_NESTED)?;
-    if atoms.is_empty() { None } else { sign(&between(polynomial, &roots)?) }
+    let range = Roots::default().between(polynomial, MOST_NESTED)?;
+    if polynomial.atoms().is_empty() { None } else { sign(&range) }
 }
 
 fn sign((low, high): &Range) -> Option<Ordering> {
     if low.is_positive() { Some(Ordering::Greater) } else { high.is_negative().then_some(Ordering::Less) }
 }
 
-/// The ranges of the roots of numbers with roots, so many deep; nothing where there is anything else but roots.
-fn roots<'a>(atoms: &[&'a Atom], nested: usize) -> Option<BTreeMap<&'a Atom, Range>> {
-    let mut roots = BTreeMap::new();
-    for atom in atoms {
-        let Atom::Root(inner) = atom else { return None };
-        if inner.as_rational().is_none() && !roots.contains_key(atom) {
-            roots.insert(*atom, root_of_roots(inner, nested)?);
+/// The ranges of roots of numbers with roots, each found once.
+#[derive(Default)]
+struct Roots<'a>(BTreeMap<&'a Atom, Range>);
+
+impl<'a> Roots<'a> {
+    /// Where a number with roots of numbers lies, in which roots stand at most so many deep.
+    fn between(&mut self, polynomial: &'a Real, nested: usize) -> Option<Range> {
+        let mut sum = (BigInt::zero(), BigInt::zero());
+        for (monomial, number) in polynomial.terms() {
+            let (square, deep) = squared(monomial, number)?;
+            let mut term = match square {
+                None => scaled(number),
+                Some(square) => signed(root(&square)?, number.is_negative()),
+            };
+            for (atom, exponent) in deep {
+                let factor = self.root(atom, nested)?;
+                for _ in 0..exponent {
+                    term = times(&term, &factor);
+                }
+            }
+            sum = (sum.0 + term.0, sum.1 + term.1);
         }
+        Some(sum)
     }
-    Some(roots)
+
+    /// The range of the root of a number with roots, if that is surely not negative.
+    fn root(&mut self, atom: &'a Atom, nested: usize) -> Option<Range> {
+        if let Some(range) = self.0.get(atom) {
+            return Some(range.clone());
+        }
+        let Atom::Root(inner) = atom else { return None };
+        let (numerator, denominator) = inner.parts()?;
+        let nested = nested.checked_sub(1)?;
+        let mut range = self.between(numerator, nested)?;
+        if !denominator.is_one() {
+            range = over(range, self.between(denominator, nested)?)?;
+        }
+        let (low, high) = range;
+        let range = (!low.is_negative()).then(|| ((low << BITS).sqrt(), (high << BITS).sqrt() + BigInt::one()))?;
+        self.0.insert(atom, range.clone());
+        Some(range)
+    }
 }
 
-/// The range of the root of a number with roots, if that is surely not negative.
-fn root_of_roots(inner: &Value, nested: usize) -> Option<Range> {
-    let (numerator, _) = inner.parts().filter(|(_, denominator)| denominator.is_one())?;
-    let atoms: Vec<&Atom> = numerator.atoms().into_iter().collect();
-    let inside = roots(&atoms, nested.checked_sub(1)?)?;
-    let (low, high) = between(numerator, &inside)?;
-    (!low.is_negative()).then(|| ((low << BITS).sqrt(), (high << BITS).sqrt() + BigInt::one()))
+/// The quotient by a range that is surely on one side of 0.
+fn over((low, high): Range, (below, above): Range) -> Option<Range> {
+    if above.is_negative() {
+        return over((-high, -low), (-above, -below));
+    }
+    below.is_positive().then(|| {
+        let least = if low.is_negative() { &below } else { &above };
+        let most = if high.is_negative() { &above } else { &below };
+        ((low << BITS).div_floor(least), (high << BITS).div_floor(most) + BigInt::one())
+    })
 }
 
 fn root((above, below): &Quotient) -> Option<Range> {
@@ -91,25 +123,6 @@ pub(crate) fn scaled(number: &BigRational) -> Range {
     let (low, rest) = (number.numer() << BITS).div_mod_floor(number.denom());
     let high = if rest.is_zero() { low.clone() } else { &low + BigInt::one() };
     (low, high)
-}
-
-fn between(polynomial: &Real, roots: &BTreeMap<&Atom, Range>) -> Option<Range> {
-    let mut sum = (BigInt::zero(), BigInt::zero());
-    for (monomial, number) in polynomial.terms() {
-        let (square, nested) = squared(monomial, number)?;
-        let mut term = match square {
-            None => scaled(number),
-            Some(square) => signed(root(&square)?, number.is_negative()),
-        };
-        for (atom, exponent) in nested {
-            let factor = roots.get(atom)?;
-            for _ in 0..exponent {
-                term = times(&term, factor);
-            }
-        }
-        sum = (sum.0 + term.0, sum.1 + term.1);
-    }
-    Some(sum)
 }
 
 /// The square of a number times roots of numbers, nothing where there are none, and the roots of roots behind it: a
@@ -209,9 +222,40 @@ mod tests {
             assert_eq!(value.coarse_order(), Some(wanted), "{value}");
             assert_eq!(squares.coarse_order(), Some(wanted), "{squares}");
         }
-        // Of what is negative there is no root, and deep ones are left to others.
+        // Of what is negative there is no root, and very deep ones are left to others.
         assert!(root(&whole(2)).sub(&whole(3)).unwrap().sqrt().is_err());
-        let deep = (0..6).fold(whole(2), |value, _| root(&value.add(&whole(1)).unwrap()));
-        assert_eq!(deep.sub(&whole(1)).unwrap().coarse_order(), None);
+        let deep = |times: usize| {
+            let value = (0..times).fold(whole(2), |value, _| root(&value.add(&whole(1)).unwrap()));
+            value.sub(&whole(1)).unwrap().coarse_order()
+        };
+        assert_eq!(deep(6), Some(Ordering::Greater));
+        assert_eq!(deep(12), None);
+    }
+
+    #[test]
+    fn roots_of_fractions_with_roots() {
+        let whole = Value::integer;
+        let root = |value: &Value| value.sqrt().unwrap();
+        let mut decided = 0;
+        for (top, below) in [(3, 5), (-3, 5), (2, -4), (-7, -1)] {
+            // (√2 + top) / (√(√3 + 2) + below), where that is positive.
+            let above = root(&whole(2)).add(&whole(top)).unwrap();
+            let under = root(&root(&whole(3)).add(&whole(2)).unwrap()).add(&whole(below)).unwrap();
+            let near = (2f64.sqrt() + top as f64) / ((3f64.sqrt() + 2.0).sqrt() + below as f64);
+            let quotient = above.div(&under).unwrap();
+            let order = if near < 0.0 { Ordering::Less } else { Ordering::Greater };
+            assert_eq!(quotient.coarse_order(), Some(order), "{quotient}");
+            if near < 0.0 {
+                assert!(quotient.sqrt().is_err());
+                continue;
+            }
+            for (nudge, wanted) in [(-1, Ordering::Greater), (1, Ordering::Less)] {
+                let close = Value::fraction((near.sqrt() * 1e6).round() as i64 + 2 * nudge, 1_000_000).unwrap();
+                let difference = root(&quotient).sub(&close).unwrap();
+                assert_eq!(difference.coarse_order(), Some(wanted), "{difference}");
+                decided += 1;
+            }
+        }
+        assert!(decided >= 2);
     }
 }
