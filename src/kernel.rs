@@ -29,7 +29,7 @@ use crate::scope::{
 };
 use crate::substitution::{Stuck, Substitution, instantiate, substitute_known};
 use crate::term::room::levels;
-use crate::term::{Node, Term, TermSet};
+use crate::term::{Node, Term, TermSet, in_some_order};
 use crate::value::{Need, Relation, Value};
 
 /// What a theorem may rest on: the assumptions on parameters, the definitions, the laws.
@@ -361,13 +361,10 @@ impl Checker<'_> {
     fn arithmetic(&self, left: &Term, right: &Term) -> Result<(), Reason> {
         let differ = || Reason::Differ(Box::new(left.clone()), Box::new(right.clone()));
         let (ours, theirs) = (left.values(), right.values());
-        let zero = Value::integer(0);
-        let blank = |term: &Term| term.map_values(&mut |_| Ok::<_, ()>(zero.clone())).ok();
+        let blank = |term: &Term| term.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok();
         let parts = (left.children(), right.children());
-        if ours.len() != theirs.len() || parts.0.len() != parts.1.len() {
-            return Err(differ());
-        }
-        if parts.0.is_empty() && blank(left) != blank(right) {
+        let counts = (ours.len(), parts.0.len()) == (theirs.len(), parts.1.len());
+        if !counts || (parts.0.is_empty() && blank(left) != blank(right)) {
             return Err(differ());
         }
         if !parts.0.is_empty() {
@@ -388,7 +385,15 @@ impl Checker<'_> {
                 return Err(differ());
             }
         }
-        parts.0.zip(parts.1).try_for_each(|(mine, other)| self.arithmetic(mine, other))
+        let straight = parts.0.zip(parts.1).try_for_each(|(mine, other)| self.arithmetic(mine, other));
+        // What stands side by side is laid out by its values, which may be written in other ways here and there.
+        straight.or_else(|differ| match (left.node(), right.node()) {
+            (Node::Par(ours), Node::Par(theirs)) | (Node::Disable(ours), Node::Disable(theirs)) => {
+                let same = |one: &Term, other: &Term| self.arithmetic(one, other).is_ok();
+                in_some_order(ours, theirs, &same).then_some(()).ok_or(differ)
+            }
+            _ => Err(differ),
+        })
     }
 
     fn unfold(&self, call: &Term) -> Result<Derived, Reason> {

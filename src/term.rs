@@ -299,6 +299,28 @@ impl Node {
     }
 }
 
+/// Whether what stands side by side here and there is the same in some order, both laid out as [`Term::par`] and
+/// [`Term::disable`] do it: what differs, which is not much, is compared with each other.
+pub(crate) fn in_some_order(ones: &[Term], others: &[Term], same: &dyn Fn(&Term, &Term) -> bool) -> bool {
+    const MOST: usize = 32;
+    let (mut ones, mut others) = (ones.iter().peekable(), others.iter().peekable());
+    let (mut mine, mut theirs) = (Vec::new(), Vec::new());
+    while let (Some(one), Some(other)) = (ones.peek(), others.peek()) {
+        match one.cmp(other) {
+            Ordering::Equal => {
+                ones.next();
+                others.next();
+            }
+            Ordering::Less => mine.extend(ones.next()),
+            Ordering::Greater => theirs.extend(others.next()),
+        }
+    }
+    mine.extend(ones);
+    theirs.extend(others);
+    let mut meets = |one: &Term| theirs.iter().position(|other| same(one, other)).map(|place| theirs.remove(place));
+    mine.len() <= MOST && mine.into_iter().all(|one| meets(one).is_some()) && theirs.is_empty()
+}
+
 /// What stands directly in an operator, in order.
 #[derive(Clone, Debug)]
 pub struct Parts<'a, T> {

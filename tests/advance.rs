@@ -91,12 +91,12 @@ fn what_a_time_out_leaves_unbound_is_what_was_bound_before() {
     accepted(
         &format!("new c. ({waits} | Delay_5 ; Out_{{c,1}} ; Idle)"),
         Some("2"),
-        &format!("Delay_2 ; new c. ((Delay_3 # See_3) ; Idle | Delay_3 ; Out_{{c,1}} ; Idle)"),
+        "Delay_2 ; new c. ((Delay_3 # See_3) ; Idle | Delay_3 ; Out_{c,1} ; Idle)",
     );
     accepted(
         &format!("new c. ({waits} | Delay_1 ; Out_{{c,1}} ; Idle)"),
         Some("1"),
-        &format!("Delay_1 ; new c. ((Delay_1 # See_1) ; Idle | Idle)"),
+        "Delay_1 ; new c. ((Delay_1 # See_1) ; Idle | Idle)",
     );
     // Parts that may end at once with different values, and one that binds it in some runs only.
     let open = |parts: &str| format!("new c. (Set_3<y> ; ({parts}) ; {ends} | Delay_5 ; Out_{{c,1}} ; Idle)");

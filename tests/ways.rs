@@ -24,6 +24,16 @@ fn counters_that_go_round_are_checked_in_all_ways() {
 }
 
 #[test]
+fn time_outs_and_rounds_that_may_be_none_are_checked_in_all_ways() {
+    for name in ["periods/time_outs", "periods/at_least_one"] {
+        let text = case(name);
+        assert_eq!((text.matches("by the kernel: all").count(), text.matches("on trust").count()), (3, 0), "{text}");
+    }
+    let text = case("missions/off_the_line");
+    assert_eq!((text.matches("proved:").count(), text.matches("on trust").count()), (2, 0), "{text}");
+}
+
+#[test]
 fn rounds_of_the_run_on_other_ways_are_checked_one_by_one() {
     let text = case("missions/battery");
     assert!(

@@ -165,6 +165,8 @@ fn multipliers(constraints: &[&Constraint]) -> Option<Vec<BigRational>> {
 
 #[cfg(test)]
 mod tests {
+    use num_traits::One;
+
     use super::*;
     use crate::name::Name;
 

@@ -12,6 +12,17 @@ use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
 /// Forms of variables, where they are found.
+/// The bits that the coefficients of a first step may have, with those under its roots.
+const MOST_BITS: u64 = 200;
+
+fn all_bits(value: &Value) -> u64 {
+    let inner = value.atoms().into_iter().flat_map(|atom| atom.parts().into_iter().map(all_bits).collect::<Vec<_>>());
+    let own = value.polynomials().map_or(0, |(above, below)| {
+        above.bits() * above.terms().len() as u64 + below.bits() * below.terms().len() as u64
+    });
+    inner.fold(own, u64::saturating_add)
+}
+
 type Forms = Result<Option<Vec<(Name, Closed)>>, Unknown>;
 
 /// The forms of variables that move straight towards a point; `None` if they do not.
@@ -85,6 +96,10 @@ impl Motion<'_> {
         for (name, map) in *maps {
             let Some(start) = starts.get(name) else { return Ok(None) };
             steps.insert(name, known.simplify(&map.substitute(starts)?.sub(start)?));
+        }
+        // What comes of numbers with roots in roots is longer in each line that begins where the last one ended.
+        if steps.values().any(|step| all_bits(step) > MOST_BITS) {
+            return Ok(None);
         }
         let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
         let Some(main) = steps.values().find(|step| moves(step)).cloned() else { return self.towards() };

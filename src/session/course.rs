@@ -13,8 +13,8 @@ use crate::lasso::Lasso;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::course::Course;
-use crate::period::{Next, Period, Test};
-use crate::recurrence::{Closed, InCase};
+use crate::period::{Next, Period, Segment, Test};
+use crate::recurrence::{Closed, InCase, solve};
 use crate::term::Term;
 use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
@@ -26,6 +26,9 @@ use in_cases::{Found, in_all, in_cases};
 const MOST_TERM: usize = 1_000;
 /// How often it is looked whether to go on, while legs are followed by closed forms.
 const MOST_LOOKS: usize = 150;
+
+/// Rounds of a leg without end after which their times may come again.
+const MOST_ROUNDS: i64 = 64;
 
 /// Values of which it is not known whether they are 0 and of which either case is looked at.
 const MOST_CASES: usize = 3;
@@ -279,6 +282,7 @@ fn by_legs(period: &Period, environment: &Environment, interrupted: &dyn Fn() ->
     if looks.get() > MOST_LOOKS {
         return Err(Unsettled::because(match run.legs.len() {
             0 => unfinished(period),
+            1 => "it was followed through one leg, and has not come again".to_string(),
             legs => format!("it was followed through {legs} legs, and has not come again"),
         }));
     }
@@ -292,13 +296,16 @@ fn by_legs(period: &Period, environment: &Environment, interrupted: &dyn Fn() ->
         .filter(open)
         .map(|test| (test.relation, test.left.clone(), test.right.clone()))
         .collect();
-    let found = again(&run, period).filter(|_| rests.is_empty());
+    let found = again(&run, period, &environment.assumptions).filter(|_| rests.is_empty());
     let found = found.filter(|course| match course {
         Course::Repeats { lasting, from, .. } => declared(lasting) && declared(from),
         Course::Ends(_, after) => declared(after),
     });
     let unsettled = || {
-        let reason = run.open.first().cloned();
+        let rests_on = |(relation, left, right): &Comparison| format!("whether {left} {} {right}", relation.symbol());
+        let reason = run.open.first().cloned().or_else(|| rests.first().map(rests_on));
+        let reason = reason.unwrap_or_else(|| "the time that its rounds take together has no closed form".to_string());
+        let reason = Some(if reason.starts_with("whether ") { format!("it must be known {reason}") } else { reason });
         Unsettled { reason, asked: run.asked.iter().chain(&rests).cloned().collect(), cases: Vec::new() }
     };
     found.map(|course| Known { course, moving: true }).ok_or_else(unsettled)
@@ -320,24 +327,25 @@ fn unfinished(period: &Period) -> String {
 }
 
 /// From when on, and in what time, the legs come again; or when the run ends.
-fn again(run: &Trajectory, period: &Period) -> Option<Course> {
+fn again(run: &Trajectory, period: &Period, known: &Assumptions) -> Option<Course> {
     if let (Some(end), true) = (&run.end, run.open.is_empty()) {
-        let legs = run.legs.iter().map(|leg| time_of(&leg.units));
-        let after = legs.chain([time_of(&run.opening)]).try_fold(Value::zero(), |sum, time| sum.add(&time?).ok())?;
+        let legs = run.legs.iter().map(|leg| time_of(&leg.units, known));
+        let after =
+            legs.chain([time_of(&run.opening, known)]).try_fold(Value::zero(), |sum, time| sum.add(&time?).ok())?;
         return Some(Course::Ends(end.clone(), after));
     }
     let from = run.cycle.or_else(|| {
         let last = run.legs.len().checked_sub(1)?;
         matches!(run.legs[last].rounds, Rounds::Forever(_)).then_some(last)
     })?;
-    let mut start = time_of(&run.opening)?;
+    let mut start = time_of(&run.opening, known)?;
     for leg in run.legs.get(..from)? {
-        start = start.add(&time_of(&leg.units)?).ok()?;
+        start = start.add(&time_of(&leg.units, known)?).ok()?;
     }
     let again = run.legs.get(from..)?;
     let mut lasting = Value::zero();
     for leg in again {
-        lasting = lasting.add(&round_of(leg)?).ok()?;
+        lasting = lasting.add(&round_of(leg, known)?).ok()?;
     }
     // Of legs that come again exactly all their values do; of one that goes on for ever those that it does not change.
     let told: BTreeSet<Name> = match (run.cycle, &run.orbit, again) {
@@ -356,30 +364,57 @@ fn again(run: &Trajectory, period: &Period) -> Option<Course> {
 }
 
 /// How long a leg takes; of one that goes on for ever, a round of it.
-fn round_of(leg: &Leg) -> Option<Value> {
+fn round_of(leg: &Leg, known: &Assumptions) -> Option<Value> {
     match (&leg.rounds, leg.units.as_slice()) {
-        (Rounds::Forever(_), [Unit::Repeat { count: None, .. }]) => time_of(&leg.units),
+        (Rounds::Forever(_), [Unit::Repeat { count: None, index, segments }]) => {
+            let round = time_of_round(segments)?;
+            if round.mentions(index) { until_it_comes_round(&round, index) } else { Some(round) }
+        }
         (Rounds::Forever(_), _) => None,
-        (Rounds::Count(_), units) => time_of(units),
+        (Rounds::Count(_), units) => time_of(units, known),
     }
 }
 
-/// How long it all takes, where each round takes the same; of what goes on for ever, one round.
-fn time_of(units: &[Unit]) -> Option<Value> {
+/// How long it all takes; of what goes on for ever, one round, if each takes the same.
+fn time_of(units: &[Unit], known: &Assumptions) -> Option<Value> {
     let mut sum = Value::zero();
     for unit in units {
-        let (count, segments) = match unit {
-            Unit::Single(segment) => (Value::one(), std::slice::from_ref(segment)),
+        let time = match unit {
+            Unit::Single(segment) => segment.duration.clone(),
             Unit::Repeat { count, index, segments } => {
-                if segments.iter().any(|segment| segment.duration.mentions(index)) {
-                    return None;
+                let round = time_of_round(segments)?;
+                match count {
+                    Some(count) if round.mentions(index) => summed(&round, index, count, known)?,
+                    _ if round.mentions(index) => return None,
+                    Some(count) => count.mul(&round).ok()?,
+                    None => round,
                 }
-                (count.clone().unwrap_or_else(Value::one), segments.as_slice())
             }
         };
-        for segment in segments {
-            sum = sum.add(&count.mul(&segment.duration).ok()?).ok()?;
-        }
+        sum = sum.add(&time).ok()?;
     }
     Some(sum)
+}
+
+fn time_of_round(segments: &[Segment]) -> Option<Value> {
+    segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration).ok())
+}
+
+/// The sum of a form over the least number of indices after which it is what it was, whatever the index.
+fn until_it_comes_round(form: &Value, index: &Name) -> Option<Value> {
+    let at = |by: &Value| form.with(index, by).ok();
+    let later = |by: i64| Value::variable(index).add(&Value::integer(by)).ok();
+    let rounds = (1..=MOST_ROUNDS).find(|rounds| later(*rounds).and_then(|later| at(&later)).as_ref() == Some(form))?;
+    (0..rounds).try_fold(Value::zero(), |sum, round| sum.add(&at(&Value::integer(round))?).ok())
+}
+
+/// The sum of a form over so many indices from 0 on, where it has a closed form.
+fn summed(form: &Value, index: &Name, count: &Value, known: &Assumptions) -> Option<Value> {
+    let total = Name::new("[total]");
+    let map = Value::variable(&total).add(form).ok()?;
+    let closed = solve(&map, &total, &Value::zero(), index, known).ok()?;
+    match closed.pieces.as_slice() {
+        [piece] if closed.conditions.is_empty() => Some(known.simplify(&piece.form.with(index, count).ok()?)),
+        _ => None,
+    }
 }

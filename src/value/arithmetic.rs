@@ -1,9 +1,12 @@
 //! The four operations, on numbers and componentwise on vectors, and the normal form of fractions.
 
+use std::cmp::Ordering;
+
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
 use super::denominator::{divided_beside_length, free_denominator, leading_root, without_lengths};
+use super::fixed::coarse_order;
 use super::squares::sums_squares;
 use super::{Atom, Content, Outcome, Real, Sort, Value, ValueError};
 use crate::polynomial::{Budget, MOST_TERMS, Monomial, Polynomial};
@@ -273,11 +276,19 @@ impl Atom {
         match self {
             Atom::Root(inner) => {
                 let (numerator, _) = inner.parts().filter(|(_, denominator)| denominator.is_one())?;
-                (inner.plainly_nonnegative() || sums_squares(numerator)).then_some(numerator)
+                let surely = inner.plainly_nonnegative() || sums_squares(numerator) || is_positive_number(numerator);
+                surely.then_some(numerator)
             }
             _ => None,
         }
     }
+}
+
+/// Whether it is a number with roots of rational numbers, and surely greater than 0. Squares of deeper roots, written out,
+/// grow with each step of a way.
+fn is_positive_number(polynomial: &Real) -> bool {
+    let roots = polynomial.atoms().into_iter().all(Atom::is_root_of_number);
+    roots && coarse_order(polynomial) == Some(Ordering::Greater)
 }
 
 /// Applies the equations between atoms: binary atoms are idempotent, `(-1)^n` and roots have known squares, and

@@ -33,13 +33,25 @@ impl Value {
     /// Whether a number with roots of numbers is less or greater than 0; none of anything else, or where that takes
     /// more digits.
     pub(crate) fn coarse_order(&self) -> Option<Ordering> {
+        let (top, below) = self.coarse_parts()?;
+        let (top, below) = (sign(&top)?, below.map_or(Some(Ordering::Greater), |below| sign(&below))?);
+        Some(if below == Ordering::Greater { top } else { top.reverse() })
+    }
+
+    /// Where a number with roots of numbers lies, over `2^BITS`; none of anything else.
+    pub(super) fn coarse_range(&self) -> Option<Range> {
+        let (top, below) = self.coarse_parts()?;
+        below.map_or(Some(top.clone()), |below| over(top, below))
+    }
+
+    /// Where the numerator lies, and the denominator if there is one.
+    fn coarse_parts(&self) -> Option<(Range, Option<Range>)> {
         let (numerator, denominator) = self.parts()?;
         let mut roots = Roots::default();
-        let top = sign(&roots.between(numerator, MOST_NESTED)?)?;
-        let below =
-            if denominator.is_one() { Ordering::Greater } else { sign(&roots.between(denominator, MOST_NESTED)?)? };
+        let top = roots.between(numerator, MOST_NESTED)?;
+        let below = if denominator.is_one() { None } else { Some(roots.between(denominator, MOST_NESTED)?) };
         let any = !numerator.atoms().is_empty() || !denominator.atoms().is_empty();
-        any.then_some(if below == Ordering::Greater { top } else { top.reverse() })
+        any.then_some((top, below))
     }
 }
 

@@ -138,7 +138,7 @@ pub(super) fn factors(number: &BigInt) -> Vec<(BigInt, u32)> {
             break;
         }
         let rest = (&left % *product).to_u64().unwrap_or(0);
-        for prime in primes.iter().copied().filter(|prime| rest % u64::from(*prime) == 0) {
+        for prime in primes.iter().copied().filter(|prime| rest.is_multiple_of(u64::from(*prime))) {
             let count = without(&mut left, u64::from(prime));
             if count > 0 {
                 found.push((BigInt::from(prime), count));

@@ -72,7 +72,10 @@ impl Value {
         if numerator.atoms().is_empty() && denominator.atoms().is_empty() {
             return None;
         }
-        let (top, below) = (between(numerator)?, between(denominator)?);
+        let (Some(top), Some(below)) = (between(numerator), between(denominator)) else {
+            let number = |number| BigRational::new(number, BigInt::one() << super::fixed::BITS);
+            return self.coarse_range().map(|(low, high)| (number(low), number(high)));
+        };
         let crosses = !below.0.is_positive() && !below.1.is_negative();
         (!crosses).then(|| product(&top, &(below.1.recip(), below.0.recip())))
     }

@@ -6,12 +6,16 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
+use super::arithmetic::relations;
 use super::root::root_of_number;
 use super::{Atom, Real, Value, ValueError};
 use crate::polynomial::{Budget, Monomial, Polynomial};
 
 /// The most terms of a sum in which squares are looked for.
 const MOST_TERMS: usize = 60;
+
+/// How deep roots of numbers may stand in one another.
+const DEEPEST: usize = 1;
 
 /// Conditions that are looked at in either case.
 const MOST_CASES: usize = 3;
@@ -259,21 +263,32 @@ pub(super) fn square_with_root(sum: &Real) -> Option<Vec<Real>> {
         let (radicand, _) = inner.parts().filter(|(top, below)| below.is_one() && top.terms().len() <= MOST_TERMS)?;
         let mut coefficients = sum.coefficients_in(atom);
         let (rest, mixed) = (coefficients.remove(&0)?, coefficients.remove(&1).filter(|_| coefficients.is_empty())?);
-        let mut factors = radicand.terms().iter().filter_map(|(monomial, number)| {
+        let mut ratios = radicand.terms().iter().filter_map(|(monomial, number)| {
             let (_, own) = rest.terms().iter().find(|(other, _)| other == monomial)?;
-            rational_root(&(own / number)).filter(|factor| !factor.is_zero())
+            Some(own / number).filter(|ratio| ratio.is_positive())
         });
-        factors.find_map(|factor| {
-            let other = mixed.scale(&(&factor + &factor).recip());
-            let whole = other.times(&other)?.plus(&radicand.scale(&(&factor * &factor)));
-            (whole == rest).then(|| vec![Polynomial::atom(atom.clone()).scale(&factor).plus(&other)])
+        ratios.find_map(|ratio| {
+            let factor = root_of_number(&ratio).ok()?.parts()?.0.clone();
+            // Half of the mixed part over the root of the ratio.
+            let other = relations(mixed.times(&factor)?.scale(&(&ratio + &ratio).recip())).ok()?;
+            let whole = relations(other.times(&other)?).ok()?.plus(&radicand.scale(&ratio));
+            let root = Polynomial::atom(atom.clone()).times(&factor)?.plus(&other);
+            (whole == rest).then(|| vec![root])
         })
     })
 }
 
+impl Atom {
+    /// Whether it is the root of a number, in which roots of numbers may stand at most so many deep.
+    fn is_root_of_fixed(&self, deep: usize) -> bool {
+        let Atom::Root(inner) = self else { return false };
+        inner.as_rational().is_some() || (deep > 0 && inner.atoms().iter().all(|atom| atom.is_root_of_fixed(deep - 1)))
+    }
+}
+
 /// `sqrt(q)*(m + b/(2*q))` of its square, for a product m, where b has roots of numbers, whose squares are numbers.
 pub(super) fn square_with_numbers(sum: &Real) -> Result<Option<Real>, ValueError> {
-    let is_root = |atom: &Atom| atom.is_root_of_number();
+    let is_root = |atom: &Atom| atom.is_root_of_fixed(DEEPEST);
     if sum.terms().len() > MOST_TERMS || !sum.atoms().into_iter().any(is_root) {
         return Ok(None);
     }
@@ -316,5 +331,23 @@ impl ExactRoot for BigInt {
         }
         let root = self.sqrt();
         (&root * &root == *self).then_some(root)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_with_roots_in_roots_completes_a_square() {
+        let whole = Value::integer;
+        let root = |value: &Value| value.sqrt().unwrap();
+        let inner = whole(15).sub(&whole(4).mul(&root(&whole(5))).unwrap()).unwrap();
+        let shift = root(&whole(10)).mul(&root(&inner)).unwrap();
+        let length = Value::variable(&crate::name::Name::new("n")).sub(&shift).unwrap();
+        let square = length.mul(&length).unwrap();
+        // It is not the product that is remembered: what stands under a root is the number.
+        assert_eq!(square.to_string(), "n^2-40*sqrt(5)-2*n*sqrt(15-4*sqrt(5))*sqrt(10)+150");
+        assert_eq!(square.sqrt().unwrap(), length.abs().unwrap());
     }
 }

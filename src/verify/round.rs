@@ -41,13 +41,25 @@ impl Walker<'_> {
         edges: &'e [Edge],
         values: &Values,
     ) -> Option<(&'e Edge, Count)> {
-        let edge = self.choose(edges, values, &self.assumptions).ok()?;
+        let Ok(edge) = self.choose(edges, values, &self.assumptions) else {
+            return self.counted_from_none(phase, edges, values);
+        };
         if edge.next != Next::Phase(phase) {
             return None;
         }
         let count = self.count(edge, values).ok()?;
         let plain = count.conditions.is_empty() && (count.stays.is_none() || !values.values().all(is_number));
         plain.then_some((edge, count))
+    }
+
+    /// The same where it is not known which round comes: one that comes so many times, none perhaps, before another does.
+    fn counted_from_none<'e>(&self, phase: usize, edges: &'e [Edge], values: &Values) -> Option<(&'e Edge, Count)> {
+        edges.iter().filter(|edge| edge.next == Next::Phase(phase)).find_map(|edge| {
+            let count = self.count(edge, values).ok()?;
+            let onward = self.values_at(values, &count.closed, count.stays.as_ref()?).ok()?;
+            // Where nothing has changed there may have been no round.
+            (count.conditions.is_empty() && onward != *values).then_some((edge, count))
+        })
     }
 
     /// Of rounds without end, how many are to be taken as one leg: those after which all values are as at first, or those

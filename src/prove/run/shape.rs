@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::fact::Context;
 use crate::name::Name;
 use crate::scope::{bound_names, metavariables, read_names};
-use crate::term::{Parts, Term};
+use crate::term::{Node, Parts, Term, in_some_order};
 use crate::value::{Atom, Relation, Value};
 
 /// How deep maxima and the like are looked into.
@@ -24,10 +24,31 @@ pub(super) fn unused(terms: &[&Term], count: &Value) -> Name {
     Name::new(&number)
 }
 
-/// Whether two processes have one shape, and equal values in equal places.
+/// Whether two processes have one shape, and equal values in equal places; what stands side by side has none.
 pub(super) fn alike(one: &Term, other: &Term, context: &Context<'_>) -> bool {
-    let both = joined(one, other, &mut |one, other| equal(one, other, context).then(|| other.clone()));
-    both.is_some_and(|both| both == *other)
+    let (parts, others) = (one.children(), other.children());
+    let bare = |term: &Term, parts: &Parts<'_, Term>| {
+        let stops = parts.clone().map(|_| Term::stop()).collect();
+        if parts.is_empty() { term.clone() } else { term.with_children(stops) }
+    };
+    if parts.len() != others.len() || std::mem::discriminant(one.node()) != std::mem::discriminant(other.node()) {
+        return false;
+    }
+    let own = joined(&bare(one, &parts), &bare(other, &others), &mut |one, other| {
+        equal(one, other, context).then(|| other.clone())
+    });
+    if own.is_none() {
+        return false;
+    }
+    let same = |one: &Term, other: &Term| one == other || alike(one, other, context);
+    let straight = parts.zip(others).all(|(one, other)| same(one, other));
+    straight
+        || match (one.node(), other.node()) {
+            (Node::Par(ours), Node::Par(theirs)) | (Node::Disable(ours), Node::Disable(theirs)) => {
+                in_some_order(ours, theirs, &same)
+            }
+            _ => false,
+        }
 }
 
 /// Where two processes differ, to be read aloud: the first values that are not known to be equal, else the whole.
