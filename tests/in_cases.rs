@@ -172,3 +172,17 @@ fn an_instance_needs_what_was_assumed() {
     natural.assume(Relation::Gtr, &Value::variable(&Name::new("n")), &Value::zero());
     assert!(solved.instance(&w, &Value::variable(&Name::new("n")), &natural).is_err());
 }
+
+/// Where the answer is told in cases, the values for which the form has none are told as they are without cases.
+#[test]
+fn what_the_form_leaves_out_is_told_beside_the_cases() {
+    let ran = |script: &str| String::from_utf8_lossy(&common::ran(script).stdout).into_owned();
+    let loan = "param i >= 0, P > 0, L > 0\nsolve b(n+1) = (1+i)*b(n)-P, b(0) = L find n with b(n) <= 0\n";
+    let text = ran(loan);
+    assert!(text.contains("if L-P/i > 0:") && text.matches("where i = 0:").count() == 1, "{text}");
+    assert!(text.contains("n = ceil(L/P) is the first with b(n) <= 0"), "{text}");
+    let turns = "param m : natural, p\n\
+        solve u(n+1) = if n < m then u(n)+1 else u(n)-1, u(0) = p find n with u(n) <= 0\n";
+    let text = ran(turns);
+    assert!(text.matches("where m = 0:").count() == 1 && text.contains("n = max(ceil(p),0) is the first"), "{text}");
+}

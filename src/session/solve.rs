@@ -51,6 +51,9 @@ fn answered(
     {
         let mut lines = found.lines;
         lines.push(proof(&found.recurrence));
+        if let Ok(solved) = &solved {
+            lines.extend(left_out_of_all(&lines, solved, question, known, stop));
+        }
         let met = |(expectation, text): &(Expectation, String)| {
             let met = match expectation {
                 Expectation::Never => found.found.iter().all(|found| matches!(found, Reach::Never(_))),
@@ -101,6 +104,19 @@ fn answered(
     let expected =
         waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
     (lines, expected.collect())
+}
+
+/// The same where the answer is told in cases, unless one of them tells it.
+fn left_out_of_all(
+    cases: &[String],
+    solved: &Solved,
+    question: &Question,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Vec<String> {
+    let beside = left_out(solved, question.find.as_ref(), known, stop);
+    let told = |title: &String| cases.iter().any(|line| line.trim_start() == title);
+    if beside.first().is_some_and(told) { Vec::new() } else { beside }
 }
 
 /// The forms for the parameters that the conditions leave out, with the first index that is looked for.
