@@ -11,8 +11,7 @@ use crate::closed_form::{Comparison, Form, Recurrence, Sequence, term};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
-/// Forms of variables, where they are found.
-/// The bits that the coefficients of a first step may have, with those under its roots.
+/// The bits that the coefficients of a first step that is a number may have, with those under its roots.
 const MOST_BITS: u64 = 200;
 
 fn all_bits(value: &Value) -> u64 {
@@ -23,6 +22,7 @@ fn all_bits(value: &Value) -> u64 {
     inner.fold(own, u64::saturating_add)
 }
 
+/// Forms of variables, where they are found.
 type Forms = Result<Option<Vec<(Name, Closed)>>, Unknown>;
 
 /// The forms of variables that move straight towards a point; `None` if they do not.
@@ -98,7 +98,7 @@ impl Motion<'_> {
             steps.insert(name, known.simplify(&map.substitute(starts)?.sub(start)?));
         }
         // What comes of numbers with roots in roots is longer in each line that begins where the last one ended.
-        if steps.values().any(|step| all_bits(step) > MOST_BITS) {
+        if steps.values().any(|step| step.variables().is_empty() && all_bits(step) > MOST_BITS) {
             return Ok(None);
         }
         let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);

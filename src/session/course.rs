@@ -304,7 +304,8 @@ fn by_legs(period: &Period, environment: &Environment, interrupted: &dyn Fn() ->
     let unsettled = || {
         let rests_on = |(relation, left, right): &Comparison| format!("whether {left} {} {right}", relation.symbol());
         let reason = run.open.first().cloned().or_else(|| rests.first().map(rests_on));
-        let reason = reason.unwrap_or_else(|| "the time that its rounds take together has no closed form".to_string());
+        let reason =
+            reason.unwrap_or_else(|| "no form was found of the time that its rounds take together".to_string());
         let reason = Some(if reason.starts_with("whether ") { format!("it must be known {reason}") } else { reason });
         Unsettled { reason, asked: run.asked.iter().chain(&rests).cloned().collect(), cases: Vec::new() }
     };
