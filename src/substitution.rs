@@ -231,8 +231,8 @@ pub fn carried_on(term: &Term, name: &Name, value: &Value, context: &Context<'_>
 /// value in the others, `(In_c<z> ; Set_1<y>) # (Delay_t ; Set_x<y>)`. None of anything else.
 ///
 /// What ends it carries what it binds. Each part either binds y whenever it stops, and stops only as it has communicated;
-/// or it lets time pass and nothing else, and stops only as time has passed. So no two of different kinds stop at once,
-/// and where it stops y is bound to what it was bound to by the last of the two before.
+/// or it lets time pass and nothing else, and stops as time has passed or where it begins. So no two of different kinds stop
+/// at once, and where it stops y is bound to what it was bound to by the last of the two before.
 pub(crate) fn bound_at_last(term: &Term, name: &Name, value: &Value) -> Option<Term> {
     let Node::Disable(parts) = term.node() else { return None };
     let bound = |part: &Term| {

@@ -31,7 +31,7 @@ pub(crate) use cases::{Merge, equation};
 pub use orbit::Orbit;
 pub use round::Endless;
 pub use trajectory::{Leg, Rounds, Trajectory};
-pub use unit::Unit;
+pub use unit::{Unit, total};
 
 /// What was found out.
 #[derive(Clone, Debug)]

@@ -154,7 +154,7 @@ fn multipliers(constraints: &[&Constraint]) -> Option<Vec<BigRational>> {
     table[0][width - 1] = IBig::ONE;
     table[height - 1][width - 1] = IBig::ONE;
     table[height - 1][width] = IBig::ONE;
-    let (solution, _) = Table::new(table).solution()?;
+    let solution = Table::new(table).solution()?;
     let mut found = vec![BigRational::zero(); constraints.len()];
     for ((place, negated), number) in columns.iter().zip(&solution).filter(|(_, number)| !number.is_zero()) {
         let number = quotient(&BigRational::from_integer(from_whole(number)), &contents[*place]);

@@ -12,7 +12,7 @@ const MOST_PIVOTS: usize = 250;
 /// The time that it may take, in that of a number of 64 bits.
 const MOST_WORK: usize = 1_000_000;
 
-/// Numbers in the proportion in which the unknowns solve a system of equations, none of them negative.
+/// A system of equations, of which a solution is looked for in numbers that are not negative.
 pub(super) struct Table {
     /// Equations: the coefficients of the unknowns, and a right side that is not negative.
     rows: Vec<Row>,
@@ -51,9 +51,9 @@ impl Table {
         self.objective.entries.len() - 1
     }
 
-    /// Unknowns that are not negative and solve the equations, each times the number that is second; `None` where there
-    /// are none, or where that was not found out within the limits.
-    pub(super) fn solution(mut self) -> Option<(Vec<IBig>, IBig)> {
+    /// Numbers in the proportion of unknowns that are not negative and solve the equations; `None` where there are none, or
+    /// where that was not found out within the limits.
+    pub(super) fn solution(mut self) -> Option<Vec<IBig>> {
         let width = self.width();
         for _ in 0..MOST_PIVOTS {
             if self.objective.entries[width].is_zero() {
@@ -101,13 +101,13 @@ impl Table {
         self.determinant = next;
     }
 
-    fn read(&self) -> (Vec<IBig>, IBig) {
+    fn read(&self) -> Vec<IBig> {
         let width = self.width();
         let mut solution = vec![IBig::ZERO; width];
         for (row, unknown) in self.rows.iter().zip(&self.basis).filter(|(_, unknown)| **unknown < width) {
             solution[*unknown] = &row.entries[width] * &self.determinant / &row.scale;
         }
-        (solution, self.determinant.clone())
+        solution
     }
 }
 
@@ -118,7 +118,8 @@ impl Row {
         if factor.is_zero() {
             return 0;
         }
-        let words = (next.bit_len().max(factor.bit_len())) / 64;
+        let longest = self.entries.iter().chain(other).map(BitTest::bit_len).max().unwrap_or(0);
+        let words = longest.max(next.bit_len()) / 64;
         for (entry, other) in self.entries.iter_mut().zip(other) {
             if entry.is_zero() && other.is_zero() {
                 continue;
@@ -133,4 +134,50 @@ impl Row {
 
 fn is_positive(number: &IBig) -> bool {
     *number > IBig::ZERO
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of coefficients, each with its right side last.
+    fn table(rows: &[&[i64]]) -> (Vec<Vec<IBig>>, Table) {
+        let rows: Vec<Vec<IBig>> = rows.iter().map(|row| row.iter().copied().map(IBig::from).collect()).collect();
+        (rows.clone(), Table::new(rows))
+    }
+
+    #[test]
+    fn what_is_found_solves_the_equations() {
+        let all: [&[&[i64]]; 3] = [
+            &[&[1, 1, 1, 1], &[2, -1, 0, 0]],
+            &[&[3, -2, 5, -7, 0], &[-4, 6, 1, 2, 0], &[1, 1, 1, 1, 1]],
+            &[&[2, 3, 5, 7, 11, 100], &[13, -17, 19, -23, 29, 31], &[1, 0, -1, 0, 1, 0]],
+        ];
+        for rows in all {
+            let (rows, table) = table(rows);
+            let found = table.solution().expect("a solution");
+            assert!(found.iter().all(|number| *number >= IBig::ZERO) && found.iter().any(is_positive));
+            // All right sides are met to the same scale.
+            let sides: Vec<(IBig, &IBig)> = rows
+                .iter()
+                .map(|row| {
+                    let sum = row.iter().zip(&found).map(|(factor, number)| factor * number).sum();
+                    (sum, &row[row.len() - 1])
+                })
+                .collect();
+            for (one, wanted) in &sides {
+                for (other, right) in &sides {
+                    assert_eq!(one * *right, other * *wanted, "{rows:?} {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn there_is_none_where_equations_contradict_each_other() {
+        let all: [&[&[i64]]; 3] = [&[&[1, 1, 1], &[1, 1, 2]], &[&[-1, -2, 1]], &[&[1, -1, 0], &[1, 1, 0], &[2, 1, 3]]];
+        for rows in all {
+            assert_eq!(table(rows).1.solution(), None, "{rows:?}");
+        }
+    }
 }

@@ -246,17 +246,18 @@ pub(crate) fn standing(run: &Run, tails: &Tails) -> Term {
     }
 }
 
-/// What runs first, and the values of what follows it; what it binds in some runs only, it binds in the others to what is
-/// known.
-fn bound_in(first: Term, env: &Env) -> (Term, Env) {
+/// What runs first, and the values of what follows it: of a name that it binds in some runs only, it binds that value in the
+/// others, and what follows reads what was bound.
+fn bound_in(mut first: Term, env: &Env) -> (Term, Env) {
     let bound = bound_names(&first);
-    if !env.keys().any(|name| bound.contains(name)) {
-        return (first, env.clone());
+    let mut behind = Env::new();
+    for (name, value) in env.iter() {
+        match bound_at_last(&first, name, value).filter(|_| bound.contains(name)) {
+            Some(with) => first = with,
+            None => behind.insert(name.clone(), value.clone()),
+        }
     }
-    let own = env.iter().filter(|(name, _)| bound.contains(*name));
-    let first = own.fold(first, |first, (name, value)| bound_at_last(&first, name, value).unwrap_or(first));
-    let others = env.iter().filter(|(name, _)| !bound.contains(*name));
-    (first, others.map(|(name, value)| (name.clone(), value.clone())).collect())
+    (first, behind)
 }
 
 /// A process with the values that it reads; a name that it binds itself is bound before it is read.

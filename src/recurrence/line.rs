@@ -14,6 +14,7 @@ use crate::value::{Atom, Relation, Value};
 /// The bits that the coefficients of a first step that is a number may have, with those under its roots.
 const MOST_BITS: u64 = 200;
 
+/// The bits of all coefficients, those in its atoms included.
 fn all_bits(value: &Value) -> u64 {
     let inner = value.atoms().into_iter().flat_map(|atom| atom.parts().into_iter().map(all_bits).collect::<Vec<_>>());
     let own = value.polynomials().map_or(0, |(above, below)| {

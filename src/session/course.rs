@@ -4,7 +4,7 @@
 mod in_cases;
 
 use std::cell::Cell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::phases::whole;
 use crate::assumption::Assumptions;
@@ -13,13 +13,13 @@ use crate::lasso::Lasso;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::course::Course;
-use crate::period::{Next, Period, Segment, Test};
-use crate::recurrence::{Closed, InCase, solve};
+use crate::period::{Next, Period, Test};
+use crate::recurrence::{Closed, InCase, solve_together};
 use crate::term::Term;
 use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
 use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
-use crate::verify::{Merge, Unit, may_be_zero};
+use crate::verify::{Merge, Unit, may_be_zero, total};
 use in_cases::{Found, in_all, in_cases};
 
 /// The longest system, in operators, that is run for its round.
@@ -368,7 +368,7 @@ fn again(run: &Trajectory, period: &Period, known: &Assumptions) -> Option<Cours
 fn round_of(leg: &Leg, known: &Assumptions) -> Option<Value> {
     match (&leg.rounds, leg.units.as_slice()) {
         (Rounds::Forever(_), [Unit::Repeat { count: None, index, segments }]) => {
-            let round = time_of_round(segments)?;
+            let round = total(segments).ok()?;
             if round.mentions(index) { until_it_comes_round(&round, index) } else { Some(round) }
         }
         (Rounds::Forever(_), _) => None,
@@ -383,7 +383,7 @@ fn time_of(units: &[Unit], known: &Assumptions) -> Option<Value> {
         let time = match unit {
             Unit::Single(segment) => segment.duration.clone(),
             Unit::Repeat { count, index, segments } => {
-                let round = time_of_round(segments)?;
+                let round = total(segments).ok()?;
                 match count {
                     Some(count) if round.mentions(index) => summed(&round, index, count, known)?,
                     _ if round.mentions(index) => return None,
@@ -397,10 +397,6 @@ fn time_of(units: &[Unit], known: &Assumptions) -> Option<Value> {
     Some(sum)
 }
 
-fn time_of_round(segments: &[Segment]) -> Option<Value> {
-    segments.iter().try_fold(Value::zero(), |sum, segment| sum.add(&segment.duration).ok())
-}
-
 /// The sum of a form over the least number of indices after which it is what it was, whatever the index.
 fn until_it_comes_round(form: &Value, index: &Name) -> Option<Value> {
     let at = |by: &Value| form.with(index, by).ok();
@@ -409,13 +405,14 @@ fn until_it_comes_round(form: &Value, index: &Name) -> Option<Value> {
     (0..rounds).try_fold(Value::zero(), |sum, round| sum.add(&at(&Value::integer(round))?).ok())
 }
 
-/// The sum of a form over so many indices from 0 on, where it has a closed form.
+/// The sum of a form over so many indices from 0 on, where it has a closed form that was checked.
 fn summed(form: &Value, index: &Name, count: &Value, known: &Assumptions) -> Option<Value> {
-    let total = Name::new("[total]");
-    let map = Value::variable(&total).add(form).ok()?;
-    let closed = solve(&map, &total, &Value::zero(), index, known).ok()?;
-    match closed.pieces.as_slice() {
-        [piece] if closed.conditions.is_empty() => Some(known.simplify(&piece.form.with(index, count).ok()?)),
+    let sum = Name::new("[sum]");
+    let next = BTreeMap::from([(sum.clone(), Value::variable(&sum).add(form).ok()?)]);
+    let start = BTreeMap::from([(sum.clone(), Value::zero())]);
+    let found = solve_together(&next, &start, index, known, &|| false).ok()?;
+    match found.as_slice() {
+        [(_, closed)] if closed.conditions.is_empty() => closed.at(index, count, known).map(|sum| known.simplify(&sum)),
         _ => None,
     }
 }
