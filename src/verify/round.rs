@@ -29,6 +29,8 @@ pub struct Endless {
 const MOST_ROUNDS: i64 = 64;
 /// Digits of a value at which following a run one by one is given up.
 const MOST_BITS: u64 = 2_000;
+/// The size of a form at which following a run leg by leg is given up.
+const MOST_SIZE: usize = 120;
 /// The latest round from which on they may.
 const LATEST: i64 = 1_000;
 
@@ -211,6 +213,12 @@ pub(super) fn in_step(trajectory: &Trajectory, cycle: usize) -> Option<(Vec<Stre
 
 pub(super) fn is_long(value: &Value) -> bool {
     value.bits() > MOST_BITS
+}
+
+/// A form of symbols in which each leg has left roundings of the roundings of the leg before: what it is compared with
+/// costs some times more from leg to leg.
+pub(super) fn is_large(value: &Value) -> bool {
+    value.size() > MOST_SIZE && !is_known(value)
 }
 
 /// A number, or one with roots of numbers: two of them can be compared.

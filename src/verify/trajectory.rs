@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::count::Count;
 use super::orbit::{Orbit, observers, without_moving};
-use super::round::{is_known, is_long};
+use super::round::{is_known, is_large, is_long};
 use super::undecided::{self, Unsure};
 use super::unit::{Unit, repeat};
 use crate::assumption::Assumptions;
@@ -238,8 +238,13 @@ impl Walker<'_> {
             }
             changes += usize::from(before != Some(phase));
             let long = values.values().any(is_long);
-            if history.len() > MOST_LEGS || changes > MOST_CHANGES || long {
-                let why = if long { ", and its numbers grow without end: it may only converge" } else { "" };
+            let large = values.values().any(is_large);
+            if history.len() > MOST_LEGS || changes > MOST_CHANGES || long || large {
+                let why = match (long, large) {
+                    (true, _) => ", and its numbers grow without end: it may only converge",
+                    (_, true) => ", and the forms of its values grow with every leg",
+                    _ => "",
+                };
                 let legs = history.len() - 1;
                 return Err(Unsure::because(format!("after {legs} legs the run has not repeated exactly{why}")));
             }
