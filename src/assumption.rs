@@ -329,60 +329,6 @@ impl Assumptions {
         Ok(image)
     }
 
-    /// Whether a value is 0, 1, 2, …
-    pub fn is_natural(&self, value: &Value) -> Option<bool> {
-        if value.sort() != Sort::Real {
-            return Some(false);
-        }
-        if let Some(number) = value.as_rational() {
-            return Some(number.is_integer() && !number.is_negative());
-        }
-        if let Some(fraction) = self.fraction_part(value) {
-            if !fraction.is_zero() {
-                return Some(false);
-            }
-            return self.decide(Relation::Gte, value, &Value::zero());
-        }
-        if self.decide(Relation::Gte, value, &Value::zero()) == Some(false) { Some(false) } else { None }
-    }
-
-    /// The constant by which a value differs from an integer, at least 0 and less than 1; `None` when unknown.
-    fn fraction_part(&self, value: &Value) -> Option<BigRational> {
-        let value = self.with_solved(value);
-        let (numerator, denominator) = value.polynomials()?;
-        if !denominator.is_one() {
-            return None;
-        }
-        let integral = numerator.terms().iter().all(|(monomial, number)| {
-            monomial.factors().is_empty() || (number.is_integer() && self.all_integral(monomial))
-        });
-        let constant = numerator.constant_term();
-        integral.then(|| &constant - constant.floor())
-    }
-
-    /// Whether every term of a polynomial is an integer, by what its variables are themselves.
-    fn all_terms_integral(&self, value: &Value) -> bool {
-        value.polynomials().is_some_and(|(numerator, denominator)| {
-            let integral = |(monomial, number): &(crate::polynomial::Monomial<Atom>, BigRational)| {
-                number.is_integer() && self.all_integral(monomial)
-            };
-            denominator.is_one() && numerator.terms().iter().all(integral)
-        })
-    }
-
-    /// Whether all factors of a monomial are integers.
-    fn all_integral(&self, monomial: &crate::polynomial::Monomial<Atom>) -> bool {
-        monomial.factors().iter().all(|(atom, _)| match atom {
-            Atom::Variable(name) => self.naturals.contains(name),
-            // An index that begins below 0 is not known to be natural.
-            Atom::Power(base, exponent) => {
-                exponent.variables().is_subset(&self.naturals)
-                    && (atom.is_integral() || self.fraction_part(base).is_some_and(|fraction| fraction.is_zero()))
-            }
-            other => other.is_integral(),
-        })
-    }
-
     /// Derives what the decisions use from what was stated.
     fn prepare(&mut self) {
         self.solve_equations();

@@ -32,6 +32,7 @@ pub use defined::first_zero;
 pub use first::{Earlier, Wanted, first};
 pub use nested::{Layer, Nested, layer};
 pub(crate) use pieces::for_all_signs;
+pub(crate) use signs::settled_by;
 pub(crate) use text::{bracketed, compared, needed};
 
 /// A comparison that must hold for a result to be right.

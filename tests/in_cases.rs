@@ -186,3 +186,18 @@ fn what_the_form_leaves_out_is_told_beside_the_cases() {
     let text = ran(turns);
     assert!(text.matches("where m = 0:").count() == 1 && text.contains("n = max(ceil(p),0) is the first"), "{text}");
 }
+
+/// A condition of a first index is one without which there is none, where that is said; and the goal may be the start.
+#[test]
+fn where_a_condition_fails_there_is_never_such_an_index() {
+    let ran = |script: &str| String::from_utf8_lossy(&common::ran(script).stdout).into_owned();
+    let text = ran("param k > 0\nsolve r(n+1) = r(n)+k, r(0) = 0 find n with r(n) = 12\n");
+    assert!(text.contains("if floor(12/k) = 12/k\n    else never\n    checked by the forms"), "{text}");
+    let line = "param gx, gy, v > 0\nsolve r(n+1) = r(n)+(if norm((gx,gy)-r(n)) > v then v*unit((gx,gy)-r(n)) else (gx,gy)-r(n)), \
+                r(0) = (0,0) find n with r(n) = (gx,gy)\n";
+    let text = ran(line);
+    assert!(
+        text.contains("where gx = 0, gy = 0:") && text.contains("n = 0 is the first with (rx(n),ry(n)) = (0,0)"),
+        "{text}"
+    );
+}

@@ -5,13 +5,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
-use num_traits::{One, Signed};
+use num_traits::{One, Signed, Zero};
 
-use super::Assumptions;
 use super::linear::{Bound, Constraint};
 use super::refute::{Form, MOST_CONSTRAINTS};
+use super::{Assumptions, Relation};
 use crate::polynomial::{Monomial, Polynomial};
-use crate::value::Atom;
+use crate::value::{Atom, Sort, Value};
 
 /// The most terms of a sum, and its longest numbers in bits: longer ones bound no integer that is of use.
 const MOST_TERMS: usize = 12;
@@ -27,6 +27,70 @@ fn factor_of(form: &Form, unknown: &Monomial<Atom>) -> Option<BigRational> {
 }
 
 impl Assumptions {
+    /// Whether a value is 0, 1, 2, …
+    pub fn is_natural(&self, value: &Value) -> Option<bool> {
+        if value.sort() != Sort::Real {
+            return Some(false);
+        }
+        if let Some(number) = value.as_rational() {
+            return Some(number.is_integer() && !number.is_negative());
+        }
+        if let Some(fraction) = self.fraction_part(value) {
+            if !fraction.is_zero() {
+                return Some(false);
+            }
+            return self.decide(Relation::Gte, value, &Value::zero());
+        }
+        if self.is_stated_whole(value) {
+            return self.decide(Relation::Gte, value, &Value::zero());
+        }
+        if self.decide(Relation::Gte, value, &Value::zero()) == Some(false) { Some(false) } else { None }
+    }
+
+    /// Whether it is assumed of just this value that it is its integer part.
+    fn is_stated_whole(&self, value: &Value) -> bool {
+        let whole = |zero: &Value| zero.atoms().iter().any(|atom| matches!(atom, Atom::Floor(_)));
+        let any = self.stated.iter().any(|(relation, zero)| *relation == Relation::Eq && whole(zero));
+        let rest = || value.floor().and_then(|floor| floor.sub(value)).ok();
+        any && rest().is_some_and(|rest| self.as_stated(Relation::Eq, &rest) == Some(true))
+    }
+
+    /// The constant by which a value differs from an integer, at least 0 and less than 1; `None` when unknown.
+    pub(super) fn fraction_part(&self, value: &Value) -> Option<BigRational> {
+        let value = self.with_solved(value);
+        let (numerator, denominator) = value.polynomials()?;
+        if !denominator.is_one() {
+            return None;
+        }
+        let integral = numerator.terms().iter().all(|(monomial, number)| {
+            monomial.factors().is_empty() || (number.is_integer() && self.all_integral(monomial))
+        });
+        let constant = numerator.constant_term();
+        integral.then(|| &constant - constant.floor())
+    }
+
+    /// Whether every term of a polynomial is an integer, by what its variables are themselves.
+    pub(super) fn all_terms_integral(&self, value: &Value) -> bool {
+        value.polynomials().is_some_and(|(numerator, denominator)| {
+            let integral =
+                |(monomial, number): &(Monomial<Atom>, BigRational)| number.is_integer() && self.all_integral(monomial);
+            denominator.is_one() && numerator.terms().iter().all(integral)
+        })
+    }
+
+    /// Whether all factors of a monomial are integers.
+    pub(super) fn all_integral(&self, monomial: &Monomial<Atom>) -> bool {
+        monomial.factors().iter().all(|(atom, _)| match atom {
+            Atom::Variable(name) => self.naturals.contains(name),
+            // An index that begins below 0 is not known to be natural.
+            Atom::Power(base, exponent) => {
+                exponent.variables().is_subset(&self.naturals)
+                    && (atom.is_integral() || self.fraction_part(base).is_some_and(|fraction| fraction.is_zero()))
+            }
+            other => other.is_integral(),
+        })
+    }
+
     /// What the facts of a system say of its integers alone; empty where no integer part stands in it.
     pub(super) fn of_integers(&self, system: &[Constraint]) -> Vec<Constraint> {
         let parts = |one: &Constraint| one.form.atoms().into_iter().any(|atom| matches!(atom, Atom::Floor(_)));

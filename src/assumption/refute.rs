@@ -135,12 +135,42 @@ impl Assumptions {
         {
             signs = signs.and(known.times(self.signs_of_form(&quotient, wanted.beside(known), depth - 1, systems)));
         }
+        if depth > 0
+            && let Some(sum) = self.signs_by_powers(form, depth, systems)
+        {
+            signs = signs.and(sum);
+        }
         for sign in Signs::each() {
             if !decided(signs) && sign.within(signs) && self.refutes_form(form, sign, MOST_SPLITS, systems) {
                 signs = signs.without(sign);
             }
         }
         signs
+    }
+
+    /// The signs of a sum of powers with coefficients, `200*p + 3^n*(b - 200*p)`, from those of the coefficients.
+    fn signs_by_powers(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+        let mut groups: BTreeMap<Monomial<Atom>, Form> = BTreeMap::new();
+        for (monomial, number) in form.terms() {
+            let is_power = |(atom, _): &&(Atom, u32)| matches!(atom, Atom::Power(..));
+            let powers = Monomial::of(monomial.factors().iter().filter(is_power).cloned())?;
+            let rest = monomial.over(&powers)?;
+            let coefficient = groups.entry(powers).or_insert_with(Form::zero);
+            *coefficient = coefficient.plus(&Polynomial::term(rest, number.clone()));
+        }
+        let of_sums = groups.values().any(|coefficient| coefficient.terms().len() > 1);
+        if groups.len() < 2 || !of_sums {
+            return None;
+        }
+        let mut sum = Signs::ZERO;
+        for (powers, coefficient) in &groups {
+            let own = self.monomial_signs(powers);
+            sum = sum.plus(own.times(self.signs_of_form(coefficient, Signs::ZERO, depth - 1, systems)));
+            if sum == Signs::ANY {
+                return None;
+            }
+        }
+        Some(sum)
     }
 
     /// An assumed polynomial that divides this one, with its signs, and the quotient.

@@ -101,7 +101,15 @@ impl Assumptions {
     fn image(&self, atom: &Atom) -> Result<Option<Value>, ValueError> {
         let image = match atom {
             Atom::Variable(_) => return Ok(None),
-            Atom::Power(base, exponent) => self.resolved(base)?.power(&self.resolved(exponent)?)?,
+            Atom::Power(base, exponent) => {
+                let (base, exponent) = (self.resolved(base)?, self.resolved(exponent)?);
+                let counts = || self.decide(Relation::Gtr, &exponent, &Value::zero()) == Some(true);
+                if base.is_zero() && self.is_natural(&exponent) == Some(true) && counts() {
+                    Value::zero()
+                } else {
+                    base.power(&exponent)?
+                }
+            }
             Atom::Apply(function, parts) => {
                 let parts: Vec<Value> = self.all(parts)?.into_iter().map(|part| self.shorter(part)).collect();
                 Value::apply(function, &parts)?

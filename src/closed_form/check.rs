@@ -219,9 +219,13 @@ impl Induction<'_> {
         Ok(())
     }
 
-    /// An expression for all indices from one on: without the conditions on the index that are decided there.
+    /// An expression for all indices from one on: without the conditions on the index that are decided there, and `0^n`.
     pub(super) fn since(&self, value: Value, since: i64) -> Value {
-        let conditional = |atom: &Atom| matches!(atom, Atom::Positive(_) | Atom::Maximum(_));
+        let conditional = |atom: &Atom| match atom {
+            Atom::Positive(_) | Atom::Maximum(_) => true,
+            Atom::Power(base, _) => base.is_zero(),
+            _ => false,
+        };
         if !value.atoms().iter().any(|atom| conditional(atom) && atom.mentions(&self.recurrence.index)) {
             return value;
         }

@@ -36,7 +36,7 @@ impl Signs<'_> {
 
 /// A value with what its maxima and conditions are, given whether one value is known to be at least another, and whether
 /// one is known to be positive or not to be.
-pub(super) fn settled_by(
+pub(crate) fn settled_by(
     value: &Value,
     at_least: &dyn Fn(&Value, &Value) -> bool,
     positive: &dyn Fn(&Value) -> Option<bool>,

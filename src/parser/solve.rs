@@ -34,13 +34,17 @@ impl Parser<'_> {
         Ok(Find { index, relation, left, right: self.value()? })
     }
 
-    /// `r(10)`, a term of a sequence, as a name.
+    /// `r(10)`, a term of a sequence, as a name; or `r(n)`, all of them.
     pub(super) fn term_of(&mut self, name: Ident) -> Parse<Ident> {
         self.take(Role::Joining);
-        if self.at(Kind::Minus) {
-            self.take(Role::Opening);
+        if self.at(Kind::Lower) {
+            self.advance();
+        } else {
+            if self.at(Kind::Minus) {
+                self.take(Role::Opening);
+            }
+            self.require(Kind::Number, "the index of a term, a whole number or the index of the equations")?;
         }
-        self.require(Kind::Number, "the index of a term, a whole number")?;
         self.require(Kind::CloseRound, "`)`")?;
         let span = self.since(name.span.start);
         let text: String = span.of(self.text).chars().filter(|letter| !letter.is_whitespace()).collect();

@@ -21,8 +21,14 @@ pub(super) fn first_order(
     let Some(parts) = exponentials(input, index) else { return Ok(None) };
     let count = Value::variable(index);
     if known.decide(Relation::Eq, factor, &Value::zero()) == Some(true) {
-        let before = input.with(index, &count.sub(&Value::one())?)?;
-        return Ok(Some((Form::Value(vec![start.clone()], before), Vec::new())));
+        let (mut early, mut rest) = (vec![start.clone()], input.clone());
+        // 0^n counts at 0 alone, and has no value at an index before.
+        if let Some((_, coefficients)) = parts.iter().find(|(base, _)| base.is_zero()) {
+            early.push(input.with(index, &Value::zero())?);
+            rest = input.sub(&times_power(&Value::zero(), coefficients, &count)?)?;
+        }
+        let before = rest.with(index, &count.sub(&Value::one())?)?;
+        return Ok(Some((Form::Value(early, before), Vec::new())));
     }
     let mut particular = Value::zero();
     let mut conditions: Vec<Comparison> = Vec::new();
@@ -36,15 +42,20 @@ pub(super) fn first_order(
                 off_resonance(&base, factor, &coefficients)?
             }
         };
-        let mut value = Value::zero();
-        for coefficient in polynomial.iter().rev() {
-            value = value.mul(&count)?.add(coefficient)?;
-        }
-        particular = particular.add(&value.mul(&base.power(&count)?)?)?;
+        particular = particular.add(&times_power(&base, &polynomial, &count)?)?;
     }
     let rest = start.sub(&particular.with(index, &Value::zero())?)?;
     let form = known.simplify(&particular.add(&rest.mul(&factor.power(&count)?)?)?);
     Ok(Some((Form::Value(Vec::new(), form), conditions)))
+}
+
+/// `p(n)*base^n`
+fn times_power(base: &Value, polynomial: &[Value], count: &Value) -> Result<Value, Unknown> {
+    let mut value = Value::zero();
+    for coefficient in polynomial.iter().rev() {
+        value = value.mul(count)?.add(coefficient)?;
+    }
+    Ok(value.mul(&base.power(count)?)?)
 }
 
 /// That two values differ: what they have in common as a factor is not 0, and the others differ. `K != 0` and `r != 1` for

@@ -7,7 +7,7 @@ use super::sequences::Found;
 use super::together::closed;
 use super::{Closed, Piece, Unknown, solve_all};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Form, Recurrence, Sequence, term};
+use crate::closed_form::{Comparison, Form, Recurrence, Sequence, settled_by, term};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -74,7 +74,11 @@ fn standing(
     known: &Assumptions,
 ) -> Option<Vec<Form>> {
     let stays = |name: &Name| {
-        let (next, start) = (maps.get(name)?.substitute(starts).ok()?, starts.get(name)?);
+        // What is divided by may be 0 at the start, and excluded by a condition that fails there for all parameters.
+        let zero = Value::zero();
+        let holds = |inner: &Value| known.decide(Relation::Gtr, &inner.substitute(starts).ok()?, &zero);
+        let map = settled_by(maps.get(name)?, &|_, _| false, &holds).ok()?;
+        let (next, start) = (map.substitute(starts).ok()?, starts.get(name)?);
         let stays = known.decide(Relation::Eq, &next, start) == Some(true);
         // In a piece it is asked of an equation what its conditions are at the terms.
         stays.then(|| Form::Pieces(vec![Piece { from: Value::zero(), until: None, form: start.clone() }]))

@@ -1,7 +1,7 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
-use super::solve::{found_lines, left_out, no_earlier};
+use super::solve::{found_lines, left_out, no_earlier, otherwise};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
@@ -60,7 +60,7 @@ pub(super) fn in_orders(
             }
             cases.push(Case { order, known, title: compared(&(order, one.clone(), other.clone())), solved, found });
         }
-        told(&cases, question, (one, other))
+        told(&cases, question, (one, other), stop)
     });
     // For a form, or with one for the index.
     let without = solved.err();
@@ -96,6 +96,7 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
         let (solved, found) = &case.found;
         lines.push(format!("if {}:", case.title()));
         let own = solved.lines().into_iter().chain(found_lines(found, recurrence, goal));
+        let own = own.chain(otherwise(found, recurrence, goal, &case.known, stop));
         let own = own.chain(no_earlier(found, (recurrence, Some(solved)), goal, &case.known));
         lines.extend(own.map(|line| format!("  {line}")));
         let special = left_out(solved, question.find.as_ref(), &case.known, stop);
@@ -106,16 +107,22 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
     known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None })
 }
 
-fn told(cases: &[Case], question: &Question, (one, other): (&Value, &Value)) -> Option<InOrders> {
+fn told(
+    cases: &[Case],
+    question: &Question,
+    (one, other): (&Value, &Value),
+    stop: &dyn Fn() -> bool,
+) -> Option<InOrders> {
     let recurrence = &question.recurrence;
     let (relation, left, right) = question.find.as_ref()?;
     let mut lines = Vec::new();
     for case in cases {
         lines.push(format!("if {}:", case.title));
         lines.extend(case.solved.lines().into_iter().map(|line| format!("  {line}")));
-        let found = found_lines(&case.found, recurrence, (*relation, left, right));
-        lines.extend(found.into_iter().map(|line| format!("  {line}")));
         let goal = (*relation, left, right);
+        let found = found_lines(&case.found, recurrence, goal).into_iter();
+        let found = found.chain(otherwise(&case.found, recurrence, goal, &case.known, stop));
+        lines.extend(found.map(|line| format!("  {line}")));
         lines.extend(
             no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known)
                 .map(|line| format!("  {line}")),

@@ -85,6 +85,7 @@ fn answered(
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
         lines.extend(found_lines(found, recurrence, goal));
+        lines.extend(otherwise(found, recurrence, goal, known, stop));
         lines.extend(solved.iter().flat_map(|solved| also(solved, found, known)));
         lines.extend(no_earlier(found, (recurrence, solved.as_ref().ok()), goal, known));
     }
@@ -137,6 +138,7 @@ pub(super) fn left_out(
             let goal = (*relation, &left, &right);
             let found = reach(recurrence, Some(forms), goal, forms.known(), stop);
             own.extend(found_lines(&found, recurrence, goal));
+            own.extend(otherwise(&found, recurrence, goal, forms.known(), stop));
             own.extend(also(forms, &found, forms.known()));
             own.extend(no_earlier(&found, (recurrence, Some(forms)), goal, forms.known()));
         }
@@ -324,6 +326,24 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relatio
     }
 }
 
+/// That there is no such index where one of its conditions fails, if that is so for each of them.
+pub(super) fn otherwise(
+    found: &Reach,
+    recurrence: &Recurrence,
+    goal: (Relation, &Value, &Value),
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<String> {
+    let Reach::At(_, conditions) = found else { return None };
+    let never = |(relation, left, right): &Comparison| {
+        let mut known = known.clone();
+        known.assume(relation.negated(), left, right);
+        let solved = solve_until(recurrence.clone(), &known, stop);
+        matches!(reach(recurrence, solved.as_ref().ok(), goal, &known, stop), Reach::Never(_))
+    };
+    (!conditions.is_empty() && conditions.iter().all(never)).then(|| "else never".to_string())
+}
+
 /// How it was checked that no index before the one found is the first.
 pub(super) fn no_earlier(
     found: &Reach,
@@ -374,7 +394,8 @@ fn is_met(
             _ => false,
         };
     }
-    if let Some((place, _)) = recurrence.sequence(name) {
+    let alone = name.as_str().strip_suffix(&format!("({})", recurrence.index)).map(Name::new);
+    if let Some((place, _)) = recurrence.sequence(alone.as_ref().unwrap_or(name)) {
         return solved.is_some_and(|solved| same_form(place, value, recurrence, solved, known));
     }
     let Some((sequence, at)) = name.as_str().trim_end_matches(')').split_once('(') else { return false };

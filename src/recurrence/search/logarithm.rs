@@ -56,8 +56,11 @@ impl Entry<'_> {
             (None, Some((high, strict))) if !falls && below => (limit.sub(high)?, *strict),
             _ => return Ok(None),
         };
-        if !surely(Relation::Gtr, &far, &zero) {
-            return Ok(None);
+        match self.known.decide(Relation::Gtr, &far, &zero) {
+            Some(true) => {}
+            Some(false) => return Ok(None),
+            // Beyond its limit it never comes: which side that is tells the rest.
+            None => return Ok(Some(Reach::undecided(Relation::Gtr, &self.known.simplify(&far), &zero))),
         }
         let relation = match (falls, strict) {
             (true, false) => "<=",
