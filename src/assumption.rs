@@ -18,6 +18,7 @@ mod sampled;
 mod sign;
 mod simplex;
 mod simplify;
+mod triangle;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

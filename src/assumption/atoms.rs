@@ -18,7 +18,7 @@ use crate::value::{Atom, Value};
 const ROOT_PARTS: i64 = 1 << 24;
 
 /// Numbers that the root of a number lies between, close to each other.
-fn root_between(square: &BigRational) -> Option<(BigRational, BigRational)> {
+pub(super) fn root_between(square: &BigRational) -> Option<(BigRational, BigRational)> {
     if square.is_negative() {
         return None;
     }
@@ -49,7 +49,11 @@ impl Assumptions {
     }
 
     /// What holds of an atom of these polynomials by its meaning.
-    pub(super) fn facts_of_atom<'f>(&'f self, atom: &Atom, forms: impl Iterator<Item = &'f Form>) -> Vec<Constraint> {
+    pub(super) fn facts_of_atom<'f>(
+        &'f self,
+        atom: &Atom,
+        forms: impl Iterator<Item = &'f Form> + Clone,
+    ) -> Vec<Constraint> {
         let own = Polynomial::atom(atom.clone());
         let one = Polynomial::one();
         let whole = |value: &Value| {
@@ -73,6 +77,7 @@ impl Assumptions {
             Atom::Floor(inner) => self.facts_of_floor(&own, inner),
             Atom::Root(inner) => {
                 let mut found = vec![least(own.clone())];
+                found.extend(self.facts_of_lengths(atom, forms.clone()));
                 if let (Some(radicand), Some(square)) = (whole(inner), own.power(2))
                     && self.has_root(inner, forms.chain(self.constraints.iter().map(|one| &one.form)))
                 {
