@@ -201,3 +201,14 @@ fn where_a_condition_fails_there_is_never_such_an_index() {
         "{text}"
     );
 }
+
+/// Where one time is right in each order of two delays, it is told behind them.
+#[test]
+fn a_period_in_each_order_of_delays_is_the_longer_of_them() {
+    let script = "param a > 0, b > 0\nproc P = Delay_a ; Out_{x,1} ; P\nproc Q = In_x<u> ; Delay_b ; Q\nsystem S = P | Q\nperiod S\n";
+    let text = String::from_utf8_lossy(&common::ran(script).stdout).into_owned();
+    assert!(text.contains("in every order, lasting: max(a,b)"), "{text}");
+    let script = script.replace("Delay_b ; Q", "Delay_b ; Delay_1 ; Q");
+    let text = String::from_utf8_lossy(&common::ran(&script).stdout).into_owned();
+    assert!(text.contains("in every order, lasting: max(a,b+1)"), "{text}");
+}

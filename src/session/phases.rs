@@ -27,6 +27,10 @@ struct Told {
     answer: &'static str,
     /// Which of the expectations are of values that it has.
     met: Vec<bool>,
+    /// How long it lasts, where that is one value.
+    lasting: Option<Value>,
+    /// Whether that was found in each order of delays.
+    in_orders: bool,
 }
 
 impl Run<'_, '_> {
@@ -37,7 +41,9 @@ impl Run<'_, '_> {
             return (vec![format!("there is no system {system}")], Run::unmet(&waiting.expected));
         };
         let wanted: Vec<&Expectation> = waiting.expected.iter().map(|(expectation, _)| expectation).collect();
-        let told = told_of(found, environment, &wanted, MOST_ORDERS, &|| self.surroundings.interrupted());
+        let mut told = told_of(found, environment, &wanted, MOST_ORDERS, &|| self.surroundings.interrupted());
+        let whole = told.lasting.iter().filter(|_| told.in_orders);
+        told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
         let met = |expectation: &Expectation, own: bool| match expectation {
             Expectation::Answer(word) => word.as_str() == told.answer,
             _ => own,
@@ -81,7 +87,12 @@ fn told_of(
         _ => is_met(wanted, (&period, course), environment),
     });
     let answer = if in_cases.is_some() { "yes" } else { answer(&period, course) };
-    Told { lines, answer, met: met.collect() }
+    let own = period.as_ref().ok().and_then(Period::lasting);
+    let lasting = own.or_else(|| match course {
+        Some(Course::Repeats { lasting, .. }) => Some(lasting.clone()),
+        _ => None,
+    });
+    Told { met: met.collect(), lines, answer, lasting, in_orders: false }
 }
 
 /// Whether it is expected how long it lasts, and nothing else.
@@ -103,8 +114,32 @@ fn in_each(orders: &[Order], cases: Vec<Told>) -> Told {
     let answer = if cases.iter().all(|case| case.answer == answer) { answer } else { UNKNOWN };
     let count = cases.first().map_or(0, |case| case.met.len());
     let met = (0..count).map(|place| cases.iter().all(|case| case.met.get(place) == Some(&true))).collect();
+    let known = orders.iter().zip(&cases).map(|(order, case)| Some((case.lasting.as_ref()?, &order.environment)));
+    let lasting = known.collect::<Option<Vec<_>>>().and_then(|cases| as_one(&cases));
     let lines = orders.iter().zip(cases).flat_map(|(order, case)| delays::told(&order.title, case.lines)).collect();
-    Told { lines, answer, met }
+    Told { lines, answer, met, lasting, in_orders: true }
+}
+
+/// The greatest of some of these times, if it is the time of each case.
+fn as_one(cases: &[(&Value, &Environment)]) -> Option<Value> {
+    let mut times: Vec<&Value> = cases.iter().map(|(time, _)| *time).collect();
+    times.sort();
+    times.dedup();
+    let in_each = |time: &Value| {
+        let same = |(own, environment): &(&Value, &Environment)| {
+            environment.assumptions.decide(Relation::Eq, own, time) == Some(true)
+        };
+        cases.iter().all(same)
+    };
+    let without = |left_out: Option<usize>| {
+        let kept = times.iter().enumerate().filter(|(place, _)| Some(*place) != left_out);
+        Value::maximum(&kept.map(|(_, time)| (*time).clone()).collect::<Vec<_>>()).ok().filter(&in_each)
+    };
+    // What is written otherwise where two delays are equal is none of its own.
+    (times.len() > 1)
+        .then(|| (0..times.len()).find_map(|place| without(Some(place))))
+        .flatten()
+        .or_else(|| without(None))
 }
 
 /// All that is said of a system with a period, and where it comes to.
@@ -152,7 +187,12 @@ fn by_parts(
         }
         _ => false,
     };
-    Told { lines, answer: all.answer(), met: wanted.iter().map(met).collect() }
+    let lasting = match &all {
+        Together::Again(Course::Repeats { lasting, .. }, _) => Some(lasting.clone()),
+        _ => None,
+    };
+    let met = wanted.iter().map(met).collect();
+    Told { lines, answer: all.answer(), met, lasting, in_orders: false }
 }
 
 fn told(
