@@ -210,5 +210,5 @@ fn a_period_in_each_order_of_delays_is_the_longer_of_them() {
     assert!(text.contains("in every order, lasting: max(a,b)"), "{text}");
     let script = script.replace("Delay_b ; Q", "Delay_b ; Delay_1 ; Q");
     let text = String::from_utf8_lossy(&common::ran(&script).stdout).into_owned();
-    assert!(text.contains("in every order, lasting: max(a,b+1)"), "{text}");
+    assert!(text.contains("in every order, lasting: max(b+1,a)"), "{text}");
 }
