@@ -207,7 +207,7 @@ fn where_a_condition_fails_there_is_never_such_an_index() {
 fn a_period_in_each_order_of_delays_is_the_longer_of_them() {
     let script = "param a > 0, b > 0\nproc P = Delay_a ; Out_{x,1} ; P\nproc Q = In_x<u> ; Delay_b ; Q\nsystem S = P | Q\nperiod S\n";
     let text = String::from_utf8_lossy(&common::ran(script).stdout).into_owned();
-    assert!(text.contains("in every order, lasting: max(a,b)"), "{text}");
+    assert!(text.contains("in every order, lasting: max(b,a)"), "{text}");
     let script = script.replace("Delay_b ; Q", "Delay_b ; Delay_1 ; Q");
     let text = String::from_utf8_lossy(&common::ran(&script).stdout).into_owned();
     assert!(text.contains("in every order, lasting: max(b+1,a)"), "{text}");
