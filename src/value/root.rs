@@ -9,7 +9,9 @@ use num_traits::{One, Signed, Zero};
 
 use super::denominator::leading_root;
 use super::power::{is_of_powers, with_powers};
-use super::squares::{as_squares, rational_root, square_root, square_with_numbers, square_with_root, squares};
+use super::squares::{
+    after_a_step_in_line, as_squares, rational_root, square_root, square_with_numbers, square_with_root, squares,
+};
 use super::{Atom, Content, Outcome, Real, Relation, Value, ValueError};
 use crate::polynomial::{Monomial, Polynomial};
 
@@ -114,6 +116,9 @@ impl Value {
         }
         if denominator.is_one() {
             return root_of_polynomial(numerator);
+        }
+        if let Some(left) = after_a_step_in_line(numerator, denominator) {
+            return left.abs();
         }
         let both = [numerator, denominator].map(|part| Value::whole(part.clone()));
         let [top, bottom] = [both[0].clone()?, both[1].clone()?];

@@ -115,6 +115,25 @@ impl Value {
     }
 }
 
+/// The number whose square a fraction is, up to its sign: `d*(abs(d)-v)/abs(d)` is `abs(d)-v` or less by its sign. So far is
+/// something on a line from a place towards which it has made a step.
+pub(super) fn after_a_step_in_line(numerator: &Real, denominator: &Real) -> Option<Value> {
+    denominator.atoms().into_iter().find_map(|atom| {
+        let Atom::Maximum(elements) = atom else { return None };
+        let [element] = &**elements else { return None };
+        let (way, true) = element.parts().map(|(way, below)| (way, below.is_one()))? else { return None };
+        let most = Polynomial::atom(atom.clone());
+        let size = most.plus(&most).minus(way);
+        let square = size.times(&size)?;
+        let times = (denominator.leading() / square.leading()).recip();
+        if denominator.scale(&times) != square {
+            return None;
+        }
+        let root = square_root(&numerator.scale(&times))?;
+        Value::whole(root.divide(way, &mut Budget::new(STEP_BUDGET))?).ok()
+    })
+}
+
 /// `(plain + beside/root)/below`, where the root is the length of a vector.
 pub(super) struct OverLength {
     pub(super) root: Atom,
