@@ -356,7 +356,7 @@ impl Assumptions {
             }
             // A quotient is 0 where what stands above is.
             let value = self.with_solved(&value);
-            let value = value.numerator().unwrap_or(value);
+            let value = self.without_stated_factors(value.numerator().unwrap_or(value));
             let solution = value.variables().into_iter().find_map(|name| {
                 let (factor, rest) = value.linear_in(&name)?;
                 let factor = factor.as_rational().filter(|factor| !factor.is_zero())?;
@@ -368,6 +368,22 @@ impl Assumptions {
             });
             self.solved.extend(solution);
         }
+    }
+
+    /// What is 0 where this is: without the variables in all its terms that are stated not to be 0.
+    fn without_stated_factors(&self, value: Value) -> Value {
+        let Some((form, _)) = value.polynomials().filter(|(form, below)| below.is_one() && form.terms().len() > 1)
+        else {
+            return value;
+        };
+        let stated = |atom: &Atom| {
+            let mut own = self.stated.iter().filter(|(relation, _)| matches!(relation, Relation::Gtr | Relation::Neq));
+            own.any(|(_, stated)| stated.as_atom() == Some(atom))
+        };
+        let shared = form.monomial_content();
+        let factors = shared.factors().iter().filter(|(atom, _)| stated(atom)).cloned();
+        let rest = crate::polynomial::Monomial::of(factors).map(|factors| form.without(&factors));
+        rest.and_then(|rest| Value::from_polynomials(rest, Polynomial::one()).ok()).unwrap_or(value)
     }
 
     /// Remembers the sign of an atom that a fact compares with a number; gives the atom if that is news of it.

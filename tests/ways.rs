@@ -25,7 +25,7 @@ fn counters_that_go_round_are_checked_in_all_ways() {
 
 #[test]
 fn time_outs_and_rounds_that_may_be_none_are_checked_in_all_ways() {
-    for (name, periods) in [("periods/time_outs", 3), ("periods/at_least_one", 8)] {
+    for (name, periods) in [("periods/time_outs", 3), ("periods/at_least_one", 8), ("periods/names_again", 3)] {
         let text = case(name);
         let counts = (text.matches("by the kernel: all").count(), text.matches("on trust").count());
         assert_eq!(counts, (periods, 0), "{text}");

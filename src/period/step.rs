@@ -3,7 +3,7 @@
 use super::rest::Tails;
 use super::run::{Env, Halt, Kind, Run, evaluate};
 use crate::name::Name;
-use crate::scope::bound_names;
+use crate::scope::{bound_names, read_names};
 use crate::substitution::{bound_at_last, substitute_values};
 use crate::term::{Node, Term};
 use crate::value::{Value, ValueError};
@@ -260,18 +260,39 @@ fn bound_in(mut first: Term, env: &Env) -> (Term, Env) {
     (first, behind)
 }
 
-/// A process with the values that it reads; a name that it binds itself is bound before it is read.
+/// A process with the values of the names that it reads before it binds them.
 fn known(term: &Term, env: &Env) -> Term {
     if env.is_empty() {
         return term.clone();
     }
-    let bound = bound_names(term);
-    let env: Env = env
-        .iter()
-        .filter(|(name, _)| !bound.contains(*name))
-        .map(|(name, value)| (name.clone(), value.clone()))
-        .collect();
-    substitute_values(term, &env).unwrap_or_else(|_| term.clone())
+    let (bound, read) = (bound_names(term), read_names(term));
+    let of = |keep: &dyn Fn(&Name) -> bool| -> Env {
+        let kept = env.iter().filter(|(name, _)| read.contains(*name) && keep(name));
+        kept.map(|(name, value)| (name.clone(), value.clone())).collect()
+    };
+    let anew = of(&|name| bound.contains(name));
+    match term.node() {
+        Node::Seq(parts) if !anew.is_empty() => {
+            let mut now = of(&|_| true);
+            let each = parts.iter().map(|part| {
+                let part_now = known(part, &now);
+                let bound = bound_names(part);
+                now = now
+                    .iter()
+                    .filter(|(name, _)| !bound.contains(*name))
+                    .map(|(name, value)| (name.clone(), value.clone()))
+                    .collect();
+                part_now
+            });
+            Term::seq(each.collect::<Vec<_>>())
+        }
+        Node::Par(_) | Node::Disable(_) if !anew.is_empty() => {
+            term.with_children(term.children().map(|part| known(part, env)).collect())
+        }
+        // A part without parts reads what it is of before it binds what comes of it.
+        _ if term.children().is_empty() => substitute_values(term, &of(&|_| true)).unwrap_or_else(|_| term.clone()),
+        _ => substitute_values(term, &of(&|name| !bound.contains(name))).unwrap_or_else(|_| term.clone()),
+    }
 }
 
 /// The loops that a part goes round in, outermost first.
