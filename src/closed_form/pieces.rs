@@ -278,7 +278,13 @@ fn same_throughout(
         }
     }
     assume_powers(piece, index, &mut known);
-    same_whatever_the_signs(left, right, &known, MOST_SIGNS)
+    if same_whatever_the_signs(left, right, &known, MOST_SIGNS)? {
+        return Ok(true);
+    }
+    match since_the_start(&[left, right], piece, index, &mut known) {
+        Some([left, right]) => same_whatever_the_signs(&left, &right, &known, MOST_SIGNS),
+        None => Ok(false),
+    }
 }
 
 /// The most powers of -1 that are looked at as 1 and as -1.
@@ -328,6 +334,37 @@ fn assume_powers(piece: &Piece, index: &Name, known: &mut Assumptions) {
             known.assume(last, &power, &bound);
         }
     }
+}
+
+/// Values of a piece whose form has the powers of one number with another name for what such a power is since the piece
+/// began, `(3/4)^(n-from)`, which is at most 1, or at least 1: so they have no powers, of which each prime is one of its own.
+fn since_the_start(values: &[&Value; 2], piece: &Piece, index: &Name, known: &mut Assumptions) -> Option<[Value; 2]> {
+    let one = BigRational::from_integer(1.into());
+    let bases = exponentials(&piece.form, index)?.into_keys().filter_map(|base| base.as_rational());
+    let [base] = bases.filter(|base| *base != one).collect::<Vec<_>>().try_into().ok()?;
+    if base <= BigRational::from_integer(0.into()) {
+        return None;
+    }
+    let (falls, base) = (base < one, Value::rational(base));
+    let power = base.power(&Value::variable(index)).ok()?;
+    let since = Value::variable(&Name::new("[since]"));
+    let whole = since.mul(&base.power(&piece.from).ok()?).ok()?;
+    // The power is a product of powers of primes, of which one is then what the others leave.
+    let mark = Name::new("[prime]");
+    let left_by_others = |prime: Atom| {
+        let marked = power.with_atom(&prime, &Value::variable(&mark)).ok()?;
+        let image = if let Some((factor, _)) = marked.linear_in(&mark) {
+            whole.div(&factor).ok()?
+        } else {
+            marked.mul(&Value::variable(&mark)).ok()?.div(&whole).ok()?
+        };
+        (!image.mentions(&mark)).then_some((prime, image))
+    };
+    let (prime, image) = power.atoms().into_iter().find_map(left_by_others)?;
+    known.assume(Relation::Gtr, &since, &Value::zero());
+    known.assume(if falls { Relation::Lte } else { Relation::Gte }, &since, &Value::one());
+    let put = |value: &Value| value.replace(&mut |atom| (*atom == prime).then(|| image.clone())).ok();
+    Some([put(values[0])?, put(values[1])?])
 }
 
 /// Whether two values are equal, after each maximum and condition has become what it is known to be.
