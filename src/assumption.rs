@@ -12,6 +12,7 @@ mod hidden;
 mod integral;
 mod linear;
 mod pieces;
+mod powers;
 mod refute;
 mod remembered;
 mod sampled;

@@ -95,7 +95,7 @@ impl Assumptions {
     }
 
     /// The signs of a polynomial: of its factors where some are known, else by refuting the others.
-    fn signs_of_form(&self, form: &Form, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {
+    pub(super) fn signs_of_form(&self, form: &Form, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {
         let decided = |signs: Signs| signs.within(wanted) || signs.and(wanted).is_empty();
         let mut signs = self.quick_signs(form);
         if form.as_constant().is_some() || decided(signs) {
@@ -146,31 +146,6 @@ impl Assumptions {
             }
         }
         signs
-    }
-
-    /// The signs of a sum of powers with coefficients, `200*p + 3^n*(b - 200*p)`, from those of the coefficients.
-    fn signs_by_powers(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
-        let mut groups: BTreeMap<Monomial<Atom>, Form> = BTreeMap::new();
-        for (monomial, number) in form.terms() {
-            let is_power = |(atom, _): &&(Atom, u32)| matches!(atom, Atom::Power(..));
-            let powers = Monomial::of(monomial.factors().iter().filter(is_power).cloned())?;
-            let rest = monomial.over(&powers)?;
-            let coefficient = groups.entry(powers).or_insert_with(Form::zero);
-            *coefficient = coefficient.plus(&Polynomial::term(rest, number.clone()));
-        }
-        let of_sums = groups.values().any(|coefficient| coefficient.terms().len() > 1);
-        if groups.len() < 2 || !of_sums {
-            return None;
-        }
-        let mut sum = Signs::ZERO;
-        for (powers, coefficient) in &groups {
-            let own = self.monomial_signs(powers);
-            sum = sum.plus(own.times(self.signs_of_form(coefficient, Signs::ZERO, depth - 1, systems)));
-            if sum == Signs::ANY {
-                return None;
-            }
-        }
-        Some(sum)
     }
 
     /// An assumed polynomial that divides this one, with its signs, and the quotient.
