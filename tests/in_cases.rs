@@ -124,6 +124,18 @@ fn every_number_has_the_form_of_its_case() {
     each_case_is_right("param g > 0, b > 0\nsolve r(n+1) = min(r(n)+b, (r(n)+g)/2), r(0) = 1", &["g", "b"]);
 }
 
+/// Steps in proportion to what is left, cut off at a greatest one: the gain is no matter.
+#[test]
+fn steps_that_are_cut_off_have_forms_for_any_gain() {
+    let cut_off = |gain: &str| format!("param g, v > 0\nsolve r(n+1) = r(n)+clamp({gain}*(g-r(n)),-v,v), r(0) = 1");
+    for gain in ["1/4", "1/3", "3/4", "2/3", "4/5", "8/9"] {
+        each_case_is_right(&cut_off(gain), &["g", "v"]);
+    }
+    each_case_is_right(&cut_off("k").replace("param", "param k > 0, k < 1,"), &["g", "v", "k"]);
+    each_case_is_right("param p\nsolve e(n+1) = max(e(n)-1, 3/4*e(n)), e(0) = p", &["p"]);
+    each_case_is_right("param p\nsolve r(n+1) = r(n)+clamp((10-r(n))/4,-1,1), r(0) = p", &["p"]);
+}
+
 /// It passes its goal and goes back and forth, or stays there if it comes to it.
 #[test]
 fn motion_without_a_stop_is_right_in_each_case() {

@@ -3,12 +3,9 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use num_rational::BigRational;
-use num_traits::One;
-
-use super::Assumptions;
 use super::refute::Form;
 use super::sign::Signs;
+use super::{Assumptions, Relation};
 use crate::polynomial::{Monomial, Polynomial};
 use crate::value::{Atom, Value};
 
@@ -62,25 +59,43 @@ impl Assumptions {
         Some(end.plus(limit.times(Signs::NONNEGATIVE)))
     }
 
-    /// How two products of powers of positive numbers with one natural exponent compare, whatever that is: less, or not more,
-    /// is `Less`.
+    /// How two products of powers of what is positive, with one natural exponent, compare, whatever that is: less, or not
+    /// more, is `Less`.
     fn order_of_powers(&self, one: &Monomial<Atom>, other: &Monomial<Atom>) -> Option<Ordering> {
-        let mut common: Option<&Value> = None;
-        let mut ratio = BigRational::one();
-        let all = one
-            .factors()
-            .iter()
-            .map(|factor| (factor, true))
-            .chain(other.factors().iter().map(|factor| (factor, false)));
-        for ((atom, count), above) in all {
-            let Atom::Power(base, exponent) = atom else { return None };
-            let base = base.as_rational().filter(|base| *base > BigRational::from_integer(0.into()))?;
-            if *common.get_or_insert(exponent) != exponent || *count > MOST_COUNT {
-                return None;
-            }
-            let power = base.pow(i32::try_from(*count).ok()?);
-            ratio = if above { ratio * power } else { ratio / power };
+        let (one, exponent) = base_of(one)?;
+        let (other, same) = base_of(other)?;
+        if exponent.is_some() && same.is_some() && exponent != same {
+            return None;
         }
-        self.quick(common?).within(Signs::NONNEGATIVE).then(|| ratio.cmp(&BigRational::one()))
+        if !self.quick(exponent.or(same)?).within(Signs::NONNEGATIVE) {
+            return None;
+        }
+        let signs = |value: &Value| match value.polynomials() {
+            Some((form, below)) if self.quick_signs(below).within(Signs::POSITIVE) => self.assumed(form),
+            _ => Signs::ANY,
+        };
+        if !signs(&one).within(Signs::POSITIVE) || !signs(&other).within(Signs::POSITIVE) {
+            return None;
+        }
+        let difference = signs(&one.sub(&other).ok()?);
+        if difference.within(Signs::of(Relation::Lte)) {
+            Some(Ordering::Less)
+        } else {
+            difference.within(Signs::NONNEGATIVE).then_some(Ordering::Greater)
+        }
     }
+}
+
+/// The product of the bases of powers with one exponent, and that; none of the empty product.
+fn base_of(powers: &Monomial<Atom>) -> Option<(Value, Option<&Value>)> {
+    let mut common: Option<&Value> = None;
+    let mut product = Value::one();
+    for (atom, count) in powers.factors() {
+        let Atom::Power(base, exponent) = atom else { return None };
+        if *common.get_or_insert(exponent) != exponent || *count > MOST_COUNT {
+            return None;
+        }
+        product = product.mul(&base.power(&Value::integer(i64::from(*count))).ok()?).ok()?;
+    }
+    Some((product, common))
 }

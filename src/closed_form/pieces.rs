@@ -339,13 +339,15 @@ fn assume_powers(piece: &Piece, index: &Name, known: &mut Assumptions) {
 /// Values of a piece whose form has the powers of one number with another name for what such a power is since the piece
 /// began, `(3/4)^(n-from)`, which is at most 1, or at least 1: so they have no powers, of which each prime is one of its own.
 fn since_the_start(values: &[&Value; 2], piece: &Piece, index: &Name, known: &mut Assumptions) -> Option<[Value; 2]> {
-    let one = BigRational::from_integer(1.into());
-    let bases = exponentials(&piece.form, index)?.into_keys().filter_map(|base| base.as_rational());
-    let [base] = bases.filter(|base| *base != one).collect::<Vec<_>>().try_into().ok()?;
-    if base <= BigRational::from_integer(0.into()) {
+    let one = Value::one();
+    let bases = exponentials(&piece.form, index)?.into_keys().filter(|base| *base != one);
+    let [base] = bases.collect::<Vec<_>>().try_into().ok()?;
+    let (base, exponent) = least_root(base);
+    let surely = |relation, bound: &Value| known.decide(relation, &base, bound) == Some(true);
+    let falls = surely(Relation::Lte, &one);
+    if !surely(Relation::Gtr, &Value::zero()) || !(falls || surely(Relation::Gte, &one)) {
         return None;
     }
-    let (falls, base) = (base < one, Value::rational(base));
     let power = base.power(&Value::variable(index)).ok()?;
     let since = Value::variable(&Name::new("[since]"));
     let whole = since.mul(&base.power(&piece.from).ok()?).ok()?;
@@ -362,10 +364,25 @@ fn since_the_start(values: &[&Value; 2], piece: &Piece, index: &Name, known: &mu
     };
     let (prime, image) = power.atoms().into_iter().find_map(left_by_others)?;
     known.assume(Relation::Gtr, &since, &Value::zero());
-    known.assume(if falls { Relation::Lte } else { Relation::Gte }, &since, &Value::one());
+    let bound = if falls { Relation::Lte } else { Relation::Gte };
+    known.assume(bound, &since, &one);
+    known.assume(bound, &since.power(&Value::integer(exponent.into())).ok()?, &one);
     let put = |value: &Value| value.replace(&mut |atom| (*atom == prime).then(|| image.clone())).ok();
     Some([put(values[0])?, put(values[1])?])
 }
+
+/// 2/3 and 3 of 8/27: the number of which this is a power, and which.
+fn least_root(base: Value) -> (Value, u32) {
+    let Some(number) = base.as_rational() else { return (base, 1) };
+    let root = |exponent: u32| {
+        let root = BigRational::new(number.numer().nth_root(exponent), number.denom().nth_root(exponent));
+        (root.pow(exponent as i32) == number).then(|| (Value::rational(root), exponent))
+    };
+    (2..=MOST_ROOT).rev().filter(|_| number > BigRational::from_integer(0.into())).find_map(root).unwrap_or((base, 1))
+}
+
+/// The highest root of a base that is looked for.
+const MOST_ROOT: u32 = 6;
 
 /// Whether two values are equal, after each maximum and condition has become what it is known to be.
 fn same_settled(left: &Value, right: &Value, known: &Assumptions) -> Result<bool, Unchecked> {

@@ -85,8 +85,10 @@ impl<T> Split<'_, T> {
     fn cases_of(&mut self, (relation, left, right): Comparison) -> Option<()> {
         for relation in [relation, relation.negated()] {
             self.assumed.push((relation, left.clone(), right.clone()));
-            let known = self.assuming(|_| true);
-            if !known.contradictory() {
+            if !self.assuming(|_| true).contradictory() {
+                // What follows from the rest is no help, and there is more to look through with it.
+                let kept = self.kept();
+                let known = self.assuming(|place| kept[place]);
                 match (self.ask)(&known) {
                     Ok(found) => self.cases.push(InCase { assumed: self.needed(), known, found }),
                     Err((unknown, rest)) => match (self.askable(&unknown), rest) {
@@ -117,13 +119,19 @@ impl<T> Split<'_, T> {
         known
     }
 
-    /// What is assumed, without what follows from the rest of it.
-    fn needed(&self) -> Vec<Comparison> {
+    /// Which of what is assumed does not follow from the rest.
+    fn kept(&self) -> Vec<bool> {
         let mut kept = vec![true; self.assumed.len()];
         for (place, (relation, left, right)) in self.assumed.iter().enumerate() {
             let others = self.assuming(|other| other != place && kept[other]);
             kept[place] = others.decide(*relation, left, right) != Some(true);
         }
+        kept
+    }
+
+    /// What is assumed, without what follows from the rest of it.
+    fn needed(&self) -> Vec<Comparison> {
+        let kept = self.kept();
         let all = self.assuming(|_| true);
         let mut needed: Vec<Comparison> = Vec::new();
         for ((relation, left, right), _) in self.assumed.iter().zip(&kept).filter(|(_, kept)| **kept) {
