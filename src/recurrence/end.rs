@@ -4,7 +4,7 @@
 use super::Reach;
 use super::interval::Interval;
 use super::search::Entry;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 impl Entry<'_> {
     /// The first index `at` of this interval, or the end where that comes first, if the end has it too and no index
@@ -25,13 +25,13 @@ impl Entry<'_> {
     }
 }
 
-/// x, where the value is x rounded up.
+/// x, where the value is x rounded up: `y - 1` of `ceil(y) - 1`.
 fn not_rounded(value: &Value) -> Option<Value> {
     let opposite = value.neg().ok()?;
-    let atoms = opposite.atoms();
-    let inner = atoms.iter().find_map(|atom| match atom {
-        crate::value::Atom::Floor(inner) => Some(inner),
-        _ => None,
-    })?;
-    (inner.floor().ok()? == opposite).then(|| inner.neg().ok()).flatten()
+    opposite.atoms().iter().find_map(|atom| {
+        let Atom::Floor(inner) = atom else { return None };
+        let rest = opposite.sub(&atom.value().ok()?).ok()?;
+        let whole = rest.as_rational().is_some_and(|rest| rest.is_integer());
+        whole.then(|| inner.add(&rest).and_then(|sum| sum.neg()).ok()).flatten()
+    })
 }
