@@ -113,7 +113,7 @@ mod tests {
         let (up, down) = (x.add(&Value::integer(3)).unwrap(), x.neg().unwrap());
         let square =
             |one: &[Value], other: &[Value]| apart(one, other).map(|number| Value::rational(number).to_string());
-        assert_eq!(square(&[up.clone(), Value::integer(4)], &[down.clone()]), Some("25".to_string()));
+        assert_eq!(square(&[up.clone(), Value::integer(4)], std::slice::from_ref(&down)), Some("25".to_string()));
         assert_eq!(square(&[Value::integer(2)], &[up.clone(), Value::integer(1)]), None);
         assert_eq!(square(&[up, Value::one()], &[Value::one(), down]), Some("9".to_string()));
     }
