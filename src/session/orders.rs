@@ -96,7 +96,7 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
         let (solved, found) = &case.found;
         lines.push(format!("if {}:", case.title()));
         let own = solved.lines().into_iter().chain(found_lines(found, recurrence, goal));
-        let own = own.chain(otherwise(found, recurrence, goal, &case.known, stop));
+        let own = own.chain(otherwise(found, solved, goal, &case.known, stop));
         let own = own.chain(no_earlier(found, (recurrence, Some(solved)), goal, &case.known));
         lines.extend(own.map(|line| format!("  {line}")));
         let special = left_out(solved, question.find.as_ref(), &case.known, stop);
@@ -121,7 +121,7 @@ fn told(
         lines.extend(case.solved.lines().into_iter().map(|line| format!("  {line}")));
         let goal = (*relation, left, right);
         let found = found_lines(&case.found, recurrence, goal).into_iter();
-        let found = found.chain(otherwise(&case.found, recurrence, goal, &case.known, stop));
+        let found = found.chain(otherwise(&case.found, &case.solved, goal, &case.known, stop));
         lines.extend(found.map(|line| format!("  {line}")));
         lines.extend(
             no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known)

@@ -85,7 +85,7 @@ fn answered(
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
         lines.extend(found_lines(found, recurrence, goal));
-        lines.extend(otherwise(found, recurrence, goal, known, stop));
+        lines.extend(solved.iter().flat_map(|solved| otherwise(found, solved, goal, known, stop)));
         lines.extend(solved.iter().flat_map(|solved| also(solved, found, known)));
         lines.extend(no_earlier(found, (recurrence, solved.as_ref().ok()), goal, known));
     }
@@ -138,7 +138,7 @@ pub(super) fn left_out(
             let goal = (*relation, &left, &right);
             let found = reach(recurrence, Some(forms), goal, forms.known(), stop);
             own.extend(found_lines(&found, recurrence, goal));
-            own.extend(otherwise(&found, recurrence, goal, forms.known(), stop));
+            own.extend(otherwise(&found, forms, goal, forms.known(), stop));
             own.extend(also(forms, &found, forms.known()));
             own.extend(no_earlier(&found, (recurrence, Some(forms)), goal, forms.known()));
         }
@@ -329,17 +329,24 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relatio
 /// That there is no such index where one of its conditions fails, if that is so for each of them.
 pub(super) fn otherwise(
     found: &Reach,
-    recurrence: &Recurrence,
+    forms: &Solved,
     goal: (Relation, &Value, &Value),
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Option<String> {
-    let Reach::At(_, conditions) = found else { return None };
+    let (Reach::At(_, conditions), recurrence) = (found, forms.recurrence()) else { return None };
     let never = |(relation, left, right): &Comparison| {
         let mut known = known.clone();
         known.assume(relation.negated(), left, right);
         let solved = solve_until(recurrence.clone(), &known, stop);
-        matches!(reach(recurrence, solved.as_ref().ok(), goal, &known, stop), Reach::Never(_))
+        // What the forms need there must be known there, or be said of the forms already.
+        let needed = solved.iter().flat_map(|solved| solved.conditions());
+        let granted = |condition: &Comparison| {
+            let (relation, left, right) = condition;
+            forms.conditions().contains(condition) || known.decide(*relation, left, right) == Some(true)
+        };
+        needed.into_iter().all(granted)
+            && matches!(reach(recurrence, solved.as_ref().ok(), goal, &known, stop), Reach::Never(_))
     };
     (!conditions.is_empty() && conditions.iter().all(never)).then(|| "else never".to_string())
 }
