@@ -42,13 +42,13 @@ fn rounds_of_the_run_on_other_ways_are_checked_one_by_one() {
         "{text}"
     );
     assert!(text.contains("not checked by the kernel for all values: phase 1 -> phase 2"), "{text}");
-    // Along an axis the length divides, of which it is not seen that it is more than 0 for all values.
+    // Along an axis the length divides, and the guard tells that what is left after a step is not 0.
     let text = told(
         "proc Go_g = In_p<r> ; Gtr_{norm(g-r),1/2} ; Out_{w,unit(g-r)/2} ; Go_g\n\
          proc World_r = (Delay_1 # Odo_r) ; In_w<u> ; World_{r+u}\nproc Odo_r = Out_{p,r} ; Odo_r\n\
          system Sys = World_{(0,3)} | Go_{(0,0)}\nperiod Sys\n",
     );
-    assert!(text.contains("and of the others the 4 rounds that the run takes"), "{text}");
+    assert!(text.contains("by the kernel: all 4 ways"), "{text}");
 }
 
 /// What varies from round to round is nothing that an assumption could tell of.
