@@ -490,3 +490,9 @@ fn a_change_that_hides_what_is_kept_apart_is_no_repair() {
     let text = told(include_str!("cases/missions/clearance_repairs.pars"));
     assert!(text.contains("clearance: no change of wait was found with which it is met"), "{text}");
 }
+
+#[test]
+fn a_run_whose_values_become_roundings_of_roundings_says_so() {
+    let text = told(include_str!("cases/periods/free_rates.pars"));
+    assert_eq!(text.matches("and the forms of its values grow with every leg").count(), 2, "{text}");
+}

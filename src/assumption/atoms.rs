@@ -17,7 +17,7 @@ use crate::value::{Atom, Value};
 /// The parts of 1 to which roots of numbers are bounded.
 const ROOT_PARTS: i64 = 1 << 24;
 
-/// Numbers that the root of a number lies between, close to each other.
+/// Numbers that the root of a number lies between, close to each other; both are the root where that is one of them.
 pub(super) fn root_between(square: &BigRational) -> Option<(BigRational, BigRational)> {
     if square.is_negative() {
         return None;
@@ -26,6 +26,9 @@ pub(super) fn root_between(square: &BigRational) -> Option<(BigRational, BigRati
     let parts = (square * BigRational::from_integer(&scale * &scale)).floor().to_integer().sqrt();
     let of = |parts: BigInt| BigRational::new(parts, scale.clone());
     let (low, high) = (of(parts.clone()), of(parts + 1));
+    if &low * &low == *square {
+        return Some((low.clone(), low));
+    }
     (&low * &low <= *square && *square <= &high * &high).then_some((low, high))
 }
 

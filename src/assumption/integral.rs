@@ -1,6 +1,6 @@
-//! Integers in linear arithmetic: what may be no integer is given up for the sums of the facts that bound it (Fourier and
-//! Motzkin), and what then speaks of integers alone is as sharp as integers are. With `n = 4*floor(n/4+1/2) - 1` it
-//! follows that `floor(n/4) = floor(n/4+1/2) - 1`.
+//! What is a whole number, and integers in linear arithmetic: what may be no integer is given up for the sums of the facts
+//! that bound it (Fourier and Motzkin), and what then speaks of integers alone is as sharp as integers are. With
+//! `n = 4*floor(n/4+1/2) - 1` it follows that `floor(n/4) = floor(n/4+1/2) - 1`.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -31,11 +31,8 @@ impl Assumptions {
         let mut found = Vec::new();
         for (atom, other) in others {
             let Some(parts) = vector.get_or_insert_with(|| components(inner)) else { break };
-            let between = components(other).and_then(|other| apart(parts, &other)).and_then(|square| {
-                let (low, high) = root_between(&square)?;
-                let exact = &low * &low == square;
-                Some((low.clone(), if exact { low } else { high }))
-            });
+            let between =
+                components(other).and_then(|other| apart(parts, &other)).and_then(|square| root_between(&square));
             let Some((low, high)) = between else { continue };
             let (one, other) = (Polynomial::atom(own.clone()), Polynomial::atom(atom.clone()));
             let (low, high) = (Polynomial::constant(low), Polynomial::constant(high));

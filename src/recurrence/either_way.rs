@@ -90,11 +90,11 @@ impl<T> Split<'_, T> {
                 let kept = self.kept();
                 let known = self.assuming(|place| kept[place]);
                 match (self.ask)(&known) {
-                    Ok(found) => self.cases.push(InCase { assumed: self.needed(), known, found }),
+                    Ok(found) => self.cases.push(InCase { assumed: self.needed(&kept), known, found }),
                     Err((unknown, rest)) => match (self.askable(&unknown), rest) {
                         (Some(open), _) => self.cases_of(open)?,
                         (None, Some(found)) => {
-                            self.cases.push(InCase { assumed: self.needed(), known, found: *found });
+                            self.cases.push(InCase { assumed: self.needed(&kept), known, found: *found });
                         }
                         (None, None) => return None,
                     },
@@ -129,12 +129,11 @@ impl<T> Split<'_, T> {
         kept
     }
 
-    /// What is assumed, without what follows from the rest of it.
-    fn needed(&self) -> Vec<Comparison> {
-        let kept = self.kept();
+    /// What of it is kept, each as strong as all of it makes it.
+    fn needed(&self, kept: &[bool]) -> Vec<Comparison> {
         let all = self.assuming(|_| true);
         let mut needed: Vec<Comparison> = Vec::new();
-        for ((relation, left, right), _) in self.assumed.iter().zip(&kept).filter(|(_, kept)| **kept) {
+        for ((relation, left, right), _) in self.assumed.iter().zip(kept).filter(|(_, kept)| **kept) {
             // `a >= 0` with `a <= 0` is `a = 0`, and with `a != 0` it is `a > 0`.
             let stronger = [Relation::Eq, Relation::Lss, Relation::Gtr].into_iter();
             let stronger = stronger.filter(|_| matches!(relation, Relation::Gte | Relation::Lte | Relation::Neq));
