@@ -127,6 +127,8 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
     let mut split: Vec<Term> = Vec::new();
     let mut targets: Vec<Term> = Vec::new();
     let mut steps: Vec<StepId> = Vec::new();
+    // Where the pieces of each part of the right side end.
+    let mut ends: Vec<usize> = Vec::new();
     let wanted = sequence(right);
     if wanted.len() == 1 && pieces.len() == 1 && Facts::of(right, context).duration.is_none() {
         return None;
@@ -146,6 +148,7 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
             steps.push(refine(&rest, target, simplifier, context)?);
             split.push(rest);
             targets.push(target.clone());
+            ends.push(targets.len());
             continue;
         };
         while context.assumptions.decide(Relation::Eq, &open, &Value::integer(0)) != Some(true) {
@@ -159,6 +162,7 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
                 return None;
             }
         }
+        ends.push(targets.len());
     }
     pieces.reverse();
     if !pieces.is_empty() {
@@ -168,8 +172,23 @@ fn align(left: &Term, right: &Term, simplifier: &mut Simplifier<'_>, context: &C
     let before = equal(left, &cut, simplifier)?;
     let holes: Vec<Term> = (1..=steps.len()).map(|number| Term::meta(&hole(number))).collect();
     let middle = simplifier.script.push(Step::Congruence(Term::seq(holes), steps));
-    let after = equal(&Term::seq(targets), right, simplifier)?;
+    let after =
+        part_by_part(&targets, &ends, &wanted, simplifier).or_else(|| equal(&Term::seq(targets), right, simplifier))?;
     Some(simplifier.script.chain(vec![before, middle, after]))
+}
+
+/// What the pieces come to, each part of the right side by itself: the simplest form of the whole might fold a loop in one
+/// of the two that it cannot fold in the other, where a delay before it is longer.
+fn part_by_part(targets: &[Term], ends: &[usize], wanted: &[Term], simplifier: &mut Simplifier<'_>) -> Option<StepId> {
+    let mut from = 0;
+    let mut steps = Vec::new();
+    for (end, part) in ends.iter().zip(wanted) {
+        let own = targets.get(from..*end).filter(|own| !own.is_empty())?;
+        steps.push(equal(&Term::seq(own.iter().cloned()), part, simplifier)?);
+        from = *end;
+    }
+    let holes = (1..=steps.len()).map(|number| Term::meta(&hole(number)));
+    Some(simplifier.script.push(Step::Congruence(Term::seq(holes.collect::<Vec<_>>()), steps)))
 }
 
 /// Two terms with one simplest form.
