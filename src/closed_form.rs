@@ -15,6 +15,7 @@ mod names;
 mod nested;
 mod pieces;
 mod readable;
+mod rounds;
 mod signs;
 mod text;
 mod turned;
@@ -32,6 +33,7 @@ pub use defined::first_zero;
 pub use first::{Earlier, Wanted, first};
 pub use nested::{Layer, Nested, layer};
 pub(crate) use pieces::for_all_signs;
+pub(crate) use rounds::{by_place, first_lap, first_round, with_first_round};
 pub(crate) use signs::settled_by;
 pub(crate) use text::{bracketed, compared, needed};
 

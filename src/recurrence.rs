@@ -22,6 +22,7 @@ mod factors;
 mod far;
 mod fixed;
 mod fractional;
+mod going_round;
 mod grouped;
 mod hypergeometric;
 mod in_pieces;
@@ -35,6 +36,7 @@ mod linear;
 mod matrix;
 mod maxima;
 mod modular;
+mod modulo;
 mod near;
 mod needed;
 mod nested;
@@ -78,6 +80,7 @@ use crate::value::{Atom, Relation, Sort, Value, ValueError};
 use affine::affine_pieces;
 use approach::approach;
 use cut_off::cut_off;
+use going_round::in_one_round;
 use interval::Interval;
 use overlap::overlapping;
 use pieces::Pieces;
@@ -279,6 +282,9 @@ pub fn first(closed: &Closed, index: &Name, goal: &Goal, assumptions: &Assumptio
 
 /// The same from the shapes of the pieces alone, which costs little; the index is known to be natural.
 fn by_shape(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Reach {
+    if let Some(found) = in_one_round(closed, index, goal, known) {
+        return found;
+    }
     match piece_by_piece(closed, index, goal, known) {
         Reach::Unknown(why) => {
             let longer = overlapping(closed, index, known);

@@ -157,6 +157,18 @@ fn forged_turns_are_refused() {
     assert!(check(vec![forms[0].clone()]).is_err());
 }
 
+#[test]
+fn forms_that_go_round_are_checked() {
+    let text = "param v > 0, L > 0\nsolve x(n+1) = if x(n) >= L then 0 else x(n)+v, x(0) = 0";
+    let (question, environment) = question(text);
+    let check = |form: &str| {
+        let forms = vec![Form::Pieces(vec![Piece { from: int(0), until: None, form: value(form) }])];
+        Solved::check(question.recurrence.clone(), forms, Vec::new(), &environment.assumptions).is_ok()
+    };
+    let wrong = ["v*mod(n,ceil(L/v))", "v*mod(n,ceil(L/v)+2)", "v*mod(n+1,ceil(L/v)+1)", "v*mod(n,L/v+1)", "v*n"];
+    assert!(check("v*mod(n,ceil(L/v)+1)") && !wrong.into_iter().any(check));
+}
+
 /// The first index comes as wanted: `n = 8`, or `never`.
 fn arrives(text: &str, wanted: &str) {
     let (question, environment) = question(text);

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use num_traits::ToPrimitive;
 
 use super::cells::cells;
-use super::{Comparison, Form, Piece, Recurrence, Solved, Unchecked};
+use super::{Comparison, Form, Piece, Recurrence, Solved, Unchecked, with_first_round};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{stands, throughout};
@@ -309,7 +309,9 @@ impl Question<'_> {
             Form::Pieces(pieces) => Some(pieces.clone()),
             form => Some(vec![Piece { from: first.clone(), until: None, form: form.value(index)? }]),
         };
-        let all: Vec<Vec<Piece>> = sequences.iter().map(pieces).collect::<Option<_>>()?;
+        let rounds = |pieces: Vec<Piece>| with_first_round(pieces, index, &self.known);
+        let all = sequences.iter().map(|name| pieces(name).map(rounds));
+        let all: Vec<Vec<Piece>> = all.collect::<Option<_>>()?;
         let cells = cells(&all, first.clone(), &self.known).ok()?;
         let stretch = |cell: super::Cell<'_>| {
             let images = sequences.iter().zip(&cell.forms);

@@ -106,7 +106,10 @@ impl Induction<'_> {
     }
 
     /// The step from every index of a cell up to one, from which on terms lie beyond it.
-    fn inside(&self, cell: &Cell<'_>, last: Option<&Value>) -> Result<(), Unchecked> {
+    pub(super) fn inside(&self, cell: &Cell<'_>, last: Option<&Value>) -> Result<(), Unchecked> {
+        if let Some(rounds) = self.rounds_of(cell) {
+            return self.one_round(&cell.from, &rounds);
+        }
         let (index, recurrence) = (&self.recurrence.index, self.recurrence);
         let count = Value::variable(index);
         let mut known = self.defined.known().clone();
@@ -159,7 +162,12 @@ impl Induction<'_> {
 
     /// An equation that divides by a term, with what its conditions are where the terms are these; what it divides by is
     /// then known not to be 0.
-    fn divided(&self, next: Value, images: &BTreeMap<Name, Value>, known: &Assumptions) -> Result<Value, Unchecked> {
+    pub(super) fn divided(
+        &self,
+        next: Value,
+        images: &BTreeMap<Name, Value>,
+        known: &Assumptions,
+    ) -> Result<Value, Unchecked> {
         if !self.may_lack_a_value(&next) {
             return Ok(next);
         }
@@ -385,7 +393,7 @@ fn least_root(base: Value) -> (Value, u32) {
 const MOST_ROOT: u32 = 6;
 
 /// Whether two values are equal, after each maximum and condition has become what it is known to be.
-fn same_settled(left: &Value, right: &Value, known: &Assumptions) -> Result<bool, Unchecked> {
+pub(super) fn same_settled(left: &Value, right: &Value, known: &Assumptions) -> Result<bool, Unchecked> {
     same_in_cases(left, right, known, MOST_CASES)
 }
 

@@ -1,5 +1,7 @@
 //! Forms by pieces: the region of the start gives a form, which holds until its guards fail; there the next piece begins.
 
+use num_rational::BigRational;
+
 use super::affine::affine_pieces;
 use super::region::{Failing, Guard, fails_at, resolve};
 use super::{Closed, Goal, Piece, Reach, Unknown, first, meets};
@@ -13,6 +15,9 @@ const MOST_PIECES: usize = 200;
 /// piece, and so does the time that a comparison takes.
 const MOST_SYMBOLIC: usize = 16;
 const LARGEST_SYMBOLIC: usize = 100;
+/// A round of no more steps is told step by step; the most pieces of one that is told as a whole.
+const FEW_STEPS: i64 = 6;
+const MOST_IN_ROUND: usize = 3;
 
 /// A piecewise form in the making.
 pub(super) struct Pieces<'a> {
@@ -129,23 +134,72 @@ impl Pieces<'_> {
         Ok(())
     }
 
-    /// The value at `from` was there before: of two values in turn there is a form, with `(-1)^n`.
+    /// The value at `from` was there before: of two values in turn there is a form, with `(-1)^n`; of more one of the place
+    /// in the round, which is the index modulo its length.
     fn periodic(mut self, place: usize, from: &Value) -> Result<Closed, Unknown> {
         let since = self.history[place].0.clone();
         let period = from.sub(&since)?;
-        let mut values = Vec::new();
-        for step in 0..2 {
-            let at = since.add(&Value::integer(step))?;
-            values.extend(self.closed.at(self.index, &at, &self.known));
-        }
-        let ([first, second], true) = (values.as_slice(), period == Value::integer(2)) else {
-            return Err(Unknown::because(format!("from n = {since} on it goes round in {period} steps")));
+        let begun = |piece: &Piece| self.known.decide(Relation::Gte, &piece.from, &since) == Some(true);
+        let (round, mut pieces): (Vec<Piece>, Vec<Piece>) = self.closed.pieces.iter().cloned().partition(begun);
+        let form = if period == Value::integer(2) {
+            let mut values = Vec::new();
+            for step in 0..2 {
+                let at = since.add(&Value::integer(step))?;
+                values.extend(self.closed.at(self.index, &at, &self.known));
+            }
+            let [first, second] = values.as_slice() else { return Err(goes_round(&since, &period)) };
+            let half = Value::fraction(1, 2)?;
+            let (middle, swing) = (first.add(second)?.mul(&half)?, first.sub(second)?.mul(&half)?);
+            let turn = Value::integer(-1).power(&Value::variable(self.index).sub(&since)?)?;
+            middle.add(&swing.mul(&turn)?)?
+        } else {
+            let few = period.as_rational().is_some_and(|period| period <= BigRational::from_integer(FEW_STEPS.into()));
+            match in_rounds(&joined(round, self.index, &self.known), &since, &period, self.index)?.filter(|_| !few) {
+                Some(form) => form,
+                None => return Err(goes_round(&since, &period)),
+            }
         };
-        let half = Value::fraction(1, 2)?;
-        let (middle, swing) = (first.add(second)?.mul(&half)?, first.sub(second)?.mul(&half)?);
-        let turn = Value::integer(-1).power(&Value::variable(self.index).sub(&since)?)?;
-        self.closed.pieces.retain(|piece| self.known.decide(Relation::Lss, &piece.from, &since) == Some(true));
-        self.closed.pieces.push(Piece { from: since, until: None, form: middle.add(&swing.mul(&turn)?)? });
+        pieces.push(Piece { from: since, until: None, form });
+        self.closed.pieces = pieces;
         Ok(self.closed)
     }
+}
+
+fn goes_round(since: &Value, period: &Value) -> Unknown {
+    Unknown::because(format!("from n = {since} on it goes round in {period} steps"))
+}
+
+/// The pieces of a round, where one of a single index whose value the form before it gives, too, is taken into that.
+fn joined(round: Vec<Piece>, index: &Name, known: &Assumptions) -> Vec<Piece> {
+    let mut all: Vec<Piece> = Vec::new();
+    for piece in round {
+        let follows = |last: &&mut Piece| {
+            let next = piece.from.add(&Value::one()).ok();
+            let [one, other] = [&last.form, &piece.form].map(|form| form.with(index, &piece.from).ok());
+            piece.until.is_some()
+                && next == piece.until
+                && one.zip(other).is_some_and(|(one, other)| known.decide(Relation::Eq, &one, &other) == Some(true))
+        };
+        match all.last_mut().filter(follows) {
+            Some(last) => last.until = piece.until,
+            None => all.push(piece),
+        }
+    }
+    all
+}
+
+/// The pieces of one round, for all rounds: of the place in the round, `n-m*floor((n-s)/m)`.
+fn in_rounds(round: &[Piece], since: &Value, period: &Value, index: &Name) -> Result<Option<Value>, Unknown> {
+    let count = Value::variable(index);
+    let before = count.sub(since)?.div(period)?.floor()?;
+    let place = count.sub(&period.mul(&before)?)?;
+    let Some((last, earlier)) = round.split_last().filter(|(_, earlier)| earlier.len() < MOST_IN_ROUND) else {
+        return Ok(None);
+    };
+    let mut form = last.form.with(index, &place)?;
+    for piece in earlier.iter().rev() {
+        let Some(until) = &piece.until else { return Ok(None) };
+        form = Value::choose(Relation::Lss, &place, until, &piece.form.with(index, &place)?, &form)?;
+    }
+    Ok(Some(form))
 }

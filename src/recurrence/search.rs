@@ -203,6 +203,8 @@ impl Entry<'_> {
         let at = match self.known.decide(relation, self.from, low) {
             Some(true) => self.from.clone(),
             Some(false) => after,
+            // A start that meets it may be the whole number after it, too.
+            None if self.known.decide(Relation::Gte, &after, self.from) == Some(true) => after,
             None => Value::maximum(&[self.from.clone(), after])?,
         };
         let found = match &interval.high {

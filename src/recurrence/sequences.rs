@@ -11,6 +11,7 @@ use super::interleaved::interleaved;
 use super::itinerary::itineraries;
 use super::line::straight;
 use super::linear::System;
+use super::modulo::modulo;
 use super::nested::{Layers, nested};
 use super::parts::{each_group, read_off};
 use super::product::with_product;
@@ -90,6 +91,11 @@ fn by_methods(
     checked: &dyn Fn(Found) -> Result<Solved, Unknown>,
 ) -> Result<Solved, Unknown> {
     if let Some(solved) = in_ranges(moved, known, stop).into_iter().find_map(|found| checked(found).ok()) {
+        return Ok(solved);
+    }
+    if let Some((form, conditions)) = modulo(moved, known, stop)
+        && let Ok(solved) = checked((vec![form], conditions))
+    {
         return Ok(solved);
     }
     let reason = match found(moved, known, stop).and_then(checked) {

@@ -15,6 +15,7 @@ type Product = Vec<(Atom, i64)>;
 
 mod length;
 mod order;
+mod remainder;
 
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -64,7 +65,10 @@ impl Printer {
         match &value.0.content {
             Content::Vector(parts) => self.vector(parts),
             Content::Distribution(kind, parts) => (self.distribution(kind, parts), Level::Atom),
-            Content::Real(numerator, denominator) => self.fraction(numerator, denominator),
+            Content::Real(numerator, denominator) => match self.remainder(value) {
+                Some(shorter) => self.value(&shorter),
+                None => self.fraction(numerator, denominator),
+            },
         }
     }
 

@@ -94,6 +94,9 @@ impl Printer {
 
     /// A comparison of a value with 0, its negative terms on the other side.
     pub(super) fn condition(&mut self, value: &Value, symbol: &str) -> String {
+        if let Some(shorter) = self.remainder(value) {
+            return self.condition(&shorter, symbol);
+        }
         let Some((numerator, _)) = value.parts().filter(|(_, denominator)| denominator.is_one()) else {
             return format!("{} {symbol} 0", wrap(self.value(value), Level::Sum));
         };
