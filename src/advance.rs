@@ -395,7 +395,7 @@ fn communications(
     if draw::is_due(state) {
         return Ok(Vec::new());
     }
-    let alone = if orders == Orders::Alike { alone(runner, state, &pairs) } else { BTreeSet::new() };
+    let alone = if orders == Orders::Alike { alone(runner, state, &leaves, &pairs) } else { BTreeSet::new() };
     let mut next = Vec::new();
     let mut meet = |meetings: &[&Meeting<'_>]| -> Result<(), Stuck> {
         let mut met: HashMap<usize, Term> = HashMap::new();

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
-use super::leaf::{Component, Components, components, rebuilt};
+use super::leaf::{Component, Components, Leaf, components, rebuilt};
 use super::settle::Runner;
 use crate::fact::Facts;
 use crate::name::Name;
@@ -34,10 +34,20 @@ pub(super) struct Meeting<'t> {
 /// it stays possible and the same, and the reader has no other partner; and it hinders no other reader, since it too
 /// leaves the server as it is.
 ///
-/// None of two of these hinders the other, so they may all happen at once.
-pub(super) fn alone(runner: &Runner<'_, '_>, state: &Term, pairs: &[Meeting<'_>]) -> BTreeSet<usize> {
+/// Of either part of the first kind it is enough that it could do something else with the other part alone, on a port that no
+/// third one ever uses before: as long as the other can do nothing but this, it cannot. `In_v<u> # Odo_r` waits for its
+/// controller, which reads before it writes.
+///
+/// None of two of these hinders the other, so they may all happen at once: whoever could do something else with one part
+/// alone takes part in no other of them.
+pub(super) fn alone(
+    runner: &Runner<'_, '_>,
+    state: &Term,
+    leaves: &[Leaf<'_>],
+    pairs: &[Meeting<'_>],
+) -> BTreeSet<usize> {
     let Components { running, later } = components(state);
-    let parts = Parts::of(runner, running, later);
+    let parts = Parts::of(runner, running, later, leaves);
     match parts {
         Some(parts) => (0..pairs.len()).filter(|place| parts.needs_no_other(&pairs[*place])).collect(),
         None => BTreeSet::new(),
@@ -47,6 +57,7 @@ pub(super) fn alone(runner: &Runner<'_, '_>, state: &Term, pairs: &[Meeting<'_>]
 /// The parts of a network, with what is known of them.
 struct Parts<'t, 'r, 'c, 'd> {
     runner: &'r Runner<'c, 'd>,
+    leaves: &'r [Leaf<'t>],
     running: Vec<Component<'t>>,
     /// What follows when others have ended.
     later: Vec<Component<'t>>,
@@ -61,6 +72,7 @@ impl<'t, 'r, 'c, 'd> Parts<'t, 'r, 'c, 'd> {
         runner: &'r Runner<'c, 'd>,
         running: Vec<Component<'t>>,
         later: Vec<Component<'t>>,
+        leaves: &'r [Leaf<'t>],
     ) -> Option<Parts<'t, 'r, 'c, 'd>> {
         let of = |part: &Component<'t>| Facts::of(&part.term, runner.context);
         let facts: Vec<Rc<Facts>> = running.iter().chain(&later).map(of).collect();
@@ -73,27 +85,47 @@ impl<'t, 'r, 'c, 'd> Parts<'t, 'r, 'c, 'd> {
                 users.entry((port.clone(), part.binder(port))).or_default().push(place);
             }
         }
-        Some(Parts { runner, running, later, facts, users })
+        Some(Parts { runner, leaves, running, later, facts, users })
     }
 
     fn needs_no_other(&self, meeting: &Meeting<'_>) -> bool {
         let of = |leaf: usize| self.running.partition_point(|component| component.inside.end <= leaf);
         let (reader, writer) = (of(meeting.reader), of(meeting.writer));
         let offers_one = |place: usize| self.running.get(place).is_some_and(|component| component.offers == 1);
-        if reader == writer || !offers_one(reader) || !offers_one(writer) {
+        let one = [offers_one(reader), offers_one(writer)];
+        if reader == writer || one == [false, false] {
             return false;
         }
         let users = || self.users.get(&(meeting.port.clone(), meeting.binder)).into_iter().flatten().copied();
         let own =
             |place: usize| place == reader || place == writer || self.waits(place, &[meeting.reader, meeting.writer]);
         if users().all(own) {
-            return true;
+            return one == [true, true]
+                || self.nothing_else(if one[0] { writer } else { reader }, meeting, [reader, writer]);
+        }
+        if one != [true, true] {
+            return false;
         }
         // A server does not end before time passes, so what follows it does not begin.
         let reads = |place: usize| {
             own(place) || self.part(place).is_some_and(|part| !self.runner.writes_port(&part.term, meeting.port))
         };
         self.is_server(writer, meeting.writer) && users().all(reads)
+    }
+
+    /// Whether all else that a part of a meeting offers is on ports that these two parts alone ever use before it, and each
+    /// on another one, so that it does not meet itself.
+    fn nothing_else(&self, place: usize, meeting: &Meeting<'_>, both: [usize; 2]) -> bool {
+        let Some(part) = self.running.get(place) else { return false };
+        let mut ports: BTreeSet<(&Name, Option<usize>)> = BTreeSet::new();
+        part.inside.clone().all(|number| {
+            let Some(leaf) = self.leaves.get(number) else { return false };
+            let (Node::In(port, _) | Node::Out(port, _)) = leaf.term.node() else { return true };
+            let known = [meeting.reader, meeting.writer];
+            let own = |place: usize| both.contains(&place) || self.waits(place, &[known[0], known[1], number]);
+            let mut users = self.users.get(&(port.clone(), leaf.binder)).into_iter().flatten().copied();
+            ports.insert((port, leaf.binder)) && (known.contains(&number) || users.all(own))
+        })
     }
 
     fn part(&self, place: usize) -> Option<&Component<'t>> {
@@ -181,11 +213,13 @@ mod tests {
         proc Behind = (In_p<x> ; Stop | In_q<y>) ; Out_{p,x+y} ; Idle\n\
         proc Goes = Out_{q,1} ; Goes\nproc Comes = In_q<x> ; Comes\nproc Passes = In_p<x> ; Out_{c,x+1} ; Passes\nproc Sends = Out_{p,2} ; Out_{c,1} ; Delay_1 ; Sends\nproc Sinks = In_c<y> ; Sinks\n\
         proc Ends = In_c<y> ; Abort\nproc Splits = In_c<y> ; (Out_{q,y} | (Delay_1 # See_y)) ; Idle\n\
+        proc Waits_r = (In_c<u> # Odo_r) ; (Delay_1 # See_{r+u}) ; Idle\nproc Turned_r = (In_p<x> # Out_{c,r}) ; (Delay_1 # See_r) ; Idle\n\
+        proc Steers = In_p<x> ; Out_{c,x+1} ; Idle\nproc Asked = In_c<y> ; Out_{p,y} ; Idle\nproc Selves = (In_c<u> # Out_{c,2} # Odo_3) ; Idle\n\
         proc Draws = In_c<y> ; Ran_{Uniform(0,1)}<w> ; Out_{q,w} ; Idle\n";
-    const PARTS: [&str; 26] = [
+    const PARTS: [&str; 33] = [
         "Odo_4", "Odo_7", "Beam_6", "Counts_0", "Once", "Turns", "Shows_3", "Both_2", "Hears", "Binds", "Reads",
         "Twice", "Later", "Asks", "Told", "Either", "Cut", "Behind", "Passes", "Sends", "Sinks", "Ends", "Splits",
-        "Draws", "Passes", "Sends",
+        "Draws", "Passes", "Sends", "Waits_2", "Turned_3", "Steers", "Asked", "Selves", "Waits_5", "Steers",
     ];
 
     fn environment(last: &str) -> Environment {
