@@ -22,7 +22,7 @@ use num_traits::Zero;
 pub use display::{dot, json, summary};
 pub use generate::{Behaviour, Clock, Generated, Process, Trouble, generate, generate_pair};
 pub use inputs::Inputs;
-pub use svg::{MOST_DRAWN, svg};
+pub use svg::{MOST_DRAWN, svg, svg_of_each};
 pub use tell::{look, told};
 
 /// What one transition does.

@@ -15,7 +15,7 @@ use crate::session::beside::BESIDE;
 use crate::session::course::{Known, course_of};
 use crate::session::delays::{MOST_ORDERS, Order, in_orders, told};
 use crate::session::parts::{Part, Together, headline, in_all, parted};
-use crate::transition_system::{MOST_DRAWN, dot, svg};
+use crate::transition_system::{MOST_DRAWN, TransitionSystem, dot, svg, svg_of_each};
 
 /// How the phases are written.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -80,8 +80,9 @@ fn lines(lines: impl IntoIterator<Item = String>) -> String {
 /// What was found, as it is asked for; or why it cannot be drawn.
 fn shown(found: &Analysed, format: Format) -> Result<Shown, String> {
     match found {
+        Analysed::Parts(..) | Analysed::Orders(_) if format == Format::Svg => in_one_picture(found),
         Analysed::Whole(period, known) => whole(period, known.as_ref(), format),
-        Analysed::Parts(parts, ways, all) => each_part(parts, *ways, all, format),
+        Analysed::Parts(parts, ways, all) => Ok(each_part(parts, *ways, all, format)),
         Analysed::Orders(orders) => each_order(orders, format),
         Analysed::Nothing(failures) => {
             let remarks = lines(failures.iter().map(Failure::to_string));
@@ -99,18 +100,41 @@ fn whole(period: &Period, known: Option<&Known>, format: Format) -> Result<Shown
         Format::Dot => Shown { text: dot(&graph::system(period)), remarks, again },
         Format::Svg => match svg(&graph::system(period)) {
             Some(text) => Shown { text, remarks, again },
-            None => {
-                let phases = period.phases.len();
-                return Err(format!(
-                    "{phases} phases are too many to draw, fewer than {MOST_DRAWN} are: try `--format dot`\n"
-                ));
-            }
+            None => return Err(too_many(period.phases.len())),
         },
     })
 }
 
+fn too_many(phases: usize) -> String {
+    format!("{phases} phases are too many to draw, fewer than {MOST_DRAWN} are: try `--format dot`\n")
+}
+
+/// The phases of each part, or in each order, one below the other under its title; what is said of them is said beside it.
+fn in_one_picture(found: &Analysed) -> Result<Shown, String> {
+    let mut graphs = Vec::new();
+    titled(found, "", &mut graphs);
+    let most = graphs.iter().map(|(_, graph)| graph.states()).max().unwrap_or(0);
+    let text = svg_of_each(&graphs).ok_or_else(|| too_many(most))?;
+    let Shown { remarks, again, .. } = shown(found, Format::Dot)?;
+    Ok(Shown { text, remarks, again })
+}
+
+fn titled(found: &Analysed, title: &str, graphs: &mut Vec<(String, TransitionSystem)>) {
+    let under = |own: String| if title.is_empty() { own } else { format!("{title}, {own}") };
+    match found {
+        Analysed::Whole(period, _) => graphs.push((title.to_string(), graph::system(period))),
+        Analysed::Parts(parts, ..) => graphs.extend(parts.iter().enumerate().map(|(number, part)| {
+            (under(format!("part {}: {}", number + 1, part.names())), graph::system(&part.period))
+        })),
+        Analysed::Orders(orders) => {
+            orders.iter().for_each(|(order, inner)| titled(inner, &under(order.clone()), graphs));
+        }
+        Analysed::Nothing(_) => {}
+    }
+}
+
 /// The phases of parts without a common port, one after the other; each of them comes back to a phase.
-fn each_part(parts: &[Part], ways: usize, all: &Together, format: Format) -> Result<Shown, String> {
+fn each_part(parts: &[Part], ways: usize, all: &Together, format: Format) -> Shown {
     let (mut text, again) = (String::new(), all.answer() == "yes");
     match format {
         Format::Text => {
@@ -123,14 +147,9 @@ fn each_part(parts: &[Part], ways: usize, all: &Together, format: Format) -> Res
             text.extend(all.line().filter(|_| again).map(|line| format!("{line}\n")));
             text.push_str(&format!("on trust: {BESIDE}\n"));
         }
-        Format::Dot => text.extend(parts.iter().map(|part| dot(&graph::system(&part.period)))),
-        Format::Svg => return Err(one_graph("these parts have no common port")),
+        Format::Dot | Format::Svg => text.extend(parts.iter().map(|part| dot(&graph::system(&part.period)))),
     }
-    Ok(Shown { text, remarks: lines(all.line().filter(|_| !again)), again })
-}
-
-fn one_graph(why: &str) -> String {
-    format!("a picture shows one graph, and {why}: try `--format dot`\n")
+    Shown { text, remarks: lines(all.line().filter(|_| !again)), again }
 }
 
 /// The phases in each order of two delays, one after the other.
@@ -138,9 +157,6 @@ fn each_order(orders: &[(String, Analysed)], format: Format) -> Result<Shown, St
     let (mut all, mut again) = (String::new(), true);
     let mut remarks = String::new();
     for (title, found) in orders {
-        if format == Format::Svg {
-            return Err(one_graph("there is one for each order of two delays"));
-        }
         let inner = shown(found, format)?;
         again &= inner.again;
         let own = |text: &str| lines(told(title, text.lines().map(str::to_string).collect()));

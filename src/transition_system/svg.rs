@@ -30,8 +30,44 @@ const BEND: f64 = 130.0;
 /// How often the rows are put in order, down and up.
 const SWEEPS: usize = 8;
 
+/// A picture with its width and height.
+struct Drawing {
+    text: String,
+    size: (f64, f64),
+}
+
+/// The height of a title, and the room around it.
+const TITLE: f64 = 26.0;
+
 /// The picture; none when the system has more than [`MOST_DRAWN`] states.
 pub fn svg(system: &TransitionSystem) -> Option<String> {
+    drawing(system).map(|drawing| drawing.text)
+}
+
+/// The pictures of several systems one below the other, each under its title; none when one of them has too many states.
+pub fn svg_of_each(systems: &[(String, TransitionSystem)]) -> Option<String> {
+    let (mut body, mut width, mut below) = (String::new(), 0.0_f64, 0.0);
+    for (title, system) in systems {
+        let Drawing { text, size } = drawing(system)?;
+        let wide = title.chars().count() as f64 * LETTER + 20.0;
+        width = width.max(size.0).max(wide);
+        let _ = write!(
+            body,
+            "<text x=\"10\" y=\"{:.0}\" font-weight=\"bold\">{}</text>\n<g transform=\"translate(0,{:.0})\">{text}</g>\n",
+            below + TITLE - 8.0,
+            escaped(title),
+            below + TITLE
+        );
+        below += size.1 + TITLE;
+    }
+    Some(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {below:.0}\" width=\"{width:.0}\" \
+         height=\"{below:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+         <rect width=\"{width:.0}\" height=\"{below:.0}\" fill=\"#fff\"/>\n{body}</svg>\n"
+    ))
+}
+
+fn drawing(system: &TransitionSystem) -> Option<Drawing> {
     if system.states() > MOST_DRAWN {
         return None;
     }
@@ -286,10 +322,10 @@ impl Picture {
         }
     }
 
-    fn finish(self) -> String {
+    fn finish(self) -> Drawing {
         let (left, top) = (self.least.0 - 10.0, self.least.1 - 10.0);
         let (width, height) = (self.most.0 - left + 10.0, self.most.1 - top + 10.0);
-        format!(
+        let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{left:.0} {top:.0} {width:.0} {height:.0}\" \
              width=\"{width:.0}\" height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n\
              <defs><marker id=\"arrow\" markerWidth=\"8\" markerHeight=\"8\" refX=\"7\" refY=\"4\" orient=\"auto\">\
@@ -299,7 +335,8 @@ impl Picture {
              .caption {{ fill: #8a3b12; paint-order: stroke; stroke: #fff; stroke-width: 4px; }}</style>\n\
              <rect x=\"{left:.0}\" y=\"{top:.0}\" width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#fff\"/>\n{}</svg>\n",
             self.body
-        )
+        );
+        Drawing { text, size: (width, height) }
     }
 }
 
