@@ -2,6 +2,7 @@
 
 mod again;
 mod cases;
+mod copies;
 mod count;
 pub(crate) mod influence;
 mod lay;

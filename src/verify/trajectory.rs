@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::copies::Copies;
 use super::count::Count;
 use super::orbit::{Orbit, observers, without_moving};
 use super::round::{is_known, is_large, is_long};
@@ -248,7 +249,15 @@ impl Walker<'_> {
                 let legs = history.len() - 1;
                 return Err(Unsure::because(format!("after {legs} legs the run has not repeated exactly{why}")));
             }
-            let (mut leg, onward) = self.leg(phase, &values)?;
+            let (mut leg, onward) = match self.leg(phase, &values) {
+                Ok(found) => found,
+                Err(unsure) => {
+                    let Some(Copies { from, leg, onward }) = self.copies(&history) else { return Err(unsure) };
+                    trajectory.legs.truncate(from);
+                    history.truncate(from + 1);
+                    (leg, onward)
+                }
+            };
             leg.continues = before == Some(phase);
             let forever = matches!(leg.rounds, Rounds::Forever(_));
             trajectory.legs.push(leg);
@@ -261,7 +270,7 @@ impl Walker<'_> {
     }
 
     /// One leg from these values, and where it leads.
-    fn leg(&mut self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
+    pub(super) fn leg(&mut self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
         let period = self.period;
         let Some(here) = period.phases.get(phase) else {
             return Err(Unsure::because("a phase is missing".to_string()));
