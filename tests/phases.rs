@@ -297,8 +297,29 @@ fn each_order_of_two_delays_is_told_by_the_command() {
     for line in ["if w < t:", "if w = t:", "if w > t:", "  phase 1: Left, Right", "    -> phase 1, lasting t"] {
         assert!(each.lines().any(|one| one == line), "{line}: {each}");
     }
-    let (why, code) = told(&["--format", "svg"]);
-    assert!(code == 4 && why.contains("one for each order"), "{why}");
+    let (picture, code) = told(&["--format", "svg"]);
+    let inner = picture.matches("<g transform").count();
+    assert!(code == 0 && inner == 3 && picture.contains(">if w &lt; t</text>"), "{picture}");
     let (graphs, _) = told(&["--format", "dot"]);
     assert_eq!(graphs.matches("digraph").count(), 3, "{graphs}");
+}
+
+/// Eight guards asked at one moment are 256 ways: the run takes two of them, and nobody in it waits for ever.
+#[test]
+fn very_many_ways_are_followed_along_the_run() {
+    let guards: String = (0..8).map(|place| format!("try(Eq_{{a{place},{}}}) ; ", 2 * place)).collect();
+    let names = (0..8).map(|place| format!("a{place}")).collect::<Vec<_>>().join(",");
+    let next = (0..8).map(|place| format!("{}-a{place}", 4 * place + 1)).collect::<Vec<_>>().join(",");
+    let start = (0..8).map(|place| (2 * place).to_string()).collect::<Vec<_>>().join(",");
+    let text = format!(
+        "proc Tick_d = Delay_1 ; Delay_{{abs(d)+1}} ; Out_{{t,1}} ; Tick_{{1-d}}\nproc R({names}) = In_t<y> ; {guards}R({next})\n\
+         system Sys = Tick_0 | R({start})\nperiod Sys\nexpect lasting = 5\nflow Sys\n"
+    );
+    let output = ran(&text);
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && !told.contains("warning"), "{told}");
+    assert!(
+        told.contains("ways that the run takes") && told.contains("the ways are those that the run takes"),
+        "{told}"
+    );
 }

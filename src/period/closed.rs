@@ -66,7 +66,7 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
 
 /// The period of these components, with what waits for ever among the warnings.
 fn made(components: Vec<Term>, names: Vec<String>, graph: Graph, mut warnings: Vec<Failure>) -> Period {
-    let Graph { initial, phases, stuck, in_every_order, .. } = graph;
+    let Graph { initial, phases, stuck, in_every_order, along_the_run, .. } = graph;
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     warnings.extend(stuck::ends(&initial, &phases));
     let mut once = Vec::new();
@@ -75,7 +75,7 @@ fn made(components: Vec<Term>, names: Vec<String>, graph: Graph, mut warnings: V
             once.push(warning);
         }
     }
-    Period { components, names, initial, phases, warnings: once, in_every_order }
+    Period { components, names, initial, phases, warnings: once, in_every_order, along_the_run }
 }
 
 /// Why groups of components between which there is no port have no common period, each run on its own.

@@ -1,5 +1,6 @@
 //! The symbolic run: phases found one from another until no new one turns up.
 
+mod along;
 mod clocks;
 mod delays;
 mod waits;
@@ -50,6 +51,8 @@ pub(super) struct Graph {
     pub(super) waiting: Waiting,
     /// Whether which delay ends first is asked in every order.
     pub(super) in_every_order: bool,
+    /// Whether the ways are those of the one run there is, and no others were looked for.
+    pub(super) along_the_run: bool,
 }
 
 struct Spot {
@@ -103,6 +106,12 @@ struct Explorer<'a> {
     ordered: bool,
     /// Why nothing comes round, where nobody holds up components whose rounds have no rational ratio.
     drifts: Option<Failure>,
+    /// The most ways beside one for each phase, those found so far, and whether they were more.
+    most: Option<usize>,
+    beside: usize,
+    many: bool,
+    /// Along one run: what the variables of the phase are.
+    visit: Option<BTreeMap<Name, Value>>,
 }
 
 /// By what phases of the same control points are apart.
@@ -128,8 +137,8 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     let settler = Settler { definitions, reserved: &reserved, tails, durations: RefCell::default() };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
-    let mut explorer = Explorer::new(clock, assumptions, Kept::Delays);
-    let mut failure = match explorer.run(components) {
+    let (found, explorer) = Explorer::new(clock, assumptions, Kept::Delays).graph(components);
+    let mut failure = match found {
         Err(failure) if failure != Failure::Interrupted => failure,
         found => return found,
     };
@@ -176,6 +185,10 @@ impl<'a> Explorer<'a> {
             grown: false,
             ordered: false,
             drifts: None,
+            most: None,
+            beside: 0,
+            many: false,
+            visit: None,
         }
     }
 
@@ -220,6 +233,7 @@ impl<'a> Explorer<'a> {
             let segments = vec![Segment { duration: least, observed: shown.clone() }];
             ways.extend(self.ways(state, segments, path, work)?);
         }
+        self.count_ways(ways.len(), self.spots[spot].ways.len())?;
         self.spots[spot].ways = ways;
         self.spots[spot].explorations += 1;
         Ok(())
@@ -267,9 +281,11 @@ impl<'a> Explorer<'a> {
                 Err(Halt::Split(question)) => {
                     forks += 1;
                     if forks > MOST_WAYS {
-                        return Err(Failure::not_found("too many ways through one round"));
+                        self.many = true;
+                        let asked = format!("too many ways through one round, by questions such as {}", question.raw);
+                        return Err(Failure::not_found(asked));
                     }
-                    for answer in [false, true] {
+                    for answer in self.answers(&question)? {
                         moments.extend(suppose(&self.clock.settler, &moment, &question, answer));
                     }
                 }
@@ -423,7 +439,7 @@ impl<'a> Explorer<'a> {
         }
         stuck::note_earlier(&mut initial, &mut phases, &|blocked| self.clock.only_partner(blocked));
         let waiting = self.waiting(initial.iter().chain(phases.iter().flat_map(|phase| &phase.edges)));
-        Ok(Graph { initial, phases, stuck, waiting, in_every_order: self.ordered })
+        Ok(Graph { initial, phases, stuck, waiting, in_every_order: self.ordered, along_the_run: self.visit.is_some() })
     }
 
     fn edge(&self, way: &Way) -> Result<Edge, Failure> {

@@ -46,7 +46,12 @@ pub(super) fn checked(
 ) -> Vec<String> {
     let Count { layers, all, why, .. } = count(period, (system, environment), FEW_FAILURES, interrupted);
     let proved = layers.iter().flatten().count();
-    let ways = "ways from start and phases, with their flow functions";
+    let ways = match period.along_the_run {
+        true => {
+            "ways that the run takes from start and phases (all that might be are too many), with their flow functions"
+        }
+        false => "ways from start and phases, with their flow functions",
+    };
     let Some(why) = why else {
         return match all {
             0 => Vec::new(),

@@ -23,6 +23,8 @@ const MOST_LEGS: usize = 12;
 const MOST_PHASES: usize = 12;
 /// Values that come by turns that are listed.
 const MOST_TURNS: usize = 8;
+/// Said of phases that were followed along the run alone.
+const ALONG: &str = "the ways are those that the run takes; all that might be are too many";
 /// The longest closed formula that is printed whole, in characters.
 const WIDE: usize = 160;
 /// The longest reason.
@@ -99,6 +101,7 @@ impl Run<'_, '_> {
                 let means = means.iter().flat_map(|(name, closed)| closed_lines(name, closed, &n));
                 lines.extend(means.map(|line| line.replacen("closed", "mean  ", 1)));
             }
+            lines.extend(period.along_the_run.then(|| ALONG.to_string()));
             lines
         })
     }

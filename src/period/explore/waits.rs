@@ -15,7 +15,7 @@ impl Explorer<'_> {
             return waiting;
         }
         edges.for_each(|edge| lonely::at_the_end(edge, &mut waiting));
-        for spot in &self.spots {
+        for spot in self.spots.iter().filter(|spot| !spot.ways.is_empty()) {
             for (run, name) in spot.control.runs.iter().zip(self.clock.names) {
                 let mut ports = BTreeSet::new();
                 lonely::waits(run, &mut ports);
@@ -26,7 +26,8 @@ impl Explorer<'_> {
         waiting
     }
 
-    /// Reads and writes that wait for ever while the rest of the system goes on.
+    /// Reads and writes that wait for ever while the rest of the system goes on. Along one run a phase may be left without a way:
+    /// it became another when a value of it, and so what remains of a delay, turned out to be a variable.
     pub(super) fn stuck(&self) -> Result<Vec<Blocked>, Failure> {
         let next = |way: &Way| match &way.next {
             Target::Spot(number, _) => Some(*number),
@@ -41,7 +42,9 @@ impl Explorer<'_> {
                 .flat_map(|spot| &self.spots[*spot].ways)
                 .flat_map(|way| way.moved.iter().copied())
                 .collect();
-            let Some(one) = members.first().filter(|_| moved.len() < self.clock.names.len()) else { continue };
+            let goes_on = members.iter().any(|spot| !self.spots[*spot].ways.is_empty());
+            let may_wait = goes_on && moved.len() < self.clock.names.len();
+            let Some(one) = members.first().filter(|_| may_wait) else { continue };
             let state = self.state_of(*one).map_err(failure_of)?;
             for (component, run) in state.iter().enumerate().filter(|(component, _)| !moved.contains(component)) {
                 let (mut delays, mut shown, mut waiting) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,0 +1,150 @@
+//! The ways that one run takes: where the values at the start tell how every question is answered, phases are followed along
+//! the run alone. Of many components that ask at one moment these are few ways, where all that might be are a product.
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::rc::Rc;
+
+use super::super::run::{Env, Path, RawTest, Run};
+use super::super::{End, Failure};
+use super::{Explorer, Graph, Held, Kept, Target, Way};
+use crate::name::Name;
+use crate::term::Term;
+use crate::value::{Value, ValueError};
+
+/// So many ways beside one for each phase are looked at before it is asked whether there is one run.
+const MANY_WAYS: usize = 250;
+/// The most rounds that a run is followed, and the largest value and its longest number in bits that it may come to.
+const MOST_ROUNDS: usize = 3_000;
+const MOST_SIZE: usize = 60;
+const MOST_BITS: u64 = 512;
+/// How often it is followed anew because a value turned out to be a variable.
+const MOST_PASSES: usize = 64;
+
+/// What the variables of a phase are at one visit.
+type Visit = BTreeMap<Name, Value>;
+
+impl<'a> Explorer<'a> {
+    /// The phases with all their ways; along the run alone, where these are many and there is one run.
+    pub(super) fn graph(mut self, components: &[Term]) -> (Result<Graph, Failure>, Explorer<'a>) {
+        self.most = Some(MANY_WAYS);
+        let found = self.run(components);
+        if !self.many || matches!(found, Err(Failure::Interrupted)) {
+            return (found, self);
+        }
+        let mut along = Explorer::new(self.clock, self.assumptions, Kept::Delays);
+        match along.run_along(components) {
+            found @ (Ok(_) | Err(Failure::Interrupted)) => (found, along),
+            Err(_) => {
+                let mut all = Explorer::new(along.clock, self.assumptions, Kept::Delays);
+                (all.run(components), all)
+            }
+        }
+    }
+
+    /// Whether more ways were found than are looked at before it is asked whether there is one run.
+    pub(super) fn count_ways(&mut self, new: usize, old: usize) -> Result<(), Failure> {
+        self.beside = (self.beside + new.saturating_sub(1)).saturating_sub(old.saturating_sub(1));
+        if self.most.is_some_and(|most| self.beside > most) {
+            self.many = true;
+            return Err(Failure::not_found("too many ways"));
+        }
+        Ok(())
+    }
+
+    /// The answers of a question that are looked at: both, or along a run the one that it gives.
+    pub(super) fn answers(&self, question: &RawTest) -> Result<Vec<bool>, Failure> {
+        let Some(visit) = &self.visit else { return Ok(vec![false, true]) };
+        let told = question.test.substitute(visit).map_err(super::unreduced)?;
+        match told.decide(self.assumptions) {
+            Some(answer) => Ok(vec![answer]),
+            None => Err(Failure::not_found(format!("it must be known whether {told}"))),
+        }
+    }
+
+    fn run_along(&mut self, components: &[Term]) -> Result<Graph, Failure> {
+        self.visit = Some(Visit::new());
+        let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
+        let path = Path { assumptions: Rc::new(self.assumptions.clone()), ..Path::default() };
+        let initial = self.ways(start, Vec::new(), path, &mut BTreeSet::new())?;
+        let [first] = initial.as_slice() else { return Err(several()) };
+        for _ in 0..MOST_PASSES {
+            self.spots.iter_mut().for_each(|spot| spot.ways.clear());
+            if self.follow(first)? {
+                return self.finish(&initial);
+            }
+        }
+        Err(Failure::not_found("the values of the phases do not settle"))
+    }
+
+    /// Follows the run until it comes again to a phase with equal values, or ends; false where a phase has become more general
+    /// on the way.
+    fn follow(&mut self, first: &Way) -> Result<bool, Failure> {
+        let mut visited: HashSet<(usize, Vec<Value>)> = HashSet::new();
+        let mut way = first.clone();
+        let mut visit = Visit::new();
+        loop {
+            if !way.draws.is_empty() {
+                return Err(several());
+            }
+            let (spot, entries) = match &way.next {
+                Target::End(End::Livelock { .. }) => return Err(several()),
+                Target::End(_) => return Ok(true),
+                Target::Spot(spot, entries) => (*spot, entries),
+            };
+            let entries: Vec<Value> = entries.iter().map(|entry| self.at(entry, &visit)).collect::<Result<_, _>>()?;
+            if !visited.insert((spot, entries.clone())) {
+                return Ok(true);
+            }
+            if visited.len() > MOST_ROUNDS
+                || entries.iter().any(|entry| entry.size() > MOST_SIZE || entry.bits() > MOST_BITS)
+            {
+                return Err(Failure::not_found("the run does not come round soon"));
+            }
+            visit = self.visit_of(spot, &entries);
+            way = match self.taken(spot, &visit).cloned() {
+                Some(way) => way,
+                None => {
+                    let known = self.spots.len();
+                    let mut work = BTreeSet::new();
+                    let before = std::mem::take(&mut self.spots[spot].ways);
+                    self.visit = Some(visit.clone());
+                    self.explore_spot(spot, &mut work)?;
+                    let [only] = self.spots[spot].ways.as_slice() else { return Err(several()) };
+                    let only = only.clone();
+                    self.spots[spot].ways.splice(0..0, before);
+                    if work.iter().any(|spot| *spot < known) {
+                        return Ok(false);
+                    }
+                    only
+                }
+            };
+        }
+    }
+
+    fn at(&self, value: &Value, visit: &Visit) -> Result<Value, Failure> {
+        let put = |value: &Value| -> Result<Value, ValueError> { value.substitute(visit) };
+        put(value).map(|value| self.assumptions.simplify(&value)).map_err(super::unreduced)
+    }
+
+    /// What the variables of a phase are, where its places hold these.
+    fn visit_of(&self, spot: usize, entries: &[Value]) -> Visit {
+        let spot = &self.spots[spot];
+        let places = spot.held.iter().zip(entries);
+        let classes = places.filter_map(|(held, entry)| match held {
+            Held::Class(class) => Some((spot.variables[*class].clone(), entry.clone())),
+            Held::Constant(_) => None,
+        });
+        classes.collect()
+    }
+
+    /// The way of a phase that is known, and taken with these values.
+    fn taken(&self, spot: usize, visit: &Visit) -> Option<&Way> {
+        let holds =
+            |test: &RawTest| test.test.substitute(visit).is_ok_and(|test| test.decide(self.assumptions) == Some(true));
+        self.spots[spot].ways.iter().find(|way| way.tests.iter().all(holds))
+    }
+}
+
+fn several() -> Failure {
+    Failure::not_found("there is more than one run")
+}
