@@ -74,5 +74,9 @@ pub(super) fn modulo(
     let at_first = known.simplify(&form.with(index, &Value::zero()).ok()?);
     let early =
         if known.decide(Relation::Eq, &at_first, start) == Some(true) { Vec::new() } else { vec![start.clone()] };
-    Some((Form::Value(early, form), solved.conditions().to_vec()))
+    let mut conditions = solved.conditions().to_vec();
+    if known.decide(Relation::Neq, &modulus, &Value::zero()) != Some(true) {
+        conditions.push((Relation::Neq, modulus, Value::zero()));
+    }
+    Some((Form::Value(early, form), conditions))
 }
