@@ -107,8 +107,8 @@ impl Induction<'_> {
 
     /// The step from every index of a cell up to one, from which on terms lie beyond it.
     pub(super) fn inside(&self, cell: &Cell<'_>, last: Option<&Value>) -> Result<(), Unchecked> {
-        if let Some(rounds) = self.rounds_of(cell) {
-            return self.one_round(&cell.from, &rounds);
+        if self.rounds_of(cell).is_some_and(|rounds| self.one_round(&cell.from, &rounds).is_ok()) {
+            return Ok(());
         }
         let (index, recurrence) = (&self.recurrence.index, self.recurrence);
         let count = Value::variable(index);

@@ -7,7 +7,6 @@ mod waits;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
 
 use self::delays::First;
 use super::control::Control;
@@ -193,10 +192,8 @@ impl<'a> Explorer<'a> {
     }
 
     fn run(&mut self, components: &[Term]) -> Result<Graph, Failure> {
-        let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
         let mut work = BTreeSet::new();
-        let path = Path { assumptions: Rc::new(self.assumptions.clone()), ..Path::default() };
-        let initial = self.ways(start, Vec::new(), path, &mut work)?;
+        let initial = self.begin(components, &mut work)?;
         // This comes to an end: a phase is explored again only after one of its values became a variable, or one of its
         // variables two.
         while let Some(spot) = work.pop_first() {

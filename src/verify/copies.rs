@@ -10,7 +10,7 @@ use crate::value::{Relation, Value};
 
 /// Legs that a turn may have, and its stretches, all of which are written out.
 const MOST_SPAN: usize = 12;
-const MOST_STRETCHES: usize = 400;
+const MOST_STRETCHES: usize = 1_000;
 
 /// All turns as one leg, from which leg on they are, and where the last of them leads.
 pub(super) struct Copies {
@@ -120,7 +120,10 @@ impl Turns<'_> {
                 return None;
             }
             for unit in &leg.units {
-                stretches.extend(written_out(unit, MOST_STRETCHES - stretches.len())?);
+                stretches.extend(written_out(unit)?);
+                if stretches.len() > MOST_STRETCHES {
+                    return None;
+                }
             }
             match next {
                 _ if place == self.span => return Some((stretches, (next, onward))),
@@ -145,10 +148,10 @@ fn mentions(stretch: &Segment, name: &Name) -> bool {
 }
 
 /// The stretches of a number of rounds that is known, if they are so few.
-fn written_out(unit: &Unit, most: usize) -> Option<Vec<Segment>> {
+fn written_out(unit: &Unit) -> Option<Vec<Segment>> {
     let Unit::Repeat { count, segments, .. } = unit else { return unit.round(&Value::zero()).ok() };
     let count = count.as_ref()?.as_rational().filter(|count| count.is_integer())?.to_integer();
-    let count = usize::try_from(count).ok().filter(|count| count.saturating_mul(segments.len()) <= most)?;
+    let count = usize::try_from(count).ok().filter(|count| count.saturating_mul(segments.len()) <= MOST_STRETCHES)?;
     let rounds = (0..count).map(|number| unit.round(&Value::integer(i64::try_from(number).ok()?)).ok());
     Some(rounds.collect::<Option<Vec<_>>>()?.concat())
 }

@@ -9,7 +9,7 @@ use super::super::{End, Failure};
 use super::{Explorer, Graph, Held, Kept, Target, Way};
 use crate::name::Name;
 use crate::term::Term;
-use crate::value::{Value, ValueError};
+use crate::value::Value;
 
 /// So many ways beside one for each phase are looked at before it is asked whether there is one run.
 const MANY_WAYS: usize = 250;
@@ -61,11 +61,16 @@ impl<'a> Explorer<'a> {
         }
     }
 
-    fn run_along(&mut self, components: &[Term]) -> Result<Graph, Failure> {
-        self.visit = Some(Visit::new());
+    /// The ways from the start.
+    pub(super) fn begin(&mut self, components: &[Term], work: &mut BTreeSet<usize>) -> Result<Vec<Way>, Failure> {
         let start: Vec<Run> = components.iter().map(|term| Run::Fresh(term.clone(), Env::new())).collect();
         let path = Path { assumptions: Rc::new(self.assumptions.clone()), ..Path::default() };
-        let initial = self.ways(start, Vec::new(), path, &mut BTreeSet::new())?;
+        self.ways(start, Vec::new(), path, work)
+    }
+
+    fn run_along(&mut self, components: &[Term]) -> Result<Graph, Failure> {
+        self.visit = Some(Visit::new());
+        let initial = self.begin(components, &mut BTreeSet::new())?;
         let [first] = initial.as_slice() else { return Err(several()) };
         for _ in 0..MOST_PASSES {
             self.spots.iter_mut().for_each(|spot| spot.ways.clear());
@@ -122,8 +127,7 @@ impl<'a> Explorer<'a> {
     }
 
     fn at(&self, value: &Value, visit: &Visit) -> Result<Value, Failure> {
-        let put = |value: &Value| -> Result<Value, ValueError> { value.substitute(visit) };
-        put(value).map(|value| self.assumptions.simplify(&value)).map_err(super::unreduced)
+        value.substitute(visit).map(|value| self.assumptions.simplify(&value)).map_err(super::unreduced)
     }
 
     /// What the variables of a phase are, where its places hold these.
