@@ -165,6 +165,17 @@ pub struct Comparison {
     pub right: Value,
 }
 
+/// `a <= b and c < d or e = f`: of which one holds, all of each together.
+#[derive(Clone, Debug)]
+pub struct Either(pub Vec<Vec<Comparison>>);
+
+impl Either {
+    /// All that it compares.
+    pub fn comparisons(&self) -> impl Iterator<Item = &Comparison> {
+        self.0.iter().flatten()
+    }
+}
+
 /// What stands behind a property.
 #[derive(Clone, Debug)]
 pub enum Restriction {
@@ -278,12 +289,8 @@ pub struct Solve {
 pub struct Find {
     /// The index.
     pub index: Ident,
-    /// The comparison.
-    pub relation: Relation,
-    /// Its left side.
-    pub left: Value,
-    /// Its right side.
-    pub right: Value,
+    /// What is to hold there.
+    pub either: Either,
 }
 
 /// A law as written in a rule file.
@@ -474,8 +481,9 @@ pub enum ValueKind {
     Call(Ident, Vec<Argument>),
     /// `f^n(p)`, `f^m o f^n(p)`: functions with how often each is applied, the last one first
     Iterate(Vec<(Ident, Option<Value>)>, Vec<Argument>),
-    /// `{x if a < b; y if a >= b}`: each value with when it counts; no condition for `otherwise`
-    Cases(Vec<(Value, Option<Comparison>)>),
+    /// `{x if a < b; y if a >= b}`: each value with when it counts; no condition for `otherwise`. `if a < b and c < d then x
+    /// else y` is the same with `otherwise`.
+    Cases(Vec<(Value, Option<Either>)>),
 }
 
 /// `x`, or `sd: x`, or `1/2: Normal(…)`

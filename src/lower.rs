@@ -4,6 +4,7 @@
 //! effect in order. At the prompt a name may be defined again, which is reported.
 
 mod assume;
+mod cases;
 mod check;
 mod claim;
 mod criteria;
@@ -13,6 +14,7 @@ mod direction;
 mod distribution;
 mod exclusive;
 mod exercise;
+mod find;
 mod flow;
 mod graph;
 mod iterate;

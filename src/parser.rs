@@ -2,6 +2,7 @@
 //!
 //! Recovers at the next item, so that a file gets all its errors at once; nests at most [`DEEPEST`] deep.
 
+mod choice;
 mod claim;
 mod criteria;
 mod exercise;

@@ -72,37 +72,49 @@ pub(super) fn has_meaning(
     Ok(())
 }
 
-/// Makes sure that what stands under the roots of an equation is not negative: of parameters alone that becomes a condition,
-/// as of a divisor. Of `all` others it must be so at any index where the forms have lost these roots: `max(sqrt(10-n),100)`
-/// is 100 up to 10, and nothing then. A form in which such a root still stands says so itself.
-pub(super) fn hidden_roots(
+/// Makes sure that an equation has a value at every index, as far as that is not told by what it divides by as a whole: what
+/// stands under its roots is not negative, and nothing is 0 by which it divides inside of its roots, maxima and integer
+/// parts. Of parameters alone that becomes a condition. Roots of terms must be so where the forms have lost them, in `all`
+/// of them: `max(sqrt(x(n)),100)` is 100 up to some x(n), and nothing then. A form in which such a root still stands says
+/// so itself.
+pub(super) fn hidden_needs(
     next: &Value,
     (recurrence, forms): (&Recurrence, &[Form]),
     all: bool,
     defined: &mut Defined<'_>,
 ) -> Result<(), Unchecked> {
-    let hidden = |need: &Need| matches!(need, Need::Nonnegative(_));
-    if !next.needs().iter().any(|need| hidden(need) && (all || !reads(need.value(), recurrence))) {
+    let terms = recurrence.terms();
+    let of_terms = |need: &Need| terms.iter().any(|(name, ..)| need.value().mentions(name));
+    let atoms = next.atoms();
+    let inside: BTreeSet<Need> = atoms.iter().flat_map(Atom::parts).flat_map(Value::needs).collect();
+    let asked = |need: &Need| match need {
+        Need::Nonnegative(_) => all || !of_terms(need),
+        Need::Nonzero(_) => !of_terms(need) && inside.contains(need),
+        Need::Natural(_) => false,
+    };
+    if !next.needs().iter().any(asked) {
         return Ok(());
     }
     let images = images_of(recurrence, forms)?;
     let shown: BTreeSet<Need> =
         forms.iter().filter_map(|form| form.value(&recurrence.index)).flat_map(|form| form.needs()).collect();
     let known = defined.known().clone();
-    for (known, need) in needs_in_cases(next, &images, &known)? {
-        let alone = !reads(need.value(), recurrence);
-        if !hidden(&need) || !(alone || all && !shown.contains(&need)) {
+    for (known, need) in needs_in_cases(next, &images, &known)?.into_iter().filter(|(_, need)| asked(need)) {
+        if known.grants(&need) == Some(true) {
             continue;
         }
-        let image = need.value().substitute(&images)?;
-        let under = Need::Nonnegative(image.clone());
-        if (!alone && shown.contains(&under)) || known.grants(&under) == Some(true) {
+        if !of_terms(&need) {
+            defined.always(&need, recurrence.from)?;
             continue;
         }
-        if reads(&image, recurrence) || known.grants(&under) == Some(false) {
+        let under = need.substitute(&images)?;
+        if shown.contains(&need) || shown.contains(&under) || known.grants(&under) == Some(true) {
+            continue;
+        }
+        if reads(under.value(), recurrence) || known.grants(&under) == Some(false) {
             return Err(Unchecked(need.to_string()));
         }
-        defined.not_negative(&image);
+        defined.not_negative(under.value());
     }
     Ok(())
 }

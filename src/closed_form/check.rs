@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
-use super::apart::{apart, has_meaning, hidden_roots, images_of, products_are_never_zero};
+use super::apart::{apart, has_meaning, hidden_needs, images_of, products_are_never_zero};
 use super::defined::Defined;
 use super::names::names;
 use super::pieces::divides_by;
@@ -129,7 +129,7 @@ impl Induction<'_> {
                 self.defined.value(value, from)?;
             }
             let summed = self.forms.iter().any(|form| matches!(form, Form::Nested(_)));
-            hidden_roots(&sequence.next, (self.recurrence, self.forms), !by_pieces && !summed, &mut self.defined)?;
+            hidden_needs(&sequence.next, (self.recurrence, self.forms), !by_pieces && !summed, &mut self.defined)?;
         }
         if matches!(self.forms, [Form::Turns(_), ..]) {
             self.defined.count_rounds();

@@ -182,6 +182,53 @@ impl<'a> Defined<'a> {
         Ok(())
     }
 
+    /// Makes sure that what is free of terms is as it must be at every index from this one on: adds conditions on what is
+    /// free of the index.
+    pub(super) fn always(&mut self, need: &Need, from: i64) -> Result<(), Unchecked> {
+        match need {
+            Need::Nonzero(value) => {
+                let Some((numerator, _)) = value.polynomials() else { return Err(Unchecked(need.to_string())) };
+                factors(numerator)?.iter().try_for_each(|factor| self.not_zero(factor, from))
+            }
+            Need::Nonnegative(value) => self.never_negative(value, from),
+            Need::Natural(_) => Ok(()),
+        }
+    }
+
+    /// Makes sure that a value is not negative at any index from this one on: where it rises, if it is not at the first.
+    fn never_negative(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
+        let (index, first) = (self.index, value.with(self.index, &Value::integer(from))?);
+        let negative = |value: &Value| Unchecked(format!("it takes the root of {value}, which is negative"));
+        match self.known().grants(&Need::Nonnegative(first.clone())) {
+            Some(false) if !value.mentions(index) => return Err(negative(value)),
+            Some(false) => return Err(Unchecked(format!("it takes the root of {first} at {index} = {from}"))),
+            _ if self.known().grants(&Need::Nonnegative(value.clone())) == Some(true) => return Ok(()),
+            _ => {}
+        }
+        if let (Some(sum), Ok(from)) = (ExponentialPolynomial::of(value, index), u64::try_from(from))
+            && throughout(&sum, Relation::Gte, from, None)
+        {
+            return Ok(());
+        }
+        let rises = match value.linear_in(index) {
+            _ if !value.mentions(index) => Some(true),
+            Some((slope, _)) if !slope.mentions(index) => self.known().decide(Relation::Gte, &slope, &Value::zero()),
+            _ => None,
+        };
+        match rises {
+            Some(true) => {
+                if self.known().grants(&Need::Nonnegative(first.clone())) != Some(true) {
+                    self.not_negative(&first);
+                }
+                Ok(())
+            }
+            Some(false) => {
+                Err(Unchecked(format!("it takes the root of {value}, which is negative from some {index} on")))
+            }
+            None => Err(Unchecked(format!("it must be known whether {value} is ever negative"))),
+        }
+    }
+
     /// Adds the condition that a value which is free of the index is not negative.
     pub(super) fn not_negative(&mut self, value: &Value) {
         let condition = (Relation::Gte, value.clone(), Value::zero());

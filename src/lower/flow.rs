@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::process::guard;
 use super::scope::{Lowerer, Metas};
 use super::{Entity, Quantity};
-use crate::ast::{Ident, Term, TermKind, Value as Written, ValueKind};
+use crate::ast::{Either, Ident, Term, TermKind, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::Value;
@@ -395,7 +395,11 @@ pub(super) fn names<'v>(value: &'v Written, into: &mut Vec<&'v Ident>) {
         ValueKind::Cases(cases) => {
             for (value, condition) in cases {
                 names(value, into);
-                condition.iter().flat_map(|one| [&one.left, &one.right]).for_each(|side| names(side, into));
+                condition
+                    .iter()
+                    .flat_map(Either::comparisons)
+                    .flat_map(|one| [&one.left, &one.right])
+                    .for_each(|side| names(side, into));
             }
         }
     }
@@ -432,7 +436,11 @@ pub(super) fn functions<'v>(value: &'v Written, into: &mut Vec<&'v Ident>) {
         ValueKind::Cases(cases) => {
             for (value, condition) in cases {
                 functions(value, into);
-                condition.iter().flat_map(|one| [&one.left, &one.right]).for_each(|side| functions(side, into));
+                condition
+                    .iter()
+                    .flat_map(Either::comparisons)
+                    .flat_map(|one| [&one.left, &one.right])
+                    .for_each(|side| functions(side, into));
             }
         }
     }

@@ -4,7 +4,7 @@ use num_traits::ToPrimitive;
 
 use super::Quantity;
 use super::scope::Lowerer;
-use crate::ast::{Argument, Comparison, Ident, Value as Written, ValueKind};
+use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Relation, Value, ValueError};
@@ -120,46 +120,5 @@ impl Lowerer<'_> {
         };
         let form = form();
         Some((factor, form))
-    }
-
-    /// The first case that holds; the last one must be sure where the others fail.
-    pub(super) fn cases(&mut self, cases: &[(Written, Option<Comparison>)], span: Span) -> Option<Value> {
-        let mut lowered = Vec::new();
-        for (value, condition) in cases {
-            let value = self.number(value);
-            let condition = match condition {
-                Some(one) => Some((one.relation, self.number(&one.left)?, self.number(&one.right)?)),
-                None => None,
-            };
-            lowered.push((value?, condition));
-        }
-        let mut known = self.environment.assumptions.without(&self.locals.keys().cloned().collect());
-        for (_, condition) in &lowered[..lowered.len().saturating_sub(1)] {
-            if let Some((relation, left, right)) = condition {
-                known.assume(relation.negated(), left, right);
-            }
-        }
-        let (last, condition) = lowered.pop()?;
-        if let Some((relation, left, right)) = condition
-            && known.decide(relation, &left, &right) != Some(true)
-            && !known.contradictory()
-        {
-            return self.fail(
-                Diagnostic::error("P0402", "it is not known that one of these cases always holds")
-                    .label(span, "no value where none of them holds")
-                    .help("end the last case with `otherwise` in place of its condition"),
-            );
-        }
-        let mut whole = last;
-        for (value, condition) in lowered.into_iter().rev() {
-            let (relation, left, right) = condition?;
-            match Value::choose(relation, &left, &right, &value, &whole) {
-                Ok(next) => whole = next,
-                Err(ValueError(text)) => {
-                    return self.fail(Diagnostic::error("P0402", text).label(span, "in this value"));
-                }
-            }
-        }
-        Some(whole)
     }
 }

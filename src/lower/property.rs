@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::process::guard;
 use super::scope::{Lowerer, Metas};
 use super::{Entity, Environment, Pattern, Property};
-use crate::ast::{Comparison, Ident, Restriction, Term as Written, TermKind, Value as Number, ValueKind};
+use crate::ast::{Comparison, Either, Ident, Restriction, Term as Written, TermKind, Value as Number, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::term::{Node, Term};
@@ -320,7 +320,8 @@ pub(super) fn names_in(value: &Number, found: &mut impl FnMut(&Ident)) {
             }
             ValueKind::Cases(cases) => {
                 rest.extend(cases.iter().map(|(value, _)| value));
-                rest.extend(cases.iter().flat_map(|(_, one)| one).flat_map(|one| [&one.left, &one.right]));
+                let compared = cases.iter().flat_map(|(_, one)| one).flat_map(Either::comparisons);
+                rest.extend(compared.flat_map(|one| [&one.left, &one.right]));
             }
         }
     }

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Class, Environment};
 use crate::ast::{Ident, Term, TermKind, ValueKind};
+use crate::closed_form::Comparison;
 use crate::diagnostic::{Diagnostic, Span, nearest};
 use crate::lexer::MOST_ERRORS;
 use crate::name::Name;
@@ -58,6 +59,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) images: BTreeMap<Name, Value>,
     /// What values need that have been read, and where, while that is kept.
     pub(super) needed: Option<Vec<(Need, Span)>>,
+    /// What must hold of parameters for the equations read to mean something, where the values have lost it.
+    pub(super) cancelled: Vec<Comparison>,
     /// How often bodies of functions may still be read anew, and how deep in others this one is.
     pub(super) readings: usize,
     pub(super) depth: usize,
@@ -97,6 +100,7 @@ impl<'e> Lowerer<'e> {
             shapes: BTreeMap::new(),
             images: BTreeMap::new(),
             needed: None,
+            cancelled: Vec::new(),
             readings: 10_000,
             depth: 0,
             errors: Vec::new(),

@@ -8,7 +8,7 @@ use num_traits::ToPrimitive;
 use super::scope::Lowerer;
 use super::terms::components;
 use crate::ast::{self, Argument, Ident, Value as Written, ValueKind};
-use crate::closed_form::{Recurrence, Sequence};
+use crate::closed_form::{Comparison, Recurrence, Sequence};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Relation, Sort, Value};
@@ -30,6 +30,20 @@ pub struct Question {
     /// A comparison of expressions in the terms [`Recurrence::term`] of offset 0, whose first index is looked for: of
     /// numbers, or `=` and `!=` of vectors of the same length.
     pub find: Option<(Relation, Value, Value)>,
+    /// The same as it was asked, where several comparisons have become one.
+    pub asked: Option<String>,
+    /// What must hold of parameters for the equations to mean something, where the values have lost it: `v != 0` of
+    /// `r(n)/v*v`.
+    pub conditions: Vec<Comparison>,
+    /// What is to be said of the equations.
+    pub notes: Vec<String>,
+}
+
+impl Question {
+    /// What is looked for, as text: as it was asked, or this.
+    pub fn goal(&self, (relation, left, right): (Relation, &Value, &Value)) -> String {
+        self.asked.clone().unwrap_or_else(|| format!("{left} {} {right}", relation.symbol()))
+    }
 }
 
 /// The equations, sorted.
@@ -81,12 +95,39 @@ impl Lowerer<'_> {
             }
         }
         let mut recurrence = Recurrence { index: index.name.clone(), from, sequences };
+        let notes = self.given_instead(&equations, &recurrence, &lengths);
         self.known_terms(&mut recurrence, &spans)?;
-        let find = match &solve.find {
-            Some(find) => Some(self.find(find, &lengths, &recurrence)?),
-            None => None,
+        let (find, asked) = match &solve.find {
+            Some(find) => self.find(find, &lengths, &recurrence).map(|(find, asked)| (Some(find), asked))?,
+            None => (None, None),
         };
-        Some(Question { recurrence, find })
+        Some(Question { recurrence, find, asked, conditions: std::mem::take(&mut self.cancelled), notes })
+    }
+
+    /// First values that are given although the equation would make them, and not what it would make them.
+    fn given_instead(&self, equations: &Equations, recurrence: &Recurrence, lengths: &Lengths) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (name, offset, _) in &equations.steps {
+            for part in components(&name.name, lengths) {
+                let Some(own) = recurrence.sequences.iter().find(|own| own.name == part) else { continue };
+                let given = own.start.len() as i64;
+                for place in (*offset).max(0)..given {
+                    let at = recurrence.from + place;
+                    let Some(made) = earlier(&own.next, recurrence, given - place) else { continue };
+                    let Some(value) = usize::try_from(place).ok().and_then(|place| own.start.get(place)) else {
+                        continue;
+                    };
+                    if self.environment.assumptions.decide(Relation::Eq, &made, value) != Some(true) {
+                        notes.push(format!(
+                            "{part}({at}) = {value} is given, where the equation makes it {made}: it is taken to hold from \
+                             {part}({}) on",
+                            recurrence.from + given
+                        ));
+                    }
+                }
+            }
+        }
+        notes
     }
 
     /// The first values of each sequence, in the order of the steps.
@@ -94,8 +135,8 @@ impl Lowerer<'_> {
         let mut all = Vec::new();
         for (name, ..) in &equations.steps {
             let values = equations.starts.get(&name.name);
-            let start: Option<Vec<Value>> =
-                values.into_iter().flat_map(BTreeMap::values).map(|one| self.number(one)).collect();
+            let written = values.into_iter().flat_map(BTreeMap::values);
+            let start: Option<Vec<Value>> = written.map(|one| self.first_value(one, index)).collect();
             let start = start?;
             if start.len() > MOST_ORDER {
                 return self.wrong(name.span, format!("`{}` has more than {MOST_ORDER} first values", name.name));
@@ -113,6 +154,15 @@ impl Lowerer<'_> {
             all.push(start);
         }
         Some(all)
+    }
+
+    fn first_value(&mut self, written: &Written, index: &Name) -> Option<Value> {
+        self.needed = Some(Vec::new());
+        let value = self.number(written);
+        let needed = self.needed.take().unwrap_or_default();
+        let value = value?;
+        self.kept(needed, &value, &[], (index, 0))?;
+        Some(value)
     }
 
     /// The components of each sequence, as its first values have them.
@@ -285,48 +335,22 @@ impl Lowerer<'_> {
         }
         Some(())
     }
+}
 
-    fn find(&mut self, find: &ast::Find, names: &Lengths, recurrence: &Recurrence) -> Option<(Relation, Value, Value)> {
-        let index = &recurrence.index;
-        if find.index.name != *index {
-            let other = &find.index.name;
-            return self.fail(
-                Diagnostic::error(
-                    "P0325",
-                    format!("`find` asks for `{other}`, but the index of the sequence is `{index}`"),
-                )
-                .label(find.index.span, "not the index")
-                .help(format!("write `find {index} with …`")),
-            );
-        }
-        let mut side = |written: &Written| {
-            let value = self.right_side(written, names, (index, recurrence.from), 0)?;
-            let known: Vec<Name> =
-                recurrence.sequences.iter().map(|sequence| recurrence.term(&sequence.name, 0)).collect();
-            let wrong = value.variables().into_iter().find(|name| name.as_str().contains('(') && !known.contains(name));
-            match wrong {
-                Some(name) => {
-                    self.wrong(written.span, format!("`find` looks at the terms of index `{index}`, not at `{name}`"))
-                }
-                None => Some(value),
+/// What an equation gives so many indices before the first one, from first values alone.
+fn earlier(next: &Value, recurrence: &Recurrence, by: i64) -> Option<Value> {
+    let mut images = BTreeMap::from([(recurrence.index.clone(), Value::integer(recurrence.from - by))]);
+    for sequence in &recurrence.sequences {
+        for offset in 0..sequence.start.len().saturating_add(usize::try_from(by).ok()?) {
+            let name = recurrence.term(&sequence.name, offset);
+            if next.mentions(&name) {
+                let place = usize::try_from(i64::try_from(offset).ok()? - by).ok()?;
+                images.insert(name, sequence.start.get(place)?.clone());
             }
-        };
-        let left = side(&find.left)?;
-        let right = side(&find.right)?;
-        let ordered = !matches!(find.relation, Relation::Eq | Relation::Neq);
-        if left.sort() != right.sort() || (ordered && left.sort() != Sort::Real) {
-            let text = match left.sort() == right.sort() {
-                true => format!("`{}` does not compare vectors", find.relation.symbol()),
-                false => format!("{} is not compared with {}", left.sort(), right.sort()),
-            };
-            return self.fail(
-                Diagnostic::error("P0402", text)
-                    .label(find.right.span, format!("{}, and on the left {}", right.sort(), left.sort()))
-                    .help("compare vectors of one length by `=` and `!=`, and their lengths by `norm(…) <= …`"),
-            );
         }
-        Some((find.relation, left, right))
     }
+    let made = next.substitute(&images).ok()?;
+    made.variables().iter().all(|name| !name.as_str().contains('(')).then_some(made)
 }
 
 /// What values of so many components are.

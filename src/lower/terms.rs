@@ -8,7 +8,7 @@ use super::distribution::DISTRIBUTIONS;
 use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
 use super::value::FUNCTIONS;
-use crate::ast::{Argument, Comparison, Ident, Value as Written, ValueKind};
+use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::closed_form::{first_zero, term};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
@@ -94,8 +94,9 @@ impl Lowerer<'_> {
     }
 
     /// What an equation divides by, or takes a root of, must not cancel where it may be 0, or negative, for a term or an
-    /// index: the equation would have a value there that it does not have as it is written.
-    fn kept(
+    /// index: the equation would have a value there that it does not have as it is written. Of parameters alone that is kept
+    /// as a condition.
+    pub(super) fn kept(
         &mut self,
         needed: Vec<(Need, Span)>,
         value: &Value,
@@ -110,14 +111,25 @@ impl Lowerer<'_> {
         known.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));
         let varies = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
         for (need, span) in needed {
-            if matches!(need, Need::Natural(_)) || need.value().sort() != Sort::Real || !varies(need.value()) {
+            if matches!(need, Need::Natural(_)) || need.value().sort() != Sort::Real {
                 continue;
             }
             let divides = matches!(need, Need::Nonzero(_));
             let part = if divides { need.value().numerator()? } else { need.value().clone() };
             let need = if divides { Need::Nonzero(part.clone()) } else { need };
             let never = || divides && first_zero(&part, index, from) == Some(None);
-            if need.follows_from(&needs) || known.grants(&need) == Some(true) || never() {
+            let granted = known.grants(&need);
+            if need.follows_from(&needs) || granted == Some(true) || never() {
+                continue;
+            }
+            if granted.is_none() && !varies(&part) {
+                let relation = if divides { Relation::Neq } else { Relation::Gte };
+                for factor in need.apart() {
+                    let condition = (relation, factor.value().clone(), Value::zero());
+                    if !self.cancelled.contains(&condition) {
+                        self.cancelled.push(condition);
+                    }
+                }
                 continue;
             }
             let [what, where_it_is, advice] = match divides {
@@ -199,15 +211,12 @@ impl Lowerer<'_> {
                 let mut images = Vec::new();
                 for (value, condition) in cases {
                     let value = self.with_terms(value, names, index, found)?;
-                    let condition = match condition {
-                        Some(one) => Some(Comparison {
-                            left: self.with_terms(&one.left, names, index, found)?,
-                            right: self.with_terms(&one.right, names, index, found)?,
-                            ..*one
-                        }),
-                        None => None,
-                    };
-                    images.push((value, condition));
+                    let mut either = condition.clone();
+                    for one in either.iter_mut().flat_map(|either| either.0.iter_mut().flatten()) {
+                        one.left = self.with_terms(&one.left, names, index, found)?;
+                        one.right = self.with_terms(&one.right, names, index, found)?;
+                    }
+                    images.push((value, either));
                 }
                 ValueKind::Cases(images)
             }

@@ -27,11 +27,12 @@ impl Parser<'_> {
             return self.unexpected("`with` and a comparison, as in `find n with r(n) = 10`");
         }
         self.advance();
-        let left = self.value()?;
-        let Some(relation) = self.relation() else {
-            return self.unexpected("a comparison such as `>= 10`");
-        };
-        Ok(Find { index, relation, left, right: self.value()? })
+        let either = self.either()?;
+        if self.at(Kind::Comma) {
+            let wrong = self.wrong("`and`, `or` or the next item");
+            return self.fail(wrong.help("join comparisons by `and`: `find n with x(n) >= 3 and y(n) < 5`"));
+        }
+        Ok(Find { index, either })
     }
 
     /// `r(10)`, a term of a sequence, as a name; or `r(n)`, all of them.
@@ -49,9 +50,5 @@ impl Parser<'_> {
         let span = self.since(name.span.start);
         let text: String = span.of(self.text).chars().filter(|letter| !letter.is_whitespace()).collect();
         Ok(Ident { name: Name::new(&text), span })
-    }
-
-    fn at_spelling(&self, word: &str) -> bool {
-        self.at(Kind::Lower) && self.spelling() == word
     }
 }

@@ -4,10 +4,9 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 
 use super::{Failed, Parse, Parser, Role};
-use crate::ast::{Argument, Comparison, Ident, Value, ValueKind};
+use crate::ast::{Argument, Ident, Value, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind, MOST_DIGITS};
-use crate::value::Relation;
 
 impl Parser<'_> {
     /// A value: a sum.
@@ -15,7 +14,7 @@ impl Parser<'_> {
         self.nested(Parser::sum)
     }
 
-    fn sum(&mut self) -> Parse<Value> {
+    pub(super) fn sum(&mut self) -> Parse<Value> {
         let first = self.product()?;
         if !matches!(self.kind(), Kind::Plus | Kind::Minus) {
             return Ok(first);
@@ -301,61 +300,5 @@ impl Parser<'_> {
             }
             None => Err(Failed),
         }
-    }
-
-    fn choice(&mut self) -> Parse<ValueKind> {
-        self.advance();
-        let left = self.value()?;
-        let Some(relation) = self.relation() else {
-            return self.unexpected("a comparison such as `<` or `=`");
-        };
-        let right = self.value()?;
-        self.require(Kind::Word(Keyword::Then), "`then`")?;
-        let then = self.value()?;
-        self.require(Kind::Word(Keyword::Else), "`else`")?;
-        let other = self.value()?;
-        Ok(ValueKind::If(relation, Box::new([left, right, then, other])))
-    }
-
-    /// `{x if a < b; y if a >= b}`, `{x if a < b; y otherwise}`
-    fn cases(&mut self) -> Parse<ValueKind> {
-        self.take(Role::Opening);
-        let mut all = Vec::new();
-        loop {
-            let value = self.nested(Parser::sum)?;
-            if self.at(Kind::Lower) && self.spelling() == "otherwise" {
-                self.advance();
-                all.push((value, None));
-                break;
-            }
-            self.require(Kind::Word(Keyword::If), "`if` and a comparison, or `otherwise`")?;
-            let left = self.value()?;
-            let Some(relation) = self.relation() else {
-                return self.unexpected("a comparison such as `<` or `=`");
-            };
-            let right = self.value()?;
-            all.push((value, Some(Comparison { span: left.span.to(right.span), relation, left, right })));
-            if !self.at(Kind::Semicolon) {
-                break;
-            }
-            self.take(Role::Closing);
-        }
-        self.require(Kind::CloseCurly, "`;` and the next case, or `}`")?;
-        Ok(ValueKind::Cases(all))
-    }
-
-    /// Takes a comparison sign, if one follows.
-    pub(super) fn relation(&mut self) -> Option<Relation> {
-        let relation = match self.kind() {
-            Kind::Equal => Relation::Eq,
-            Kind::NotEqual => Relation::Neq,
-            Kind::Greater => Relation::Gtr,
-            Kind::GreaterEqual => Relation::Gte,
-            Kind::Less => Relation::Lss,
-            Kind::LessEqual => Relation::Lte,
-            _ => return None,
-        };
-        self.advance();
-        Some(relation)
     }
 }

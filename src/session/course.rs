@@ -1,6 +1,7 @@
 //! How long it takes until a system that goes through several phases is as it was: as its run in the executable meaning
 //! shows, or as the phases follow each other, with numbers or by closed forms.
 
+mod equalities;
 mod in_cases;
 
 use std::cell::Cell;
@@ -20,6 +21,7 @@ use crate::value::{Relation, Value};
 use crate::verify::influence::reduced;
 use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
 use crate::verify::{Merge, Unit, may_be_zero, total};
+use equalities::{by_equalities, with_equals};
 use in_cases::{Found, in_all, in_cases};
 
 /// The longest system, in operators, that is run for its round.
@@ -104,7 +106,11 @@ pub(crate) fn course_of(
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Option<Known>, Unsettled> {
     within_cases(period, system, environment, MOST_SPLITS, interrupted).or_else(|why| {
-        let cases = in_cases((period, system, environment), &why, interrupted);
+        // Of a speed that is cut off there would be a case for each side of each bound.
+        let mut cases = by_equalities(period, system, environment, interrupted);
+        if cases.is_empty() {
+            cases = in_cases((period, system, environment), &why, interrupted);
+        }
         in_all(&cases).map(Some).ok_or(Unsettled { cases, ..why })
     })
 }
@@ -132,7 +138,8 @@ fn within_cases(
             .take(MOST_CASES)
             .find_map(|value| on_either_side(period, system, environment, (&value, splits), interrupted))
     };
-    found.or_else(|why| either().or_else(on_each_side).map(Some).ok_or(why))
+    // What is assumed to differ matters more often than what may be equal.
+    found.or_else(|why| on_each_side().or_else(either).map(Some).ok_or(why))
 }
 
 /// Where a value stands so to 0, with what is assumed then.
@@ -193,14 +200,19 @@ fn on_either_side(
     let case = |relation| in_case(period, system, environment, (relation, value, splits), interrupted);
     let ((more, above), (less, below)) = (case(Relation::Gtr)?, case(Relation::Lss)?);
     let merge = Merge { difference: value.clone(), above, below };
-    let (Course::Repeats { lasting, from, beside }, Course::Repeats { lasting: other, from: since, beside: also }) =
-        (&more.course, &less.course)
-    else {
-        return None;
+    let known = &environment.assumptions;
+    let merged = |one: &Value, other: &Value| merge.values(&with_equals(one, known), &with_equals(other, known));
+    let course = match (&more.course, &less.course) {
+        (Course::Repeats { lasting, from, beside }, Course::Repeats { lasting: other, from: since, beside: also }) => {
+            let beside = beside.union(also).cloned().collect();
+            Course::Repeats { lasting: merged(lasting, other)?, from: merged(from, since)?, beside }
+        }
+        (Course::Ends(end, after), Course::Ends(same, other)) if end == same => {
+            Course::Ends(end.clone(), merged(after, other)?)
+        }
+        _ => return None,
     };
-    let (lasting, from) = (merge.values(lasting, other)?, merge.values(from, since)?);
-    let beside = beside.union(also).cloned().collect();
-    Some(Known { course: Course::Repeats { lasting, from, beside }, moving: more.moving || less.moving })
+    Some(Known { course, moving: more.moving || less.moving })
 }
 
 /// What is assumed not to be 0, and may be more and may be less.

@@ -95,11 +95,11 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
     for case in &cases {
         let (solved, found) = &case.found;
         lines.push(format!("if {}:", case.title()));
-        let own = solved.lines().into_iter().chain(found_lines(found, recurrence, goal));
+        let own = solved.lines().into_iter().chain(found_lines(found, recurrence, &question.goal(goal)));
         let own = own.chain(otherwise(found, solved, goal, &case.known, stop));
         let own = own.chain(no_earlier(found, (recurrence, Some(solved)), goal, &case.known));
         lines.extend(own.map(|line| format!("  {line}")));
-        let special = left_out(solved, question.find.as_ref(), &case.known, stop);
+        let special = left_out(solved, Some(question), &case.known, stop);
         lines.extend(special.into_iter().map(|line| format!("  {line}")));
     }
     let found: Vec<Reach> = cases.into_iter().map(|case| case.found.1).collect();
@@ -120,7 +120,7 @@ fn told(
         lines.push(format!("if {}:", case.title));
         lines.extend(case.solved.lines().into_iter().map(|line| format!("  {line}")));
         let goal = (*relation, left, right);
-        let found = found_lines(&case.found, recurrence, goal).into_iter();
+        let found = found_lines(&case.found, recurrence, &question.goal(goal)).into_iter();
         let found = found.chain(otherwise(&case.found, &case.solved, goal, &case.known, stop));
         lines.extend(found.map(|line| format!("  {line}")));
         lines.extend(
@@ -130,7 +130,7 @@ fn told(
     }
     let merged = merged(cases, one, other);
     if let Some(found) = &merged {
-        let all = found_lines(found, recurrence, (*relation, left, right));
+        let all = found_lines(found, recurrence, &question.goal((*relation, left, right)));
         lines.extend(
             all.into_iter().enumerate().map(
                 |(place, line)| {

@@ -13,19 +13,41 @@ use crate::recurrence::{
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
-/// The lines of the answer, and what came of the expectations. Where an equation has no value once the terms are at a point,
-/// and no form for that reason, they stay there, which is said.
+/// With this the line begins that tells the proof of the forms.
+const CHECKED: &str = "checked by induction";
+
+/// The lines of the answer, and what came of the expectations; with what the equations need of the parameters where that has
+/// cancelled.
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
-    let known = &waiting.environment.assumptions;
+    let mut known = waiting.environment.assumptions.clone();
+    question.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+    let (mut lines, expected) = resting(question, (&waiting.expected, &known), stop);
+    let proof = lines.iter().position(|line| line.starts_with(CHECKED)).unwrap_or(lines.len());
+    for line in question.conditions.iter().map(needed) {
+        if !lines.contains(&line) {
+            lines.insert(proof, line);
+        }
+    }
+    lines.splice(0..0, question.notes.iter().cloned());
+    (lines, expected)
+}
+
+/// The expectations with their texts, and what is known of the parameters.
+type Given<'a> = (&'a [(Expectation, String)], &'a Assumptions);
+
+/// The same, as far as nothing has cancelled. Where an equation has no value once the terms are at a point, and no form for
+/// that reason, they stay there, which is said.
+fn resting(question: &Question, given: Given<'_>, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
+    let (_, known) = given;
     let solved = solve_until(question.recurrence.clone(), known, stop);
     let resting = if solved.is_err() { at_rest(&question.recurrence) } else { None };
-    let Some((recurrence, staying)) = resting else { return answered(question, solved, None, waiting, stop) };
+    let Some((recurrence, staying)) = resting else { return answered(question, solved, None, given, stop) };
     let at_rest = solve_until(recurrence.clone(), known, stop);
     let orders = at_rest.as_ref().err().map(|reason| solve_in_cases(&recurrence, reason, known, stop));
     if orders.as_ref().is_some_and(Vec::is_empty) {
-        return answered(question, solved, None, waiting, stop);
+        return answered(question, solved, None, given, stop);
     }
-    let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, orders, waiting, stop);
+    let (mut lines, expected) = answered(&Question { recurrence, ..question.clone() }, at_rest, orders, given, stop);
     for (distance, staying) in staying.iter().rev() {
         let names: Vec<&str> = staying.iter().map(Name::as_str).collect();
         let (verb, names) = (if names.len() == 1 { "is" } else { "are" }, names.join(", "));
@@ -39,10 +61,9 @@ fn answered(
     question: &Question,
     solved: Result<Solved, Unknown>,
     orders: Option<Vec<InCase<Solved>>>,
-    waiting: &Waiting,
+    (waiting, known): Given<'_>,
     stop: &dyn Fn() -> bool,
 ) -> (Vec<String>, Vec<Expected>) {
-    let known = &waiting.environment.assumptions;
     let recurrence = &question.recurrence;
     let asked = question.find.as_ref().map(|(relation, left, right)| (*relation, left, right));
     let found = asked.map(|goal| reach(recurrence, solved.as_ref().ok(), goal, known, stop));
@@ -66,7 +87,7 @@ fn answered(
             };
             Expected { text: text.clone(), met }
         };
-        return (lines, waiting.expected.iter().map(met).collect());
+        return (lines, waiting.iter().map(met).collect());
     }
     let orders = match &solved {
         Ok(_) => Vec::new(),
@@ -77,14 +98,14 @@ fn answered(
         Ok(solved) => {
             let mut lines = solved.lines();
             lines.push(proof(recurrence));
-            lines.extend(left_out(solved, question.find.as_ref(), known, stop));
+            lines.extend(left_out(solved, Some(question), known, stop));
             lines
         }
         Err(_) if in_all => each_order(recurrence, orders, "", stop),
         Err(reason) => unsolved(recurrence, reason, known, stop),
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
-        lines.extend(found_lines(found, recurrence, goal));
+        lines.extend(found_lines(found, recurrence, &question.goal(goal)));
         lines.extend(solved.iter().flat_map(|solved| otherwise(found, solved, goal, known, stop)));
         lines.extend(solved.iter().flat_map(|solved| also(solved, found, known)));
         lines.extend(no_earlier(found, (recurrence, solved.as_ref().ok()), goal, known));
@@ -102,8 +123,7 @@ fn answered(
         }
         _ => false,
     };
-    let expected =
-        waiting.expected.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
+    let expected = waiting.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
     (lines, expected.collect())
 }
 
@@ -115,7 +135,7 @@ fn left_out_of_all(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Vec<String> {
-    let beside = left_out(solved, question.find.as_ref(), known, stop);
+    let beside = left_out(solved, Some(question), known, stop);
     let told = |title: &String| cases.iter().any(|line| line.trim_start() == title);
     if beside.first().is_some_and(told) { Vec::new() } else { beside }
 }
@@ -123,7 +143,7 @@ fn left_out_of_all(
 /// The forms for the parameters that the conditions leave out, with the first index that is looked for.
 pub(super) fn left_out(
     solved: &Solved,
-    find: Option<&(Relation, Value, Value)>,
+    question: Option<&Question>,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Vec<String> {
@@ -132,12 +152,13 @@ pub(super) fn left_out(
         let (recurrence, forms) = (special.solved.recurrence(), &special.solved);
         let mut own = forms.lines();
         own.push(proof(recurrence));
-        if let Some((relation, left, right)) = find
+        if let Some(question) = question
+            && let Some((relation, left, right)) = &question.find
             && let [Some(left), Some(right)] = [left, right].map(|side| special.put_in(side))
         {
             let goal = (*relation, &left, &right);
             let found = reach(recurrence, Some(forms), goal, forms.known(), stop);
-            own.extend(found_lines(&found, recurrence, goal));
+            own.extend(found_lines(&found, recurrence, &question.goal(goal)));
             own.extend(otherwise(&found, forms, goal, forms.known(), stop));
             own.extend(also(forms, &found, forms.known()));
             own.extend(no_earlier(&found, (recurrence, Some(forms)), goal, forms.known()));
@@ -234,7 +255,7 @@ fn proof(recurrence: &Recurrence) -> String {
         .iter()
         .map(|sequence| format!("{} = {}", recurrence.term(&sequence.name, sequence.start.len()), sequence.next));
     let (starts, steps) = (starts.collect::<Vec<_>>().join(", "), steps.collect::<Vec<_>>().join(", "));
-    format!("checked by induction on {index}: {starts}; for every {index} >= {}, {steps}", recurrence.from)
+    format!("{CHECKED} on {index}: {starts}; for every {index} >= {}, {steps}", recurrence.from)
 }
 
 /// What is known without a form, of the sequences that have none.
@@ -310,9 +331,8 @@ fn stationary(points: &[Stationary], recurrence: &Recurrence) -> String {
     }
 }
 
-pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: (Relation, &Value, &Value)) -> Vec<String> {
+pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: &str) -> Vec<String> {
     let index = &recurrence.index;
-    let goal = format!("{} {} {}", goal.1, goal.0.symbol(), goal.2);
     match found {
         Reach::At(at, conditions) => {
             let first = format!("{index} = {at} is the first with {goal}");

@@ -1,0 +1,136 @@
+//! `find n with …`: what is to hold at the index that is looked for, as one comparison.
+
+use super::scope::Lowerer;
+use super::solve::Lengths;
+use crate::ast::{self, Comparison};
+use crate::closed_form::Recurrence;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::name::Name;
+use crate::value::{Relation, Sort, Value, ValueError};
+
+/// A comparison of two values.
+type Sides = (Relation, Value, Value);
+
+/// What is looked for, and how it was asked where it is another comparison.
+pub(super) type Found = (Sides, Option<String>);
+
+impl Lowerer<'_> {
+    pub(super) fn find(&mut self, find: &ast::Find, names: &Lengths, recurrence: &Recurrence) -> Option<Found> {
+        let index = &recurrence.index;
+        if find.index.name != *index {
+            let other = &find.index.name;
+            return self.fail(
+                Diagnostic::error(
+                    "P0325",
+                    format!("`find` asks for `{other}`, but the index of the sequence is `{index}`"),
+                )
+                .label(find.index.span, "not the index")
+                .help(format!("write `find {index} with …`")),
+            );
+        }
+        let mut all = Vec::new();
+        for together in &find.either.0 {
+            let lowered: Option<Vec<Sides>> = together.iter().map(|one| self.sought(one, names, recurrence)).collect();
+            all.push(lowered?);
+        }
+        if let [together] = all.as_mut_slice()
+            && together.len() == 1
+        {
+            return together.pop().map(|only| (only, None));
+        }
+        let span = find.either.comparisons().map(|one| one.span).reduce(Span::to)?;
+        let text = |together: &Vec<Sides>| together.iter().map(text).collect::<Vec<_>>().join(" and ");
+        let asked = all.iter().map(text).collect::<Vec<_>>().join(" or ");
+        let sought = self.checked_sides(as_one(&all), span)?;
+        Some((sought, Some(asked)))
+    }
+
+    fn checked_sides(&mut self, sides: Result<Sides, ValueError>, span: Span) -> Option<Sides> {
+        match sides {
+            Ok(sides) => Some(sides),
+            Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
+        }
+    }
+
+    fn sought(&mut self, one: &Comparison, names: &Lengths, recurrence: &Recurrence) -> Option<Sides> {
+        let index = &recurrence.index;
+        let mut side = |written: &ast::Value| {
+            let value = self.right_side(written, names, (index, recurrence.from), 0)?;
+            let known: Vec<Name> =
+                recurrence.sequences.iter().map(|sequence| recurrence.term(&sequence.name, 0)).collect();
+            let wrong = value.variables().into_iter().find(|name| name.as_str().contains('(') && !known.contains(name));
+            match wrong {
+                Some(name) => {
+                    self.wrong(written.span, format!("`find` looks at the terms of index `{index}`, not at `{name}`"))
+                }
+                None => Some(value),
+            }
+        };
+        let left = side(&one.left)?;
+        let right = side(&one.right)?;
+        let ordered = !matches!(one.relation, Relation::Eq | Relation::Neq);
+        if left.sort() != right.sort() || (ordered && left.sort() != Sort::Real) {
+            let text = match left.sort() == right.sort() {
+                true => format!("`{}` does not compare vectors", one.relation.symbol()),
+                false => format!("{} is not compared with {}", left.sort(), right.sort()),
+            };
+            return self.fail(
+                Diagnostic::error("P0402", text)
+                    .label(one.right.span, format!("{}, and on the left {}", right.sort(), left.sort()))
+                    .help("compare vectors of one length by `=` and `!=`, and their lengths by `norm(…) <= …`"),
+            );
+        }
+        Some((one.relation, left, right))
+    }
+}
+
+fn text((relation, left, right): &Sides) -> String {
+    let side = |value: &Value| {
+        let text = value.to_string();
+        if text.starts_with("if ") { format!("({text})") } else { text }
+    };
+    format!("{} {} {}", side(left), relation.symbol(), side(right))
+}
+
+/// What is above 0, or at least 0, just where a comparison holds, of vectors by their distance; whether it must be above.
+fn excess((relation, left, right): &Sides) -> Result<(Value, bool), ValueError> {
+    Ok(match relation {
+        Relation::Gtr => (left.sub(right)?, true),
+        Relation::Gte => (left.sub(right)?, false),
+        Relation::Lss => (right.sub(left)?, true),
+        Relation::Lte => (right.sub(left)?, false),
+        Relation::Eq => (left.sub(right)?.norm()?.neg()?, false),
+        Relation::Neq => (left.sub(right)?.norm()?, true),
+    })
+}
+
+/// The same of comparisons that are to hold together: the least excess, and where some must be above 0 and some need not,
+/// that of the latter where the former are, and -1 where not.
+fn together(all: &[Sides]) -> Result<(Value, bool), ValueError> {
+    let each = all.iter().map(excess).collect::<Result<Vec<_>, _>>()?;
+    let of = |strict: bool| each.iter().filter(|one| one.1 == strict).map(|one| one.0.clone()).collect::<Vec<_>>();
+    let (above, others) = (of(true), of(false));
+    if others.is_empty() {
+        return Ok((Value::minimum(&above)?, true));
+    }
+    let mut whole = Value::minimum(&others)?;
+    for one in above.iter().rev() {
+        whole = Value::choose(Relation::Gtr, one, &Value::zero(), &whole, &Value::integer(-1))?;
+    }
+    Ok((whole, false))
+}
+
+/// Comparisons, of which one is to hold, all of each together, as one comparison.
+fn as_one(either: &[Vec<Sides>]) -> Result<Sides, ValueError> {
+    let each = either.iter().map(|all| together(all)).collect::<Result<Vec<_>, _>>()?;
+    let strict = each.iter().all(|one| one.1);
+    let mut all = Vec::new();
+    for (value, above) in each {
+        all.push(match above && !strict {
+            true => Value::choose(Relation::Gtr, &value, &Value::zero(), &Value::zero(), &Value::integer(-1))?,
+            false => value,
+        });
+    }
+    let relation = if strict { Relation::Gtr } else { Relation::Gte };
+    Ok((relation, Value::maximum(&all)?, Value::zero()))
+}

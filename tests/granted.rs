@@ -1,0 +1,76 @@
+//! What must hold for an answer of `solve` to mean something is said: of what an equation divides by and takes the root of,
+//! also where that has cancelled or stands inside; and first values that the equation would not make.
+
+mod common;
+
+use common::ran;
+
+/// The lines that the program says to a script, without what stands before them.
+fn told(script: &str) -> Vec<String> {
+    let text = String::from_utf8_lossy(&ran(script).stdout).into_owned();
+    text.lines().map(|line| line.trim().to_string()).collect()
+}
+
+#[track_caller]
+fn says(script: &str, wanted: &[&str]) {
+    let told = told(script);
+    for line in wanted {
+        assert!(told.iter().any(|other| other == line), "not said: {line}\n{}", told.join("\n"));
+    }
+}
+
+#[test]
+fn a_divisor_inside_of_an_integer_part_or_a_maximum_is_a_condition() {
+    says("param M\nsolve x(n+1) = x(n)+floor(7/M), x(0) = 0\n", &["x(n) = n*floor(7/M)", "if M != 0"]);
+    says("param M\nsolve x(n+1) = min(x(n)+1,floor(7/M)), x(0) = 0\n", &["if M != 0"]);
+    says("solve x(n+1) = x(n)+floor(1/100/(n-7)), x(0) = 0\n", &["no closed form is known: it divides by 0 at n = 7"]);
+    says("solve x(n+1) = x(n)+floor(7/(n+1)), x(0) = 0\n", &["x(n) = sum(k=0..n-1, floor(7/(k+1)))"]);
+}
+
+#[test]
+fn what_cancels_of_parameters_is_a_condition() {
+    says("param M\nsolve x(n+1) = x(n)+max(1,-1/M^2), x(0) = 0\n", &["x(n) = n", "if M != 0"]);
+    says("param a\nsolve x(n+1) = x(n)+sqrt(a)-sqrt(a), x(0) = 0\n", &["x(n) = 0", "if a >= 0"]);
+    says("param v\nsolve r(n+1) = r(n)/v*v+1, r(0) = v/v find n with r(n) >= 10\n", &["r(n) = n+1", "if v != 0"]);
+    let told = told("param v > 0\nsolve r(n+1) = r(n)/v*v+1, r(0) = v/v\n");
+    assert!(!told.iter().any(|line| line.starts_with("if ")), "{}", told.join("\n"));
+    says(
+        "param k\nsolve r(n+1) = r(n)+1, r(0) = 0 find n with r(n)/k*k >= 3 and n = 7\n",
+        &["if k != 0", "n = 7 is the first with r(n) >= 3 and n = 7"],
+    );
+}
+
+#[test]
+fn a_sum_of_roots_is_a_form_where_each_root_has_a_value() {
+    says("solve x(n+1) = x(n)+sqrt(n^2-10*n+30), x(0) = 0\n", &["x(n) = sum(k=0..n-1, sqrt(k^2-10*k+30))"]);
+    says("param p\nsolve x(n+1) = x(n)+sqrt(n+p), x(0) = 0\n", &["x(n) = sum(k=0..n-1, sqrt(k+p))", "if p >= 0"]);
+    for (step, reason) in [
+        ("sqrt(10-n)", "it takes the root of 10-n, which is negative from some n on"),
+        ("sqrt(n-10)", "it takes the root of -10 at n = 0"),
+        ("sqrt(n^2-10*n+5)", "it must be known whether n^2-10*n+5 is ever negative"),
+        ("floor(sqrt(10-n))", "it takes the root of 10-n, which is negative from some n on"),
+    ] {
+        let line = format!("no closed form is known: {reason}");
+        says(&format!("solve x(n+1) = x(n)+{step}, x(0) = 0\n"), &[&line]);
+    }
+    says("solve x(n+1) = x(n)+(if n < 10 then sqrt(10-n) else 0)-x(n), x(0) = 0\n", &["x(n) = 0 for 11 <= n"]);
+}
+
+#[test]
+fn first_values_that_the_equation_would_not_make_are_told() {
+    says(
+        "solve r(n+1) = r(n)+1, r(0) = 0, r(1) = 5\n",
+        &[
+            "r(1) = 5 is given, where the equation makes it 1: it is taken to hold from r(2) on",
+            "r(n) = n+4 for 1 <= n",
+        ],
+    );
+    says(
+        "param p\nsolve x(n+1) = x(n)+y(n), y(n+1) = y(n)+1, x(0) = 0, x(1) = p, y(0) = 0\n",
+        &["x(1) = p is given, where the equation makes it 0: it is taken to hold from x(2) on"],
+    );
+    for given in ["r(n+1) = r(n)+1, r(0) = 0, r(1) = 1", "r(n+2) = r(n+1)+r(n), r(0) = 0, r(1) = 7"] {
+        let told = told(&format!("solve {given}\n"));
+        assert!(!told.iter().any(|line| line.contains("is given")), "{}", told.join("\n"));
+    }
+}
