@@ -4,7 +4,6 @@
 //! effect in order. At the prompt a name may be defined again, which is reported.
 
 mod assume;
-mod cases;
 mod check;
 mod claim;
 mod criteria;
@@ -14,7 +13,6 @@ mod direction;
 mod distribution;
 mod exclusive;
 mod exercise;
-mod find;
 mod flow;
 mod graph;
 mod iterate;

@@ -1,5 +1,7 @@
 //! Recurrences: equations between terms of sequences, and their first values.
 
+mod find;
+
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,5 +1,7 @@
 //! Values: names resolved, functions inlined, everything in normal form.
 
+mod cases;
+
 use std::collections::BTreeMap;
 
 use super::distribution::{DISTRIBUTIONS, example};

@@ -1,7 +1,7 @@
 //! `find n with …`: what is to hold at the index that is looked for, as one comparison.
 
-use super::scope::Lowerer;
-use super::solve::Lengths;
+use super::super::scope::Lowerer;
+use super::Lengths;
 use crate::ast::{self, Comparison};
 use crate::closed_form::Recurrence;
 use crate::diagnostic::{Diagnostic, Span};

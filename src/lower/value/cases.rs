@@ -1,6 +1,6 @@
 //! Values that are chosen by comparisons: `{x if a <= b < c; y otherwise}`.
 
-use super::scope::Lowerer;
+use super::super::scope::Lowerer;
 use crate::assumption::Assumptions;
 use crate::ast::{Either, Value as Written};
 use crate::closed_form::Comparison;
