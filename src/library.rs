@@ -95,6 +95,8 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
         };
         let mut failures = Vec::new();
         let text = source.text.as_str();
+        let mut unread = broken.iter().copied().filter(|start| text.get(*start..).is_some_and(asks)).peekable();
+        let mut unasked = Unasked::default();
         let mut broken: BTreeSet<&str> = broken.iter().filter_map(|start| declared(text.get(*start..)?)).collect();
         self.open.push(source.name.clone());
         for segment in segments(&items) {
@@ -102,6 +104,7 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
                 break;
             }
             if let [Item { kind: ItemKind::Import(path), .. }] = segment {
+                unasked = Unasked::default();
                 failures.extend(self.import(environment, source, segment, path, visit, &mut diagnostics));
                 continue;
             }
@@ -114,7 +117,14 @@ impl<F: FnMut(&str, &str) -> Result<Source, String>> Reader<F> {
                 if self.stopped {
                     break;
                 }
-                match environment.step_until(&mut batch, index, item, &*self.interrupted) {
+                while unread.next_if(|start| *start < item.span.start).is_some() {
+                    unasked.failed();
+                }
+                let lowered = environment.step_until(&mut batch, index, item, &*self.interrupted);
+                if unasked.passes_over(item, lowered.is_ok()) {
+                    continue;
+                }
+                match lowered {
                     Ok(lowered) => visit(environment, source, item, lowered),
                     Err(mut errors) => {
                         // What follows from something that could not be read is not said again.
@@ -184,6 +194,33 @@ fn declared(item: &str) -> Option<&str> {
     let rest = item.split_once(char::is_whitespace)?.1.trim_start();
     let end = rest.find(|character: char| !character.is_alphanumeric()).unwrap_or(rest.len());
     rest.get(..end).filter(|name| !name.is_empty())
+}
+
+/// Whether an item, from its first word on, asks for something that may be expected.
+fn asks(item: &str) -> bool {
+    let word = item.split_whitespace().next().unwrap_or("");
+    !["param", "fn", "proc", "observer", "system", "property", "expect", "import", "law"].contains(&word)
+}
+
+/// Whether what was asked last could not be read: what is expected of it is expected of nothing that was asked before.
+#[derive(Default)]
+pub(crate) struct Unasked(bool);
+
+impl Unasked {
+    fn failed(&mut self) {
+        self.0 = true;
+    }
+
+    /// Takes notice of the next item, and of whether it could be read; whether it is expected of what could not.
+    pub(crate) fn passes_over(&mut self, item: &Item, read: bool) -> bool {
+        use ItemKind::{Expect, Function, Import, Law, Observer, Param, Process, Property, System};
+        match item.kind {
+            Expect(_) => return self.0,
+            Param(_) | Function(..) | Process(..) | Observer(_) | System(..) | Property(..) | Import(_) | Law(_) => {}
+            _ => self.0 = !read,
+        }
+        false
+    }
 }
 
 /// Whether an error says no more than that one of these names is not known, or has errors itself.

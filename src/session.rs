@@ -42,7 +42,7 @@ use crate::explain::{Chain, chain};
 use crate::kernel::{Theory, Thm};
 use crate::law::Laws;
 use crate::lexer::{Kind, lex};
-use crate::library::{self, Failure, Reader, segments};
+use crate::library::{self, Failure, Reader, Unasked, segments};
 use crate::lower::{self, Environment, Exercise};
 use crate::name::Name;
 use crate::parser::parse_input;
@@ -317,12 +317,17 @@ impl Session {
         let batch = environment.open_until(segment, &source.text, &watching);
         let mut stopped = batch.is_none();
         let mut batch = batch.unwrap_or_default();
+        let mut unasked = Unasked::default();
         for (index, item) in segment.iter().enumerate() {
             stopped |= index > 0 && watching();
             if stopped {
                 break;
             }
-            match environment.step_until(&mut batch, index, item, &watching) {
+            let lowered = environment.step_until(&mut batch, index, item, &watching);
+            if unasked.passes_over(item, lowered.is_ok()) {
+                continue;
+            }
+            match lowered {
                 Ok(lowered) => run.visit(&mut environment, source, item, lowered),
                 Err(diagnostics) => run.trouble(source, diagnostics),
             }

@@ -1,5 +1,5 @@
 //! What must hold for an answer of `solve` to mean something is said: of what an equation divides by and takes the root of,
-//! also where that has cancelled or stands inside; and first values that the equation would not make.
+//! also where that has cancelled or stands inside; first values that the equation would not make; and of what it is expected.
 
 mod common;
 
@@ -73,4 +73,23 @@ fn first_values_that_the_equation_would_not_make_are_told() {
         let told = told(&format!("solve {given}\n"));
         assert!(!told.iter().any(|line| line.contains("is given")), "{}", told.join("\n"));
     }
+}
+
+#[test]
+fn what_is_expected_of_a_question_with_an_error_is_expected_of_nothing_else() {
+    for script in [
+        "prove Delay_1 ; Delay_2 = Delay_3\nexpect proved\nprove Delay_q = Delay_3\nexpect refuted\nexpect open\n",
+        "prove Delay_1 ; Delay_2 = Delay_3\nsolve r(n+1) = r(n +, r(0) = 0\nexpect open\n",
+        "prove Delay_1 = Delay_1\nproc P_r = Delay_1 ; Q_r\nproc D = P_{1}\nsystem S = D\nperiod S\nexpect yes\n",
+    ] {
+        let output = ran(script);
+        let all = [output.stdout, output.stderr].concat();
+        let all = String::from_utf8_lossy(&all);
+        assert!(all.contains("error["), "{all}");
+        assert!(!all.contains("but expected") && !all.contains("P0901"), "{all}");
+    }
+    // What was asked last is asked for, though something else was declared since.
+    assert!(
+        told("prove Delay_1 = Delay_1\nparam x\nexpect refuted\n").iter().any(|line| line == "but expected refuted")
+    );
 }
