@@ -10,6 +10,7 @@ mod orbit;
 pub mod property;
 mod round;
 mod seek;
+mod sides;
 mod solved;
 mod stages;
 mod stretch;
@@ -24,6 +25,7 @@ use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::period::{self, End, Failure, Period};
+use crate::recurrence::Comparison;
 use crate::term::Term;
 use crate::value::Value;
 
@@ -31,6 +33,7 @@ pub use cases::{Apart, may_be_zero};
 pub(crate) use cases::{Merge, equation};
 pub use orbit::Orbit;
 pub use round::Endless;
+pub(crate) use sides::{equal, rounded, side};
 pub use trajectory::{Leg, Rounds, Trajectory};
 pub use unit::{Unit, total};
 
@@ -88,6 +91,8 @@ pub struct Outcome {
     pub endless: Option<Endless>,
     /// Whether the run was followed no further than a while, and what comes then is not known.
     pub cut: bool,
+    /// What is not decided, where it is open.
+    pub(crate) asked: Vec<Comparison>,
     /// What was found in either case, where this was made of two.
     pub apart: Option<Box<Apart>>,
 }
@@ -116,6 +121,7 @@ impl Outcome {
             diagnostics: Vec::new(),
             endless: None,
             cut: false,
+            asked: Vec::new(),
             apart: None,
         }
     }
@@ -146,7 +152,8 @@ pub fn verify(
                     let trajectory = trajectory::walk(period, (definitions, known), property.1, interrupted);
                     let told = |warning| told_of(warning, &trajectory);
                     let diagnostics = period.warnings.iter().filter_map(told).collect();
-                    Outcome { diagnostics, ..property::judge(&wanted, trajectory) }
+                    let asked = trajectory.asked.clone();
+                    Outcome { diagnostics, asked, ..property::judge(&wanted, trajectory) }
                 })
             };
             let plain = solved::plain(&period, assumptions);

@@ -7,7 +7,7 @@ use crate::closed_form::{Comparison, Recurrence, compared};
 use crate::name::Name;
 use crate::value::{Need, Relation, Value};
 
-/// The most cases, and the most comparisons that one may depend on.
+/// The most cases, and the most comparisons that one may depend on where nothing else is said.
 const MOST_CASES: usize = 8;
 const MOST_ASKED: usize = 3;
 
@@ -43,18 +43,18 @@ pub(crate) fn either_way<T>(
 ) -> Option<Vec<InCase<T>>> {
     let terms = recurrence.terms();
     let free = |name: &Name| *name != recurrence.index && !terms.iter().any(|(term, ..)| term == name);
-    in_each_case(&free, known, unknown, ask, stop)
+    in_each_case((&free, MOST_ASKED), known, unknown, ask, stop)
 }
 
-/// The same, where what stands in the way must be of names that are `free` alone.
+/// The same, where what stands in the way must be of names that are `free` alone, with so many comparisons for one case at most.
 pub(crate) fn in_each_case<T>(
-    free: &dyn Fn(&Name) -> bool,
+    (free, most): (&dyn Fn(&Name) -> bool, usize),
     known: &Assumptions,
     unknown: &Unknown,
     ask: &dyn Fn(&Assumptions) -> Result<T, Unsettled<T>>,
     stop: &dyn Fn() -> bool,
 ) -> Option<Vec<InCase<T>>> {
-    let mut split = Split { free, known, ask, assumed: Vec::new(), cases: Vec::new(), stop };
+    let mut split = Split { free, most, known, ask, assumed: Vec::new(), cases: Vec::new(), stop };
     let (relation, left, right) = split.askable(unknown)?;
     split.cases_of((relation, left, right))?;
     Some(split.cases).filter(|cases| !cases.is_empty())
@@ -62,6 +62,8 @@ pub(crate) fn in_each_case<T>(
 
 struct Split<'a, T> {
     free: &'a dyn Fn(&Name) -> bool,
+    /// The most that is assumed beyond that.
+    most: usize,
     /// What is known in every case.
     known: &'a Assumptions,
     ask: &'a dyn Fn(&Assumptions) -> Result<T, Unsettled<T>>,
@@ -75,7 +77,7 @@ impl<T> Split<'_, T> {
     /// What is open, if it is of parameters alone and there is room for its cases.
     fn askable(&self, unknown: &Unknown) -> Option<Comparison> {
         let open = unknown.open.as_deref()?;
-        let full = self.assumed.len() >= MOST_ASKED || self.cases.len() >= MOST_CASES || (self.stop)();
+        let full = self.assumed.len() >= self.most || self.cases.len() >= MOST_CASES || (self.stop)();
         let free = open.1.variables().iter().chain(&open.2.variables()).all(|name| (self.free)(name));
         let known = || self.assuming(|_| true).decide(open.0, &open.1, &open.2).is_some();
         (free && !full && !known()).then(|| open.clone())

@@ -4,6 +4,7 @@
 use super::always::no_value;
 use super::matched::{RUN, Unfollowed, followed, with_run};
 use super::satisfies::said;
+use crate::assumption::Assumptions;
 use crate::fact::supposing;
 use crate::kernel::{Theory, Thm, check};
 use crate::law::{Condition, Connective};
@@ -14,7 +15,7 @@ use crate::prove::{Answer, By, prove};
 use crate::rewrite::Limits;
 use crate::term::Term;
 use crate::value::{Relation, Value};
-use crate::verify::{Apart, Outcome, equation};
+use crate::verify::{Apart, Outcome, equal, equation, rounded};
 
 /// What is proved in each order: that the system shows what is wanted, which is written for all orders.
 pub(super) struct InEach<'a> {
@@ -49,7 +50,13 @@ impl InEach<'_> {
 
     fn one(&self, outcome: &Outcome, hypotheses: &[Condition], lost: &mut Vec<String>) -> Result<Proof, String> {
         if let Some(apart) = &outcome.apart {
-            return self.both(apart, hypotheses, lost);
+            return match self.inside(outcome, hypotheses) {
+                Some(inside) => {
+                    let known = supposing(&self.theory.assumptions, hypotheses);
+                    inside.both(apart, hypotheses, lost).map(|proof| self.as_wanted(proof, &known))
+                }
+                None => self.both(apart, hypotheses, lost),
+            };
         }
         let (Some(run), Some(own)) = (&outcome.trajectory_term, &outcome.property_term) else {
             return Err(unwritten(outcome));
@@ -78,7 +85,20 @@ impl InEach<'_> {
                 with_run(self.whole.clone(), run, *matched, RUN)
             }
         };
-        Ok(self.as_wanted(proof))
+        Ok(self.as_wanted(proof, &supposing(&self.theory.assumptions, hypotheses)))
+    }
+
+    /// The same, of what is wanted as it is written for the cases of this case alone, where that is what is wanted: what is
+    /// equal to it is shown step by step, one case inside another.
+    fn inside<'o>(&'o self, outcome: &'o Outcome, hypotheses: &[Condition]) -> Option<InEach<'o>> {
+        let wanted = outcome.property_term.as_ref()?;
+        let known = supposing(&self.theory.assumptions, hypotheses);
+        let (mut own, mut all) = (Vec::new(), Vec::new());
+        values_in(wanted, &mut own);
+        values_in(self.wanted, &mut all);
+        let mut pairs = own.iter().zip(&all);
+        let same = blank(wanted) == blank(self.wanted) && pairs.all(|(one, other)| equal(other, one, &known));
+        same.then_some(InEach { wanted, ..*self })
     }
 
     /// What is wanted in this case, written as it is for all of them: as it is, or with durations that are 0 here written
@@ -88,27 +108,53 @@ impl InEach<'_> {
             return vec![own.clone()];
         }
         let (known, zero) = (supposing(&self.theory.assumptions, hypotheses), Value::zero());
-        let equal = |left: &Value, right: &Value| known.decide(Relation::Eq, left, right) == Some(true);
-        let plain = |value: &Value| Some(if equal(value, &zero) { zero.clone() } else { value.clone() });
+        let plain = |value: &Value| Some(if equal(value, &zero, &known) { zero.clone() } else { value.clone() });
         let mut put_in = Some(self.wanted.clone());
         for hypothesis in hypotheses {
             if let Condition::Compare(Relation::Lte, left, right) = hypothesis
-                && equal(left, right)
+                && equal(left, right, &known)
                 && let Some((name, image)) = equation(left, right)
             {
                 put_in = put_in.and_then(|wanted| everywhere(&wanted, &|value| value.with(&name, &image).ok()));
             }
         }
-        everywhere(self.wanted, &plain).into_iter().chain(put_in).collect()
+        // With what each value is in this case, where its own property says so.
+        let mut told = Vec::new();
+        values_in(own, &mut told);
+        let here = |value: &Value| {
+            let known = || told.iter().find(|told| known.gives_meaning(value) && equal(value, told, &known)).cloned();
+            plain(value).map(|plain| if plain == *value { known().unwrap_or(plain) } else { plain })
+        };
+        let settled = everywhere(self.wanted, &here);
+        everywhere(self.wanted, &plain).into_iter().chain(put_in).chain(settled).collect()
     }
 
-    /// The same proof, of what is written for all orders.
-    fn as_wanted(&self, mut proof: Proof) -> Proof {
-        if proof.statement.right != *self.wanted {
+    /// The same proof, of what is written for all orders: one integer part after the other is what it is here.
+    fn as_wanted(&self, mut proof: Proof, known: &Assumptions) -> Proof {
+        let here = &proof.statement.right;
+        if here == self.wanted {
+            return proof;
+        }
+        let mut told = Vec::new();
+        values_in(here, &mut told);
+        let mut stages = vec![self.wanted.clone()];
+        let nearer = |value: &Value| match told.contains(value) {
+            true => Some(value.clone()),
+            false => Some(rounded(value, known).unwrap_or_else(|| value.clone())),
+        };
+        while let Some(next) = stages.last().and_then(|last| everywhere(last, &nearer)) {
+            if stages.last() == Some(&next) {
+                break;
+            }
+            stages.push(next);
+        }
+        for next in stages.into_iter().rev() {
             let last = proof.steps.len().saturating_sub(1);
-            proof.steps.push(Step::Arithmetic(proof.statement.right.clone(), self.wanted.clone()));
-            proof.steps.push(Step::Transitive(vec![last, last + 1]));
-            proof.statement.right = self.wanted.clone();
+            if proof.statement.right != next {
+                proof.steps.push(Step::Arithmetic(proof.statement.right.clone(), next.clone()));
+                proof.steps.push(Step::Transitive(vec![last, last + 1]));
+                proof.statement.right = next;
+            }
         }
         proof
     }
@@ -117,6 +163,11 @@ impl InEach<'_> {
 /// A term with 0 for all its values.
 fn blank(term: &Term) -> Option<Term> {
     everywhere(term, &|_| Some(Value::zero()))
+}
+
+fn values_in(term: &Term, found: &mut Vec<Value>) {
+    found.extend(term.values().into_iter().cloned());
+    term.children().into_iter().for_each(|part| values_in(part, found));
 }
 
 fn everywhere(term: &Term, change: &dyn Fn(&Value) -> Option<Value>) -> Option<Term> {

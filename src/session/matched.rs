@@ -7,6 +7,7 @@ use super::claim::Found;
 use super::compare::theory;
 use super::reading::Run;
 use super::satisfies::{said, short};
+use crate::closed_form::compared;
 use crate::definition::Definitions;
 use crate::kernel::{Rejected, Theory, Thm, check};
 use crate::law::Connective;
@@ -87,13 +88,13 @@ impl Run<'_, '_> {
         let whole = system.alone(&theory.definitions);
         found.trace.extend(closed(system, &theory.definitions));
         found.trace.push(format!("match: {}", short(&wanted.to_string())));
-        let Some(tried) = tried((&whole, run), environment, found) else { return };
+        let Some(tried) = tried_in_each(&whole, outcome, environment, found) else { return };
         let interrupted = || self.surroundings.interrupted();
         let each = InEach { theory: &theory, period, whole: &whole, wanted, interrupted: &interrupted };
         match each.proof(apart) {
             Ok((_, lost)) if !lost.is_empty() && !tried => found.remains = untried(&lost),
             Ok((checked, lost)) => {
-                found.it = Some(run.clone());
+                found.it = Some(run.clone()).filter(|_| !apart.sides);
                 found.trace.extend(lost.iter().map(|why| format!("the kernel could not follow the run {why}")));
                 found.checked(theory, environment, Ok(checked));
             }
@@ -135,6 +136,21 @@ fn tried((whole, run): (&Term, &Term), environment: &Environment, found: &mut Fo
             None
         }
     }
+}
+
+/// The same of the run of each case, where there is one.
+fn tried_in_each(whole: &Term, outcome: &Outcome, environment: &Environment, found: &mut Found) -> Option<bool> {
+    let mut all = true;
+    for (when, run) in outcome.runs() {
+        let mut here = environment.clone();
+        when.iter().for_each(|(relation, left, right)| here.assumptions.assume(*relation, left, right));
+        all &= tried((whole, run), &here, found)?;
+        if let Some(line) = found.trace.last_mut().filter(|_| !when.is_empty()) {
+            let when: Vec<String> = when.iter().map(compared).collect();
+            *line = format!("where {}: {line}", when.join(" and "));
+        }
+    }
+    Some(all)
 }
 
 /// What is taken on trust is tried on the executable meaning first: small values for the parameters, the system beside

@@ -7,7 +7,7 @@ use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order, in_orders};
 use super::parts::large_part;
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
-use crate::closed_form::term;
+use crate::closed_form::{compared, term};
 use crate::flow::{PhaseFlow, component_periods, flows, needed};
 use crate::lower::{Environment, System};
 use crate::name::Name;
@@ -209,8 +209,10 @@ fn account(system: &System, outcome: &Outcome, environment: &Environment) -> Vec
         lines.extend(phase_lines(period, &system.name, environment));
     }
     lines.extend(legs(outcome, environment));
-    if let Some(run) = &outcome.trajectory_term {
-        lines.push(format!("projected: {}", short(&run.to_string())));
+    for (when, run) in outcome.runs() {
+        let when = when.iter().map(compared).collect::<Vec<_>>().join(" and ");
+        let when = if when.is_empty() { when } else { format!(" where {when}") };
+        lines.push(format!("projected{when}: {}", short(&run.to_string())));
     }
     lines.extend(outcome.diagnostics.iter().map(|failure| format!("note: {failure}")));
     lines

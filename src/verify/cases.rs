@@ -1,21 +1,26 @@
 //! Parameters that are only known to differ: the system is looked at once for either order, and what was found is
 //! written as one, with the distance `abs(x - y)` and the direction `(x - y)/abs(x - y)`. The same where one is only known
-//! not to be less than another: where it is more, and where it is equal.
+//! not to be less than another: where it is more, and where it is equal. And where it is not known on which side of a bound
+//! something lies, as a speed of the distance to a goal, on either side of it.
 //!
 //! What is written as one must be, in either case and under its assumptions, what was found there.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
+use super::sides::{equal, on_sides};
 use super::trajectory::{Leg, Rounds};
 use super::{Outcome, Verdict};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::recurrence::{Closed, Piece};
+use crate::recurrence::{Closed, Comparison, Piece};
 use crate::term::{Parts, Term};
 use crate::value::{Relation, Value};
 
 /// Pairs of parameters whose order is looked at either way.
 const MOST_SPLITS: usize = 3;
+/// Runs that are followed before no other side of a bound is looked at.
+const MOST_RUNS: usize = 40;
 
 /// What was found for either order of two values, from which what is found as one was made.
 #[derive(Clone, Debug)]
@@ -24,20 +29,52 @@ pub struct Apart {
     pub difference: Value,
     /// Where it is more than 0.
     pub above: Outcome,
-    /// Where it is less than 0, and known not to be 0; or where it is 0, and known not to be less.
+    /// Where it is less than 0, and known not to be 0; or where it is 0, and known not to be less; or where it is not more.
     pub below: Outcome,
+    /// Whether the run is another on each side, and not written as one.
+    pub sides: bool,
+}
+
+impl Outcome {
+    /// The runs as processes, each with the comparisons under which it is the run.
+    pub fn runs(&self) -> Vec<(Vec<Comparison>, &Term)> {
+        let Some(apart) = self.apart.as_ref().filter(|apart| apart.sides) else {
+            return self.trajectory_term.iter().map(|run| (Vec::new(), run)).collect();
+        };
+        let mut runs = Vec::new();
+        for (outcome, relation) in [(&apart.above, Relation::Gtr), (&apart.below, Relation::Lte)] {
+            let here = (relation, apart.difference.clone(), Value::zero());
+            let with = |(when, run): (Vec<Comparison>, _)| ([vec![here.clone()], when].concat(), run);
+            runs.extend(outcome.runs().into_iter().map(with));
+        }
+        runs
+    }
 }
 
 /// The outcome under assumptions, in cases where it is open without.
 pub(super) fn in_cases(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome) -> Outcome {
-    split(assumptions, look, MOST_SPLITS)
+    let runs = Cell::new(0);
+    let counted = |known: &Assumptions| {
+        runs.set(runs.get() + 1);
+        look(known)
+    };
+    let on_sides = |known: &Assumptions, whole: &Outcome| {
+        let look = |known: &Assumptions| if runs.get() < MOST_RUNS { Some(counted(known)) } else { None };
+        on_sides(known, whole, &look)
+    };
+    split(assumptions, &counted, &on_sides, MOST_SPLITS)
 }
 
-fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most: usize) -> Outcome {
+fn split(
+    assumptions: &Assumptions,
+    look: &dyn Fn(&Assumptions) -> Outcome,
+    on_sides: &dyn Fn(&Assumptions, &Outcome) -> Option<Outcome>,
+    most: usize,
+) -> Outcome {
     let whole = look(assumptions);
     let Verdict::Open { remaining } = &whole.verdict else { return whole };
     if most == 0 {
-        return whole;
+        return on_sides(assumptions, &whole).unwrap_or(whole);
     }
     let zero = Value::zero();
     let undirected = |difference: &Value| {
@@ -59,11 +96,11 @@ fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most
         let [mut above, mut below] = [assumptions.clone(), assumptions.clone()];
         above.assume(Relation::Gtr, &difference, &zero);
         below.assume(otherwise, &difference, &zero);
-        let one = split(&above, look, most - 1);
+        let one = split(&above, look, on_sides, most - 1);
         if !matches!(one.verdict, Verdict::Proved) {
             continue;
         }
-        let other = split(&below, look, most - 1);
+        let other = split(&below, look, on_sides, most - 1);
         if !matches!(other.verdict, Verdict::Proved) {
             continue;
         }
@@ -76,7 +113,7 @@ fn split(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome, most
             return found;
         }
     }
-    whole
+    on_sides(assumptions, &whole).unwrap_or(whole)
 }
 
 /// Values that are assumed not to be less than 0, and may be 0 and may be more; of a number of rounds it, and it less 1.
@@ -128,7 +165,7 @@ impl Merge {
             _ => None,
         };
         let (above, below) = (one.clone(), other.clone());
-        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below }));
+        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below, sides: false }));
         if one.legs.len() != other.legs.len() {
             return None;
         }
@@ -141,27 +178,16 @@ impl Merge {
     /// legs, which may be fewer there, are those of the first.
     fn equal_or_more(&self, one: &Outcome, other: &Outcome) -> Option<Outcome> {
         let mut found = one.clone();
-        found.values = self.same(&one.values, &other.values)?;
-        found.steady = self.same(&one.steady, &other.steady)?;
+        found.values = same(&one.values, &other.values, &self.below)?;
+        found.steady = same(&one.steady, &other.steady, &self.below)?;
         found.by_turns = one.by_turns.clone().filter(|turns| other.by_turns.as_ref() == Some(turns));
         // Where a duration is 0 the property may be written without it.
         if [one, other].iter().any(|case| case.trajectory_term.is_none() || case.property_term.is_none()) {
             return None;
         }
         let (above, below) = (one.clone(), other.clone());
-        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below }));
+        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below, sides: false }));
         Some(found)
-    }
-
-    /// Values that are in the other case, where they have a meaning, what was found there.
-    fn same(&self, one: &BTreeMap<Name, Value>, other: &BTreeMap<Name, Value>) -> Option<BTreeMap<Name, Value>> {
-        let is = |(name, value): (&Name, &Value)| {
-            let wanted = other.get(name)?;
-            let meant = self.below.gives_meaning(value);
-            let same = value == wanted || (meant && self.below.decide(Relation::Eq, value, wanted) == Some(true));
-            same.then(|| (name.clone(), value.clone()))
-        };
-        if one.len() == other.len() { one.iter().map(is).collect() } else { None }
     }
 
     fn maps(&self, one: &BTreeMap<Name, Value>, other: &BTreeMap<Name, Value>) -> Option<BTreeMap<Name, Value>> {
@@ -260,4 +286,18 @@ impl Merge {
         let side = above.sub(&below).ok()?.mul(&half).ok()?.with(&distance, &length).ok()?;
         middle.add(&side.mul(&self.difference.div(&length).ok()?).ok()?).ok()
     }
+}
+
+/// Values that are in another case, where they have a meaning, what was found there.
+pub(super) fn same(
+    one: &BTreeMap<Name, Value>,
+    other: &BTreeMap<Name, Value>,
+    known: &Assumptions,
+) -> Option<BTreeMap<Name, Value>> {
+    let is = |(name, value): (&Name, &Value)| {
+        let wanted = other.get(name)?;
+        let same = value == wanted || (known.gives_meaning(value) && equal(value, wanted, known));
+        same.then(|| (name.clone(), value.clone()))
+    };
+    if one.len() == other.len() { one.iter().map(is).collect() } else { None }
 }

@@ -4,19 +4,19 @@ use std::cell::Cell;
 
 use super::{Known, Unsettled, course_as_assumed};
 use crate::assumption::Assumptions;
-use crate::closed_form::Comparison;
 use crate::lower::{Environment, System};
 use crate::name::Name;
 use crate::period::Period;
 use crate::period::course::Course;
 use crate::recurrence::{InCase, Unknown, in_each_case};
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Relation, Value};
+use crate::verify::{equal, rounded, side};
 
 /// The most times that a run is followed, and that it is not known where it comes to, before that is known in a case.
-const MOST_RUNS: usize = 10;
-const MOST_FAILURES: usize = 2;
-/// The longest comparison that makes cases: a longer one says nothing to a reader, and takes long to decide.
-const MOST_SIZE: usize = 60;
+const MOST_RUNS: usize = 12;
+/// The most comparisons that one case may depend on.
+const MOST_ASKED: usize = 5;
+const MOST_FAILURES: usize = 4;
 
 /// What is found in a case; or why it is open there.
 pub(crate) type Found = Result<Known, Option<String>>;
@@ -51,7 +51,7 @@ pub(super) fn in_cases(
             }
         }
     };
-    let cases = in_each_case(&declared, known, &question(why, known, &declared), &ask, &enough).unwrap_or_default();
+    let cases = in_each_case((&declared, MOST_ASKED), known, &question(why, known, &declared), &ask, &enough).unwrap_or_default();
     let some = cases.iter().any(|case| case.found.is_ok());
     if some && !interrupted() { cases } else { Vec::new() }
 }
@@ -80,76 +80,15 @@ fn says(one: &Found, case: &InCase<Found>) -> bool {
         return false;
     };
     let known = &case.known;
-    let is = |relation, one: &Value, other: &Value| known.decide(relation, one, other) == Some(true);
+    let plain = |value: &Value| std::iter::successors(rounded(value, known), |value| rounded(value, known)).last();
+    let later = |from: &Value| known.decide(Relation::Gte, from, since) == Some(true);
     [lasting, from].into_iter().all(|time| known.gives_meaning(time))
-        && is(Relation::Eq, lasting, time)
-        && is(Relation::Gte, from, since)
+        && equal(lasting, time, known)
+        && (later(from) || plain(from).is_some_and(|from| later(&from)))
 }
 
 /// What would have to be known: of a maximum in it, first which of its elements it is.
 fn question(why: &Unsettled, known: &Assumptions, declared: &dyn Fn(&Name) -> bool) -> Unknown {
-    let open = why.asked.iter().find_map(|asked| of_parameters(asked, known, declared));
+    let open = why.asked.iter().find_map(|asked| side(asked, known, declared));
     Unknown { reason: why.reason.clone().unwrap_or_default(), open: open.map(Box::new) }
-}
-
-fn of_parameters(
-    (relation, left, right): &Comparison,
-    known: &Assumptions,
-    declared: &dyn Fn(&Name) -> bool,
-) -> Option<Comparison> {
-    let free = |value: &Value| value.variables().iter().all(declared);
-    // Of roots there are so many cases, and each so long, that they say nothing.
-    // Where it may have no value, neither it nor its opposite holds: they are not all cases.
-    let plain = |value: &Value| !has_root(value) && known.gives_meaning(value);
-    if ![left, right].into_iter().all(|side| free(side) && plain(side)) || left.size() + right.size() > MOST_SIZE {
-        return None;
-    }
-    let decided = |known: &Assumptions| known.decide(*relation, left, right).is_some();
-    if decided(known) {
-        return None;
-    }
-    let mut asked = Vec::new();
-    signs(left, &mut asked);
-    signs(right, &mut asked);
-    asked.retain(|(relation, left, right)| {
-        known.gives_meaning(left) && known.gives_meaning(right) && known.decide(*relation, left, right).is_none()
-    });
-    // With a comparison that tells in either case there are the fewest cases.
-    let tells = |(relation, left, right): &&Comparison| {
-        [*relation, relation.negated()].into_iter().all(|relation| {
-            let mut known = known.clone();
-            known.assume(relation, left, right);
-            decided(&known)
-        })
-    };
-    let best = asked.iter().find(tells).or(asked.first()).cloned();
-    Some(best.unwrap_or_else(|| (*relation, left.clone(), right.clone())))
-}
-
-/// The comparisons on which it depends which element of a maximum counts, and which case; those inside others first.
-fn signs(value: &Value, found: &mut Vec<Comparison>) {
-    for atom in value.atoms() {
-        atom.parts().into_iter().for_each(|inner| signs(inner, found));
-        match &atom {
-            Atom::Positive(inner) => found.extend(in_order(inner, &Value::zero()).into_iter().take(1)),
-            Atom::Maximum(elements) => {
-                let zero = std::iter::once(Value::zero());
-                let all: Vec<Value> = elements.iter().cloned().chain(zero).collect();
-                for (place, one) in all.iter().enumerate() {
-                    found.extend(all[place + 1..].iter().flat_map(|other| in_order(one, other)));
-                }
-            }
-            _ => {}
-        }
-    }
-}
-
-/// That one value is more than another, and that it is not less.
-fn in_order(one: &Value, other: &Value) -> [Comparison; 2] {
-    [Relation::Gtr, Relation::Gte].map(|order| (order, one.clone(), other.clone()))
-}
-
-fn has_root(value: &Value) -> bool {
-    let root = |atom: &Atom| matches!(atom, Atom::Root(_)) || atom.parts().into_iter().any(has_root);
-    value.atoms().iter().any(root)
 }
