@@ -166,8 +166,8 @@ fn blank(term: &Term) -> Option<Term> {
 }
 
 fn values_in(term: &Term, found: &mut Vec<Value>) {
-    found.extend(term.values().into_iter().cloned());
-    term.children().into_iter().for_each(|part| values_in(part, found));
+    found.extend(term.values().cloned());
+    term.children().for_each(|part| values_in(part, found));
 }
 
 fn everywhere(term: &Term, change: &dyn Fn(&Value) -> Option<Value>) -> Option<Term> {

@@ -51,7 +51,8 @@ pub(super) fn in_cases(
             }
         }
     };
-    let cases = in_each_case((&declared, MOST_ASKED), known, &question(why, known, &declared), &ask, &enough).unwrap_or_default();
+    let cases = in_each_case((&declared, MOST_ASKED), known, &question(why, known, &declared), &ask, &enough)
+        .unwrap_or_default();
     let some = cases.iter().any(|case| case.found.is_ok());
     if some && !interrupted() { cases } else { Vec::new() }
 }
