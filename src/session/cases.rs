@@ -5,6 +5,7 @@ use super::always::no_value;
 use super::matched::{RUN, Unfollowed, followed, with_run};
 use super::satisfies::said;
 use crate::assumption::Assumptions;
+use crate::closed_form::compared;
 use crate::fact::supposing;
 use crate::kernel::{Theory, Thm, check};
 use crate::law::{Condition, Connective};
@@ -80,8 +81,12 @@ impl InEach<'_> {
             Ok((_, proof)) => proof,
             Err(Unfollowed { why, undefined: true }) => return Err(no_value(&why)),
             Err(Unfollowed { why, .. }) => {
-                let cases: Vec<String> = hypotheses.iter().map(ToString::to_string).collect();
-                lost.push(format!("where {}: {}", cases.join(", "), said(&why)));
+                let case = |one: &Condition| match one {
+                    Condition::Compare(relation, left, right) => compared(&(*relation, left.clone(), right.clone())),
+                    other => other.to_string(),
+                };
+                let cases: Vec<String> = hypotheses.iter().map(case).collect();
+                lost.push(format!("where {}: {}", cases.join(" and "), said(&why)));
                 with_run(self.whole.clone(), run, *matched, RUN)
             }
         };

@@ -94,7 +94,7 @@ impl Run<'_, '_> {
         match each.proof(apart) {
             Ok((_, lost)) if !lost.is_empty() && !tried => found.remains = untried(&lost),
             Ok((checked, lost)) => {
-                found.it = Some(run.clone()).filter(|_| !apart.sides);
+                found.it = Some(run.clone()).filter(|_| !outcome.is_on_sides());
                 found.trace.extend(lost.iter().map(|why| format!("the kernel could not follow the run {why}")));
                 found.checked(theory, environment, Ok(checked));
             }

@@ -20,7 +20,7 @@ use crate::value::{Relation, Value};
 /// Pairs of parameters whose order is looked at either way.
 const MOST_SPLITS: usize = 3;
 /// Runs that are followed before no other side of a bound is looked at.
-const MOST_RUNS: usize = 40;
+const MOST_RUNS: usize = 30;
 
 /// What was found for either order of two values, from which what is found as one was made.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub struct Apart {
 impl Outcome {
     /// The runs as processes, each with the comparisons under which it is the run.
     pub fn runs(&self) -> Vec<(Vec<Comparison>, &Term)> {
-        let Some(apart) = self.apart.as_ref().filter(|apart| apart.sides) else {
+        let Some(apart) = self.apart.as_ref().filter(|_| self.is_on_sides()) else {
             return self.trajectory_term.iter().map(|run| (Vec::new(), run)).collect();
         };
         let mut runs = Vec::new();
@@ -48,6 +48,12 @@ impl Outcome {
             runs.extend(outcome.runs().into_iter().map(with));
         }
         runs
+    }
+
+    /// Whether the run is another on each side of some value, in some case.
+    pub fn is_on_sides(&self) -> bool {
+        let in_case = |apart: &Apart| apart.sides || apart.above.is_on_sides() || apart.below.is_on_sides();
+        self.apart.as_ref().is_some_and(|apart| in_case(apart))
     }
 }
 
@@ -72,7 +78,11 @@ fn split(
     most: usize,
 ) -> Outcome {
     let whole = look(assumptions);
-    let Verdict::Open { remaining } = &whole.verdict else { return whole };
+    let Verdict::Open { remaining } = &whole.verdict else {
+        // What is shown before something is open is proved, and the run is no process that the kernel could follow.
+        let untold = matches!(whole.verdict, Verdict::Proved) && !whole.is_told();
+        return if untold { on_sides(assumptions, &whole).unwrap_or(whole) } else { whole };
+    };
     if most == 0 {
         return on_sides(assumptions, &whole).unwrap_or(whole);
     }

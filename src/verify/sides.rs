@@ -41,8 +41,8 @@ fn sides(
     most: usize,
 ) -> Option<Sides> {
     match whole.verdict {
-        Verdict::Proved => return Some(Sides::One(Box::new(whole.clone()), known.clone())),
-        Verdict::Open { .. } if most > 0 => {}
+        Verdict::Proved if whole.is_told() => return Some(Sides::One(Box::new(whole.clone()), known.clone())),
+        Verdict::Proved | Verdict::Open { .. } if most > 0 => {}
         _ => return None,
     }
     let declared = known.variables();
@@ -117,8 +117,9 @@ impl Sides {
 pub(crate) fn rounded(value: &Value, known: &Assumptions) -> Option<Value> {
     value.atoms().iter().find_map(|atom| {
         let Atom::Floor(inner) = atom else { return None };
+        let inner = known.simplify(inner);
         let between = |least: &i64| {
-            let is = |relation, bound: i64| known.decide(relation, inner, &Value::integer(bound)) == Some(true);
+            let is = |relation, bound: i64| known.decide(relation, &inner, &Value::integer(bound)) == Some(true);
             is(Relation::Gte, *least) && is(Relation::Lss, *least + 1)
         };
         let number = [-1, 0, -2, 1].into_iter().find(between)?;
@@ -128,7 +129,8 @@ pub(crate) fn rounded(value: &Value, known: &Assumptions) -> Option<Value> {
 
 /// Whether two values are known to be equal, with their integer parts one after the other.
 pub(crate) fn equal(one: &Value, other: &Value, known: &Assumptions) -> bool {
-    if one == other || known.decide(Relation::Eq, one, other) == Some(true) {
+    let simply = || known.simplify(one) == known.simplify(other);
+    if one == other || known.decide(Relation::Eq, one, other) == Some(true) || simply() {
         return true;
     }
     rounded(one, known).is_some_and(|one| equal(&one, other, known))
