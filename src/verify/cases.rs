@@ -31,8 +31,9 @@ pub struct Apart {
     pub above: Outcome,
     /// Where it is less than 0, and known not to be 0; or where it is 0, and known not to be less; or where it is not more.
     pub below: Outcome,
-    /// Whether the run is another on each side, and not written as one.
-    pub sides: bool,
+    /// How it stands to 0 there: `<`, `=` or `<=`. Where it is not more, the run is another on each side, and not written as
+    /// one.
+    pub otherwise: Relation,
 }
 
 impl Outcome {
@@ -42,7 +43,7 @@ impl Outcome {
             return self.trajectory_term.iter().map(|run| (Vec::new(), run)).collect();
         };
         let mut runs = Vec::new();
-        for (outcome, relation) in [(&apart.above, Relation::Gtr), (&apart.below, Relation::Lte)] {
+        for (outcome, relation) in [(&apart.above, Relation::Gtr), (&apart.below, apart.otherwise)] {
             let here = (relation, apart.difference.clone(), Value::zero());
             let with = |(when, run): (Vec<Comparison>, _)| ([vec![here.clone()], when].concat(), run);
             runs.extend(outcome.runs().into_iter().map(with));
@@ -52,7 +53,8 @@ impl Outcome {
 
     /// Whether the run is another on each side of some value, in some case.
     pub fn is_on_sides(&self) -> bool {
-        let in_case = |apart: &Apart| apart.sides || apart.above.is_on_sides() || apart.below.is_on_sides();
+        let on_sides = |apart: &Apart| apart.otherwise == Relation::Lte;
+        let in_case = |apart: &Apart| on_sides(apart) || apart.above.is_on_sides() || apart.below.is_on_sides();
         self.apart.as_ref().is_some_and(|apart| in_case(apart))
     }
 }
@@ -175,7 +177,8 @@ impl Merge {
             _ => None,
         };
         let (above, below) = (one.clone(), other.clone());
-        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below, sides: false }));
+        found.apart =
+            Some(Box::new(Apart { difference: self.difference.clone(), above, below, otherwise: Relation::Lss }));
         if one.legs.len() != other.legs.len() {
             return None;
         }
@@ -196,7 +199,8 @@ impl Merge {
             return None;
         }
         let (above, below) = (one.clone(), other.clone());
-        found.apart = Some(Box::new(Apart { difference: self.difference.clone(), above, below, sides: false }));
+        found.apart =
+            Some(Box::new(Apart { difference: self.difference.clone(), above, below, otherwise: Relation::Eq }));
         Some(found)
     }
 

@@ -108,7 +108,7 @@ impl Sides {
             None => return None,
         };
         let mut found = Outcome { legs: Vec::new(), ..one.clone() };
-        found.apart = Some(Box::new(Apart { difference: difference.clone(), above, below, sides: true }));
+        found.apart = Some(Box::new(Apart { difference: difference.clone(), above, below, otherwise: Relation::Lte }));
         Some(found)
     }
 }
