@@ -35,7 +35,7 @@ pub use nested::{Layer, Nested, layer};
 pub(crate) use pieces::for_all_signs;
 pub(crate) use rounds::{by_place, first_lap, first_round, with_first_round};
 pub(crate) use signs::settled_by;
-pub(crate) use text::{bracketed, compared, needed};
+pub(crate) use text::{as_it_stands, bracketed, compared, needed};
 
 /// A comparison that must hold for a result to be right.
 pub type Comparison = (Relation, Value, Value);

@@ -184,7 +184,8 @@ pub(crate) fn needed(comparison: &Comparison) -> String {
     format!("if {}", as_it_stands(comparison))
 }
 
-fn as_it_stands((relation, left, right): &Comparison) -> String {
+/// A comparison with its sides as they are.
+pub(crate) fn as_it_stands((relation, left, right): &Comparison) -> String {
     let [left, right] = [left, right].map(|side| chosen(side.to_string()));
     format!("{left} {} {right}", relation.symbol())
 }

@@ -59,8 +59,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) images: BTreeMap<Name, Value>,
     /// What values need that have been read, and where, while that is kept.
     pub(super) needed: Option<Vec<(Need, Span)>>,
-    /// What must hold of parameters for the equations read to mean something, where the values have lost it.
-    pub(super) cancelled: Vec<Comparison>,
+    /// What must hold of parameters for the equations read to mean something.
+    pub(super) conditions: Vec<Comparison>,
     /// How often bodies of functions may still be read anew, and how deep in others this one is.
     pub(super) readings: usize,
     pub(super) depth: usize,
@@ -100,7 +100,7 @@ impl<'e> Lowerer<'e> {
             shapes: BTreeMap::new(),
             images: BTreeMap::new(),
             needed: None,
-            cancelled: Vec::new(),
+            conditions: Vec::new(),
             readings: 10_000,
             depth: 0,
             errors: Vec::new(),

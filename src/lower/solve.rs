@@ -10,7 +10,7 @@ use num_traits::ToPrimitive;
 use super::scope::Lowerer;
 use super::terms::components;
 use crate::ast::{self, Argument, Ident, Value as Written, ValueKind};
-use crate::closed_form::{Comparison, Recurrence, Sequence};
+use crate::closed_form::{Comparison, Recurrence, Sequence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Relation, Sort, Value};
@@ -34,8 +34,7 @@ pub struct Question {
     pub find: Option<(Relation, Value, Value)>,
     /// The same as it was asked, where several comparisons have become one.
     pub asked: Option<String>,
-    /// What must hold of parameters for the equations to mean something, where the values have lost it: `v != 0` of
-    /// `r(n)/v*v`.
+    /// What must hold of parameters for the equations to mean something: `v != 0` of `r(n)/v*v`.
     pub conditions: Vec<Comparison>,
     /// What is to be said of the equations.
     pub notes: Vec<String>,
@@ -44,7 +43,7 @@ pub struct Question {
 impl Question {
     /// What is looked for, as text: as it was asked, or this.
     pub fn goal(&self, (relation, left, right): (Relation, &Value, &Value)) -> String {
-        self.asked.clone().unwrap_or_else(|| format!("{left} {} {right}", relation.symbol()))
+        self.asked.clone().unwrap_or_else(|| as_it_stands(&(relation, left.clone(), right.clone())))
     }
 }
 
@@ -103,7 +102,7 @@ impl Lowerer<'_> {
             Some(find) => self.find(find, &lengths, &recurrence).map(|(find, asked)| (Some(find), asked))?,
             None => (None, None),
         };
-        Some(Question { recurrence, find, asked, conditions: std::mem::take(&mut self.cancelled), notes })
+        Some(Question { recurrence, find, asked, conditions: std::mem::take(&mut self.conditions), notes })
     }
 
     /// First values that are given although the equation would make them, and not what it would make them.
@@ -283,8 +282,10 @@ impl Lowerer<'_> {
                 return self.wrong(name.span, text);
             };
             let first = *values.keys().next()?;
-            if values.keys().zip(first..).any(|(index, wanted)| *index != wanted) {
-                return self.wrong(name.span, format!("the first values of `{}` have gaps", name.name));
+            if let Some((_, missing)) = values.keys().zip(first..).find(|(index, wanted)| **index != *wanted) {
+                let name = &name.name;
+                let text = format!("the first values of `{name}` have gaps: `{name}({missing})` is not given");
+                return self.wrong(values.values().next()?.span, text);
             }
             if *from.get_or_insert(first) != first {
                 return self.wrong(name.span, "all sequences must begin with the same index");

@@ -95,7 +95,7 @@ impl Lowerer<'_> {
 
     /// What an equation divides by, or takes a root of, must not cancel where it may be 0, or negative, for a term or an
     /// index: the equation would have a value there that it does not have as it is written. Of parameters alone that is kept
-    /// as a condition.
+    /// as a condition, whether it cancels or not.
     pub(super) fn kept(
         &mut self,
         needed: Vec<(Need, Span)>,
@@ -119,15 +119,15 @@ impl Lowerer<'_> {
             let need = if divides { Need::Nonzero(part.clone()) } else { need };
             let never = || divides && first_zero(&part, index, from) == Some(None);
             let granted = known.grants(&need);
-            if need.follows_from(&needs) || granted == Some(true) || never() {
+            if granted == Some(true) || (varies(&part) && (need.follows_from(&needs) || never())) {
                 continue;
             }
             if granted.is_none() && !varies(&part) {
                 let relation = if divides { Relation::Neq } else { Relation::Gte };
                 for factor in need.apart() {
                     let condition = (relation, factor.value().clone(), Value::zero());
-                    if !self.cancelled.contains(&condition) {
-                        self.cancelled.push(condition);
+                    if !self.conditions.contains(&condition) {
+                        self.conditions.push(condition);
                     }
                 }
                 continue;

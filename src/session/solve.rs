@@ -16,13 +16,14 @@ use crate::value::{Relation, Value};
 /// With this the line begins that tells the proof of the forms.
 const CHECKED: &str = "checked by induction";
 
-/// The lines of the answer, and what came of the expectations; with what the equations need of the parameters where that has
-/// cancelled.
+/// The lines of the answer, and what came of the expectations, where the parameters are as the equations need them.
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let mut known = waiting.environment.assumptions.clone();
     question.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
     let (mut lines, expected) = resting(question, (&waiting.expected, &known), stop);
-    let proof = lines.iter().position(|line| line.starts_with(CHECKED)).unwrap_or(lines.len());
+    // Of all cases they are told before the first of them.
+    let in_cases = lines.first().is_some_and(|line| line.ends_with(':'));
+    let proof = lines.iter().position(|line| in_cases || line.starts_with(CHECKED)).unwrap_or(lines.len());
     for line in question.conditions.iter().map(needed) {
         if !lines.contains(&line) {
             lines.insert(proof, line);
@@ -35,7 +36,7 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
 /// The expectations with their texts, and what is known of the parameters.
 type Given<'a> = (&'a [(Expectation, String)], &'a Assumptions);
 
-/// The same, as far as nothing has cancelled. Where an equation has no value once the terms are at a point, and no form for
+/// The same, with what is known of the parameters. Where an equation has no value once the terms are at a point, and no form for
 /// that reason, they stay there, which is said.
 fn resting(question: &Question, given: Given<'_>, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let (_, known) = given;

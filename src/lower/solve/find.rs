@@ -3,7 +3,7 @@
 use super::super::scope::Lowerer;
 use super::Lengths;
 use crate::ast::{self, Comparison};
-use crate::closed_form::Recurrence;
+use crate::closed_form::{Recurrence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Relation, Sort, Value, ValueError};
@@ -39,15 +39,10 @@ impl Lowerer<'_> {
             return together.pop().map(|only| (only, None));
         }
         let span = find.either.comparisons().map(|one| one.span).reduce(Span::to)?;
-        let text = |together: &Vec<Sides>| together.iter().map(text).collect::<Vec<_>>().join(" and ");
+        let text = |together: &Vec<Sides>| together.iter().map(as_it_stands).collect::<Vec<_>>().join(" and ");
         let asked = all.iter().map(text).collect::<Vec<_>>().join(" or ");
-        let sought = self.checked_sides(as_one(&all), span)?;
-        Some((sought, Some(asked)))
-    }
-
-    fn checked_sides(&mut self, sides: Result<Sides, ValueError>, span: Span) -> Option<Sides> {
-        match sides {
-            Ok(sides) => Some(sides),
+        match as_one(&all) {
+            Ok(sought) => Some((sought, Some(asked))),
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
     }
@@ -82,14 +77,6 @@ impl Lowerer<'_> {
         }
         Some((one.relation, left, right))
     }
-}
-
-fn text((relation, left, right): &Sides) -> String {
-    let side = |value: &Value| {
-        let text = value.to_string();
-        if text.starts_with("if ") { format!("({text})") } else { text }
-    };
-    format!("{} {} {}", side(left), relation.symbol(), side(right))
 }
 
 /// What is above 0, or at least 0, just where a comparison holds, of vectors by their distance; whether it must be above.
