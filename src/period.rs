@@ -355,6 +355,11 @@ pub struct Period {
 }
 
 impl Period {
+    /// All ways: those from the start, then those from each phase.
+    pub fn ways(&self) -> impl Iterator<Item = &Edge> {
+        self.initial.iter().chain(self.phases.iter().flat_map(|phase| &phase.edges))
+    }
+
     /// How long one round takes, where the phases are gone through in one way only and take the same time for ever.
     pub fn lasting(&self) -> Option<Value> {
         drift::round(&self.initial, &self.phases)

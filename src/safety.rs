@@ -322,7 +322,7 @@ fn not_followed(reason: &str, states: usize) -> Vec<String> {
 
 /// Whether some phase shows all that the claim speaks of.
 fn may_speak(period: &Period, claim: &Claim) -> bool {
-    let edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let edges = period.ways();
     let speaks = |observed: &[Term]| claim.duties(observed).map_or(true, |duties| !duties.is_empty());
     edges.into_iter().any(|edge| {
         let silent = matches!(&edge.next, Next::End(End::Silent { observed, .. }) if speaks(observed));

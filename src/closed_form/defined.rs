@@ -169,17 +169,7 @@ impl<'a> Defined<'a> {
             let given: BTreeSet<Value> = given.needs().into_iter().filter_map(inner).collect();
             rest.retain(|inner| !given.contains(inner));
         }
-        for inner in &rest {
-            match self.known().grants(&Need::Nonnegative(inner.clone())) {
-                Some(true) => {}
-                Some(false) => return Err(Unchecked(format!("it takes the root of {inner}, which is negative"))),
-                None if inner.mentions(self.index) => {
-                    return Err(Unchecked(format!("it must be known whether {inner} is ever negative")));
-                }
-                None => self.not_negative(inner),
-            }
-        }
-        Ok(())
+        rest.iter().try_for_each(|inner| self.never_negative(inner, self.from))
     }
 
     /// Makes sure that what is free of terms is as it must be at every index from this one on: adds conditions on what is

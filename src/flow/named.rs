@@ -23,7 +23,7 @@ pub struct Named {
 /// All names that stand in what is said of the phases, or are declared for the whole text.
 pub(super) fn spoken_of(period: &Period, environment: &Environment) -> BTreeSet<Name> {
     let mut names: BTreeSet<Name> = environment.quantities().map(|(name, _)| name.clone()).collect();
-    let edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let edges = period.ways();
     for edge in edges {
         let tests = edge.tests.iter().flat_map(|test| [&test.left, &test.right]);
         let passed = edge.communications.iter().map(|(_, value)| value);

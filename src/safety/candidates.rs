@@ -169,6 +169,6 @@ fn drop_one_round(
 
 /// The ways into a phase.
 pub(super) fn entries(period: &Period, number: usize) -> impl Iterator<Item = &Edge> {
-    let all = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let all = period.ways();
     all.filter(move |edge| edge.next == Next::Phase(number))
 }

@@ -176,7 +176,7 @@ pub fn supposed(assumptions: &Assumptions, tests: &[Test]) -> Assumptions {
 /// What is assumed, and that what is drawn from has its lower bound first.
 fn drawable(period: &Period, assumptions: &Assumptions) -> Assumptions {
     let mut known = assumptions.clone();
-    let edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let edges = period.ways();
     for (_, distribution) in edges.flat_map(|edge| &edge.draws) {
         if let View::Distribution(kind, ends) = distribution.view()
             && let ("Uniform", [low, high]) = (kind.as_str(), ends.as_slice())

@@ -278,7 +278,7 @@ fn course_as_assumed(
 
 /// By the closed forms of leg after leg: a leg that goes on for ever, or legs that come again and take the same times.
 fn by_legs(period: &Period, environment: &Environment, interrupted: &dyn Fn() -> bool) -> Result<Known, Unsettled> {
-    let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let mut edges = period.ways();
     if edges.any(|edge| !edge.draws.is_empty()) {
         return Err(Unsettled::default());
     }

@@ -56,7 +56,7 @@ pub(crate) fn parted(
     for (own, period) in groups.into_iter().zip(periods) {
         together = together.saturating_mul(period.phases.iter().map(|phase| phase.edges.len()).sum::<usize>().max(1));
         let goes_on = |edge: &period::Edge| matches!(edge.next, Next::Phase(_));
-        if !period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges)).all(goes_on) {
+        if !period.ways().all(goes_on) {
             return None;
         }
         parts.push(Part { system: System { name: system.name.clone(), components: own }, period });

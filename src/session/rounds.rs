@@ -86,7 +86,7 @@ pub(super) fn how_far(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Grounds {
-    let mut edges = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
+    let mut edges = period.ways();
     let counted = count(period, (system, environment), MOST_FAILURES, interrupted);
     match (counted.undefined, counted.why) {
         (Some(why), _) => Grounds::Undefined(why),

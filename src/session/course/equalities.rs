@@ -24,9 +24,8 @@ pub(super) fn by_equalities(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Vec<InCase<Found>> {
-    let ways = || period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
     let cut_off = |value: &Value| value.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)));
-    if !ways().flat_map(|edge| &edge.tests).any(|test| cut_off(&test.left) || cut_off(&test.right)) {
+    if !period.ways().flat_map(|edge| &edge.tests).any(|test| cut_off(&test.left) || cut_off(&test.right)) {
         return Vec::new();
     }
     let mut leaves: Vec<(Vec<Comparison>, Assumptions)> = vec![(Vec::new(), environment.assumptions.clone())];
@@ -63,10 +62,7 @@ fn split((assumed, known): &(Vec<Comparison>, Assumptions), difference: &Value) 
 /// The differences of names that are asked to be 0, those of the most ways that end first.
 fn asked(period: &Period, environment: &Environment) -> Vec<Value> {
     let mut found = may_be_equal(period, environment);
-    let ends = || {
-        let all = period.initial.iter().chain(period.phases.iter().flat_map(|phase| &phase.edges));
-        all.filter(|edge| matches!(edge.next, Next::End(_)))
-    };
+    let ends = || period.ways().filter(|edge| matches!(edge.next, Next::End(_)));
     let differences = |edge: &Edge| {
         let equal = edge.tests.iter().filter(|test| test.relation == Relation::Eq);
         equal.filter_map(|test| test.left.sub(&test.right).ok()).collect::<Vec<_>>()
