@@ -447,8 +447,8 @@ impl Lexer<'_> {
             let advice = match letter {
                 '~' => "equality of processes is written `=`, weak equality `~~`",
                 '→' | '⇒' => "a law that simplifies is written `=>`",
-                '!' => "\"not equal\" is written `!=`",
-                '&' | '∧' => "several conditions are separated by commas",
+                '!' => "\"not equal\" is written `!=`, and behind `if` and `find n with` \"not\" is a word",
+                '&' | '∧' => "behind `if` and `find n with` write `and`, elsewhere a comma",
                 '%' => "a comment begins with `//`",
                 _ => "the signs of the language are ; | # ^ _ < > ( ) { } + - * / and = != <= >=",
             };

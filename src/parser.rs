@@ -326,8 +326,11 @@ impl<'t> Parser<'t> {
                 .label(Span::new(end, end), format!("expected {what}"));
         }
         let found = excerpt(token.span.of(self.text));
-        Diagnostic::error(UNEXPECTED, format!("expected {what}, found `{found}`"))
-            .label(token.span, format!("expected {what}"))
+        let wrong = Diagnostic::error(UNEXPECTED, format!("expected {what}, found `{found}`"))
+            .label(token.span, format!("expected {what}"));
+        let before = self.position.checked_sub(1).and_then(|index| self.tokens.get(index));
+        let twice = before.is_some_and(|before| before.kind == Kind::Equal && before.span.end == token.span.start);
+        if twice && token.kind == Kind::Equal { wrong.help("equality is written with one `=`") } else { wrong }
     }
 
     /// Runs `read` one level deeper; refuses to go deeper than [`DEEPEST`].

@@ -41,6 +41,19 @@ fn what_cancels_of_parameters_is_a_condition() {
 }
 
 #[test]
+fn what_an_answer_in_cases_needs_stands_before_its_cases() {
+    let question = |rest: &str| format!("param a, M\nsolve x(n+1) = x(n)+{rest} find n with x(n) >= 3\n");
+    let lines = told(&question("abs(1/M), x(0) = 0"));
+    assert_eq!(lines.get(1).map(String::as_str), Some("if M != 0"), "{}", lines.join("\n"));
+    for line in ["if M > 0:", "if M < 0:", "in every order: n = ceil(3*abs(M)) is the first with x(n) >= 3"] {
+        assert!(lines.iter().any(|other| other == line), "not said: {line}\n{}", lines.join("\n"));
+    }
+    for rest in ["abs(a/M), x(0) = 0", "max(1,a/M), x(0) = 0"] {
+        assert_eq!(told(&question(rest)).get(1).map(String::as_str), Some("if M != 0"), "{rest}");
+    }
+}
+
+#[test]
 fn a_sum_of_roots_is_a_form_where_each_root_has_a_value() {
     says("solve x(n+1) = x(n)+sqrt(n^2-10*n+30), x(0) = 0\n", &["x(n) = sum(k=0..n-1, sqrt(k^2-10*k+30))"]);
     says("param p\nsolve x(n+1) = x(n)+sqrt(n+p), x(0) = 0\n", &["x(n) = sum(k=0..n-1, sqrt(k+p))", "if p >= 0"]);

@@ -2,7 +2,7 @@
 
 use super::{Parse, Parser, Role};
 use crate::ast::{Comparison, Either, ValueKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind};
 use crate::value::Relation;
 
@@ -49,33 +49,89 @@ impl Parser<'_> {
         Ok(ValueKind::Cases(all))
     }
 
-    /// Comparisons, joined by `and` and `or`, of which `and` binds closer.
+    /// Comparisons, joined by `and` and `or`, of which `and` binds closer, with brackets and `not`.
     pub(super) fn either(&mut self) -> Parse<Either> {
-        let start = self.token().span.start;
-        let mut all = vec![self.together()?];
+        let mut all = self.together()?;
         while self.at_spelling("or") {
             self.advance();
-            all.push(self.together()?);
+            all.extend(self.together()?);
         }
-        let count = all.iter().map(Vec::len).sum::<usize>();
-        if count > MOST_COMPARISONS {
-            let span = self.since(start);
-            return self.fail(
-                Diagnostic::error("P0201", format!("a condition of more than {MOST_COMPARISONS} comparisons"))
-                    .label(span, format!("{count} comparisons"))
-                    .help("choose step by step: `if a < b then (if c < d then x else y) else z`"),
-            );
-        }
+        self.few_enough(&all)?;
         Ok(Either(all))
     }
 
-    fn together(&mut self) -> Parse<Vec<Comparison>> {
-        let mut all = self.in_a_row()?;
+    fn few_enough(&mut self, all: &[Vec<Comparison>]) -> Parse<()> {
+        let count = all.iter().map(Vec::len).sum::<usize>();
+        if count <= MOST_COMPARISONS {
+            return Ok(());
+        }
+        let Some(span) = all.iter().flatten().map(|one| one.span).reduce(Span::to) else { return Ok(()) };
+        self.fail(
+            Diagnostic::error("P0201", format!("a condition of more than {MOST_COMPARISONS} comparisons"))
+                .label(span, format!("{count} comparisons, as `or` of what `and` joins"))
+                .help("choose step by step: `if a < b then (if c < d then x else y) else z`"),
+        )
+    }
+
+    fn together(&mut self) -> Parse<Vec<Vec<Comparison>>> {
+        let mut all = self.operand()?;
         while self.at_spelling("and") {
             self.advance();
-            all.extend(self.in_a_row()?);
+            all = both(&all, &self.operand()?);
+            self.few_enough(&all)?;
         }
         Ok(all)
+    }
+
+    /// What `and` joins: comparisons in a row, a condition in brackets, or `not` with one of these.
+    fn operand(&mut self) -> Parse<Vec<Vec<Comparison>>> {
+        if self.at_spelling("not") && sign(self.ahead(1).kind).is_none() {
+            self.advance();
+            let all = self.nested(Parser::operand)?;
+            let opposite =
+                all.iter().map(|together| together.iter().map(|one| vec![opposite(one)]).collect::<Vec<_>>());
+            let mut denied = vec![Vec::new()];
+            for one in opposite {
+                denied = both(&denied, &one);
+                self.few_enough(&denied)?;
+            }
+            return Ok(denied);
+        }
+        if self.encloses_a_comparison() {
+            self.advance();
+            let Either(all) = self.nested(Parser::either)?;
+            self.require(Kind::CloseRound, "`and`, `or` or `)`")?;
+            let reckons = matches!(self.kind(), Kind::Plus | Kind::Minus | Kind::Star | Kind::Slash | Kind::Caret);
+            if reckons || sign(self.kind()).is_some() {
+                let advice = "a condition in brackets is no value: choose one, `(if a > b then 1 else 0)`";
+                let wrong = self.wrong("`and` or `or`").help(advice);
+                return self.fail(wrong);
+            }
+            return Ok(all);
+        }
+        Ok(vec![self.in_a_row()?])
+    }
+
+    /// Whether a bracket begins here that has a condition in it, and no value.
+    fn encloses_a_comparison(&self) -> bool {
+        let (mut round, mut curly, mut choices) = (0_usize, 0_usize, 0_usize);
+        for token in self.tokens.get(self.position..).unwrap_or(&[]) {
+            match token.kind {
+                Kind::OpenRound => round += 1,
+                Kind::CloseRound => round = round.saturating_sub(1),
+                Kind::OpenCurly => curly += 1,
+                Kind::CloseCurly => curly = curly.saturating_sub(1),
+                Kind::Word(Keyword::If) if curly == 0 => choices += 1,
+                Kind::Word(Keyword::Then) if curly == 0 => choices = choices.saturating_sub(1),
+                Kind::Word(keyword) if keyword.begins_item() => return false,
+                kind if sign(kind).is_some() && round > 0 && curly == 0 && choices == 0 => return true,
+                _ => {}
+            }
+            if round == 0 {
+                return false;
+            }
+        }
+        false
     }
 
     /// `a <= b < c`: as many comparisons as signs, which all point the same way.
@@ -88,11 +144,11 @@ impl Parser<'_> {
                 return if all.is_empty() { self.unexpected("a comparison such as `<` or `=`") } else { Ok(all) };
             };
             if let Some(other) = all.iter().map(|one| one.relation).find(|other| !alike(*other, relation)) {
-                let text = format!("`{}` behind `{}` in one comparison", relation.symbol(), other.symbol());
+                let (one, two) = (other.symbol(), relation.symbol());
                 return self.fail(
-                    Diagnostic::error("P0201", text)
-                        .label(sign, "this sign points another way")
-                        .help("join two comparisons by `and`: `a < b and b > c`"),
+                    Diagnostic::error("P0201", format!("`{two}` behind `{one}` in one comparison"))
+                        .label(sign, "the signs of one comparison point one way")
+                        .help(format!("join two comparisons by `and`: `a {one} b and b {two} c`")),
                 );
             }
             let right = self.value()?;
@@ -103,15 +159,7 @@ impl Parser<'_> {
 
     /// Takes a comparison sign, if one follows.
     pub(super) fn relation(&mut self) -> Option<Relation> {
-        let relation = match self.kind() {
-            Kind::Equal => Relation::Eq,
-            Kind::NotEqual => Relation::Neq,
-            Kind::Greater => Relation::Gtr,
-            Kind::GreaterEqual => Relation::Gte,
-            Kind::Less => Relation::Lss,
-            Kind::LessEqual => Relation::Lte,
-            _ => return None,
-        };
+        let relation = sign(self.kind())?;
         self.advance();
         Some(relation)
     }
@@ -119,6 +167,28 @@ impl Parser<'_> {
     pub(super) fn at_spelling(&self, word: &str) -> bool {
         self.at(Kind::Lower) && self.spelling() == word
     }
+}
+
+/// The comparison that a sign stands for.
+fn sign(kind: Kind) -> Option<Relation> {
+    Some(match kind {
+        Kind::Equal => Relation::Eq,
+        Kind::NotEqual => Relation::Neq,
+        Kind::Greater => Relation::Gtr,
+        Kind::GreaterEqual => Relation::Gte,
+        Kind::Less => Relation::Lss,
+        Kind::LessEqual => Relation::Lte,
+        _ => return None,
+    })
+}
+
+/// What holds where both hold, each as `or` of what `and` joins.
+fn both(one: &[Vec<Comparison>], other: &[Vec<Comparison>]) -> Vec<Vec<Comparison>> {
+    one.iter().flat_map(|left| other.iter().map(move |right| [left.as_slice(), right].concat())).collect()
+}
+
+fn opposite(comparison: &Comparison) -> Comparison {
+    Comparison { relation: comparison.relation.negated(), ..comparison.clone() }
 }
 
 /// Whether two signs may stand in one chain of comparisons.
