@@ -104,7 +104,8 @@ pub(super) fn hidden_needs(
             continue;
         }
         if !of_terms(&need) {
-            defined.always(&need, recurrence.from)?;
+            let from = defined.first_possible(&known, recurrence.from);
+            defined.always(&need, from)?;
             continue;
         }
         let under = need.substitute(&images)?;
@@ -129,31 +130,66 @@ pub(crate) fn needs_in_cases(
     images: &BTreeMap<Name, Value>,
     known: &Assumptions,
 ) -> Result<Vec<(Assumptions, Need)>, ValueError> {
-    in_cases(next, images, known, MOST_CASES)
-}
-
-fn in_cases(
-    next: &Value,
-    images: &BTreeMap<Name, Value>,
-    known: &Assumptions,
-    more: usize,
-) -> Result<Vec<(Assumptions, Need)>, ValueError> {
-    let condition = next.atoms().into_iter().find(|atom| matches!(atom, Atom::Positive(_))).filter(|_| more > 0);
-    let Some(atom @ Atom::Positive(inner)) = &condition else {
-        return Ok(next.needs().into_iter().map(|need| (known.clone(), need)).collect());
-    };
-    let (image, zero) = (inner.substitute(images)?, Value::zero());
-    // The condition itself is asked for whether it holds or not.
-    let mut found: Vec<(Assumptions, Need)> = inner.needs().into_iter().map(|need| (known.clone(), need)).collect();
-    for (holds, relation) in [(1, Relation::Gtr), (0, Relation::Lte)] {
-        let mut here = known.clone();
-        here.assume(relation, &image, &zero);
-        if !here.contradictory() {
-            let settled = next.with_atom(atom, &Value::integer(holds))?;
-            found.extend(in_cases(&settled, images, &here, more - 1)?);
-        }
+    let mut found = Vec::new();
+    for Case { known, value, asked } in in_cases(next, images, known)? {
+        found.extend(asked);
+        found.extend(value.needs().into_iter().map(|need| (known.clone(), need)));
     }
     Ok(found)
+}
+
+/// A value where its conditions hold, or do not.
+pub(crate) struct Case {
+    /// What is known there.
+    pub known: Assumptions,
+    /// What the value is there; maxima stay, and the conditions beyond [`MOST_CASES`] of them.
+    pub value: Value,
+    /// What the conditions need that decide it, with what is known where they are looked at.
+    pub asked: Vec<(Assumptions, Need)>,
+}
+
+/// A value in each of its cases, where these are put in for names in its conditions.
+pub(crate) fn in_cases(
+    value: &Value,
+    images: &BTreeMap<Name, Value>,
+    known: &Assumptions,
+) -> Result<Vec<Case>, ValueError> {
+    let whole = Case { known: known.clone(), value: value.clone(), asked: Vec::new() };
+    let mut found = Vec::new();
+    split(whole, images, MOST_CASES, &mut found)?;
+    Ok(found)
+}
+
+fn split(case: Case, images: &BTreeMap<Name, Value>, more: usize, found: &mut Vec<Case>) -> Result<(), ValueError> {
+    let conditions: Vec<Atom> =
+        case.value.atoms().into_iter().filter(|atom| matches!(atom, Atom::Positive(_))).collect();
+    // What has a value there is looked at first: it may be what the others are asked behind.
+    let has_value = |atom: &&Atom| {
+        let needs = atom.parts().into_iter().flat_map(Value::needs);
+        needs.filter(|need| !matches!(need, Need::Natural(_))).all(|need| case.known.grants(&need) == Some(true))
+    };
+    let condition = conditions.iter().find(has_value).or(conditions.first()).cloned();
+    let Some(atom @ Atom::Positive(inner)) = condition.as_ref().filter(|_| more > 0) else {
+        found.push(case);
+        return Ok(());
+    };
+    let (image, zero) = (inner.substitute(images)?, Value::zero());
+    let mut asked = case.asked.clone();
+    asked.extend(inner.needs().into_iter().map(|need| (case.known.clone(), need)));
+    let before = found.len();
+    for (holds, relation) in [(1, Relation::Gtr), (0, Relation::Lte)] {
+        let mut known = case.known.clone();
+        known.assume(relation, &image, &zero);
+        if !known.contradictory() {
+            let value = case.value.with_atom(atom, &Value::integer(holds))?;
+            split(Case { known, value, asked: asked.clone() }, images, more - 1, found)?;
+        }
+    }
+    // A condition that neither holds nor does not has no value.
+    if found.len() == before {
+        found.push(Case { asked, ..case });
+    }
+    Ok(())
 }
 
 /// Makes sure that nothing is 0 by which an equation divides, where products are among the terms: one is never 0 if none of

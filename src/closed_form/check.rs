@@ -112,7 +112,7 @@ impl Induction<'_> {
         let by_pieces = self.forms.iter().any(|form| matches!(form, Form::Pieces(_)));
         for sequence in self.recurrence.sequences.iter().filter(|_| !plain) {
             match terms.iter().find(|(name, ..)| divides_by(&sequence.next, name)) {
-                None => self.defined.value(&sequence.next, from)?,
+                None => self.defined.in_each_case(&sequence.next, from)?,
                 // Asked in each piece, where it is known what the terms are.
                 Some(_) if by_pieces => {}
                 Some(_) => {
@@ -143,7 +143,7 @@ impl Induction<'_> {
     fn form_divisors(&mut self, form: &Form, from: i64) -> Result<(), Unchecked> {
         match form {
             Form::Value(early, value) => {
-                self.defined.value(value, from.saturating_add_unsigned(early.len() as u64))?;
+                self.defined.in_each_case(value, from.saturating_add_unsigned(early.len() as u64))?;
                 self.defined.roots(value, self.recurrence)
             }
             Form::Sum(_, sum) => self.defined.sum(sum, from),
@@ -155,7 +155,7 @@ impl Induction<'_> {
             Form::Turns(forms) => forms.iter().try_for_each(|form| self.form_divisors(form, 0)),
             Form::Pieces(pieces) => pieces.iter().try_for_each(|piece| {
                 let first = piece.from.as_rational().and_then(|first| first.to_integer().to_i64());
-                self.defined.value(&piece.form, first.map_or(from, |first| first.max(from)))?;
+                self.defined.in_each_case(&piece.form, first.map_or(from, |first| first.max(from)))?;
                 self.defined.roots(&piece.form, self.recurrence)
             }),
         }

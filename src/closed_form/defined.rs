@@ -1,11 +1,12 @@
 //! Where a value is defined: what its denominators must not be.
 
 use std::cell::OnceCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_bigint::BigInt;
-use num_traits::{One, Signed, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
+use super::apart::{Case, in_cases};
 use super::{Comparison, Recurrence, Unchecked, layer};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::tail::throughout;
@@ -41,6 +42,9 @@ fn polynomial_in(value: &Value, index: &Name) -> Option<Univariate> {
         _ => None,
     }
 }
+
+/// The most indices that are passed over since a case cannot be there.
+const MOST_IMPOSSIBLE: i64 = 64;
 
 /// The layers that may stand in a value: how many there are, and which of them are known not to be 0.
 #[derive(Clone, Copy)]
@@ -89,6 +93,57 @@ impl<'a> Defined<'a> {
     /// index.
     pub(super) fn value(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
         self.in_layers(value, from, Layers { count: 0, fine: &[] })
+    }
+
+    /// The same where a value has conditions: what is divided by in one case only must not be 0 in that.
+    pub(super) fn in_each_case(&mut self, value: &Value, from: i64) -> Result<(), Unchecked> {
+        if !value.atoms().iter().any(|atom| matches!(atom, Atom::Positive(_))) {
+            return self.value(value, from);
+        }
+        for Case { known, value, asked } in in_cases(value, &BTreeMap::new(), self.known())? {
+            let mut below = Vec::new();
+            if let Some((_, denominator)) = value.polynomials() {
+                below = factors(denominator)?;
+                self.inverted(&value, from, &mut below)?;
+            }
+            below.retain(|part| !self.never_zero_where(&known, part, from));
+            self.none_zero(below, from, Layers { count: 0, fine: &[] })?;
+            for (known, need) in asked {
+                if let Need::Nonzero(part) = &need
+                    && !self.never_zero_where(&known, part, from)
+                {
+                    self.always(&need, from)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// An index, from this one on, before which this cannot be.
+    pub(super) fn first_possible(&self, known: &Assumptions, from: i64) -> i64 {
+        let possible = |at: &i64| {
+            let mut here = known.clone();
+            here.assume(Relation::Eq, &Value::variable(self.index), &Value::integer(*at));
+            !here.contradictory()
+        };
+        let all = from..from.saturating_add(MOST_IMPOSSIBLE);
+        all.clone().find(possible).unwrap_or(all.end)
+    }
+
+    /// Whether a value is not 0 at any index from this one on at which this can be.
+    fn never_zero_where(&self, known: &Assumptions, value: &Value, mut from: i64) -> bool {
+        if known.grants(&Need::Nonzero(value.clone())) == Some(true) {
+            return true;
+        }
+        for _ in 0..MOST_COEFFICIENTS {
+            let Some(zero) = first_zero(value, self.index, from) else { return false };
+            let Some(zero) = zero else { return true };
+            let (Some(zero), mut here) = (zero.to_i64(), known.clone()) else { return false };
+            here.assume(Relation::Eq, &Value::variable(self.index), &Value::integer(zero));
+            let Some(next) = zero.checked_add(1).filter(|_| here.contradictory()) else { return false };
+            from = next;
+        }
+        false
     }
 
     /// The same for a value in layers.
@@ -150,9 +205,7 @@ impl<'a> Defined<'a> {
 
     pub(super) fn sum(&mut self, sum: &ExponentialPolynomial, from: i64) -> Result<(), Unchecked> {
         for (_, rows) in sum.parts() {
-            for value in rows.iter().flatten() {
-                self.value(value, from)?;
-            }
+            rows.iter().flatten().try_for_each(|value| self.in_each_case(value, from))?;
         }
         Ok(())
     }

@@ -4,13 +4,14 @@ mod hidden;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::value::Needed;
 use super::{Class, Environment};
 use crate::ast::{Ident, Term, TermKind, ValueKind};
 use crate::closed_form::Comparison;
 use crate::diagnostic::{Diagnostic, Span, nearest};
 use crate::lexer::MOST_ERRORS;
 use crate::name::Name;
-use crate::value::{Need, Value};
+use crate::value::Value;
 
 /// Which `?x` may be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +59,9 @@ pub(super) struct Lowerer<'e> {
     /// What the parameters of a function stand for, while its body is read anew.
     pub(super) images: BTreeMap<Name, Value>,
     /// What values need that have been read, and where, while that is kept.
-    pub(super) needed: Option<Vec<(Need, Span)>>,
+    pub(super) needed: Option<Vec<Needed>>,
+    /// In which ways the conditions around what is read come to hold; none where that is too many.
+    pub(super) guards: Option<Vec<Vec<Comparison>>>,
     /// What must hold of parameters for the equations read to mean something.
     pub(super) conditions: Vec<Comparison>,
     /// How often bodies of functions may still be read anew, and how deep in others this one is.
@@ -100,6 +103,7 @@ impl<'e> Lowerer<'e> {
             shapes: BTreeMap::new(),
             images: BTreeMap::new(),
             needed: None,
+            guards: Some(vec![Vec::new()]),
             conditions: Vec::new(),
             readings: 10_000,
             depth: 0,

@@ -1,5 +1,6 @@
 //! Terms of sequences in values: `r(n+1)` becomes a variable, and of a sequence of vectors one for each component.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use num_rational::BigRational;
@@ -7,12 +8,12 @@ use num_rational::BigRational;
 use super::distribution::DISTRIBUTIONS;
 use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
-use super::value::FUNCTIONS;
+use super::value::{FUNCTIONS, Kept, Needed, guarded};
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::closed_form::{first_zero, term};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Need, Relation, Sort, Value};
+use crate::value::{Atom, Need, Relation, Sort, Value};
 
 impl Lowerer<'_> {
     /// The right side of an equation, so many steps later; its terms as variables. The index begins at `from`.
@@ -98,59 +99,56 @@ impl Lowerer<'_> {
     /// as a condition, whether it cancels or not.
     pub(super) fn kept(
         &mut self,
-        needed: Vec<(Need, Span)>,
+        needed: Vec<Needed>,
         value: &Value,
         terms: &[Name],
         (index, from): (&Name, i64),
     ) -> Option<()> {
-        let needs = value.needs();
         let mut known = self.environment.assumptions.without_name(index);
         if from >= 0 {
             known.assume_natural(index);
         }
         known.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));
         let varies = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
-        for (need, span) in needed {
+        let cases = OnceCell::new();
+        for Needed { need, span, guards } in needed {
             if matches!(need, Need::Natural(_)) || need.value().sort() != Sort::Real {
                 continue;
             }
             let divides = matches!(need, Need::Nonzero(_));
             let part = if divides { need.value().numerator()? } else { need.value().clone() };
             let need = if divides { Need::Nonzero(part.clone()) } else { need };
-            let never = || divides && first_zero(&part, index, from) == Some(None);
-            let granted = known.grants(&need);
-            if granted == Some(true) || (varies(&part) && (need.follows_from(&needs) || never())) {
+            let varies = varies(&part);
+            let never = || divides && varies && first_zero(&part, index, from) == Some(None);
+            if known.grants(&need) == Some(true) || never() {
                 continue;
             }
-            if granted.is_none() && !varies(&part) {
-                let relation = if divides { Relation::Neq } else { Relation::Gte };
-                for factor in need.apart() {
-                    let condition = (relation, factor.value().clone(), Value::zero());
-                    if !self.conditions.contains(&condition) {
-                        self.conditions.push(condition);
-                    }
+            if varies {
+                let cases = cases.get_or_init(|| Kept::of(value, &known));
+                if cases.has(&need, guards.as_ref()) {
+                    continue;
+                }
+            }
+            if known.grants(&need).is_none() && !varies {
+                if !guarded(&need, guards.as_ref(), &known) {
+                    self.needs_of_parameters(&need);
                 }
                 continue;
             }
-            let [what, where_it_is, advice] = match divides {
-                true => [
-                    "what this divides by cancels, and may be 0",
-                    "where this is 0",
-                    "write the quotient in its lowest terms",
-                ],
-                false => [
-                    "this root cancels, and may be one of a negative number",
-                    "where this is negative",
-                    "write it without the root",
-                ],
-            };
-            return self.fail(
-                Diagnostic::error("P0402", what)
-                    .label(span, format!("{where_it_is} the equation has no value"))
-                    .help(format!("{advice}, if that is what is meant")),
-            );
+            return self.fail(lost(divides, value, span));
         }
         Some(())
+    }
+
+    /// Keeps as a condition what is needed of parameters.
+    fn needs_of_parameters(&mut self, need: &Need) {
+        let relation = if matches!(need, Need::Nonzero(_)) { Relation::Neq } else { Relation::Gte };
+        for factor in need.apart() {
+            let condition = (relation, factor.value().clone(), Value::zero());
+            if !self.conditions.contains(&condition) {
+                self.conditions.push(condition);
+            }
+        }
     }
 
     /// As of one value, of each.
@@ -297,6 +295,26 @@ impl Lowerer<'_> {
         let arguments = [value, place].map(|value| Argument { label: None, value });
         Some(Written { span: written.span, kind: ValueKind::Call(part, arguments.to_vec()) })
     }
+}
+
+/// The error that what an equation needs has cancelled.
+fn lost(divides: bool, value: &Value, span: Span) -> Diagnostic {
+    let [what, where_it_is, advice] = match divides {
+        true => {
+            ["what this divides by cancels, and may be 0", "where this is 0", "write the quotient in its lowest terms"]
+        }
+        false => [
+            "this root cancels, and may be one of a negative number",
+            "where this is negative",
+            "write it without the root",
+        ],
+    };
+    let chosen = value.atoms().iter().any(|atom| matches!(atom, Atom::Positive(_)));
+    let help = match chosen {
+        true => "ask before it for what excludes that: `if a > 0 then 1/a else 0`, `if a > 0 and 1/a < b`".to_string(),
+        false => format!("{advice}, if that is what is meant"),
+    };
+    Diagnostic::error("P0402", what).label(span, format!("{where_it_is} the equation has no value")).help(help)
 }
 
 /// The sequence of vectors of which this names a component, and the place of that from 1.

@@ -1,6 +1,10 @@
 //! Values: names resolved, functions inlined, everything in normal form.
 
 mod cases;
+mod guards;
+
+pub(super) use cases::chosen;
+pub(super) use guards::{Kept, Needed, Ways, both, guarded, neither};
 
 use std::collections::BTreeMap;
 
@@ -56,11 +60,7 @@ impl Lowerer<'_> {
             }
             ValueKind::Negative(inner) => self.number(inner)?.neg(),
             ValueKind::Absolute(inner) => self.number(inner)?.abs(),
-            ValueKind::If(relation, parts) => {
-                let values: Vec<_> = parts.iter().map(|part| self.number(part)).collect();
-                let [left, right, then, other] = <[_; 4]>::try_from(values).ok()?;
-                Value::choose(*relation, &left?, &right?, &then?, &other?)
-            }
+            ValueKind::If(relation, parts) => self.choice(*relation, parts)?,
             ValueKind::Vector(parts) => {
                 let values: Vec<_> = parts.iter().map(|part| self.number(part)).collect();
                 Value::vector(values.into_iter().collect::<Option<Vec<_>>>()?)
@@ -120,7 +120,7 @@ impl Lowerer<'_> {
     /// Keeps what a value needs, where that is asked for.
     fn needs(&mut self, need: Need, span: Span) {
         if let Some(needed) = &mut self.needed {
-            needed.push((need, span));
+            needed.push(Needed { need, span, guards: self.guards.clone() });
         }
     }
 
@@ -399,7 +399,7 @@ impl Lowerer<'_> {
                 let images = parameters.iter().cloned().zip(values).collect::<BTreeMap<_, _>>();
                 if let Some(needed) = &mut self.needed {
                     let needs = body.needs().into_iter().filter_map(|need| need.substitute(&images).ok());
-                    needed.extend(needs.map(|need| (need, span)));
+                    needed.extend(needs.map(|need| Needed { need, span, guards: self.guards.clone() }));
                 }
                 let known = &environment.assumptions;
                 keeps_divisors(body, &images).and_then(|()| known.put_in_powers(body, &images))

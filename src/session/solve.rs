@@ -1,5 +1,9 @@
 //! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
 
+mod choices;
+
+use choices::choices;
+
 use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
@@ -13,6 +17,9 @@ use crate::recurrence::{
 use crate::report::Expected;
 use crate::value::{Relation, Value};
 
+/// The most conditions of parameters of which each case is looked at by itself.
+const MOST_CHOICES: usize = 3;
+
 /// With this the line begins that tells the proof of the forms.
 const CHECKED: &str = "checked by induction";
 
@@ -20,7 +27,7 @@ const CHECKED: &str = "checked by induction";
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let mut known = waiting.environment.assumptions.clone();
     question.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-    let (mut lines, expected) = resting(question, (&waiting.expected, &known), stop);
+    let (mut lines, expected) = chosen(question, (&waiting.expected, &known), MOST_CHOICES, stop);
     // Of all cases they are told before the first of them.
     let in_cases = lines.first().is_some_and(|line| line.ends_with(':'));
     let proof = lines.iter().position(|line| in_cases || line.starts_with(CHECKED)).unwrap_or(lines.len());
@@ -36,7 +43,34 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
 /// The expectations with their texts, and what is known of the parameters.
 type Given<'a> = (&'a [(Expectation, String)], &'a Assumptions);
 
-/// The same, with what is known of the parameters. Where an equation has no value once the terms are at a point, and no form for
+/// The same, with what is known of the parameters: in each case of conditions of them by which the equations are chosen, as
+/// far as these are so many at most.
+fn chosen(question: &Question, given: Given<'_>, most: usize, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
+    let (waiting, known) = given;
+    let cases = if most > 0 { choices(&question.recurrence, known) } else { Vec::new() };
+    if cases.is_empty() {
+        return resting(question, given, stop);
+    }
+    let mut lines = Vec::new();
+    let mut found: Vec<Vec<Expected>> = Vec::new();
+    for ((relation, left, right), recurrence) in cases {
+        let mut known = known.clone();
+        known.assume(relation, &left, &right);
+        let question = Question { recurrence, ..question.clone() };
+        let (own, expected) = chosen(&question, (waiting, &known), most - 1, stop);
+        lines.push(format!("if {}:", compared(&(relation, left, right))));
+        lines.extend(own.into_iter().map(|line| format!("  {line}")));
+        found.push(expected);
+    }
+    let met = |(place, (expectation, text)): (usize, &(Expectation, String))| {
+        let mut each = found.iter().map(|case| case.get(place).is_some_and(|expected| expected.met));
+        let met = if matches!(expectation, Expectation::Open) { each.any(|met| met) } else { each.all(|met| met) };
+        Expected { text: text.clone(), met }
+    };
+    (lines, waiting.iter().enumerate().map(met).collect())
+}
+
+/// The same where nothing is chosen. Where an equation has no value once the terms are at a point, and no form for
 /// that reason, they stay there, which is said.
 fn resting(question: &Question, given: Given<'_>, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let (_, known) = given;
@@ -437,7 +471,8 @@ fn is_met(
     // In which piece a term lies may not be known where the term itself is.
     let term = solved.and_then(|solved| solved.at(&Name::new(sequence), at).ok()).or_else(iterated);
     let known = solved.map_or(known, Solved::known);
-    term.is_some_and(|term| known.decide(Relation::Eq, &term, value) == Some(true))
+    // Without the cases that are excluded: a quotient may have a value in the others alone.
+    term.is_some_and(|term| known.decide(Relation::Eq, &term, &known.simplify(value)) == Some(true))
 }
 
 /// Whether a form that was written down is right: by the same induction, or because it is the one that was found.

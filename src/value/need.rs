@@ -112,7 +112,7 @@ fn without_length(value: Value) -> Value {
 
 impl Value {
     /// All that must hold for it to have a meaning with others put in for names, taken before they are: what cancels then is
-    /// needed as well.
+    /// needed as well. Where a condition is decided by them, what is chosen counts alone.
     ///
     /// # Errors
     /// When that has no meaning.
@@ -120,10 +120,25 @@ impl Value {
         let read = self.variables();
         let mut needs: BTreeSet<Need> =
             read.iter().filter_map(|name| images.get(name)).flat_map(Value::needs).collect();
-        for need in self.needs() {
+        let mut chosen = self.clone();
+        while let Some((condition, holds)) = chosen.decided_with(images) {
+            for need in condition.value()?.needs() {
+                needs.insert(need.substitute(images)?);
+            }
+            chosen = chosen.with_atom(&condition, &holds)?;
+        }
+        for need in chosen.needs() {
             needs.insert(need.substitute(images)?);
         }
         Ok(needs)
+    }
+
+    /// A condition in it of which it is known with these whether it holds, and that as a number.
+    fn decided_with(&self, images: &BTreeMap<Name, Value>) -> Option<(Atom, Value)> {
+        self.atoms().into_iter().filter(|atom| matches!(atom, Atom::Positive(_))).find_map(|atom| {
+            let holds = atom.value().ok()?.substitute(images).ok()?;
+            holds.as_rational().is_some().then_some((atom, holds))
+        })
     }
 
     /// All that must hold for it to have a meaning, whatever its variables are.

@@ -1,12 +1,13 @@
 //! `find n with …`: what is to hold at the index that is looked for, as one comparison.
 
 use super::super::scope::Lowerer;
+use super::super::value::{both, chosen, neither};
 use super::Lengths;
 use crate::ast::{self, Comparison};
 use crate::closed_form::{Recurrence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Relation, Sort, Value, ValueError};
+use crate::value::{Need, Relation, Sort, Value, ValueError};
 
 /// A comparison of two values.
 type Sides = (Relation, Value, Value);
@@ -30,8 +31,14 @@ impl Lowerer<'_> {
         }
         let mut all = Vec::new();
         for together in &find.either.0 {
-            let lowered: Option<Vec<Sides>> = together.iter().map(|one| self.sought(one, names, recurrence)).collect();
-            all.push(lowered?);
+            // It is looked at where none before it holds, and each comparison where all before it hold.
+            let fail = neither(&all);
+            let mut lowered: Vec<Sides> = Vec::new();
+            for one in together {
+                let before = fail.as_ref().and_then(|fail| both(fail, &vec![lowered.clone()]));
+                lowered.push(self.guarded(before, |lowerer| lowerer.sought(one, names, recurrence))?);
+            }
+            all.push(lowered);
         }
         if let [together] = all.as_mut_slice()
             && together.len() == 1
@@ -41,7 +48,7 @@ impl Lowerer<'_> {
         let span = find.either.comparisons().map(|one| one.span).reduce(Span::to)?;
         let text = |together: &Vec<Sides>| together.iter().map(as_it_stands).collect::<Vec<_>>().join(" and ");
         let asked = all.iter().map(text).collect::<Vec<_>>().join(" or ");
-        match as_one(&all) {
+        match as_one(&all, index) {
             Ok(sought) => Some((sought, Some(asked))),
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
@@ -91,9 +98,26 @@ fn excess((relation, left, right): &Sides) -> Result<(Value, bool), ValueError> 
     })
 }
 
+/// Whether a comparison may have no value at some index.
+fn may_be_undefined((_, left, right): &Sides, index: &Name) -> bool {
+    let varies = |name: &Name| name == index || name.as_str().contains('(');
+    let needs = [left, right].into_iter().flat_map(Value::needs);
+    needs.filter(|need| !matches!(need, Need::Natural(_))).any(|need| need.value().variables().iter().any(varies))
+}
+
+/// How many of these stand before what may be undefined, or one where that is the first of several.
+fn before_undefined(undefined: impl Fn(usize) -> bool, count: usize) -> Option<usize> {
+    (0..count).find(|place| undefined(*place)).map(|place| place.max(1)).filter(|place| *place < count)
+}
+
 /// The same of comparisons that are to hold together: the least excess, and where some must be above 0 and some need not,
-/// that of the latter where the former are, and -1 where not.
-fn together(all: &[Sides]) -> Result<(Value, bool), ValueError> {
+/// that of the latter where the former are, and -1 where not. What may be undefined is looked at where those before it
+/// hold, and those behind it where it does.
+fn together(all: &[Sides], index: &Name) -> Result<(Value, bool), ValueError> {
+    if let Some(place) = before_undefined(|place| may_be_undefined(&all[place], index), all.len()) {
+        let (rest, strict) = together(&all[place..], index)?;
+        return Ok((chosen(&vec![all[..place].to_vec()], &rest, Value::integer(-1))?, strict));
+    }
     let each = all.iter().map(excess).collect::<Result<Vec<_>, _>>()?;
     let of = |strict: bool| each.iter().filter(|one| one.1 == strict).map(|one| one.0.clone()).collect::<Vec<_>>();
     let (above, others) = (of(true), of(false));
@@ -107,9 +131,15 @@ fn together(all: &[Sides]) -> Result<(Value, bool), ValueError> {
     Ok((whole, false))
 }
 
-/// Comparisons, of which one is to hold, all of each together, as one comparison.
-fn as_one(either: &[Vec<Sides>]) -> Result<Sides, ValueError> {
-    let each = either.iter().map(|all| together(all)).collect::<Result<Vec<_>, _>>()?;
+/// Comparisons, of which one is to hold, all of each together, as one comparison. What may be undefined is looked at where
+/// none before it holds, and those behind it where it does not.
+fn as_one(either: &[Vec<Sides>], index: &Name) -> Result<Sides, ValueError> {
+    let undefined = |place: usize| either[place].iter().any(|one| may_be_undefined(one, index));
+    if let Some(place) = before_undefined(undefined, either.len()) {
+        let (relation, rest, zero) = as_one(&either[place..], index)?;
+        return Ok((relation, chosen(&either[..place].to_vec(), &Value::one(), rest)?, zero));
+    }
+    let each = either.iter().map(|all| together(all, index)).collect::<Result<Vec<_>, _>>()?;
     let strict = each.iter().all(|one| one.1);
     let mut all = Vec::new();
     for (value, above) in each {

@@ -1,6 +1,7 @@
 //! Values that are chosen by comparisons: `{x if a <= b < c; y otherwise}`.
 
 use super::super::scope::Lowerer;
+use super::guards::{Ways, both, neither};
 use crate::assumption::Assumptions;
 use crate::ast::{Either, Value as Written};
 use crate::closed_form::Comparison;
@@ -10,19 +11,20 @@ use crate::value::{Value, ValueError};
 /// The most ways in which earlier cases may fail that are looked at.
 const MOST_WAYS: usize = 64;
 
-/// Comparisons of which one holds, all of each together.
-type Lowered = Vec<Vec<Comparison>>;
-
 impl Lowerer<'_> {
     /// The first case that holds; the last one must be sure where the others fail.
     pub(super) fn cases(&mut self, cases: &[(Written, Option<Either>)], span: Span) -> Option<Value> {
         let mut lowered = Vec::new();
+        // The ways in which the cases before fail.
+        let mut rest = Some(vec![Vec::new()]);
         for (value, either) in cases {
-            let value = self.number(value);
             let either = match either {
-                Some(either) => Some(self.either(either)?),
+                Some(either) => Some(self.where_holds(rest.clone(), |lowerer| lowerer.either(either))?),
                 None => None,
             };
+            let here = either.as_ref().map_or(rest.clone(), |either| rest.as_ref().and_then(|rest| both(rest, either)));
+            let value = self.where_holds(here, |lowerer| lowerer.number(value));
+            rest = rest.zip(either.as_ref().and_then(neither)).and_then(|(rest, fails)| both(&rest, &fails));
             lowered.push((value?, either));
         }
         let (last, either) = lowered.pop()?;
@@ -48,12 +50,17 @@ impl Lowerer<'_> {
         Some(whole)
     }
 
-    fn either(&mut self, either: &Either) -> Option<Lowered> {
+    fn either(&mut self, either: &Either) -> Option<Ways> {
         let mut all = Vec::new();
         for together in &either.0 {
+            // It is looked at where none before it holds, and each comparison where all before it hold.
+            let fail = neither(&all);
             let mut lowered = Vec::new();
             for one in together {
-                lowered.push((one.relation, self.number(&one.left)?, self.number(&one.right)?));
+                let before = fail.as_ref().and_then(|fail| both(fail, &vec![lowered.clone()]));
+                let sides = |lowerer: &mut Self| Some((lowerer.number(&one.left)?, lowerer.number(&one.right)?));
+                let (left, right) = self.where_holds(before, sides)?;
+                lowered.push((one.relation, left, right));
             }
             all.push(lowered);
         }
@@ -62,7 +69,7 @@ impl Lowerer<'_> {
 }
 
 /// The value where one of these holds, and another where none does.
-fn chosen(either: &Lowered, value: &Value, otherwise: Value) -> Result<Value, ValueError> {
+pub(in crate::lower) fn chosen(either: &Ways, value: &Value, otherwise: Value) -> Result<Value, ValueError> {
     let mut whole = otherwise;
     for together in either.iter().rev() {
         let mut inner = value.clone();
@@ -75,7 +82,7 @@ fn chosen(either: &Lowered, value: &Value, otherwise: Value) -> Result<Value, Va
 }
 
 /// Whether one of these holds in each way in which all earlier cases fail.
-fn is_sure(last: &Lowered, earlier: &[(Value, Option<Lowered>)], known: Assumptions) -> bool {
+fn is_sure(last: &Ways, earlier: &[(Value, Option<Ways>)], known: Assumptions) -> bool {
     let mut ways = vec![known];
     for together in earlier.iter().filter_map(|(_, either)| either.as_ref()).flatten() {
         let mut next = Vec::new();

@@ -80,7 +80,9 @@ impl Printer {
             })
         };
         let leads = |value: &Value| value.parts().is_some_and(|(top, _)| top.leading().is_positive());
-        let (atom, condition) = conditions().find(|(_, condition)| leads(condition)).or_else(|| conditions().next())?;
+        // What may have no value is asked behind the others.
+        let last = |(_, condition): &(Atom, Value)| (!condition.needs().is_empty(), !leads(condition));
+        let (atom, condition) = conditions().min_by_key(last)?;
         if self.expansions < 3 || denominator.degree_in(&atom) > 0 {
             return None;
         }

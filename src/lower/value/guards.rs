@@ -1,0 +1,118 @@
+//! Under which conditions what a value needs is needed: `if n > 5 then 1/(n-5) else 0` divides by n-5 where n > 5.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::scope::Lowerer;
+use crate::assumption::Assumptions;
+use crate::ast::Value as Written;
+use crate::closed_form::{Comparison, in_cases};
+use crate::diagnostic::Span;
+use crate::value::{Need, Relation, Value, ValueError};
+
+/// The most ways in which conditions around a value come to hold that are told apart.
+const MOST_WAYS: usize = 16;
+
+/// Comparisons of which one row holds, all of each row together.
+pub(in crate::lower) type Ways = Vec<Vec<Comparison>>;
+
+/// What a value needs as it is written.
+#[derive(Clone, Debug)]
+pub(in crate::lower) struct Needed {
+    pub(in crate::lower) need: Need,
+    /// Where that is written.
+    pub(in crate::lower) span: Span,
+    /// The ways in which the conditions around it come to hold; none where they are not told apart.
+    pub(in crate::lower) guards: Option<Ways>,
+}
+
+impl Lowerer<'_> {
+    /// `if a < b then x else y`
+    pub(super) fn choice(&mut self, relation: Relation, parts: &[Written; 4]) -> Option<Result<Value, ValueError>> {
+        let [left, right, then, other] = parts;
+        let sides = (self.number(left), self.number(right));
+        let guard = |relation: Relation| match &sides {
+            (Some(left), Some(right)) => Some(vec![vec![(relation, left.clone(), right.clone())]]),
+            _ => None,
+        };
+        let then = self.where_holds(guard(relation), |lowerer| lowerer.number(then));
+        let other = self.where_holds(guard(relation.negated()), |lowerer| lowerer.number(other));
+        let (left, right) = (sides.0?, sides.1?);
+        Some(Value::choose(relation, &left, &right, &then?, &other?))
+    }
+
+    /// Reads what is asked for only where one of these holds.
+    pub(super) fn where_holds<T>(&mut self, ways: Option<Ways>, read: impl FnOnce(&mut Self) -> T) -> T {
+        if self.needed.is_none() { read(self) } else { self.guarded(ways, read) }
+    }
+
+    /// The same, also where what values need is not kept yet.
+    pub(in crate::lower) fn guarded<T>(&mut self, ways: Option<Ways>, read: impl FnOnce(&mut Self) -> T) -> T {
+        let around = self.guards.clone();
+        self.guards = around.as_ref().zip(ways).and_then(|(around, ways)| both(around, &ways));
+        let result = read(self);
+        self.guards = around;
+        result
+    }
+}
+
+/// The ways in which both hold; none where they are too many.
+pub(in crate::lower) fn both(one: &Ways, other: &Ways) -> Option<Ways> {
+    if one.len().saturating_mul(other.len()) > MOST_WAYS {
+        return None;
+    }
+    Some(one.iter().flat_map(|left| other.iter().map(|right| [left.as_slice(), right].concat())).collect())
+}
+
+/// The ways in which none of these holds; none where they are too many.
+pub(in crate::lower) fn neither(either: &Ways) -> Option<Ways> {
+    let contrary = |one: &Comparison| vec![(one.0.negated(), one.1.clone(), one.2.clone())];
+    either.iter().try_fold(vec![Vec::new()], |ways, together| both(&ways, &together.iter().map(contrary).collect()))
+}
+
+/// Whether what is needed holds wherever the conditions around it do.
+pub(in crate::lower) fn guarded(need: &Need, guards: Option<&Ways>, known: &Assumptions) -> bool {
+    guards.is_some_and(|ways| ways.iter().all(|way| granted(need, way, known, &BTreeSet::new())))
+}
+
+/// The same in one way, and where other needs hold.
+fn granted(need: &Need, way: &[Comparison], known: &Assumptions, needs: &BTreeSet<Need>) -> bool {
+    if need.follows_from(needs) {
+        return true;
+    }
+    let mut known = known.clone();
+    way.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+    known.contradictory() || known.grants(need) == Some(true)
+}
+
+/// What a value needs in each of its cases.
+pub(in crate::lower) struct Kept {
+    /// What it needs in some case.
+    all: BTreeSet<Need>,
+    /// Of each component, what is known in a case, and what is needed there.
+    components: Vec<Vec<(Assumptions, BTreeSet<Need>)>>,
+}
+
+impl Kept {
+    pub(in crate::lower) fn of(value: &Value, known: &Assumptions) -> Kept {
+        let components = value.components().unwrap_or_else(|| vec![value.clone()]);
+        let in_each_case = |value: &Value| match in_cases(value, &BTreeMap::new(), known) {
+            Ok(cases) => cases
+                .into_iter()
+                .map(|case| {
+                    let asked = case.asked.into_iter().map(|(_, need)| need);
+                    (case.known, case.value.needs().into_iter().chain(asked).collect())
+                })
+                .collect(),
+            Err(_) => vec![(known.clone(), value.needs())],
+        };
+        Kept { all: value.needs(), components: components.iter().map(in_each_case).collect() }
+    }
+
+    /// Whether it has no value wherever the conditions around a part hold, and what that needs does not.
+    pub(in crate::lower) fn has(&self, need: &Need, guards: Option<&Ways>) -> bool {
+        let Some(ways) = guards else { return need.follows_from(&self.all) };
+        self.components
+            .iter()
+            .any(|cases| cases.iter().all(|(known, needs)| ways.iter().all(|way| granted(need, way, known, needs))))
+    }
+}
