@@ -4,7 +4,7 @@ mod cases;
 mod guards;
 
 pub(super) use cases::chosen;
-pub(super) use guards::{Kept, Needed, Ways, both, guarded, neither};
+pub(super) use guards::{Kept, Needed, both, guarded, neither};
 
 use std::collections::BTreeMap;
 

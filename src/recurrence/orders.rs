@@ -44,6 +44,10 @@ pub(crate) fn pairs(recurrence: &Recurrence, left: &Value, right: &Value, known:
     let sides = sides(left, right);
     let others = parameters(recurrence, left, right);
     let starts: Vec<&Value> = recurrence.sequences.iter().flat_map(|sequence| &sequence.start).collect();
+    // Of numbers the order is known.
+    if others.is_empty() && starts.iter().all(|start| start.variables().is_empty()) {
+        return Vec::new();
+    }
     let mut found = Vec::new();
     // A comparison with one value asks for the order of the start and that value first.
     let first = sides.iter().filter(|side| terms.iter().all(|name| !side.mentions(name)));
