@@ -129,13 +129,12 @@ impl Lowerer<'_> {
                     continue;
                 }
             }
-            if known.grants(&need).is_none() && !varies {
-                if !guarded(&need, guards.as_ref(), &known) {
-                    self.needs_of_parameters(&need);
-                }
-                continue;
+            let behind = guarded(&need, guards.as_ref(), &known);
+            if !behind && known.grants(&need).is_none() && !varies {
+                self.needs_of_parameters(&need);
+            } else if !behind {
+                return self.fail(lost(divides, value, span));
             }
-            return self.fail(lost(divides, value, span));
         }
         Some(())
     }

@@ -68,7 +68,7 @@ impl Parser<'_> {
         let Some(span) = all.iter().flatten().map(|one| one.span).reduce(Span::to) else { return Ok(()) };
         self.fail(
             Diagnostic::error("P0201", format!("a condition of more than {MOST_COMPARISONS} comparisons"))
-                .label(span, format!("{count} comparisons, as `or` of what `and` joins"))
+                .label(span, "this is more, as `or` of what `and` joins")
                 .help("choose step by step: `if a < b then (if c < d then x else y) else z`"),
         )
     }

@@ -2,7 +2,7 @@
 
 mod choices;
 
-use choices::choices;
+use choices::{choices, decided};
 
 use super::orders::in_orders;
 use super::reading::Waiting;
@@ -47,16 +47,16 @@ type Given<'a> = (&'a [(Expectation, String)], &'a Assumptions);
 /// far as these are so many at most.
 fn chosen(question: &Question, given: Given<'_>, most: usize, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let (waiting, known) = given;
-    let cases = if most > 0 { choices(&question.recurrence, known) } else { Vec::new() };
+    let question = decided(question, known);
+    let cases = if most > 0 { choices(&question, known) } else { Vec::new() };
     if cases.is_empty() {
-        return resting(question, given, stop);
+        return resting(&question, given, stop);
     }
     let mut lines = Vec::new();
     let mut found: Vec<Vec<Expected>> = Vec::new();
-    for ((relation, left, right), recurrence) in cases {
+    for ((relation, left, right), question) in cases {
         let mut known = known.clone();
         known.assume(relation, &left, &right);
-        let question = Question { recurrence, ..question.clone() };
         let (own, expected) = chosen(&question, (waiting, &known), most - 1, stop);
         lines.push(format!("if {}:", compared(&(relation, left, right))));
         lines.extend(own.into_iter().map(|line| format!("  {line}")));

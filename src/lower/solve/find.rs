@@ -3,6 +3,7 @@
 use super::super::scope::Lowerer;
 use super::super::value::{both, chosen, neither};
 use super::Lengths;
+use crate::assumption::Assumptions;
 use crate::ast::{self, Comparison};
 use crate::closed_form::{Recurrence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
@@ -48,7 +49,9 @@ impl Lowerer<'_> {
         let span = find.either.comparisons().map(|one| one.span).reduce(Span::to)?;
         let text = |together: &Vec<Sides>| together.iter().map(as_it_stands).collect::<Vec<_>>().join(" and ");
         let asked = all.iter().map(text).collect::<Vec<_>>().join(" or ");
-        match as_one(&all, index) {
+        let mut known = self.environment.assumptions.without_name(index);
+        self.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+        match as_one(&all, &known) {
             Ok(sought) => Some((sought, Some(asked))),
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
@@ -98,11 +101,10 @@ fn excess((relation, left, right): &Sides) -> Result<(Value, bool), ValueError> 
     })
 }
 
-/// Whether a comparison may have no value at some index.
-fn may_be_undefined((_, left, right): &Sides, index: &Name) -> bool {
-    let varies = |name: &Name| name == index || name.as_str().contains('(');
+/// Whether a comparison may have no value at some index, or for some parameters.
+fn may_be_undefined((_, left, right): &Sides, known: &Assumptions) -> bool {
     let needs = [left, right].into_iter().flat_map(Value::needs);
-    needs.filter(|need| !matches!(need, Need::Natural(_))).any(|need| need.value().variables().iter().any(varies))
+    needs.filter(|need| !matches!(need, Need::Natural(_))).any(|need| known.grants(&need) != Some(true))
 }
 
 /// How many of these stand before what may be undefined, or one where that is the first of several.
@@ -113,9 +115,9 @@ fn before_undefined(undefined: impl Fn(usize) -> bool, count: usize) -> Option<u
 /// The same of comparisons that are to hold together: the least excess, and where some must be above 0 and some need not,
 /// that of the latter where the former are, and -1 where not. What may be undefined is looked at where those before it
 /// hold, and those behind it where it does.
-fn together(all: &[Sides], index: &Name) -> Result<(Value, bool), ValueError> {
-    if let Some(place) = before_undefined(|place| may_be_undefined(&all[place], index), all.len()) {
-        let (rest, strict) = together(&all[place..], index)?;
+fn together(all: &[Sides], known: &Assumptions) -> Result<(Value, bool), ValueError> {
+    if let Some(place) = before_undefined(|place| may_be_undefined(&all[place], known), all.len()) {
+        let (rest, strict) = together(&all[place..], known)?;
         return Ok((chosen(&vec![all[..place].to_vec()], &rest, Value::integer(-1))?, strict));
     }
     let each = all.iter().map(excess).collect::<Result<Vec<_>, _>>()?;
@@ -133,13 +135,13 @@ fn together(all: &[Sides], index: &Name) -> Result<(Value, bool), ValueError> {
 
 /// Comparisons, of which one is to hold, all of each together, as one comparison. What may be undefined is looked at where
 /// none before it holds, and those behind it where it does not.
-fn as_one(either: &[Vec<Sides>], index: &Name) -> Result<Sides, ValueError> {
-    let undefined = |place: usize| either[place].iter().any(|one| may_be_undefined(one, index));
+fn as_one(either: &[Vec<Sides>], known: &Assumptions) -> Result<Sides, ValueError> {
+    let undefined = |place: usize| either[place].iter().any(|one| may_be_undefined(one, known));
     if let Some(place) = before_undefined(undefined, either.len()) {
-        let (relation, rest, zero) = as_one(&either[place..], index)?;
+        let (relation, rest, zero) = as_one(&either[place..], known)?;
         return Ok((relation, chosen(&either[..place].to_vec(), &Value::one(), rest)?, zero));
     }
-    let each = either.iter().map(|all| together(all, index)).collect::<Result<Vec<_>, _>>()?;
+    let each = either.iter().map(|all| together(all, known)).collect::<Result<Vec<_>, _>>()?;
     let strict = each.iter().all(|one| one.1);
     let mut all = Vec::new();
     for (value, above) in each {

@@ -4,35 +4,71 @@
 use std::collections::BTreeSet;
 
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Recurrence};
+use crate::closed_form::Comparison;
+use crate::lower::Question;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
-/// The equations where the first such condition of which it is not known whether it holds does so, and where it does not;
-/// nothing where there is none.
-pub(super) fn choices(recurrence: &Recurrence, known: &Assumptions) -> Vec<(Comparison, Recurrence)> {
+/// The question where the first such condition of which it is not known whether it holds does so, and where it does not;
+/// nothing where there is none. Where an index is looked for, any condition of parameters is one, in what is looked for too:
+/// of what holds in one case only an index would be made that has no value in the others.
+pub(super) fn choices(question: &Question, known: &Assumptions) -> Vec<(Comparison, Question)> {
+    let recurrence = &question.recurrence;
     let terms: Vec<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
     let parameter = |name: &Name| *name != recurrence.index && !terms.contains(name);
-    for atom in conditions(recurrence) {
+    for atom in conditions(question) {
         let Atom::Positive(inner) = &atom else { continue };
         let open = known.decide(Relation::Gtr, inner, &Value::zero()).is_none();
         if open && known.gives_meaning(inner) && inner.variables().iter().all(parameter) {
-            let cases = cases(recurrence, &atom, inner).unwrap_or_default();
-            if cases.len() > 1 && depend(&cases, &terms) {
-                return cases
-                    .into_iter()
-                    .filter(|((relation, left, right), _)| known.decide(*relation, left, right) != Some(false))
-                    .collect();
+            let mut cases = cases(question, &atom, inner).unwrap_or_default();
+            if question.find.is_some() || depend(&cases, &terms) {
+                cases.retain(|((relation, left, right), _)| known.decide(*relation, left, right) != Some(false));
+                return cases;
             }
         }
     }
     Vec::new()
 }
 
-/// The conditions in the equations, at any depth.
-fn conditions(recurrence: &Recurrence) -> BTreeSet<Atom> {
+/// The question without the conditions of parameters of which it is known whether they hold.
+pub(super) fn decided(question: &Question, known: &Assumptions) -> Question {
+    let terms: Vec<Name> = question.recurrence.terms().into_iter().map(|(name, ..)| name).collect();
+    let parameter = |name: &Name| *name != question.recurrence.index && !terms.contains(name);
+    let holds = |atom: &Atom| {
+        let Atom::Positive(inner) = atom else { return None };
+        let free = inner.variables().iter().all(parameter) && known.gives_meaning(inner);
+        let holds = known.decide(Relation::Gtr, inner, &Value::zero()).filter(|_| free)?;
+        Some(Value::integer(holds.into()))
+    };
+    if !conditions(question).iter().any(|atom| holds(atom).is_some()) {
+        return question.clone();
+    }
+    replaced(question, &mut { holds }).unwrap_or_else(|| question.clone())
+}
+
+/// The question with values for conditions in it; what is looked for is told as it was.
+fn replaced(question: &Question, images: &mut dyn FnMut(&Atom) -> Option<Value>) -> Option<Question> {
+    let mut settled = question.clone();
+    for sequence in &mut settled.recurrence.sequences {
+        sequence.next = sequence.next.replace(images).ok()?;
+    }
+    if let Some((relation, left, right)) = &question.find {
+        settled.asked = Some(question.goal((*relation, left, right)));
+        settled.find = Some((*relation, left.replace(images).ok()?, right.replace(images).ok()?));
+    }
+    Some(settled)
+}
+
+/// All that is asked and said of the terms.
+fn values(question: &Question) -> impl Iterator<Item = &Value> {
+    let sides = question.find.iter().flat_map(|(_, left, right)| [left, right]);
+    question.recurrence.sequences.iter().map(|sequence| &sequence.next).chain(sides)
+}
+
+/// The conditions in that, at any depth.
+fn conditions(question: &Question) -> BTreeSet<Atom> {
     let mut found = BTreeSet::new();
-    let mut open: Vec<Value> = recurrence.sequences.iter().map(|sequence| sequence.next.clone()).collect();
+    let mut open: Vec<Value> = values(question).cloned().collect();
     while let Some(value) = open.pop() {
         for atom in value.atoms() {
             open.extend(atom.parts().into_iter().cloned());
@@ -44,34 +80,29 @@ fn conditions(recurrence: &Recurrence) -> BTreeSet<Atom> {
     found
 }
 
-/// The equations in each case of a condition, and of its opposite where that is asked for as well.
-fn cases(recurrence: &Recurrence, atom: &Atom, inner: &Value) -> Option<Vec<(Comparison, Recurrence)>> {
+/// The question in each case of a condition, and of its opposite where that is asked for as well.
+fn cases(question: &Question, atom: &Atom, inner: &Value) -> Option<Vec<(Comparison, Question)>> {
     let opposite = Atom::Positive(inner.neg().ok()?);
     let settled = |above: i64, below: i64| {
-        let mut settled = recurrence.clone();
-        for sequence in &mut settled.sequences {
-            let holds = |other: &Atom| match other == atom {
-                true => Some(Value::integer(above)),
-                false => (*other == opposite).then(|| Value::integer(below)),
-            };
-            sequence.next = sequence.next.replace(&mut { holds }).ok()?;
-        }
-        Some(settled)
+        let mut holds = |other: &Atom| match other == atom {
+            true => Some(Value::integer(above)),
+            false => (*other == opposite).then(|| Value::integer(below)),
+        };
+        replaced(question, &mut holds)
     };
-    let three_ways = conditions(recurrence).contains(&opposite);
     let (above, below, neither) = (settled(1, 0)?, settled(0, 1)?, settled(0, 0)?);
-    let cases = match three_ways {
+    let cases = match conditions(question).contains(&opposite) {
         false => vec![(Relation::Gtr, above), (Relation::Lte, neither)],
-        true if above == below => vec![(Relation::Neq, above), (Relation::Eq, neither)],
+        true if values(&above).eq(values(&below)) => vec![(Relation::Neq, above), (Relation::Eq, neither)],
         true => vec![(Relation::Gtr, above), (Relation::Eq, neither), (Relation::Lss, below)],
     };
     Some(cases.into_iter().map(|(relation, found)| ((relation, inner.clone(), Value::zero()), found)).collect())
 }
 
 /// Whether it is more than a summand that differs from case to case.
-fn depend(cases: &[(Comparison, Recurrence)], terms: &[Name]) -> bool {
-    let differ = |(one, other): (&Recurrence, &Recurrence)| {
-        one.sequences.iter().zip(&other.sequences).any(|(one, other)| {
+fn depend(cases: &[(Comparison, Question)], terms: &[Name]) -> bool {
+    let differ = |(one, other): (&Question, &Question)| {
+        one.recurrence.sequences.iter().zip(&other.recurrence.sequences).any(|(one, other)| {
             let difference = one.next.sub(&other.next);
             difference.map_or(true, |difference| terms.iter().any(|name| difference.mentions(name)))
         })
