@@ -125,7 +125,7 @@ impl Value {
             for need in condition.value()?.needs() {
                 needs.insert(need.substitute(images)?);
             }
-            chosen = chosen.with_atom(&condition, &holds)?;
+            chosen = chosen.replace(&mut |atom| (*atom == condition).then(|| holds.clone()))?;
         }
         for need in chosen.needs() {
             needs.insert(need.substitute(images)?);
