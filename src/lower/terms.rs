@@ -123,7 +123,7 @@ impl Lowerer<'_> {
             if known.grants(&need) == Some(true) || never() {
                 continue;
             }
-            if varies {
+            if varies || known.grants(&need) == Some(false) {
                 let cases = cases.get_or_init(|| Kept::of(value, &known));
                 if cases.has(&need, guards.as_ref()) {
                     continue;
