@@ -27,7 +27,7 @@ use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
-pub(crate) use apart::{closures, in_cases, needs_in_cases};
+pub(crate) use apart::{Case, closures, in_cases, needs_in_cases};
 pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
 pub use first::{Earlier, Wanted, first};

@@ -54,6 +54,20 @@ fn what_an_answer_in_cases_needs_stands_before_its_cases() {
 }
 
 #[test]
+fn what_one_branch_divides_by_is_not_asked_in_the_other() {
+    let script = "param k\nsolve x(n+1) = x(n)+(if k < 0 then 1/k else 1), x(0) = 0 find n with x(n) >= 5\n";
+    says(script, &["if k < 0:", "x(n) = n/k", "if k >= 0:", "n = 5 is the first with x(n) >= 5"]);
+    assert!(!told(script).iter().any(|line| line.contains("k != 0")), "{}", told(script).join("\n"));
+    // For every b above 1 one index: at 3/2 it is 1.
+    let script = "param b\nsolve x(n+1) = if b != 1 and n < 3 then x(n)+2/(b-1) else x(n)+1, x(0) = 1 \
+                  find n with b = 1 or x(n) >= 2/(b-1)\n";
+    let found = told(script);
+    let firsts: Vec<&String> = found.iter().filter(|line| line.contains(" is the first")).collect();
+    assert_eq!(firsts.len(), 4, "in two orders, in both together, and where b = 1:\n{}", found.join("\n"));
+    assert!(firsts[0].starts_with("n = max(2-floor(1/2*b+1/2),0) is"), "{}", found.join("\n"));
+}
+
+#[test]
 fn a_sum_of_roots_is_a_form_where_each_root_has_a_value() {
     says("solve x(n+1) = x(n)+sqrt(n^2-10*n+30), x(0) = 0\n", &["x(n) = sum(k=0..n-1, sqrt(k^2-10*k+30))"]);
     says("param p\nsolve x(n+1) = x(n)+sqrt(n+p), x(0) = 0\n", &["x(n) = sum(k=0..n-1, sqrt(k+p))", "if p >= 0"]);

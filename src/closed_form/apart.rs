@@ -131,8 +131,8 @@ pub(crate) fn needs_in_cases(
     known: &Assumptions,
 ) -> Result<Vec<(Assumptions, Need)>, ValueError> {
     let mut found = Vec::new();
-    for Case { known, value, asked } in in_cases(next, images, known)? {
-        found.extend(asked);
+    for Case { known, value, asked, .. } in in_cases(next, images, known)? {
+        found.extend(asked.into_iter().map(|asked| (asked.known, asked.need)));
         found.extend(value.needs().into_iter().map(|need| (known.clone(), need)));
     }
     Ok(found)
@@ -140,12 +140,22 @@ pub(crate) fn needs_in_cases(
 
 /// A value where its conditions hold, or do not.
 pub(crate) struct Case {
+    /// The conditions, as they hold or do not.
+    pub assumed: Vec<Comparison>,
     /// What is known there.
     pub known: Assumptions,
     /// What the value is there; maxima stay, and the conditions beyond [`MOST_CASES`] of them.
     pub value: Value,
-    /// What the conditions need that decide it, with what is known where they are looked at.
-    pub asked: Vec<(Assumptions, Need)>,
+    /// What the conditions need that decide it.
+    pub asked: Vec<Asked>,
+}
+
+/// What a condition needs, with what is assumed and known where it is looked at.
+#[derive(Clone)]
+pub(crate) struct Asked {
+    pub assumed: Vec<Comparison>,
+    pub known: Assumptions,
+    pub need: Need,
 }
 
 /// A value in each of its cases, where these are put in for names in its conditions.
@@ -154,7 +164,7 @@ pub(crate) fn in_cases(
     images: &BTreeMap<Name, Value>,
     known: &Assumptions,
 ) -> Result<Vec<Case>, ValueError> {
-    let whole = Case { known: known.clone(), value: value.clone(), asked: Vec::new() };
+    let whole = Case { assumed: Vec::new(), known: known.clone(), value: value.clone(), asked: Vec::new() };
     let mut found = Vec::new();
     split(whole, images, MOST_CASES, &mut found)?;
     Ok(found)
@@ -175,14 +185,17 @@ fn split(case: Case, images: &BTreeMap<Name, Value>, more: usize, found: &mut Ve
     };
     let (image, zero) = (inner.substitute(images)?, Value::zero());
     let mut asked = case.asked.clone();
-    asked.extend(inner.needs().into_iter().map(|need| (case.known.clone(), need)));
+    let needs = inner.needs().into_iter();
+    asked.extend(needs.map(|need| Asked { assumed: case.assumed.clone(), known: case.known.clone(), need }));
     let before = found.len();
     for (holds, relation) in [(1, Relation::Gtr), (0, Relation::Lte)] {
         let mut known = case.known.clone();
         known.assume(relation, &image, &zero);
         if !known.contradictory() {
             let value = case.value.with_atom(atom, &Value::integer(holds))?;
-            split(Case { known, value, asked: asked.clone() }, images, more - 1, found)?;
+            let mut assumed = case.assumed.clone();
+            assumed.push((relation, image.clone(), zero.clone()));
+            split(Case { assumed, known, value, asked: asked.clone() }, images, more - 1, found)?;
         }
     }
     // A condition that neither holds nor does not has no value.

@@ -100,7 +100,7 @@ impl<'a> Defined<'a> {
         if !value.atoms().iter().any(|atom| matches!(atom, Atom::Positive(_))) {
             return self.value(value, from);
         }
-        for Case { known, value, asked } in in_cases(value, &BTreeMap::new(), self.known())? {
+        for Case { known, value, asked, .. } in in_cases(value, &BTreeMap::new(), self.known())? {
             let mut below = Vec::new();
             if let Some((_, denominator)) = value.polynomials() {
                 below = factors(denominator)?;
@@ -108,11 +108,11 @@ impl<'a> Defined<'a> {
             }
             below.retain(|part| !self.never_zero_where(&known, part, from));
             self.none_zero(below, from, Layers { count: 0, fine: &[] })?;
-            for (known, need) in asked {
-                if let Need::Nonzero(part) = &need
-                    && !self.never_zero_where(&known, part, from)
+            for asked in asked {
+                if let Need::Nonzero(part) = &asked.need
+                    && !self.never_zero_where(&asked.known, part, from)
                 {
-                    self.always(&need, from)?;
+                    self.always(&asked.need, from)?;
                 }
             }
         }

@@ -8,7 +8,7 @@ use num_rational::BigRational;
 use super::distribution::DISTRIBUTIONS;
 use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
-use super::value::{FUNCTIONS, Kept, Needed, guarded};
+use super::value::{FUNCTIONS, Kept, Needed, behind_guards};
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
 use crate::closed_form::{first_zero, term};
 use crate::diagnostic::{Diagnostic, Span};
@@ -129,7 +129,7 @@ impl Lowerer<'_> {
                     continue;
                 }
             }
-            let behind = guarded(&need, guards.as_ref(), &known);
+            let behind = behind_guards(&need, guards.as_ref(), &known);
             if !behind && known.grants(&need).is_none() && !varies {
                 self.needs_of_parameters(&need);
             } else if !behind {

@@ -4,7 +4,7 @@ mod cases;
 mod guards;
 
 pub(super) use cases::chosen;
-pub(super) use guards::{Kept, Needed, both, guarded, neither};
+pub(super) use guards::{Kept, Needed, behind_guards, both, neither};
 
 use std::collections::BTreeMap;
 
@@ -397,10 +397,7 @@ impl Lowerer<'_> {
         let result = match function {
             Some((parameters, Some(body))) => {
                 let images = parameters.iter().cloned().zip(values).collect::<BTreeMap<_, _>>();
-                if let Some(needed) = &mut self.needed {
-                    let needs = body.needs().into_iter().filter_map(|need| need.substitute(&images).ok());
-                    needed.extend(needs.map(|need| Needed { need, span, guards: self.guards.clone() }));
-                }
+                self.needs_of_body(body, &images, span);
                 let known = &environment.assumptions;
                 keeps_divisors(body, &images).and_then(|()| known.put_in_powers(body, &images))
             }

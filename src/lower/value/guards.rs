@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::super::scope::Lowerer;
 use crate::assumption::Assumptions;
 use crate::ast::Value as Written;
-use crate::closed_form::{Comparison, in_cases};
+use crate::closed_form::{Case, Comparison, in_cases};
 use crate::diagnostic::Span;
-use crate::value::{Need, Relation, Value, ValueError};
+use crate::name::Name;
+use crate::value::{Atom, Need, Relation, Value, ValueError};
 
 /// The most ways in which conditions around a value come to hold that are told apart.
 const MOST_WAYS: usize = 16;
@@ -40,12 +41,31 @@ impl Lowerer<'_> {
         Some(Value::choose(relation, &left, &right, &then?, &other?))
     }
 
+    /// Keeps what the body of a function needs with these arguments, where its own conditions ask for it.
+    pub(super) fn needs_of_body(&mut self, body: &Value, images: &BTreeMap<Name, Value>, span: Span) {
+        let Some(needed) = &mut self.needed else { return };
+        let around = self.guards.as_ref();
+        let mut keep = |needs: BTreeSet<Need>, assumed: Option<Vec<Comparison>>| {
+            let guards = around.zip(assumed).and_then(|(around, assumed)| both(around, &vec![assumed]));
+            let needs = needs.into_iter().filter_map(|need| need.substitute(images).ok());
+            needed.extend(needs.map(|need| Needed { need, span, guards: guards.clone() }));
+        };
+        let Ok(cases) = in_cases(body, images, &self.environment.assumptions) else { return keep(body.needs(), None) };
+        for Case { assumed, value, asked, .. } in cases {
+            for asked in asked {
+                keep(BTreeSet::from([asked.need]), Some(asked.assumed));
+            }
+            let chosen = value.atoms().iter().any(|atom| matches!(atom, Atom::Positive(_)));
+            keep(value.needs(), Some(assumed).filter(|_| !chosen));
+        }
+    }
+
     /// Reads what is asked for only where one of these holds.
     pub(super) fn where_holds<T>(&mut self, ways: Option<Ways>, read: impl FnOnce(&mut Self) -> T) -> T {
         if self.needed.is_none() { read(self) } else { self.guarded(ways, read) }
     }
 
-    /// The same, also where what values need is not kept yet.
+    /// The same where what values need is kept within `read` alone, as of each side of what is looked for.
     pub(in crate::lower) fn guarded<T>(&mut self, ways: Option<Ways>, read: impl FnOnce(&mut Self) -> T) -> T {
         let around = self.guards.clone();
         self.guards = around.as_ref().zip(ways).and_then(|(around, ways)| both(around, &ways));
@@ -70,7 +90,7 @@ pub(in crate::lower) fn neither(either: &Ways) -> Option<Ways> {
 }
 
 /// Whether what is needed holds wherever the conditions around it do.
-pub(in crate::lower) fn guarded(need: &Need, guards: Option<&Ways>, known: &Assumptions) -> bool {
+pub(in crate::lower) fn behind_guards(need: &Need, guards: Option<&Ways>, known: &Assumptions) -> bool {
     guards.is_some_and(|ways| ways.iter().all(|way| granted(need, way, known, &BTreeSet::new())))
 }
 
@@ -99,7 +119,7 @@ impl Kept {
             Ok(cases) => cases
                 .into_iter()
                 .map(|case| {
-                    let asked = case.asked.into_iter().map(|(_, need)| need);
+                    let asked = case.asked.into_iter().map(|asked| asked.need);
                     (case.known, case.value.needs().into_iter().chain(asked).collect())
                 })
                 .collect(),
