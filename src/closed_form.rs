@@ -8,6 +8,7 @@ mod apart;
 mod cells;
 mod check;
 mod defined;
+mod divisors;
 mod first;
 mod induction;
 mod instance;
@@ -17,6 +18,7 @@ mod pieces;
 mod readable;
 mod rounds;
 mod signs;
+mod simpler;
 mod text;
 mod turned;
 
@@ -35,6 +37,7 @@ pub use nested::{Layer, Nested, layer};
 pub(crate) use pieces::for_all_signs;
 pub(crate) use rounds::{by_place, first_lap, first_round, with_first_round};
 pub(crate) use signs::settled_by;
+pub(crate) use simpler::simpler;
 pub(crate) use text::{as_it_stands, bracketed, compared, needed};
 
 /// A comparison that must hold for a result to be right.

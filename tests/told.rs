@@ -365,8 +365,8 @@ fn what_would_have_to_be_known_is_said_of_what_is_open() {
     says(
         gain,
         &[
-            "if 1 = k:",
-            "if 1 != k:",
+            "if k = 1:",
+            "if k != 1:",
             "r(n) = 5-5*(1-k)^n",
             "never r(n) = 5: it is never equal: -5*(1-k)^n is not 0 for any n",
         ],

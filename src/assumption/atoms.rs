@@ -138,7 +138,7 @@ impl Assumptions {
     }
 
     /// What is assumed of numbers of rounds, `floor(x/d)`, of which the system does not speak while it does of x: for
-    /// `d > 0` also d times as much, which is comparable with x.
+    /// d of a known sign also abs(d) times as much, which is comparable with x.
     pub(super) fn counted(&self, system: &[Constraint]) -> Vec<Constraint> {
         let known: BTreeSet<&Atom> = system.iter().flat_map(|one| one.form.atoms()).collect();
         let mut found = Vec::new();
@@ -151,9 +151,12 @@ impl Assumptions {
                     continue;
                 }
                 found.extend(self.facts_of_floor(&Polynomial::atom(atom.clone()), inner));
-                if self.assumed(below).within(Signs::POSITIVE)
-                    && let Some(form) = constraint.form.times(below)
-                {
+                let size = match self.assumed(below) {
+                    signs if signs.within(Signs::POSITIVE) => Some(below.clone()),
+                    signs if signs.within(Signs::NEGATIVE) => Some(below.negated()),
+                    _ => None,
+                };
+                if let Some(form) = size.and_then(|size| constraint.form.times(&size)) {
                     found.push(Constraint { form, bound: constraint.bound });
                 }
                 if found.len() > MOST_CONSTRAINTS {

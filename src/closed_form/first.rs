@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use num_traits::ToPrimitive;
 
 use super::cells::cells;
+use super::divisors::{divisors, in_each_sign};
 use super::{Comparison, Form, Piece, Recurrence, Solved, Unchecked, with_first_round};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -61,11 +62,15 @@ pub fn first(
 ) -> Result<Earlier, Unchecked> {
     let mut known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
     conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-    let mut how = Earlier::None;
-    for (at, known) in each_case(at, known) {
-        how = how.max(Question { recurrence, wanted, at: &at, known }.answered(solved)?);
-    }
-    Ok(how)
+    let divisors = divisors([at, wanted.1, wanted.2], recurrence, &known);
+    let check = |known: Assumptions| {
+        let mut how = Earlier::None;
+        for (at, known) in each_case(at, known) {
+            how = how.max(Question { recurrence, wanted, at: &at, known }.answered(solved)?);
+        }
+        Ok(how)
+    };
+    in_each_sign(&divisors, known, &check)
 }
 
 /// An index that is the greatest of several, in each case of which of them it is.

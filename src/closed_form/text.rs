@@ -181,7 +181,8 @@ fn over_product(value: &Value, product: &Name) -> Option<(Value, Value)> {
 
 /// What must hold for a result to be right, as a line.
 pub(crate) fn needed(comparison: &Comparison) -> String {
-    format!("if {}", as_it_stands(comparison))
+    let zero = comparison.2.is_zero();
+    format!("if {}", if zero { compared(comparison) } else { as_it_stands(comparison) })
 }
 
 /// A comparison with its sides as they are.

@@ -4,7 +4,7 @@ mod hidden;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::value::Needed;
+use super::value::{Needed, Requirement};
 use super::{Class, Environment};
 use crate::ast::{Ident, Term, TermKind, ValueKind};
 use crate::closed_form::Comparison;
@@ -63,7 +63,7 @@ pub(super) struct Lowerer<'e> {
     /// In which ways the conditions around what is read come to hold; none where that is too many.
     pub(super) guards: Option<Vec<Vec<Comparison>>>,
     /// What must hold of parameters for the equations read to mean something.
-    pub(super) conditions: Vec<Comparison>,
+    pub(super) conditions: Vec<Requirement>,
     /// How often bodies of functions may still be read anew, and how deep in others this one is.
     pub(super) readings: usize,
     pub(super) depth: usize,

@@ -9,8 +9,9 @@ use num_traits::ToPrimitive;
 
 use super::scope::Lowerer;
 use super::terms::components;
+use super::value::Requirement;
 use crate::ast::{self, Argument, Ident, Value as Written, ValueKind};
-use crate::closed_form::{Comparison, Recurrence, Sequence, as_it_stands};
+use crate::closed_form::{Recurrence, Sequence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Relation, Sort, Value};
@@ -35,7 +36,7 @@ pub struct Question {
     /// The same as it was asked, where several comparisons have become one.
     pub asked: Option<String>,
     /// What must hold of parameters for the equations to mean something: `v != 0` of `r(n)/v*v`.
-    pub conditions: Vec<Comparison>,
+    pub conditions: Vec<Requirement>,
     /// What is to be said of the equations.
     pub notes: Vec<String>,
 }

@@ -8,9 +8,9 @@ use num_rational::BigRational;
 use super::distribution::DISTRIBUTIONS;
 use super::scope::Lowerer;
 use super::solve::{Lengths, subscripted};
-use super::value::{FUNCTIONS, Kept, Needed, behind_guards};
+use super::value::{FUNCTIONS, Kept, Needed, Requirement, Ways, behind_guards};
 use crate::ast::{Argument, Ident, Value as Written, ValueKind};
-use crate::closed_form::{first_zero, term};
+use crate::closed_form::{Comparison, first_zero, term};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Atom, Need, Relation, Sort, Value};
@@ -109,7 +109,7 @@ impl Lowerer<'_> {
             known.assume_natural(index);
         }
         known.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));
-        let varies = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
+        let reads = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
         let cases = OnceCell::new();
         for Needed { need, span, guards } in needed {
             if matches!(need, Need::Natural(_)) || need.value().sort() != Sort::Real {
@@ -118,7 +118,7 @@ impl Lowerer<'_> {
             let divides = matches!(need, Need::Nonzero(_));
             let part = if divides { need.value().numerator()? } else { need.value().clone() };
             let need = if divides { Need::Nonzero(part.clone()) } else { need };
-            let varies = varies(&part);
+            let varies = reads(&part);
             let never = || divides && varies && first_zero(&part, index, from) == Some(None);
             if known.grants(&need) == Some(true) || never() {
                 continue;
@@ -131,7 +131,8 @@ impl Lowerer<'_> {
             }
             let behind = behind_guards(&need, guards.as_ref(), &known);
             if !behind && known.grants(&need).is_none() && !varies {
-                self.needs_of_parameters(&need);
+                let of_parameters = |value: &Value| !reads(value);
+                self.needs_of_parameters(&need, guards.and_then(|ways| chosen_by(ways, &of_parameters)));
             } else if !behind {
                 return self.fail(lost(divides, value, span));
             }
@@ -139,13 +140,17 @@ impl Lowerer<'_> {
         Some(())
     }
 
-    /// Keeps as a condition what is needed of parameters.
-    fn needs_of_parameters(&mut self, need: &Need) {
+    /// Keeps as a condition what is needed of parameters, in some ways or always.
+    fn needs_of_parameters(&mut self, need: &Need, ways: Option<Ways>) {
         let relation = if matches!(need, Need::Nonzero(_)) { Relation::Neq } else { Relation::Gte };
         for factor in need.apart() {
-            let condition = (relation, factor.value().clone(), Value::zero());
-            if !self.conditions.contains(&condition) {
-                self.conditions.push(condition);
+            let comparison = (relation, factor.value().clone(), Value::zero());
+            match self.conditions.iter_mut().find(|one| one.comparison == comparison) {
+                Some(known) => {
+                    let both = known.ways.take().zip(ways.clone());
+                    known.ways = both.map(|(one, other)| [one, other].concat());
+                }
+                None => self.conditions.push(Requirement { comparison, ways: ways.clone() }),
             }
         }
     }
@@ -294,6 +299,16 @@ impl Lowerer<'_> {
         let arguments = [value, place].map(|value| Argument { label: None, value });
         Some(Written { span: written.span, kind: ValueKind::Call(part, arguments.to_vec()) })
     }
+}
+
+/// What these ways say of parameters; none where one of them says nothing of them.
+fn chosen_by(ways: Ways, of_parameters: &dyn Fn(&Value) -> bool) -> Option<Ways> {
+    let told = |way: Vec<Comparison>| {
+        let own: Vec<Comparison> =
+            way.into_iter().filter(|(_, left, right)| of_parameters(left) && of_parameters(right)).collect();
+        (!own.is_empty()).then_some(own)
+    };
+    ways.into_iter().map(told).collect()
 }
 
 /// The error that what an equation needs has cancelled.

@@ -1,9 +1,11 @@
 //! What depends on something that is not known of parameters: it is asked in either case of what would have to be known,
 //! and in each of them in the same way again.
 
+use std::collections::BTreeSet;
+
 use super::Unknown;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Recurrence, compared};
+use crate::closed_form::{Comparison, Recurrence, compared, simpler};
 use crate::name::Name;
 use crate::value::{Need, Relation, Value};
 
@@ -73,37 +75,72 @@ struct Split<'a, T> {
     stop: &'a dyn Fn() -> bool,
 }
 
+/// What these divide by.
+fn divisors(sides: [&Value; 2]) -> impl Iterator<Item = Value> {
+    let needs = sides.into_iter().flat_map(Value::needs);
+    needs.filter_map(|need| if let Need::Nonzero(divisor) = need { Some(divisor) } else { None })
+}
+
 impl<T> Split<'_, T> {
     /// What is open, if it is of parameters alone and there is room for its cases.
     fn askable(&self, unknown: &Unknown) -> Option<Comparison> {
         let open = unknown.open.as_deref()?;
         let full = self.assumed.len() >= self.most || self.cases.len() >= MOST_CASES || (self.stop)();
         let free = open.1.variables().iter().chain(&open.2.variables()).all(|name| (self.free)(name));
-        let known = || self.assuming(|_| true).decide(open.0, &open.1, &open.2).is_some();
-        (free && !full && !known()).then(|| open.clone())
+        let settled = || {
+            let known = self.assuming(|_| true);
+            let zero = |divisor: Value| known.decide(Relation::Eq, &divisor, &Value::zero()) == Some(true);
+            known.decide(open.0, &open.1, &open.2).is_some() || divisors([&open.1, &open.2]).any(zero)
+        };
+        (free && !full && !settled()).then(|| open.clone())
     }
 
-    /// Adds the cases of what is open here.
+    /// Adds the cases of what is open here, and those in which something is 0 that it divides by, where these are told.
     fn cases_of(&mut self, (relation, left, right): Comparison) -> Option<()> {
+        let known = self.assuming(|_| true);
+        let open = |divisor: &Value| known.decide(Relation::Eq, divisor, &Value::zero()).is_none();
+        let divisors: BTreeSet<Value> = divisors([&left, &right]).filter(open).collect();
         for relation in [relation, relation.negated()] {
-            self.assumed.push((relation, left.clone(), right.clone()));
-            if !self.assuming(|_| true).contradictory() {
-                // What follows from the rest is no help, and there is more to look through with it.
-                let kept = self.kept();
-                let known = self.assuming(|place| kept[place]);
-                match (self.ask)(&known) {
-                    Ok(found) => self.cases.push(InCase { assumed: self.needed(&kept), known, found }),
-                    Err((unknown, rest)) => match (self.askable(&unknown), rest) {
-                        (Some(open), _) => self.cases_of(open)?,
-                        (None, Some(found)) => {
-                            self.cases.push(InCase { assumed: self.needed(&kept), known, found: *found });
-                        }
-                        (None, None) => return None,
-                    },
-                }
-            }
-            self.assumed.pop();
+            self.case((relation, left.clone(), right.clone()))?;
         }
+        for divisor in divisors {
+            let (cases, assumed) = (self.cases.len(), self.assumed.len());
+            if assumed >= self.most || self.case((Relation::Eq, divisor, Value::zero())).is_none() {
+                self.cases.truncate(cases);
+                self.assumed.truncate(assumed);
+            }
+        }
+        Some(())
+    }
+
+    /// Adds what is found where this holds as well.
+    fn case(&mut self, comparison: Comparison) -> Option<()> {
+        self.assumed.push(comparison.clone());
+        let (_, left, right) = comparison;
+        // A quotient that is at least and at most 0 is 0, and so is what is divided.
+        let quotient = left.sub(&right).ok().and_then(|difference| difference.denominator());
+        let equal = quotient.is_some_and(|below| below.as_rational().is_none())
+            && self.assuming(|_| true).decide(Relation::Eq, &left, &right) == Some(true);
+        let relation = if equal { Relation::Eq } else { comparison.0 };
+        self.assumed.pop();
+        let comparison = simpler(&(relation, left, right), &self.assuming(|_| true));
+        self.assumed.push(comparison);
+        if !self.assuming(|_| true).contradictory() {
+            // What follows from the rest is no help, and there is more to look through with it.
+            let kept = self.kept();
+            let known = self.assuming(|place| kept[place]);
+            match (self.ask)(&known) {
+                Ok(found) => self.cases.push(InCase { assumed: self.needed(&kept), known, found }),
+                Err((unknown, rest)) => match (self.askable(&unknown), rest) {
+                    (Some(open), _) => self.cases_of(open)?,
+                    (None, Some(found)) => {
+                        self.cases.push(InCase { assumed: self.needed(&kept), known, found: *found });
+                    }
+                    (None, None) => return None,
+                },
+            }
+        }
+        self.assumed.pop();
         Some(())
     }
 
@@ -111,11 +148,7 @@ impl<T> Split<'_, T> {
     fn assuming(&self, chosen: impl Fn(usize) -> bool) -> Assumptions {
         let mut known = self.known.clone();
         for (_, (relation, left, right)) in self.assumed.iter().enumerate().filter(|(place, _)| chosen(*place)) {
-            let divisors = [left, right].into_iter().flat_map(Value::needs).filter_map(|need| match need {
-                Need::Nonzero(divisor) => Some(divisor),
-                _ => None,
-            });
-            divisors.for_each(|divisor| known.assume(Relation::Neq, &divisor, &Value::zero()));
+            divisors([left, right]).for_each(|divisor| known.assume(Relation::Neq, &divisor, &Value::zero()));
             known.assume(*relation, left, right);
         }
         known
@@ -149,6 +182,17 @@ impl<T> Split<'_, T> {
             if !needed.iter().any(same) {
                 needed.push((relation, left.clone(), right.clone()));
             }
+        }
+        self.simplest(needed)
+    }
+
+    /// The same, each of them without what the others know.
+    fn simplest(&self, mut needed: Vec<Comparison>) -> Vec<Comparison> {
+        for place in 0..needed.len() {
+            let mut known = self.known.clone();
+            let others = needed.iter().enumerate().filter(|(other, _)| *other != place);
+            others.for_each(|(_, (relation, left, right))| known.assume(*relation, left, right));
+            needed[place] = simpler(&needed[place], &known);
         }
         needed
     }

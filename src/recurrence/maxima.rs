@@ -122,7 +122,7 @@ impl Apart {
         let of_one = |parts: &Vec<Value>| self.of_alternative(parts, solved, ask);
         let told = self.alternatives.iter().map(of_one).collect::<Option<Vec<Told>>>()?;
         let Some(from) = told.iter().map(|one| one.from).max() else {
-            return Some(Tail::Never(0, "no numbers at all compare so".to_string()));
+            return Some(Tail::Never(0, "it is false whatever the terms are".to_string()));
         };
         Some(Tail::Never(from, together(told)))
     }

@@ -47,6 +47,8 @@ const LONGEST: u64 = 1 << 16;
 /// The bits for which each part of a term with symbols counts, and the most parts.
 const SYMBOLIC: u64 = 1 << 10;
 const MOST_SIZE: usize = 2_000;
+/// How many times that each part of a comparison with symbols counts.
+const DECIDED: u64 = 2;
 /// The same where nothing is known of later ones.
 const SHORTEST: u64 = 1 << 12;
 
@@ -154,7 +156,7 @@ fn without_terms(
     }
     // Of the terms nothing is known here but that they are numbers.
     if Assumptions::default().decide(wanted.0, wanted.1, wanted.2) == Some(false) {
-        return Ok(Reach::Never("no numbers at all compare so".to_string()));
+        return Ok(Reach::Never("it is false whatever the terms are".to_string()));
     }
     if let Some(solved) = solved.filter(|_| recurrence.from >= 0) {
         match exactly(solved, wanted, known) {
@@ -290,6 +292,8 @@ fn tried(
             }
         }
         bits += state.iter().map(cost).sum::<u64>();
+        // To decide it took far longer than to know the terms.
+        bits += [&one, &other].into_iter().filter(|side| side.as_rational().is_none()).map(cost).sum::<u64>() * DECIDED;
         state = match following(recurrence, &state, &images, known) {
             Ok(next) => next,
             Err(error) => return Reach::unknown(format!("not up to {} = {at}; then {error}", recurrence.index)),

@@ -105,12 +105,25 @@ impl Switching<'_> {
         for guard in &mut guards {
             guard.value = guard.value.with(index, &shifted)?;
         }
-        let solved = solve_until(local, &self.known, self.stop)?;
+        let solved = solve_until(local, &self.known, self.stop).map_err(|unknown| self.counted_from(place, unknown))?;
         for (relation, left, right) in solved.conditions() {
             self.known.assume(*relation, left, right);
             self.conditions.push((*relation, left.clone(), right.clone()));
         }
         Ok((solved, guards))
+    }
+
+    /// A reason that names an index, where it is counted from the place.
+    fn counted_from(&self, place: &Place, unknown: Unknown) -> Unknown {
+        let index = &self.recurrence.index;
+        let mut words = unknown.reason.split(|one: char| !one.is_alphanumeric() && one != '_');
+        if unknown.open.is_some() || place.from.is_zero() || !words.any(|word| word == index.as_str()) {
+            return unknown;
+        }
+        Unknown::because(format!(
+            "from {index} = {} on, with {index} counted from there: {}",
+            place.from, unknown.reason
+        ))
     }
 
     /// How many steps all guards hold, and the one that fails then; `None` if they hold for ever.

@@ -1,7 +1,7 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
-use super::solve::{found_lines, left_out, no_earlier, otherwise};
+use super::solve::{found_lines, in_layout, left_out, no_earlier, otherwise};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
@@ -91,17 +91,17 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
         }
     };
     let cases = either_way(recurrence, known, unknown, &ask, stop)?;
-    let mut lines = Vec::new();
+    let mut told = Vec::new();
     for case in &cases {
         let (solved, found) = &case.found;
-        lines.push(format!("if {}:", case.title()));
         let own = solved.lines().into_iter().chain(found_lines(found, recurrence, &question.goal(goal)));
         let own = own.chain(otherwise(found, solved, goal, &case.known, stop));
         let own = own.chain(no_earlier(found, (recurrence, Some(solved)), goal, &case.known));
-        lines.extend(own.map(|line| format!("  {line}")));
-        let special = left_out(solved, Some(question), &case.known, stop);
-        lines.extend(special.into_iter().map(|line| format!("  {line}")));
+        let own = own.chain(left_out(solved, Some(question), &case.known, stop));
+        told.push((format!("if {}:", case.title()), own.collect()));
     }
+    let forms = cases.first().map(|case| case.found.0.lines().len());
+    let lines = in_layout(told, forms);
     let found: Vec<Reach> = cases.into_iter().map(|case| case.found.1).collect();
     let known = found.iter().any(|found| !matches!(found, Reach::Unknown(_)));
     known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None })
@@ -115,22 +115,18 @@ fn told(
 ) -> Option<InOrders> {
     let recurrence = &question.recurrence;
     let (relation, left, right) = question.find.as_ref()?;
-    let mut lines = Vec::new();
-    for case in cases {
-        lines.push(format!("if {}:", case.title));
-        lines.extend(case.solved.lines().into_iter().map(|line| format!("  {line}")));
-        let goal = (*relation, left, right);
-        let found = found_lines(&case.found, recurrence, &question.goal(goal)).into_iter();
-        let found = found.chain(otherwise(&case.found, &case.solved, goal, &case.known, stop));
-        lines.extend(found.map(|line| format!("  {line}")));
-        lines.extend(
-            no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known)
-                .map(|line| format!("  {line}")),
-        );
-    }
+    let goal = (*relation, left, right);
+    let own = |case: &Case| {
+        let found = found_lines(&case.found, recurrence, &question.goal(goal));
+        let own = case.solved.lines().into_iter().chain(found);
+        let own = own.chain(otherwise(&case.found, &case.solved, goal, &case.known, stop));
+        own.chain(no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known)).collect()
+    };
+    let forms = cases.first().map(|case| case.solved.lines().len());
+    let mut lines = in_layout(cases.iter().map(|case| (format!("if {}:", case.title), own(case))).collect(), forms);
     let merged = merged(cases, one, other);
     if let Some(found) = &merged {
-        let all = found_lines(found, recurrence, &question.goal((*relation, left, right)));
+        let all = found_lines(found, recurrence, &question.goal(goal));
         lines.extend(
             all.into_iter().enumerate().map(
                 |(place, line)| {

@@ -1,8 +1,11 @@
 //! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
 
 mod choices;
+mod layout;
 
-use choices::{choices, decided};
+use choices::{choices, decided, required};
+pub(super) use layout::in_layout;
+use layout::{is_title, proof, with_needs};
 
 use super::orders::in_orders;
 use super::reading::Waiting;
@@ -20,22 +23,10 @@ use crate::value::{Relation, Value};
 /// The most conditions of parameters of which each case is looked at by itself.
 const MOST_CHOICES: usize = 3;
 
-/// With this the line begins that tells the proof of the forms.
-const CHECKED: &str = "checked by induction";
-
 /// The lines of the answer, and what came of the expectations, where the parameters are as the equations need them.
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
-    let mut known = waiting.environment.assumptions.clone();
-    question.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-    let (mut lines, expected) = chosen(question, (&waiting.expected, &known), MOST_CHOICES, stop);
-    // Of all cases they are told before the first of them.
-    let in_cases = lines.first().is_some_and(|line| line.ends_with(':'));
-    let proof = lines.iter().position(|line| in_cases || line.starts_with(CHECKED)).unwrap_or(lines.len());
-    for line in question.conditions.iter().map(needed) {
-        if !lines.contains(&line) {
-            lines.insert(proof, line);
-        }
-    }
+    let known = &waiting.environment.assumptions;
+    let (mut lines, expected) = chosen(question, (&waiting.expected, known), MOST_CHOICES, stop);
     lines.splice(0..0, question.notes.iter().cloned());
     (lines, expected)
 }
@@ -44,24 +35,42 @@ pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> 
 type Given<'a> = (&'a [(Expectation, String)], &'a Assumptions);
 
 /// The same, with what is known of the parameters: in each case of conditions of them by which the equations are chosen, as
-/// far as these are so many at most.
+/// far as these are so many at most. What the equations need is told where it is known that they do.
 fn chosen(question: &Question, given: Given<'_>, most: usize, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
     let (waiting, known) = given;
-    let question = decided(question, known);
-    let cases = if most > 0 { choices(&question, known) } else { Vec::new() };
-    if cases.is_empty() {
-        return resting(&question, given, stop);
+    let (mut question, mut known) = (question.clone(), known.clone());
+    let mut needs = required(&mut question, &mut known, false);
+    question = decided(&question, &known);
+    let mut cases = if most > 0 { choices(&question, &known) } else { Vec::new() };
+    if cases.is_empty() && !question.conditions.is_empty() {
+        needs.extend(required(&mut question, &mut known, true));
+        question = decided(&question, &known);
+        cases = if most > 0 { choices(&question, &known) } else { Vec::new() };
     }
-    let mut lines = Vec::new();
+    let (lines, expected) = match cases.is_empty() {
+        true => resting(&question, (waiting, &known), stop),
+        false => in_choices(cases, (waiting, &known), most - 1, stop),
+    };
+    (with_needs(lines, &needs), expected)
+}
+
+/// The answer in each of these cases, with so many conditions more in each at most.
+fn in_choices(
+    cases: Vec<(Comparison, Question)>,
+    (waiting, known): Given<'_>,
+    most: usize,
+    stop: &dyn Fn() -> bool,
+) -> (Vec<String>, Vec<Expected>) {
+    let mut told = Vec::new();
     let mut found: Vec<Vec<Expected>> = Vec::new();
     for ((relation, left, right), question) in cases {
         let mut known = known.clone();
         known.assume(relation, &left, &right);
-        let (own, expected) = chosen(&question, (waiting, &known), most - 1, stop);
-        lines.push(format!("if {}:", compared(&(relation, left, right))));
-        lines.extend(own.into_iter().map(|line| format!("  {line}")));
+        let (own, expected) = chosen(&question, (waiting, &known), most, stop);
+        told.push((format!("if {}:", compared(&(relation, left, right))), own));
         found.push(expected);
     }
+    let lines = in_layout(told, None);
     let met = |(place, (expectation, text)): (usize, &(Expectation, String))| {
         let mut each = found.iter().map(|case| case.get(place).is_some_and(|expected| expected.met));
         let met = if matches!(expectation, Expectation::Open) { each.any(|met| met) } else { each.all(|met| met) };
@@ -106,7 +115,9 @@ fn answered(
         && let Some(found) = in_orders(question, solved.as_ref(), unknown, known, stop)
     {
         let mut lines = found.lines;
-        lines.push(proof(&found.recurrence));
+        // It is told with the forms: behind them where they are the same in each case, or behind all cases.
+        let forms = lines.iter().position(|line| is_title(line)).filter(|before| *before > 0);
+        lines.insert(forms.unwrap_or(lines.len()), proof(&found.recurrence));
         if let Ok(solved) = &solved {
             lines.extend(left_out_of_all(&lines, solved, question, known, stop));
         }
@@ -276,21 +287,6 @@ fn part_lines(
             (!cases.is_empty()).then(|| each_order(&alone, cases, &format!(" of {}", names.join(", ")), stop))
         }
     }
-}
-
-/// How the forms were checked.
-fn proof(recurrence: &Recurrence) -> String {
-    let index = &recurrence.index;
-    let starts = recurrence.sequences.iter().flat_map(|sequence| {
-        let terms = sequence.start.iter().enumerate();
-        terms.map(|(place, value)| format!("{}({}) = {value}", sequence.name, recurrence.from + place as i64))
-    });
-    let steps = recurrence
-        .sequences
-        .iter()
-        .map(|sequence| format!("{} = {}", recurrence.term(&sequence.name, sequence.start.len()), sequence.next));
-    let (starts, steps) = (starts.collect::<Vec<_>>().join(", "), steps.collect::<Vec<_>>().join(", "));
-    format!("{CHECKED} on {index}: {starts}; for every {index} >= {}, {steps}", recurrence.from)
 }
 
 /// What is known without a form, of the sequences that have none.

@@ -1,5 +1,7 @@
 //! `find n with …`: what is to hold at the index that is looked for, as one comparison.
 
+use std::collections::BTreeSet;
+
 use super::super::scope::Lowerer;
 use super::super::value::{both, chosen, neither};
 use super::Lengths;
@@ -50,8 +52,10 @@ impl Lowerer<'_> {
         let text = |together: &Vec<Sides>| together.iter().map(as_it_stands).collect::<Vec<_>>().join(" and ");
         let asked = all.iter().map(text).collect::<Vec<_>>().join(" or ");
         let mut known = self.environment.assumptions.without_name(index);
-        self.conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-        match as_one(&all, &known) {
+        let always = self.conditions.iter().filter(|one| one.ways.is_none()).map(|one| &one.comparison);
+        always.for_each(|(relation, left, right)| known.assume(*relation, left, right));
+        let open = recurrence.terms().into_iter().map(|(name, ..)| name).chain([index.clone()]).collect();
+        match as_one(&all, &Told { known, open }) {
             Ok(sought) => Some((sought, Some(asked))),
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
@@ -101,10 +105,27 @@ fn excess((relation, left, right): &Sides) -> Result<(Value, bool), ValueError> 
     })
 }
 
-/// Whether a comparison may have no value at some index, or for some parameters.
-fn may_be_undefined((_, left, right): &Sides, known: &Assumptions) -> bool {
-    let needs = [left, right].into_iter().flat_map(Value::needs);
-    needs.filter(|need| !matches!(need, Need::Natural(_))).any(|need| known.grants(&need) != Some(true))
+/// The most comparisons of parameters alone that are conditions of their own.
+const MOST_CONDITIONS: usize = 3;
+
+/// What is known of the parameters, and the names that are none: the index and the terms.
+struct Told {
+    known: Assumptions,
+    open: BTreeSet<Name>,
+}
+
+impl Told {
+    /// Whether a comparison may have no value at some index, or for some parameters.
+    fn may_be_undefined(&self, (_, left, right): &Sides) -> bool {
+        let needs = [left, right].into_iter().flat_map(Value::needs);
+        needs.filter(|need| !matches!(need, Need::Natural(_))).any(|need| self.known.grants(&need) != Some(true))
+    }
+
+    /// Whether it holds at every index or at none.
+    fn of_parameters(&self, (_, left, right): &Sides) -> bool {
+        let real = left.sort() == Sort::Real && right.sort() == Sort::Real;
+        real && [left, right].iter().all(|side| side.variables().is_disjoint(&self.open))
+    }
 }
 
 /// How many of these stand before what may be undefined, or one where that is the first of several.
@@ -114,12 +135,22 @@ fn before_undefined(undefined: impl Fn(usize) -> bool, count: usize) -> Option<u
 
 /// The same of comparisons that are to hold together: the least excess, and where some must be above 0 and some need not,
 /// that of the latter where the former are, and -1 where not. What may be undefined is looked at where those before it
-/// hold, and those behind it where it does.
-fn together(all: &[Sides], known: &Assumptions) -> Result<(Value, bool), ValueError> {
-    if let Some(place) = before_undefined(|place| may_be_undefined(&all[place], known), all.len()) {
-        let (rest, strict) = together(&all[place..], known)?;
+/// hold, and those behind it where it does; those of parameters alone are conditions, of which each case is told.
+fn together(all: &[Sides], told: &Told) -> Result<(Value, bool), ValueError> {
+    if let Some(place) = before_undefined(|place| told.may_be_undefined(&all[place]), all.len()) {
+        let (rest, strict) = together(&all[place..], told)?;
         return Ok((chosen(&vec![all[..place].to_vec()], &rest, Value::integer(-1))?, strict));
     }
+    let (conditions, others): (Vec<_>, Vec<_>) = all.iter().cloned().partition(|one| told.of_parameters(one));
+    if !conditions.is_empty() && conditions.len() <= MOST_CONDITIONS {
+        let (rest, strict) = if others.is_empty() { (Value::one(), true) } else { least(&others)? };
+        return Ok((chosen(&vec![conditions], &rest, Value::integer(-1))?, strict));
+    }
+    least(all)
+}
+
+/// The same where each of them has a value.
+fn least(all: &[Sides]) -> Result<(Value, bool), ValueError> {
     let each = all.iter().map(excess).collect::<Result<Vec<_>, _>>()?;
     let of = |strict: bool| each.iter().filter(|one| one.1 == strict).map(|one| one.0.clone()).collect::<Vec<_>>();
     let (above, others) = (of(true), of(false));
@@ -135,13 +166,13 @@ fn together(all: &[Sides], known: &Assumptions) -> Result<(Value, bool), ValueEr
 
 /// Comparisons, of which one is to hold, all of each together, as one comparison. What may be undefined is looked at where
 /// none before it holds, and those behind it where it does not.
-fn as_one(either: &[Vec<Sides>], known: &Assumptions) -> Result<Sides, ValueError> {
-    let undefined = |place: usize| either[place].iter().any(|one| may_be_undefined(one, known));
+fn as_one(either: &[Vec<Sides>], told: &Told) -> Result<Sides, ValueError> {
+    let undefined = |place: usize| either[place].iter().any(|one| told.may_be_undefined(one));
     if let Some(place) = before_undefined(undefined, either.len()) {
-        let (relation, rest, zero) = as_one(&either[place..], known)?;
+        let (relation, rest, zero) = as_one(&either[place..], told)?;
         return Ok((relation, chosen(&either[..place].to_vec(), &Value::one(), rest)?, zero));
     }
-    let each = either.iter().map(|all| together(all, known)).collect::<Result<Vec<_>, _>>()?;
+    let each = either.iter().map(|all| together(all, told)).collect::<Result<Vec<_>, _>>()?;
     let strict = each.iter().all(|one| one.1);
     let mut all = Vec::new();
     for (value, above) in each {

@@ -14,7 +14,7 @@ use crate::value::{Atom, Need, Relation, Value, ValueError};
 const MOST_WAYS: usize = 16;
 
 /// Comparisons of which one row holds, all of each row together.
-pub(in crate::lower) type Ways = Vec<Vec<Comparison>>;
+pub type Ways = Vec<Vec<Comparison>>;
 
 /// What a value needs as it is written.
 #[derive(Clone, Debug)]
@@ -24,6 +24,15 @@ pub(in crate::lower) struct Needed {
     pub(in crate::lower) span: Span,
     /// The ways in which the conditions around it come to hold; none where they are not told apart.
     pub(in crate::lower) guards: Option<Ways>,
+}
+
+/// What must hold of parameters for a part of the equations to mean something.
+#[derive(Clone, Debug)]
+pub struct Requirement {
+    /// What must hold.
+    pub comparison: Comparison,
+    /// The ways in which that part comes to be asked for, what they say of parameters; none where it may always be.
+    pub ways: Option<Ways>,
 }
 
 impl Lowerer<'_> {

@@ -46,11 +46,44 @@ pub(super) fn decided(question: &Question, known: &Assumptions) -> Question {
     replaced(question, &mut { holds }).unwrap_or_else(|| question.clone())
 }
 
+/// Takes from the question what it is known to need, or all that it may need, and knows that it holds from then on; what it
+/// is known not to need is left out.
+pub(super) fn required(question: &mut Question, known: &mut Assumptions, all: bool) -> Vec<Comparison> {
+    let mut needs = Vec::new();
+    let before = known.clone();
+    question.conditions.retain(|requirement| {
+        let ways = requirement.ways.iter().flatten();
+        let open: Vec<_> = ways.filter(|way| !excluded(way, &before)).collect();
+        if requirement.ways.is_some() && open.is_empty() {
+            return false;
+        }
+        let always = |(relation, left, right): &Comparison| before.decide(*relation, left, right) == Some(true);
+        let asked = all || requirement.ways.is_none() || open.iter().any(|way| way.iter().all(always));
+        if asked {
+            let (relation, left, right) = &requirement.comparison;
+            known.assume(*relation, left, right);
+            needs.push(requirement.comparison.clone());
+        }
+        !asked
+    });
+    needs
+}
+
+/// Whether these do not hold together.
+fn excluded(way: &[Comparison], known: &Assumptions) -> bool {
+    let mut known = known.clone();
+    way.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+    known.contradictory()
+}
+
 /// The question with values for conditions in it; what is looked for is told as it was.
 fn replaced(question: &Question, images: &mut dyn FnMut(&Atom) -> Option<Value>) -> Option<Question> {
     let mut settled = question.clone();
     for sequence in &mut settled.recurrence.sequences {
         sequence.next = sequence.next.replace(images).ok()?;
+        for start in &mut sequence.start {
+            *start = start.replace(images).ok()?;
+        }
     }
     if let Some((relation, left, right)) = &question.find {
         settled.asked = Some(question.goal((*relation, left, right)));
@@ -62,7 +95,8 @@ fn replaced(question: &Question, images: &mut dyn FnMut(&Atom) -> Option<Value>)
 /// All that is asked and said of the terms.
 fn values(question: &Question) -> impl Iterator<Item = &Value> {
     let sides = question.find.iter().flat_map(|(_, left, right)| [left, right]);
-    question.recurrence.sequences.iter().map(|sequence| &sequence.next).chain(sides)
+    let sequences = question.recurrence.sequences.iter();
+    sequences.flat_map(|sequence| sequence.start.iter().chain([&sequence.next])).chain(sides)
 }
 
 /// The conditions in that, at any depth.

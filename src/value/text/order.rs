@@ -111,10 +111,19 @@ impl Printer {
             |(factors, number): &(Monomial<Atom>, BigRational)| number.is_positive() != self.is_ceiling(factors);
         let (more, less): (Vec<_>, Vec<_>) = rest.terms().iter().cloned().partition(added);
         let (less_pieces, more_pieces): (Vec<Piece>, Vec<Piece>) = pieces.into_iter().partition(|piece| piece.negative);
+        let is_number = |(factors, _): &(Monomial<Atom>, BigRational)| factors.factors().is_empty();
+        let bare = more_pieces.is_empty() && more.iter().all(is_number);
+        // A number beside what is added alone stands on the right, `k > -1` and not `k+1 > 0`.
+        let (apart, more): (Vec<_>, Vec<_>) = match less.is_empty() && less_pieces.is_empty() && !bare {
+            true => more.into_iter().partition(is_number),
+            false => (Vec::new(), more),
+        };
+        let less = if apart.is_empty() { less } else { apart };
         let left = self.joined(more_pieces, &Polynomial::of(more), &Monomial::one());
         let less_pieces = less_pieces.into_iter().map(|piece| Piece { negative: false, ..piece }).collect();
         let right = self.joined(less_pieces, &Polynomial::of(less).negated(), &Monomial::one());
-        match left.0 == "0" {
+        // A bare number stands on the right, `b < 7` and not `7 > b`.
+        match left.0 == "0" || (bare && right.0 != "0") {
             true => format!("{} {} {}", wrap(right, Level::Sum), mirrored(symbol), wrap(left, Level::Sum)),
             false => format!("{} {symbol} {}", wrap(left, Level::Sum), wrap(right, Level::Sum)),
         }

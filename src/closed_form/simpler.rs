@@ -1,0 +1,78 @@
+//! A comparison of parameters without what is known to have one sign: `(2*a-3)/(a-1) < 0` is `a < 3/2` where a > 1.
+
+use num_traits::{One, Signed};
+
+use super::Comparison;
+use crate::assumption::Assumptions;
+use crate::value::{Atom, Relation, Value};
+
+/// A comparison that holds where this one does, if what is known holds: without divisors and factors of one sign, and
+/// with a name alone on the left where the rest is a number. Unchanged where it is none of numbers.
+pub(crate) fn simpler(comparison: &Comparison, known: &Assumptions) -> Comparison {
+    without_signs(comparison, known).unwrap_or_else(|| comparison.clone())
+}
+
+fn without_signs((relation, left, right): &Comparison, known: &Assumptions) -> Option<Comparison> {
+    let difference = left.sub(right).ok()?;
+    let (mut above, below) = (difference.numerator()?, difference.denominator()?);
+    let mut relation = *relation;
+    let constant = below.as_rational().is_some();
+    if !constant {
+        // What has no value everywhere would have one without it.
+        let plain = |value: &Value| value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_)));
+        match divided(relation, &below, known).filter(|_| plain(&below)) {
+            Some(turned) => relation = turned,
+            // What is not 0 above has the sign of what is below, or the other one.
+            None => (relation, above) = (divided(strict(relation)?, &above, known).filter(|_| plain(&above))?, below),
+        }
+    }
+    let common = above.polynomials()?.0.monomial_content();
+    let mut dropped = constant;
+    for (atom, power) in common.factors() {
+        let Atom::Variable(name) = atom else { continue };
+        let factor = Value::variable(name);
+        let turned = (0..*power).try_fold(relation, |relation, _| divided(relation, &factor, known));
+        if let Some(turned) = turned {
+            above = (0..*power).try_fold(above, |above, _| above.div(&factor).ok())?;
+            (relation, dropped) = (turned, false);
+        }
+    }
+    let alone = isolated(relation, &above);
+    let content = above.polynomials()?.0.content();
+    if alone.is_none() && dropped && content.is_one() {
+        return None;
+    }
+    let whole = above.div(&Value::rational(content)).ok()?;
+    Some(alone.unwrap_or((relation, whole, Value::zero())))
+}
+
+/// The relation of a value to 0 where that is not 0.
+fn strict(relation: Relation) -> Option<Relation> {
+    match relation {
+        Relation::Gtr | Relation::Gte => Some(Relation::Gtr),
+        Relation::Lss | Relation::Lte => Some(Relation::Lss),
+        Relation::Eq | Relation::Neq => None,
+    }
+}
+
+/// The relation of a value to 0 after it is divided by something, if the sign of this is known as far as it matters.
+fn divided(relation: Relation, factor: &Value, known: &Assumptions) -> Option<Relation> {
+    let is = |relation: Relation| known.decide(relation, factor, &Value::zero()) == Some(true);
+    if matches!(relation, Relation::Eq | Relation::Neq) {
+        return is(Relation::Neq).then_some(relation);
+    }
+    if is(Relation::Gtr) {
+        return Some(relation);
+    }
+    is(Relation::Lss).then(|| relation.mirrored())
+}
+
+/// `a < 3/2` of `2*a-3 < 0`.
+fn isolated(relation: Relation, value: &Value) -> Option<Comparison> {
+    let names = value.variables();
+    let (Some(name), true) = (names.first(), names.len() == 1) else { return None };
+    let (factor, rest) = value.linear_in(name)?;
+    let (factor, rest) = (factor.as_rational()?, rest.as_rational()?);
+    let relation = if factor.is_negative() { relation.mirrored() } else { relation };
+    Some((relation, Value::variable(name), Value::rational(-rest / factor)))
+}
