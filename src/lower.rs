@@ -49,7 +49,6 @@ pub use flow::Flow;
 pub use network::{Property, System};
 pub use solve::Question;
 pub use sweep::{MOST_POINTS, Sweep};
-pub use value::{Requirement, Ways};
 
 /// Everything that has been declared; cheap to copy, so that any earlier one can be kept.
 #[derive(Clone, Default)]

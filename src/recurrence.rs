@@ -30,6 +30,7 @@ mod inhomogeneous;
 mod interleaved;
 mod interval;
 mod itinerary;
+mod jointly;
 mod late;
 mod line;
 mod linear;

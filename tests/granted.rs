@@ -126,3 +126,43 @@ fn what_is_expected_of_a_question_with_an_error_is_expected_of_nothing_else() {
         told("prove Delay_1 = Delay_1\nparam x\nexpect refuted\n").iter().any(|line| line == "but expected refuted")
     );
 }
+
+/// The lines of the answer, with how far they are indented, below the question.
+fn laid_out(script: &str) -> String {
+    let text = String::from_utf8_lossy(&ran(script).stdout).into_owned();
+    let lines = text.lines().filter_map(|line| line.strip_prefix("    "));
+    lines.filter(|line| !line.trim_start().starts_with("checked")).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn forms_that_are_the_same_in_each_case_stand_once() {
+    let script = "param a, b\nsolve x(n+1) = x(n)+1, x(0) = 0 find n with a = b or x(n) > 5\n";
+    let goal = "is the first with a = b or x(n) > 5";
+    let wanted = format!("x(n) = n\nif b != a:\n  n = 6 {goal}\nif b = a:\n  n = 0 {goal}");
+    assert_eq!(laid_out(script), wanted);
+    // Where they differ each case has its own, and what it needs.
+    let script = "param a, b\nsolve x(n+1) = if a > 0 then x(n)/b else x(n)+1, x(0) = 0 find n with x(n) > 7\n";
+    let wanted = "if a > 0:\n  x(n) = 0\n  if b != 0\n  never x(n) > 7: it stays 0\n\
+                  if a <= 0:\n  x(n) = n\n  n = 8 is the first with x(n) > 7";
+    assert_eq!(laid_out(script), wanted);
+}
+
+#[test]
+fn the_cases_are_those_of_names() {
+    let titles = |script: &str| {
+        let text = laid_out(script);
+        text.lines().map(str::trim).filter(|line| line.ends_with(':')).map(String::from).collect::<Vec<_>>().join(" ")
+    };
+    let script = "param a\nsolve x(n+1) = x(n)+1, x(0) = 0 find n with a > 1 and x(n) = a/(a-1) or x(n) > 3\n";
+    assert_eq!(titles(script), "if a > 1: if a < 3/2: if a = 3/2: if a > 3/2: if a <= 1:");
+    // The divisor k+1 of what is asked is 0 in one of them.
+    let script = "param k\nsolve x(n+1) = x(n)+1, x(0) = k find n with k < 0 and x(n)*k > 1 and x(n) < 6\n";
+    assert_eq!(titles(script), "if k < 0: if k < -1: if k = -1: if k > -1: if k >= 0:");
+}
+
+#[test]
+fn a_reason_within_a_piece_says_from_where_it_counts() {
+    let script = "solve x(n+1) = if x(n) < 3 then x(n)+1 else x(n)-1/(n-7), x(0) = 0\n";
+    let line = "no closed form is known: from n = 3 on, with n counted from there: it divides by 0 at n = 4";
+    says(script, &[line, "x from 0 on: 0, 1, 2, 3, 13/4, 43/12, 49/12, 61/12; there is no x(8): division by zero"]);
+}

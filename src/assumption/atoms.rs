@@ -12,7 +12,7 @@ use super::refute::{Form, MOST_CONSTRAINTS};
 use super::sign::Signs;
 use crate::name::Name;
 use crate::polynomial::Polynomial;
-use crate::value::{Atom, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The parts of 1 to which roots of numbers are bounded.
 const ROOT_PARTS: i64 = 1 << 24;
@@ -113,28 +113,36 @@ impl Assumptions {
         vec![least, Constraint { form: below.minus(&rest), bound: Bound::Positive }]
     }
 
-    /// `b^n >= 1` for `b >= 1`, `b^n >= b` then for `n >= 1`, and `b^n <= 1` for `0 <= b <= 1`.
+    /// For n that is not negative `b^n >= 1` for `b >= 1`, `b^n >= b` then for `n >= 1`, and `b^n <= 1` for `0 <= b <= 1`;
+    /// for n that is not positive the other way: `2^ceil(x)` is a power of 1/2 by `floor(-x)`.
     fn facts_of_power(&self, own: &Form, base: &Value, exponent: &Value) -> Vec<Constraint> {
         let one = Polynomial::one();
         let Some((base_form, true)) = base.polynomials().map(|(top, below)| (top, below.is_one())) else {
             return Vec::new();
         };
         let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
-        let mut found = Vec::new();
+        let signs = self.quick(exponent);
+        let (up, down) = (signs.within(Signs::NONNEGATIVE), signs.within(Signs::of(Relation::Lte)));
+        if !up && !down {
+            return Vec::new();
+        }
+        let (more, less) = (least(own.minus(&one)), least(one.minus(own)));
         if self.assumed(&base_form.minus(&one)).within(Signs::NONNEGATIVE) {
-            found.push(least(own.minus(&one)));
+            if !up {
+                return vec![less];
+            }
             let whole = exponent.polynomials().is_some_and(|(top, below)| {
                 below.is_one() && top.terms().iter().all(|(monomial, _)| self.all_integral(monomial))
             });
-            if whole && self.quick(exponent).within(Signs::POSITIVE) {
-                found.push(least(own.minus(base_form)));
-            }
-        } else if self.assumed(&one.minus(base_form)).within(Signs::NONNEGATIVE)
-            && self.quick(base).within(Signs::NONNEGATIVE)
-        {
-            found.push(least(one.minus(own)));
+            let above = (whole && signs.within(Signs::POSITIVE)).then(|| least(own.minus(base_form)));
+            return [Some(more), above].into_iter().flatten().collect();
         }
-        found
+        // A power of 0 by what is below 0 is none.
+        let sign = if up { Signs::NONNEGATIVE } else { Signs::POSITIVE };
+        if self.assumed(&one.minus(base_form)).within(Signs::NONNEGATIVE) && self.quick(base).within(sign) {
+            return vec![if up { less } else { more }];
+        }
+        Vec::new()
     }
 
     /// What is assumed of numbers of rounds, `floor(x/d)`, of which the system does not speak while it does of x: for

@@ -9,6 +9,7 @@ use num_traits::{One, Signed, Zero};
 
 use super::linear::{Bound, Constraint};
 use super::refute::{Form, MOST_CONSTRAINTS};
+use super::sign::Signs;
 use super::{Assumptions, Relation};
 use crate::polynomial::{Monomial, Polynomial};
 use crate::value::{Atom, Sort, Value};
@@ -85,6 +86,7 @@ impl Assumptions {
             // An index that begins below 0 is not known to be natural.
             Atom::Power(base, exponent) => {
                 exponent.variables().is_subset(&self.naturals)
+                    && self.quick(exponent).within(Signs::NONNEGATIVE)
                     && (atom.is_integral() || self.fraction_part(base).is_some_and(|fraction| fraction.is_zero()))
             }
             other => other.is_integral(),

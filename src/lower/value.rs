@@ -5,7 +5,7 @@ mod guards;
 
 pub(super) use cases::chosen;
 pub(super) use guards::{Kept, Needed, behind_guards, both, neither};
-pub use guards::{Requirement, Ways};
+pub(super) use guards::{Requirement, Ways};
 
 use std::collections::BTreeMap;
 

@@ -273,6 +273,11 @@ impl Parser<'_> {
 
     fn parameter(&mut self) -> Parse<Parameter> {
         let next = self.ahead(1).kind;
+        if let Some(word) = ["and", "or", "not"].into_iter().find(|word| self.at_spelling(word)) {
+            let text = format!("`{word}` cannot be the name of a parameter");
+            let wrong = Diagnostic::error("P0201", text).label(self.token().span, "a word of conditions");
+            return self.fail(wrong.help("give it another name: in a condition it would be read as that word"));
+        }
         if matches!(self.kind(), Kind::Lower | Kind::Upper) {
             if next == Kind::Colon {
                 let name = self.ident();

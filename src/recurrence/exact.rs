@@ -71,6 +71,11 @@ fn compared(recurrence: &Recurrence, left: &Value, right: &Value) -> Vec<(Name, 
     read.map(|(name, place, _)| (name, place)).collect()
 }
 
+/// The same of one value.
+pub(super) fn read(recurrence: &Recurrence, value: &Value) -> Vec<(Name, usize)> {
+    compared(recurrence, value, &Value::zero())
+}
+
 /// Where the difference of both sides is a polynomial in the index, piece by piece.
 pub(super) fn by_roots(solved: &Solved, (relation, left, right): Wanted<'_>, known: &Assumptions) -> Option<Reach> {
     let used = compared(solved.recurrence(), left, right);
@@ -134,7 +139,7 @@ fn through_one(
 }
 
 /// A value in these terms and the index, by pieces between all indices at which one of them has another form.
-fn of_difference(
+pub(super) fn of_difference(
     solved: &Solved,
     difference: &Value,
     used: &[(Name, usize)],

@@ -22,6 +22,7 @@ use super::modular::modular;
 use super::near::near;
 use super::needed::needed;
 use super::numeric::Numeric;
+use super::jointly::jointly;
 use super::ratio::in_ratio;
 use super::sides::{each_part, furthest, squared};
 use super::squares::late_products;
@@ -165,6 +166,10 @@ fn without_terms(
             None => {}
         }
         if let Some(found) = by_roots(solved, wanted, known) {
+            return Ok(found);
+        }
+        let first = |part: Wanted<'_>| reach(recurrence, Some(solved), part, known, stop);
+        if let Some(found) = jointly(solved, wanted, known, &first) {
             return Ok(found);
         }
     }

@@ -3,6 +3,8 @@
 mod choices;
 mod layout;
 
+use std::collections::BTreeMap;
+
 use choices::{choices, decided, required};
 pub(super) use layout::in_layout;
 use layout::{is_title, proof, with_needs};
@@ -10,7 +12,7 @@ use layout::{is_title, proof, with_needs};
 use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Earlier, Form, Recurrence, Solved, compared, first, needed};
+use crate::closed_form::{Case, Comparison, Earlier, Form, Recurrence, Solved, compared, first, in_cases, needed};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
@@ -447,7 +449,9 @@ fn is_met(
             Some(Reach::At(at, conditions)) => {
                 let mut known = known.clone();
                 conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-                known.decide(Relation::Eq, at, value) == Some(true)
+                let cases = in_cases(value, &BTreeMap::new(), &known);
+                let is = |case: &Case| case.known.decide(Relation::Eq, at, &case.value) == Some(true);
+                cases.is_ok_and(|cases| cases.iter().all(is))
             }
             _ => false,
         };
