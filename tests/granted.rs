@@ -166,3 +166,20 @@ fn a_reason_within_a_piece_says_from_where_it_counts() {
     let line = "no closed form is known: from n = 3 on, with n counted from there: it divides by 0 at n = 4";
     says(script, &[line, "x from 0 on: 0, 1, 2, 3, 13/4, 43/12, 49/12, 61/12; there is no x(8): division by zero"]);
 }
+
+#[test]
+fn a_power_by_what_is_rounded_up_is_not_bounded() {
+    // 2^ceil(b) is a power of 1/2 by floor(-b), which is not positive: it is at least 1, and 8 at b = 3.
+    let script = "param b >= 0\nsolve x(n+1) = x(n)*2, x(0) = 1 find n with n >= b and x(n) < 5\n";
+    says(script, &["n = ceil(b) is the first with n >= b and x(n) < 5", "if 5-(1/2)^floor(-b) > 0", "else never"]);
+    let script = "param b >= 0\nsolve x(n+1) = x(n)+1, x(0) = 2^ceil(b) find n with x(n) < 5\n";
+    assert!(told(script).iter().any(|line| line.ends_with(" = 0:")), "{}", told(script).join("\n"));
+}
+
+#[test]
+fn an_exponent_is_taken_to_be_natural_and_that_is_said() {
+    let note = "k is taken to be a natural number: it is an exponent";
+    says("param k\nsolve x(n+1) = x(n)+1, x(0) = 2^k\n", &[note, "x(n) = n+2^k"]);
+    let script = "param k : natural\nsolve x(n+1) = x(n)+1, x(0) = 2^k\n";
+    assert!(!told(script).iter().any(|line| line == note), "{}", told(script).join("\n"));
+}

@@ -14,7 +14,7 @@ use crate::ast::{self, Argument, Ident, Value as Written, ValueKind};
 use crate::closed_form::{Recurrence, Sequence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Need, Relation, Sort, Value};
 
 /// The most first values of one sequence.
 const MOST_ORDER: usize = 60;
@@ -97,13 +97,30 @@ impl Lowerer<'_> {
             }
         }
         let mut recurrence = Recurrence { index: index.name.clone(), from, sequences };
-        let notes = self.given_instead(&equations, &recurrence, &lengths);
+        let mut notes = self.given_instead(&equations, &recurrence, &lengths);
         self.known_terms(&mut recurrence, &spans)?;
         let (find, asked) = match &solve.find {
             Some(find) => self.find(find, &lengths, &recurrence).map(|(find, asked)| (Some(find), asked))?,
             None => (None, None),
         };
+        notes.extend(self.counted(&recurrence, find.as_ref()));
         Some(Question { recurrence, find, asked, conditions: std::mem::take(&mut self.conditions), notes })
+    }
+
+    /// Exponents that are parameters, and not known to be natural.
+    fn counted(&self, recurrence: &Recurrence, find: Option<&(Relation, Value, Value)>) -> Vec<String> {
+        let known = &self.environment.assumptions;
+        let sides = find.into_iter().flat_map(|(_, left, right)| [left, right]);
+        let sequences = recurrence.sequences.iter().flat_map(|one| one.start.iter().chain([&one.next]));
+        let needs: BTreeSet<Need> = sequences.chain(sides).flat_map(Value::needs).collect();
+        let parameter = |need: Need| match need {
+            Need::Natural(exponent) if known.is_natural(&exponent) != Some(true) => exponent.as_variable().cloned(),
+            _ => None,
+        };
+        let terms = recurrence.terms();
+        let free = |name: &Name| *name != recurrence.index && !terms.iter().any(|(term, ..)| term == name);
+        let names = needs.into_iter().filter_map(parameter).filter(free);
+        names.map(|name| format!("{name} is taken to be a natural number: it is an exponent")).collect()
     }
 
     /// First values that are given although the equation would make them, and not what it would make them.

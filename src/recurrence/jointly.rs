@@ -90,12 +90,7 @@ fn held(
 
 /// What must hold together for a value to stand in a relation to 0: of a minimum each of its elements, and of a choice that
 /// is below 0 where its condition fails that condition.
-fn apart(
-    relation: Relation,
-    value: &Value,
-    known: &Assumptions,
-    found: &mut Vec<(Relation, Value)>,
-) -> Option<()> {
+fn apart(relation: Relation, value: &Value, known: &Assumptions, found: &mut Vec<(Relation, Value)>) -> Option<()> {
     if found.len() > MOST_PARTS || !matches!(relation, Relation::Gtr | Relation::Gte) {
         return None;
     }
