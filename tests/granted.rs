@@ -177,6 +177,13 @@ fn a_power_by_what_is_rounded_up_is_not_bounded() {
 }
 
 #[test]
+fn a_power_by_what_is_rounded_down_may_be_no_integer() {
+    // 2^floor(b) is 1/4 at b = -3/2, and rounded down 0.
+    says("param b\nsolve x(n+1) = x(n)+1, x(0) = floor(2^floor(b))\n", &["x(n) = n+floor(2^floor(b))"]);
+    says("param k : natural\nsolve x(n+1) = x(n)+1, x(0) = floor(2^k)\n", &["x(n) = n+2^k"]);
+}
+
+#[test]
 fn an_exponent_is_taken_to_be_natural_and_that_is_said() {
     let note = "k is taken to be a natural number: it is an exponent";
     says("param k\nsolve x(n+1) = x(n)+1, x(0) = 2^k\n", &[note, "x(n) = n+2^k"]);

@@ -162,11 +162,14 @@ impl Value {
 }
 
 impl Atom {
-    /// Whether it is an integer whatever its variables are; a symbolic exponent is natural.
+    /// Whether it is an integer whatever its variables are; a name in an exponent is natural, and `floor(x)` may be below 0.
     pub(crate) fn is_integral(&self) -> bool {
         match self {
             Atom::Floor(_) | Atom::Positive(_) => true,
-            Atom::Power(base, _) => base.as_rational().is_some_and(|base| base.is_integer()),
+            Atom::Power(base, exponent) => {
+                let natural = exponent.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_)));
+                natural && base.as_rational().is_some_and(|base| base.is_integer())
+            }
             _ => false,
         }
     }
