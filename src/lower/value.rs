@@ -4,8 +4,7 @@ mod cases;
 mod guards;
 
 pub(super) use cases::chosen;
-pub(super) use guards::{Kept, Needed, behind_guards, both, neither};
-pub(super) use guards::{Requirement, Ways};
+pub(super) use guards::{Kept, Needed, Requirement, Ways, behind_guards, both, neither};
 
 use std::collections::BTreeMap;
 

@@ -19,6 +19,17 @@ pub(super) fn first_of_all(
     known: &Assumptions,
     ask: &dyn Fn(Wanted<'_>) -> Reach,
 ) -> Option<Reach> {
+    let found = last_of_firsts(parts, known, ask)?;
+    let never = matches!(found, Reach::Never(_));
+    (never || parts.iter().all(|part| lasts(recurrence, part, known) == Some(true))).then_some(found)
+}
+
+/// The last of the first indices at which comparisons hold, each of which is asked; never, or not known, where one is not.
+pub(super) fn last_of_firsts(
+    parts: &[Comparison],
+    known: &Assumptions,
+    ask: &dyn Fn(Wanted<'_>) -> Reach,
+) -> Option<Reach> {
     let (mut latest, mut all, mut open): (Option<Value>, Vec<Comparison>, Option<Reach>) = (None, Vec::new(), None);
     for part in parts {
         match ask((part.0, &part.1, &part.2)) {
@@ -33,9 +44,6 @@ pub(super) fn first_of_all(
                 });
             }
         }
-    }
-    if !parts.iter().all(|part| lasts(recurrence, part, known) == Some(true)) {
-        return None;
     }
     open.or_else(|| latest.map(|at| Reach::At(at, all)))
 }

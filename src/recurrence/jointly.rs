@@ -1,6 +1,7 @@
 //! Comparisons that are to hold together, some of which hold from some index on and some up to one: the first index of the
 //! former is the one that is looked for if the latter hold there, and there is none if they do not.
 
+use super::absorbed::last_of_firsts;
 use super::exact::{of_difference, read};
 use super::reach::Wanted;
 use super::{Closed, Reach};
@@ -15,7 +16,6 @@ const MOST_PARTS: usize = 6;
 /// A value that is compared with 0, by pieces, and its relation.
 struct Part {
     relation: Relation,
-    value: Value,
     pieces: Vec<Piece>,
 }
 
@@ -38,28 +38,20 @@ pub(super) fn jointly(
     for (relation, value) in all {
         let pieces = of_difference(solved, &value, &read(solved.recurrence(), &value), &natural)?;
         let upwards = matches!(relation, Relation::Gtr | Relation::Gte);
-        let part = Part { relation, value, pieces };
+        let part = Part { relation, pieces };
         if part.moves(index, &natural, upwards) {
-            rising.push(part);
+            rising.push((relation, value, Value::zero()));
         } else if part.moves(index, &natural, !upwards) {
             falling.push(part);
         } else {
             return None;
         }
     }
-    let (mut at, mut conditions) = (Vec::new(), Vec::new());
-    for part in &rising {
-        match first((part.relation, &part.value, &Value::zero())) {
-            Reach::At(own, needs) => {
-                at.push(own);
-                conditions.extend(needs);
-            }
-            found @ Reach::Never(_) => return Some(found),
-            Reach::Unknown(_) => return None,
-        }
+    match last_of_firsts(&rising, &natural, first)? {
+        Reach::At(at, conditions) => held(&falling, (&at, conditions), index, known),
+        never @ Reach::Never(_) => Some(never),
+        Reach::Unknown(_) => None,
     }
-    let at = natural.simplify(&Value::maximum(&at).ok()?);
-    held(&falling, (&at, conditions), index, known)
 }
 
 /// The index, if all that holds up to some index holds there.
@@ -79,7 +71,8 @@ fn held(
             // Where what the index needs fails nothing is said.
             Some(false) if !conditions.is_empty() => return None,
             Some(false) => {
-                let why = format!("by {index} = {at}, the first with the rest, one part of it no longer holds");
+                let why =
+                    format!("where the rest holds first, at {index} = {at}, one part holds no more, and never again");
                 return Some(Reach::Never(why));
             }
             None => conditions.push((part.relation, value, Value::zero())),
