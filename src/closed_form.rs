@@ -7,6 +7,7 @@
 mod apart;
 mod cells;
 mod check;
+mod comparing;
 mod defined;
 mod divisors;
 mod first;
@@ -14,11 +15,15 @@ mod induction;
 mod instance;
 mod names;
 mod nested;
+mod never;
+mod one_by_one;
 mod pieces;
 mod readable;
 mod rounds;
 mod signs;
 mod simpler;
+mod stretches;
+mod summed;
 mod text;
 mod turned;
 
@@ -34,10 +39,12 @@ pub(crate) use cells::{Cell, cells};
 pub use defined::first_zero;
 pub use first::{Earlier, Wanted, first};
 pub use nested::{Layer, Nested, layer};
+pub use never::{Never, never};
 pub(crate) use pieces::for_all_signs;
 pub(crate) use rounds::{by_place, first_lap, first_round, with_first_round};
 pub(crate) use signs::settled_by;
 pub(crate) use simpler::simpler;
+pub(crate) use summed::sum_of;
 pub(crate) use text::{as_it_stands, bracketed, compared, needed};
 
 /// A comparison that must hold for a result to be right.

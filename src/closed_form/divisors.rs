@@ -10,9 +10,9 @@ use crate::value::{Need, Relation, Value};
 const MOST_SIGNS: usize = 2;
 
 /// What these, or the first values, divide by that is known not to be 0, and of which no sign is known.
-pub(super) fn divisors(values: [&Value; 3], recurrence: &Recurrence, known: &Assumptions) -> Vec<Value> {
+pub(super) fn divisors(values: &[&Value], recurrence: &Recurrence, known: &Assumptions) -> Vec<Value> {
     let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
-    let needs: BTreeSet<Need> = values.into_iter().chain(starts).flat_map(Value::needs).collect();
+    let needs: BTreeSet<Need> = values.iter().copied().chain(starts).flat_map(Value::needs).collect();
     let open = |need: Need| match need {
         Need::Nonzero(divisor) => Some(divisor).filter(|divisor| {
             let is = |relation: Relation| known.decide(relation, divisor, &Value::zero());

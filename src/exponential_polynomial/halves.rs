@@ -11,7 +11,7 @@ use crate::value::Value;
 
 impl ExponentialPolynomial {
     /// The terms at the indices `2*n`, or at `2*n + 1`, as a sum in n; nothing where a coefficient is no number.
-    pub(super) fn half(&self, odd: bool) -> Option<ExponentialPolynomial> {
+    pub fn half(&self, odd: bool) -> Option<ExponentialPolynomial> {
         let mut result = ExponentialPolynomial::zero();
         for (modulus, rows) in self.parts() {
             let squares = Squares::of(modulus)?;

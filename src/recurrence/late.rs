@@ -10,7 +10,7 @@ use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use super::product::quotient;
 use super::reach::Wanted;
-use crate::closed_form::{Form, Solved, product};
+use crate::closed_form::{Form, Solved, product, sum_of};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{Tail, first_by_halves, outside, tail, tail_of_all};
 use crate::name::Name;
@@ -64,7 +64,7 @@ fn of_quotients(solved: &Solved, relation: Relation, difference: &Value) -> Opti
 pub(super) fn late_in_turns(solved: &Solved, values: &[Value], relation: Relation) -> Option<Tail> {
     let (mut sums, mut from) = (Vec::new(), 0);
     for value in values {
-        let (sum, early) = difference_of(solved, value)?;
+        let (sum, early) = sum_of(solved, value)?;
         sums.push(sum);
         from = from.max(early);
     }
@@ -75,7 +75,7 @@ pub(super) fn late_in_turns(solved: &Solved, values: &[Value], relation: Relatio
 /// The first index at which a comparison holds, of terms whose difference moves one way only from the first index on.
 pub(super) fn rising(solved: &Solved, (relation, left, right): Wanted<'_>, stop: &dyn Fn() -> bool) -> Option<u64> {
     let from = solved.recurrence().from.to_u64()?;
-    let (sum, early) = difference_of(solved, &left.sub(right).ok()?)?;
+    let (sum, early) = sum_of(solved, &left.sub(right).ok()?)?;
     (early == 0).then(|| first_by_halves(&sum, relation, from, stop)).flatten()
 }
 
@@ -112,7 +112,7 @@ impl Late<'_> {
     /// `a*abs(e) + b` that is never at most 0, or 0, since e outgrows `b/a` on either side of 0.
     fn outside(&self, difference: &Value, relation: Relation) -> Option<Tail> {
         let (inner, bound) = distance(difference, relation)?;
-        let (sum, early) = difference_of(self.solved, &inner)?;
+        let (sum, early) = sum_of(self.solved, &inner)?;
         let from = self.solved.recurrence().from.unsigned_abs() + early;
         match outside(&sum, &bound, from.max(self.from)) {
             found @ Tail::Never(..) => Some(found),
@@ -190,7 +190,7 @@ impl Late<'_> {
     }
 
     fn tail(&self, value: &Value, relation: Relation) -> Option<Tail> {
-        let (sum, early) = difference_of(self.solved, value)?;
+        let (sum, early) = sum_of(self.solved, value)?;
         let from = self.solved.recurrence().from.unsigned_abs() + early;
         Some(tail(&sum, relation, from.max(self.from)))
     }
@@ -225,42 +225,6 @@ fn on_a_side(solved: &Solved, relation: Relation, difference: &Value) -> Option<
         found.filter(|found| matches!(found, Tail::Never(..)))
     };
     never(Relation::Lte, inner.sub(&bound).ok()?).or_else(|| never(Relation::Gte, inner.add(&bound).ok()?))
-}
-
-/// A value in the terms of offset 0 and the index as an exponential polynomial, and after how many terms it is that.
-fn difference_of(solved: &Solved, value: &Value) -> Option<(ExponentialPolynomial, u64)> {
-    let recurrence = solved.recurrence();
-    let index = &recurrence.index;
-    let mut rest = value.clone();
-    let mut sum = ExponentialPolynomial::zero();
-    let (mut early, mut images) = (0, BTreeMap::new());
-    for (name, place, _) in recurrence.terms().into_iter().filter(|(.., offset)| *offset == 0) {
-        if !rest.mentions(&name) {
-            continue;
-        }
-        let (first, own, form) = match &solved.forms()[place] {
-            Form::Sum(first, own) => (first.len() as u64, own.clone(), None),
-            Form::Value(first, own) => (first.len() as u64, ExponentialPolynomial::of(own, index)?, Some(own.clone())),
-            Form::Pieces(pieces) => {
-                let last = pieces.last()?;
-                let since = &last.from.as_rational()? - BigRational::from_integer(recurrence.from.into());
-                (since.to_u64()?, ExponentialPolynomial::of(&last.form, index)?, Some(last.form.clone()))
-            }
-            _ => return None,
-        };
-        early = early.max(first);
-        match rest.linear_in(&name).filter(|(factor, _)| factor.as_rational().is_some()) {
-            Some((factor, constant)) => {
-                sum = sum.plus(&own.scale(&factor).ok()?).ok()?;
-                rest = constant;
-            }
-            None => {
-                images.insert(name, form.or_else(|| own.value(index))?);
-            }
-        }
-    }
-    let rest = rest.substitute(&images).ok()?;
-    Some((sum.plus(&ExponentialPolynomial::of(&rest, index)?).ok()?, early))
 }
 
 /// A comparison that is linear in one product of ratios: from where its factors are positive and all at most 1, or all

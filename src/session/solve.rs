@@ -1,10 +1,12 @@
 //! `solve …`: the closed form with its conditions, how it was checked, and the first index that is looked for.
 
+mod checked;
 mod choices;
 mod layout;
 
 use std::collections::BTreeMap;
 
+pub(super) use checked::no_earlier;
 use choices::{choices, decided, required};
 pub(super) use layout::in_layout;
 use layout::{is_title, proof, with_needs};
@@ -12,7 +14,7 @@ use layout::{is_title, proof, with_needs};
 use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Case, Comparison, Earlier, Form, Recurrence, Solved, compared, first, in_cases, needed};
+use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, in_cases, needed};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
@@ -388,7 +390,7 @@ pub(super) fn otherwise(
     stop: &dyn Fn() -> bool,
 ) -> Option<String> {
     let (Reach::At(_, conditions), recurrence) = (found, forms.recurrence()) else { return None };
-    let never = |(relation, left, right): &Comparison| {
+    let fails = |(relation, left, right): &Comparison| {
         let mut known = known.clone();
         known.assume(relation.negated(), left, right);
         let solved = solve_until(recurrence.clone(), &known, stop);
@@ -401,29 +403,7 @@ pub(super) fn otherwise(
         needed.into_iter().all(granted)
             && matches!(reach(recurrence, solved.as_ref().ok(), goal, &known, stop), Reach::Never(_))
     };
-    (!conditions.is_empty() && conditions.iter().all(never)).then(|| "else never".to_string())
-}
-
-/// How it was checked that no index before the one found is the first.
-pub(super) fn no_earlier(
-    found: &Reach,
-    (recurrence, solved): (&Recurrence, Option<&Solved>),
-    goal: (Relation, &Value, &Value),
-    known: &Assumptions,
-) -> Option<String> {
-    let Reach::At(at, conditions) = found else { return None };
-    let index = &recurrence.index;
-    Some(match first(recurrence, solved, goal, (at, conditions), known) {
-        Ok(Earlier::None) => return None,
-        Ok(Earlier::OneByOne) => format!("checked term by term: there, and at no earlier {index}"),
-        Ok(Earlier::Forms) => format!("checked by the forms: there, and at no earlier {index}"),
-        Ok(Earlier::OneWay) => {
-            format!(
-                "checked by the forms: there, not at the {index} before, and until then the difference moves one way only"
-            )
-        }
-        Err(_) => format!("that there is no earlier {index} rests on the search alone"),
-    })
+    (!conditions.is_empty() && conditions.iter().all(fails)).then(|| "else never".to_string())
 }
 
 /// Whether a named value came as expected: a form, a term, or the index that was looked for.

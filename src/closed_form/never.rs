@@ -1,0 +1,228 @@
+//! That terms never compare as wanted: by their forms, by induction from one term to the next, or one by one until they
+//! come again or end.
+
+use std::collections::BTreeMap;
+
+use super::divisors::{divisors, in_each_sign};
+use super::first::Wanted;
+use super::one_by_one::Terms;
+use super::stretches::{Compared, Stretch};
+use super::{Comparison, Form, Recurrence, Solved, Unchecked};
+use crate::assumption::Assumptions;
+use crate::name::Name;
+use crate::value::{Relation, Value};
+
+/// So many terms are compared one by one, those with symbols less.
+const MOST: i64 = 3_000;
+const MOST_SYMBOLIC: i64 = 4;
+/// The latest index from which on the forms, or an induction, are asked.
+const LATEST: i64 = 512;
+
+/// How it was shown that terms never compare as wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Never {
+    /// Whatever the terms are.
+    Always,
+    /// The terms were compared one by one, as the recurrence makes them, until they came again.
+    ComesAgain,
+    /// The terms were compared one by one, until there was no next.
+    Ends,
+    /// By induction from one term to the next from this index on, and one by one before.
+    Induction(i64),
+    /// By the closed forms from this index on, and one by one before.
+    Forms(i64),
+}
+
+/// Checks that a comparison holds at no index, under the assumptions and the conditions of the forms. Nothing of how it was
+/// found is believed; the bounds are only tried as such of the terms.
+///
+/// # Errors
+/// Where that is not shown.
+pub fn never(
+    recurrence: &Recurrence,
+    solved: Option<&Solved>,
+    wanted: Wanted<'_>,
+    (known, bounds): (&Assumptions, &[Value]),
+) -> Result<Never, Unchecked> {
+    let known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
+    let divisors = divisors(&[wanted.1, wanted.2], recurrence, &known);
+    let check = |known: Assumptions| {
+        let compared = Compared { recurrence, wanted, known };
+        compared.never(solved, bounds).ok_or_else(|| Unchecked("no check of it is known".to_string()))
+    };
+    in_each_sign(&divisors, known, &check)
+}
+
+impl Compared<'_> {
+    fn never(&self, solved: Option<&Solved>, bounds: &[Value]) -> Option<Never> {
+        let index = &self.recurrence.index;
+        let plain = [self.wanted.1.clone(), self.wanted.2.clone()];
+        if self.holds(&plain, &self.anywhere(), &|_, _| None) == Some(false) {
+            return Some(Never::Always);
+        }
+        let mut terms = Terms::of(self);
+        let nexts = self.recurrence.sequences.iter().map(|sequence| &sequence.next);
+        let repeats = !nexts.chain(&plain).any(|value| value.mentions(index));
+        let (mut earlier, mut next) = (None, 0);
+        loop {
+            let count = terms.index().saturating_sub(self.recurrence.from);
+            if terms.holds() == Some(true) {
+                return None;
+            }
+            if count == next && count <= LATEST {
+                next = (count * 2).max(1);
+                let told = solved.and_then(|solved| self.by_forms(solved, terms.index()));
+                if let Some(told) = told.or_else(|| self.by_induction(&terms, bounds)) {
+                    return Some(told);
+                }
+                if repeats {
+                    earlier = Some(terms.state().to_vec());
+                }
+            }
+            if terms.holds() != Some(false) {
+                return None;
+            }
+            let symbolic = terms.state().iter().any(|value| value.as_rational().is_none());
+            if count >= if symbolic { MOST_SYMBOLIC } else { MOST } {
+                return None;
+            }
+            if !terms.advance()? {
+                return Some(Never::Ends);
+            }
+            if earlier.as_deref() == Some(terms.state()) {
+                return Some(Never::ComesAgain);
+            }
+        }
+    }
+
+    /// By the forms from an index on, in each order of the indices at which these change.
+    fn by_forms(&self, solved: &Solved, from: i64) -> Option<Never> {
+        let never = |known: Assumptions| {
+            let compared = self.knowing(known);
+            compared.stretches(solved)?.iter().all(|stretch| compared.away(stretch, from)).then_some(())
+        };
+        let in_orders = || self.orders(solved)?.into_iter().map(never).collect::<Option<Vec<_>>>();
+        let told =
+            in_orders().is_some() || self.never_of_sums(solved, from) || self.in_turns(solved, from) == Some(true);
+        told.then_some(Never::Forms(from))
+    }
+
+    /// The same in each turn of forms that come in turn.
+    fn in_turns(&self, solved: &Solved, from: i64) -> Option<bool> {
+        let turns = |form: &Form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None };
+        let mut counts = solved.forms().iter().filter_map(turns);
+        let count = counts.next().filter(|count| *count > 0)?;
+        if counts.any(|other| other != count) {
+            return None;
+        }
+        let count = i64::try_from(count).ok()?;
+        for place in 0..count {
+            let later = from.checked_sub(self.recurrence.from)?.saturating_sub(place).max(0);
+            let from = later.checked_add(count - 1)? / count;
+            let stretches = self.stretches_in_turn(solved, count, place)?;
+            if !stretches.iter().all(|stretch| self.away(stretch, from)) {
+                return Some(false);
+            }
+        }
+        Some(true)
+    }
+
+    fn away(&self, stretch: &Stretch, from: i64) -> bool {
+        self.never_within(stretch, from, None) || self.moves_away(stretch, from) == Some(true)
+    }
+
+    /// Whether it does not hold where a stretch begins, and what is compared only moves away within it.
+    fn moves_away(&self, stretch: &Stretch, from: i64) -> Option<bool> {
+        let index = &self.recurrence.index;
+        let difference = stretch.sides[0].sub(&stretch.sides[1]).ok()?;
+        let step =
+            difference.with(index, &Value::variable(index).add(&Value::one()).ok()?).ok()?.sub(&difference).ok()?;
+        let from = Value::integer(from);
+        let later = self.known.decide(Relation::Gte, &stretch.from, &from)?;
+        let start = if later { &stretch.from } else { &from };
+        let mut known = self.within(stretch, &stretch.until);
+        known.assume(Relation::Gte, &Value::variable(index), start);
+        let first = difference.with(index, start).ok()?;
+        let stands = |relation: Relation| self.known.decide(relation, &first, &Value::zero()) == Some(true);
+        let moves = |way: Relation| known.decide(way, &step, &Value::zero()) == Some(true);
+        Some(kept_sides(self.wanted.0).iter().any(|(side, way)| stands(*side) && moves(*way)))
+    }
+
+    /// By induction from these terms on.
+    fn by_induction(&self, terms: &Terms<'_>, bounds: &[Value]) -> Option<Never> {
+        if self.recurrence.sequences.iter().any(|sequence| sequence.start.len() != 1) {
+            return None;
+        }
+        let index = Value::variable(&self.recurrence.index);
+        let next = self.recurrence.sequences.iter();
+        let mut later: BTreeMap<Name, Value> =
+            next.map(|sequence| (self.recurrence.term(&sequence.name, 0), sequence.next.clone())).collect();
+        later.insert(self.recurrence.index.clone(), index.add(&Value::one()).ok()?);
+        let mut known = self.anywhere();
+        known.assume(Relation::Gte, &index, &Value::integer(terms.index()));
+        let kept = |region: &Region| {
+            let mut known = known.clone();
+            region.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+            region.iter().all(|(relation, left, right)| {
+                let sides = [left, right].map(|side| side.substitute(&later).ok().map(|side| known.simplify(&side)));
+                let [Some(left), Some(right)] = sides else { return false };
+                known.decide(*relation, &left, &right) == Some(true)
+            })
+        };
+        let regions = self.regions(terms, bounds)?;
+        regions.iter().any(kept).then(|| Never::Induction(terms.index()))
+    }
+
+    /// Regions in which these terms lie, and in which none is as wanted.
+    fn regions(&self, terms: &Terms<'_>, bounds: &[Value]) -> Option<Vec<Region>> {
+        let (difference, [left, right]) = (self.wanted.1.sub(self.wanted.2).ok()?, terms.sides()?);
+        let (here, zero) = (left.sub(&right).ok()?, Value::zero());
+        let mut regions: Vec<Region> = Vec::new();
+        for (side, way) in kept_sides(self.wanted.0) {
+            if self.known.decide(*side, &here, &zero) == Some(true) {
+                regions.push(vec![(*side, difference.clone(), zero.clone())]);
+                regions.push(vec![(*way, difference.clone(), here.clone())]);
+            }
+        }
+        let ([sequence], [now]) = (self.recurrence.sequences.as_slice(), terms.state()) else { return Some(regions) };
+        let own = Value::variable(&self.recurrence.term(&sequence.name, 0));
+        let at = |relation: Relation, bound: &Value| (relation, own.clone(), bound.clone());
+        let opposite = now.neg().ok()?;
+        let mut of_term = vec![
+            vec![at(Relation::Gte, now)],
+            vec![at(Relation::Lte, now)],
+            vec![at(Relation::Gte, &opposite), at(Relation::Lte, now)],
+            vec![at(Relation::Gte, now), at(Relation::Lte, &opposite)],
+        ];
+        for bound in bounds {
+            of_term.push(vec![at(Relation::Gte, now), at(Relation::Lss, bound)]);
+            of_term.push(vec![at(Relation::Gte, now), at(Relation::Lte, bound)]);
+            of_term.push(vec![at(Relation::Lte, now), at(Relation::Gtr, bound)]);
+            of_term.push(vec![at(Relation::Lte, now), at(Relation::Gte, bound)]);
+        }
+        let plain = [self.wanted.1.clone(), self.wanted.2.clone()];
+        let lies = |region: &Region| {
+            let inside = |(relation, _, bound): &Comparison| self.known.decide(*relation, now, bound) == Some(true);
+            let mut known = self.anywhere();
+            region.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
+            region.iter().all(inside) && self.holds(&plain, &known, &|_, _| None) == Some(false)
+        };
+        regions.extend(of_term.into_iter().filter(lies));
+        Some(regions)
+    }
+}
+
+/// What terms are compared with, all of it at once.
+type Region = Vec<Comparison>;
+
+/// The sides of 0 on which a difference is not as wanted, each with the way in which it may move there.
+fn kept_sides(wanted: Relation) -> &'static [(Relation, Relation)] {
+    match wanted {
+        Relation::Gtr => &[(Relation::Lte, Relation::Lte)],
+        Relation::Gte => &[(Relation::Lss, Relation::Lte)],
+        Relation::Lss => &[(Relation::Gte, Relation::Gte)],
+        Relation::Lte => &[(Relation::Gtr, Relation::Gte)],
+        Relation::Eq => &[(Relation::Gtr, Relation::Gte), (Relation::Lss, Relation::Lte)],
+        Relation::Neq => &[],
+    }
+}

@@ -1,0 +1,241 @@
+//! What is compared, as the closed forms give it: stretch by stretch of indices in which each sequence has one form.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use num_traits::ToPrimitive;
+
+use super::cells::cells;
+use super::comparing::{Leaf, stands_to_zero};
+use super::first::Wanted;
+use super::{Form, Piece, Recurrence, Solved, with_first_round};
+use crate::assumption::Assumptions;
+use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::exponential_polynomial::tail::throughout;
+use crate::name::Name;
+use crate::value::{Need, Relation, Sort, Value};
+
+/// Maxima and roots that one comparison is taken apart by.
+const MOST_SPLITS: usize = 4;
+/// Orders of indices, at which forms change, that are looked at.
+const MOST_ORDERS: usize = 4;
+
+/// A comparison of the terms of a recurrence, with what is known.
+#[derive(Clone)]
+pub(super) struct Compared<'a> {
+    pub(super) recurrence: &'a Recurrence,
+    pub(super) wanted: Wanted<'a>,
+    pub(super) known: Assumptions,
+}
+
+/// What is compared between two indices, as the forms give it there.
+pub(super) struct Stretch {
+    pub(super) from: Value,
+    pub(super) until: Option<Value>,
+    pub(super) sides: [Value; 2],
+    /// What the sides need to have a value, as they are written: in the sides of the forms it may have cancelled.
+    pub(super) needs: BTreeSet<Need>,
+}
+
+impl<'a> Compared<'a> {
+    /// The same where this is known.
+    pub(super) fn knowing(&self, known: Assumptions) -> Compared<'a> {
+        Compared { known, ..*self }
+    }
+
+    /// What is known of any index and any terms.
+    pub(super) fn anywhere(&self) -> Assumptions {
+        let names = self.recurrence.terms().into_iter().map(|(name, ..)| name);
+        let mut known = names.fold(self.known.clone(), |known, name| known.without_name(&name));
+        if self.recurrence.from >= 0 {
+            known.assume_natural(&self.recurrence.index);
+        }
+        known
+    }
+
+    /// Whether the comparison holds of these sides, where this much is known, and this tells of what is left.
+    pub(super) fn holds(&self, [left, right]: &[Value; 2], known: &Assumptions, otherwise: &Leaf<'_>) -> Option<bool> {
+        let relation = self.wanted.0;
+        if left.sort() != Sort::Real || right.sort() != Sort::Real {
+            return known.decide(relation, left, right);
+        }
+        let leaf = |value: &Value, relation: Relation| {
+            known.decide(relation, value, &Value::zero()).or_else(|| otherwise(value, relation))
+        };
+        stands_to_zero(&left.sub(right).ok()?, relation, &leaf, MOST_SPLITS)
+    }
+
+    pub(super) fn sides(&self, images: &BTreeMap<Name, Value>) -> Option<[Value; 2]> {
+        Some([self.wanted.1.substitute(images).ok()?, self.wanted.2.substitute(images).ok()?])
+    }
+
+    /// What is known, in each order of the indices at which forms change; none where these are too many.
+    pub(super) fn orders(&self, solved: &Solved) -> Option<Vec<Assumptions>> {
+        let pieces = |form: &Form| if let Form::Pieces(pieces) = form { pieces.clone() } else { Vec::new() };
+        let mut ends: Vec<Value> = solved.forms().iter().flat_map(pieces).filter_map(|piece| piece.until).collect();
+        ends.sort();
+        ends.dedup();
+        let mut orders = vec![self.known.clone()];
+        for (place, one) in ends.iter().enumerate() {
+            for other in ends.iter().skip(place + 1) {
+                let apart = |known: Assumptions| {
+                    if known.decide(Relation::Lss, one, other).is_some() {
+                        return vec![known];
+                    }
+                    let assumed = |relation: Relation| {
+                        let mut known = known.clone();
+                        known.assume(relation, one, other);
+                        known
+                    };
+                    vec![assumed(Relation::Lss), assumed(Relation::Gte)]
+                };
+                orders = orders.into_iter().flat_map(apart).collect();
+                if orders.len() > MOST_ORDERS {
+                    return None;
+                }
+            }
+        }
+        Some(orders)
+    }
+
+    /// The sides of the comparison, stretch by stretch of indices in which each sequence that it reads has one form: the first
+    /// round of those that go round, or their first lap, stands by itself.
+    pub(super) fn stretches(&self, solved: &Solved) -> Option<Vec<Stretch>> {
+        let index = &self.recurrence.index;
+        let rounds = |pieces: Vec<Piece>| with_first_round(pieces, index, &self.known);
+        let forms = self.read().into_iter().map(|name| Some((name, solved.form(name)?.clone())));
+        self.stretches_of(forms.collect::<Option<_>>()?, &Value::variable(index), &rounds)
+    }
+
+    /// The same of the terms in one turn of forms that come in so many, where the index counts the turns.
+    pub(super) fn stretches_in_turn(&self, solved: &Solved, count: i64, place: i64) -> Option<Vec<Stretch>> {
+        let index = &self.recurrence.index;
+        let own = |name: &'a Name| {
+            let form = match solved.form(name)? {
+                Form::Turns(forms) => forms.get(usize::try_from(place).ok()?)?.clone(),
+                form => {
+                    let offset = self.recurrence.from.checked_add(place)?;
+                    Form::Value(Vec::new(), super::in_class(&form.value(index)?, index, count, offset).ok()?)
+                }
+            };
+            Some((name, form))
+        };
+        let first = Value::integer(self.recurrence.from.checked_add(place)?);
+        let image = Value::variable(index).mul(&Value::integer(count)).and_then(|turns| turns.add(&first)).ok()?;
+        self.stretches_of(self.read().into_iter().map(own).collect::<Option<_>>()?, &image, &|pieces| pieces)
+    }
+
+    /// The sequences that the comparison reads.
+    fn read(&self) -> Vec<&'a Name> {
+        let read = |name: &Name| self.wanted.1.mentions(name) || self.wanted.2.mentions(name);
+        let names = self.recurrence.sequences.iter().map(|sequence| &sequence.name);
+        names.filter(|name| read(&self.recurrence.term(name, 0))).collect()
+    }
+
+    /// The stretches of these forms, with this in place of the index, where `apart` takes their pieces apart.
+    fn stretches_of(
+        &self,
+        forms: Vec<(&Name, Form)>,
+        image: &Value,
+        apart: &dyn Fn(Vec<Piece>) -> Vec<Piece>,
+    ) -> Option<Vec<Stretch>> {
+        let index = &self.recurrence.index;
+        let plain = image.as_variable() == Some(index);
+        let first = if plain { self.recurrence.from } else { 0 };
+        let all = forms.iter().map(|(_, form)| Some(apart(pieces_of(form, first, index)?)));
+        let all: Vec<Vec<Piece>> = all.collect::<Option<_>>()?;
+        let cells = cells(&all, Value::integer(first), &self.known).ok()?;
+        let stretch = |cell: super::Cell<'_>| {
+            let images = forms.iter().zip(&cell.forms);
+            let mut images: BTreeMap<Name, Value> =
+                images.map(|((name, _), form)| (self.recurrence.term(name, 0), (*form).clone())).collect();
+            if !plain {
+                images.insert(index.clone(), image.clone());
+            }
+            let (sides, needs) = (self.sides(&images)?, needs_of([self.wanted.1, self.wanted.2], &images)?);
+            Some(Stretch { sides, needs, from: cell.from, until: cell.until })
+        };
+        cells.into_iter().map(stretch).collect()
+    }
+
+    /// What is known of an index from the start of a stretch on, before these ends.
+    pub(super) fn within<'v>(&self, stretch: &Stretch, ends: impl IntoIterator<Item = &'v Value>) -> Assumptions {
+        let mut known = self.known.clone();
+        let index = Value::variable(&self.recurrence.index);
+        if self.recurrence.from >= 0 {
+            known.assume_natural(&self.recurrence.index);
+        }
+        known.assume(Relation::Gte, &index, &stretch.from);
+        ends.into_iter().for_each(|end| known.assume(Relation::Lss, &index, end));
+        known
+    }
+
+    /// Whether it holds at no index of a stretch, from one on that is written as a number, and before this one.
+    pub(super) fn never_within(&self, stretch: &Stretch, from: i64, before: Option<&Value>) -> bool {
+        if before.is_some_and(|before| self.known.decide(Relation::Gte, &stretch.from, before) == Some(true)) {
+            return true;
+        }
+        let index = &self.recurrence.index;
+        let range = || {
+            let last = stretch.until.as_ref().or(before);
+            let until = last.map(natural);
+            let until = match (until, before.map(natural)) {
+                (Some(until), Some(before)) => Some(until?.min(before?)),
+                (until, _) => until.map_or(Some(None), |until| until.map(Some))?,
+            };
+            let start = natural(&stretch.from).filter(|_| self.recurrence.from >= 0)?;
+            Some((start.max(u64::try_from(from).ok()?), until))
+        };
+        let range = range();
+        // Of sums of powers, at all indices between two numbers.
+        let of_sums = |value: &Value, relation: Relation| {
+            let (from, until) = range?;
+            let sum = ExponentialPolynomial::of(value, index)?;
+            let stands = |relation: Relation| throughout(&sum, relation, from, until);
+            if stands(relation) { Some(true) } else { stands(relation.negated()).then_some(false) }
+        };
+        let never = |ends: &[&Value]| {
+            let mut known = self.within(stretch, ends.iter().copied());
+            if from > self.recurrence.from {
+                known.assume(Relation::Gte, &Value::variable(index), &Value::integer(from));
+            }
+            self.holds(&stretch.sides, &known, &of_sums) == Some(false)
+        };
+        // Of two ends the one that does not matter may hide what follows from the other.
+        match (before, stretch.until.as_ref().filter(|until| Some(*until) != before)) {
+            (Some(before), Some(until)) => never(&[before]) || never(&[until]) || never(&[until, before]),
+            (one, other) => never(&one.into_iter().chain(other).collect::<Vec<_>>()),
+        }
+    }
+}
+
+/// A form by pieces: its first terms one by one.
+fn pieces_of(form: &Form, first: i64, index: &Name) -> Option<Vec<Piece>> {
+    let (early, last) = match form {
+        Form::Pieces(pieces) => return Some(pieces.clone()),
+        Form::Value(early, value) => (early, value.clone()),
+        Form::Sum(early, sum) => (early, sum.value(index)?),
+        _ => return None,
+    };
+    let mut pieces = Vec::new();
+    for (place, term) in early.iter().enumerate() {
+        let at = first.checked_add(i64::try_from(place).ok()?)?;
+        let until = Some(Value::integer(at.checked_add(1)?));
+        pieces.push(Piece { from: Value::integer(at), until, form: term.clone() });
+    }
+    let from = Value::integer(first.checked_add(i64::try_from(early.len()).ok()?)?);
+    pieces.push(Piece { from, until: None, form: last });
+    Some(pieces)
+}
+
+/// What these values need to have a meaning, with what is put in.
+pub(super) fn needs_of<'v>(
+    values: impl IntoIterator<Item = &'v Value>,
+    images: &BTreeMap<Name, Value>,
+) -> Option<BTreeSet<Need>> {
+    let each = values.into_iter().map(|value| value.needs_with(images).ok());
+    each.collect::<Option<Vec<_>>>().map(|all| all.into_iter().flatten().collect())
+}
+
+pub(super) fn natural(value: &Value) -> Option<u64> {
+    value.as_rational().filter(|number| number.is_integer())?.to_integer().to_u64()
+}

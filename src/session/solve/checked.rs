@@ -1,0 +1,56 @@
+//! How it was checked, apart from the search, that an index is the first, or that there is none.
+
+use crate::assumption::Assumptions;
+use crate::closed_form::{Earlier, Never, Recurrence, Solved, Unchecked, first, never};
+use crate::name::Name;
+use crate::recurrence::{Reach, behaviour};
+use crate::value::{Relation, Value};
+
+/// How it was checked that no index before the one found is the first, or that there is none.
+pub(in crate::session) fn no_earlier(
+    found: &Reach,
+    (recurrence, solved): (&Recurrence, Option<&Solved>),
+    goal: (Relation, &Value, &Value),
+    known: &Assumptions,
+) -> Option<String> {
+    let index = &recurrence.index;
+    let (at, conditions) = match found {
+        Reach::At(at, conditions) => (at, conditions),
+        Reach::Never(_) => {
+            let checked = never(recurrence, solved, goal, (known, &[])).or_else(|_| {
+                let bounds = behaviour(recurrence, known, &|| false).fixed_points;
+                never(recurrence, solved, goal, (known, &bounds))
+            });
+            return Some(never_checked(checked, (index, recurrence.from)));
+        }
+        Reach::Unknown(_) => return None,
+    };
+    Some(match first(recurrence, solved, goal, (at, conditions), known) {
+        Ok(Earlier::None) => return None,
+        Ok(Earlier::OneByOne) => format!("checked term by term: there, and at no earlier {index}"),
+        Ok(Earlier::Forms) => format!("checked by the forms: there, and at no earlier {index}"),
+        Ok(Earlier::OneWay) => {
+            format!(
+                "checked by the forms: there, not at the {index} before, and until then the difference moves one way only"
+            )
+        }
+        Err(_) => format!("that there is no earlier {index} rests on the search alone"),
+    })
+}
+
+/// How it was checked that there is no such index.
+fn never_checked(checked: Result<Never, Unchecked>, (index, first): (&Name, i64)) -> String {
+    let (from, how) = match checked {
+        Ok(Never::Always) => return format!("checked: at no {index}, whatever the terms are"),
+        Ok(Never::ComesAgain) => return format!("checked term by term: at no {index} until the terms come again"),
+        Ok(Never::Ends) => return "checked term by term: at none of the terms that there are".to_string(),
+        Ok(Never::Forms(from)) => (from, "by the forms"),
+        Ok(Never::Induction(from)) => (from, "by induction from one term to the next"),
+        Err(_) => return format!("that there is no such {index} rests on the search alone"),
+    };
+    if from == first {
+        format!("checked {how}: at no {index}")
+    } else {
+        format!("checked term by term before {index} = {from}, and {how} from there on: at no {index}")
+    }
+}
