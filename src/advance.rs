@@ -51,7 +51,7 @@ const MOST_ORDERS: usize = 10_000;
 const MOST_STATES: usize = 10_000;
 
 /// Different orders lead to different states.
-const ORDER: &str = "the order in which parts communicate in one instant matters";
+pub const ORDER: &str = "the order in which parts communicate in one instant matters";
 
 fn stuck<T>(why: impl Into<String>) -> Result<T, Stuck> {
     Err(Stuck(why.into()))

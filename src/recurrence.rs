@@ -31,6 +31,7 @@ mod interleaved;
 mod interval;
 mod itinerary;
 mod jointly;
+mod kept;
 mod late;
 mod line;
 mod linear;

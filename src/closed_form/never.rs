@@ -188,18 +188,20 @@ impl Compared<'_> {
         let own = Value::variable(&self.recurrence.term(&sequence.name, 0));
         let at = |relation: Relation, bound: &Value| (relation, own.clone(), bound.clone());
         let opposite = now.neg().ok()?;
-        let mut of_term = vec![
-            vec![at(Relation::Gte, now)],
-            vec![at(Relation::Lte, now)],
-            vec![at(Relation::Gte, &opposite), at(Relation::Lte, now)],
-            vec![at(Relation::Gte, now), at(Relation::Lte, &opposite)],
-        ];
-        for bound in bounds {
-            of_term.push(vec![at(Relation::Gte, now), at(Relation::Lss, bound)]);
-            of_term.push(vec![at(Relation::Gte, now), at(Relation::Lte, bound)]);
-            of_term.push(vec![at(Relation::Lte, now), at(Relation::Gtr, bound)]);
-            of_term.push(vec![at(Relation::Lte, now), at(Relation::Gte, bound)]);
-        }
+        let ends = |near: Relation, far: Relation| {
+            let strict = bounds.iter().map(move |bound| at(far, bound));
+            [now, &opposite]
+                .into_iter()
+                .chain(bounds)
+                .map(move |bound| at(near, bound))
+                .chain(strict)
+                .map(Some)
+                .chain([None])
+        };
+        let above: Vec<Option<Comparison>> = ends(Relation::Gte, Relation::Gtr).collect();
+        let below: Vec<Option<Comparison>> = ends(Relation::Lte, Relation::Lss).collect();
+        let of_term =
+            above.iter().flat_map(|one| below.iter().map(move |other| one.iter().chain(other).cloned().collect()));
         let plain = [self.wanted.1.clone(), self.wanted.2.clone()];
         let lies = |region: &Region| {
             let inside = |(relation, _, bound): &Comparison| self.known.decide(*relation, now, bound) == Some(true);
@@ -207,7 +209,7 @@ impl Compared<'_> {
             region.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
             region.iter().all(inside) && self.holds(&plain, &known, &|_, _| None) == Some(false)
         };
-        regions.extend(of_term.into_iter().filter(lies));
+        regions.extend(of_term.filter(|region: &Region| !region.is_empty()).filter(lies));
         Some(regions)
     }
 }

@@ -339,6 +339,11 @@ impl Clock<'_> {
             if let Some(other) = moment.order.cut_off(place, *depth) {
                 return race(place.component, other, port);
             }
+            // Who stands there now is another one, also where it offers the same.
+            let is_beside = |one: &Offer| beside.iter().any(|offer| same(offer, one));
+            if let Some((other, _)) = besides.pairs.iter().find(|(from, to)| is_beside(from) || is_beside(to)) {
+                return race(place.component, &other.port, port);
+            }
             beside.iter().for_each(|offer| moment.order.kills(offer));
         }
         let components = BTreeSet::from([besides.writer.place.component, besides.reader.component]);

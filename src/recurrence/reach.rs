@@ -17,6 +17,7 @@ use super::descent::descends;
 use super::exact::{by_roots, exactly};
 use super::far::far;
 use super::jointly::jointly;
+use super::kept::kept;
 use super::late::{late, rising};
 use super::maxima::{first_of_parts, late_parts};
 use super::modular::modular;
@@ -216,6 +217,9 @@ fn late_otherwise(
     }
     if let Some(found) = descends(recurrence, wanted, known, stop) {
         return Err(found);
+    }
+    if let Some(tail) = kept(recurrence, wanted, known, stop) {
+        return Ok(Some(tail));
     }
     let of_part = |part: Wanted<'_>| match without_terms((recurrence, solved), part, known, stop) {
         Ok(Reach::Never(why)) => Tail::Never(recurrence.from.to_u64().unwrap_or(0), why),

@@ -309,22 +309,18 @@ fn by_instance(
     }
 }
 
-/// Why a claim about a system is open that may come to what has no value.
-pub(super) fn no_value(why: &str) -> String {
-    format!("the system may come to what has no value: {why}")
-}
-
 /// What a proof rests on, by how far the kernel has checked the phases.
 fn rests_on(far: Option<Grounds>, trusted: &[String], found: &mut Found) {
+    if let Some(why) = far.as_ref().and_then(Grounds::open) {
+        found.verdict = None;
+        found.remains = vec![why];
+        return;
+    }
     match far {
         Some(Grounds::All) => {
             found.trace.push(EVERY_WAY.into());
         }
         Some(Grounds::Ways) => found.trusted.push(WAYS.to_string()),
-        Some(Grounds::Undefined(why)) => {
-            found.verdict = None;
-            found.remains = vec![no_value(&why)];
-        }
         _ => found.trusted.extend(trusted.iter().cloned()),
     }
 }

@@ -1,8 +1,8 @@
 //! A run that was found for either order of two values, or where one is more and where both are equal: a proof of each case,
 //! and from those one of both.
 
-use super::always::no_value;
 use super::matched::{RUN, Unfollowed, followed, with_run};
+use super::rounds::no_value;
 use super::satisfies::said;
 use crate::assumption::Assumptions;
 use crate::closed_form::compared;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Record;
-use super::always::{EVERY_WAY, WAYS, no_value};
+use super::always::{EVERY_WAY, WAYS};
 use super::claim::expectations;
 use super::likely::missed::missed;
 use super::reading::{Run, Waiting, names_in};
@@ -98,15 +98,15 @@ fn rest_on(findings: &mut [Finding], system: &System, environment: &Environment,
     let Ok(period) = analyse(&system.components, &environment.definitions, &environment.assumptions) else { return };
     let far = how_far(&period, system, environment, interrupted);
     for finding in findings.iter_mut().filter(|finding| on_phases(finding)) {
+        if let Some(why) = far.open().filter(|_| finding.standing == Standing::Met) {
+            finding.standing = Standing::Open;
+            (finding.value, finding.margin) = (None, None);
+            finding.trusted.retain(|line| line != PERIOD);
+            finding.notes.push(why);
+            continue;
+        }
         let rest = match &far {
-            Grounds::Undefined(why) if finding.standing == Standing::Met => {
-                finding.standing = Standing::Open;
-                (finding.value, finding.margin) = (None, None);
-                finding.trusted.retain(|line| line != PERIOD);
-                finding.notes.push(no_value(why));
-                continue;
-            }
-            Grounds::Less | Grounds::Undefined(_) => PERIOD,
+            Grounds::Less | Grounds::Undefined(_) | Grounds::Raced => PERIOD,
             Grounds::Ways => WAYS,
             Grounds::All => {
                 finding.notes.push(EVERY_WAY.to_string());

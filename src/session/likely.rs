@@ -17,6 +17,7 @@ use super::digits::{LIKELY, decimal, estimate, rational, told};
 use super::drawn::{durations_are_drawn, no_two_taken, once};
 use super::reading::{Run, Waiting};
 use super::rounds::{Grounds, how_far};
+use crate::advance::ORDER;
 use crate::criteria::Likely;
 use crate::distribution::Distribution;
 use crate::interval::Interval;
@@ -75,8 +76,11 @@ impl Run<'_, '_> {
             Some(holds) => {
                 found.verdict = Some(if holds { Verdict::Proved } else { Verdict::Refuted });
                 found.trusted = answer.trusted.clone();
-                if checked(likelihood, &mut found.trusted, &waiting.environment, &|| self.surroundings.interrupted()) {
-                    found.trace.push(CHECKED.to_string());
+                match checked(likelihood, &mut found.trusted, &waiting.environment, &|| self.surroundings.interrupted())
+                {
+                    Ok(true) => found.trace.push(CHECKED.to_string()),
+                    Ok(false) => {}
+                    Err(why) => return Found { remains: vec![why], ..Found::default() },
                 }
             }
             None => found.remains = vec![open(&answer, relation, threshold, &bound)],
@@ -96,22 +100,28 @@ impl Run<'_, '_> {
 
 /// Whether the phases that a chance rests on are theorems, and just one way of them is always taken; then they are not
 /// taken on trust.
+///
+/// # Errors
+/// Why nothing can be said, where the phases say nothing.
 fn checked(
     likelihood: &Likelihood,
     trusted: &mut Vec<String>,
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
-) -> bool {
+) -> Result<bool, String> {
     let phases = trusted.iter().position(|line| line == PERIOD);
-    let (Some(place), Ok((system, ..))) = (phases, event(likelihood, environment)) else { return false };
+    let (Some(place), Ok((system, ..))) = (phases, event(likelihood, environment)) else { return Ok(false) };
     let found = period::analyse(&system.components, &environment.definitions, &environment.assumptions);
-    let known = found.is_ok_and(|period| {
-        no_two_taken(&period) && how_far(&period, &system, environment, interrupted) == Grounds::All
-    });
+    let Ok(period) = found else { return Ok(false) };
+    let far = how_far(&period, &system, environment, interrupted);
+    if far == Grounds::Raced {
+        return Err(ORDER.to_string());
+    }
+    let known = far == Grounds::All && no_two_taken(&period);
     if known {
         trusted.remove(place);
     }
-    known
+    Ok(known)
 }
 
 /// What remains where nothing is proved.
@@ -172,7 +182,7 @@ fn work(answer: &Answer, threshold: &Value) -> String {
 /// A probability, for criteria.
 pub(super) fn chances(likelihood: &Likelihood, environment: &Environment) -> Result<Likely, Vec<String>> {
     let mut answer = answer(likelihood, None, environment)?;
-    checked(likelihood, &mut answer.trusted, environment, &|| false);
+    checked(likelihood, &mut answer.trusted, environment, &|| false).map_err(|why| vec![why])?;
     let Chance { low, high, method, .. } = answer.chance;
     Ok(Likely {
         low,

@@ -1,11 +1,11 @@
 //! The match of a run with a property, as a theorem about the system.
 
 use super::Evidence;
-use super::always::no_value;
 use super::cases::{InEach, unwritten};
 use super::claim::Found;
 use super::compare::theory;
 use super::reading::Run;
+use super::rounds::no_value;
 use super::satisfies::{said, short};
 use crate::closed_form::compared;
 use crate::definition::Definitions;

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::compare::theory;
 use super::drawn::{Layer, Moments, followed, named_alike, with_supports};
 use super::entered::{counts, delays, met, more_than_none, needs};
+use crate::advance::ORDER;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::fact::supposing;
@@ -71,12 +72,30 @@ pub(super) fn checked(
 pub(super) enum Grounds {
     /// Some way reads what may have no value: what is said of the phases says nothing there.
     Undefined(String),
+    /// On some way it comes to something else in another order of what is communicated in one instant.
+    Raced,
     /// Not every way.
     Less,
     /// Every way there is, none of which stops time.
     Ways,
     /// Every way, one of which is taken, whatever the values.
     All,
+}
+
+impl Grounds {
+    /// Why a claim that rests on the phases is open, if it is.
+    pub(super) fn open(&self) -> Option<String> {
+        match self {
+            Grounds::Undefined(why) => Some(no_value(why)),
+            Grounds::Raced => Some(ORDER.to_string()),
+            _ => None,
+        }
+    }
+}
+
+/// Why a claim about a system is open that may come to what has no value.
+pub(super) fn no_value(why: &str) -> String {
+    format!("the system may come to what has no value: {why}")
 }
 
 /// How far the phases of a system, as printed, are theorems.
@@ -90,6 +109,7 @@ pub(super) fn how_far(
     let counted = count(period, (system, environment), MOST_FAILURES, interrupted);
     match (counted.undefined, counted.why) {
         (Some(why), _) => Grounds::Undefined(why),
+        _ if counted.raced => Grounds::Raced,
         (None, Some(_)) => Grounds::Less,
         _ if edges.any(|edge| matches!(edge.next, Next::End(End::Livelock { .. }))) => Grounds::Less,
         _ if one_is_taken(period, &counted.layers, &environment.assumptions) => Grounds::All,
@@ -139,6 +159,8 @@ struct Count {
     why: Option<String>,
     /// What may have no value on a way that is followed otherwise.
     undefined: Option<String>,
+    /// Whether one failed as another order of communications leads elsewhere.
+    raced: bool,
 }
 
 /// Which ways to phases and ends the kernel has checked.
@@ -183,7 +205,7 @@ fn ways(period: &Period) -> Vec<(Option<usize>, &Edge)> {
 fn each(rounds: &Rounds<'_>, whole: &Term, most: usize, interrupted: &dyn Fn() -> bool) -> Count {
     let all = ways(rounds.period);
     let mut layers = Vec::new();
-    let mut failed = Vec::new();
+    let (mut failed, mut raced) = (Vec::new(), false);
     for beside in all[..all.len().min(MOST_WAYS)].chunk_by(|(one, _), (other, _)| one == other) {
         if failed.len() >= most || interrupted() {
             break;
@@ -203,12 +225,13 @@ fn each(rounds: &Rounds<'_>, whole: &Term, most: usize, interrupted: &dyn Fn() -
             }
         }
         for ((from, edge), found) in beside.iter().zip(results) {
+            raced |= found.as_ref().is_err_and(|Lost(why)| why == ORDER);
             failed.extend(found.as_ref().err().map(|Lost(why)| format!("{}: {}", named(*from, edge), short(why))));
             layers.push(found.ok());
         }
     }
     let unseen = (layers.len() < all.len()).then(|| format!("no more than {MOST_WAYS} are looked at"));
-    Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen), undefined: None }
+    Count { layers, all: all.len(), why: failed.into_iter().next().or(unseen), undefined: None, raced }
 }
 
 /// The definitions that a system comes to: facts about all others that a file has would be found for nothing.
