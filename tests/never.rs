@@ -15,7 +15,15 @@ fn shown(asked: &str, bounds: &[Value]) -> Option<Never> {
     let known = &environment.assumptions;
     let solved = solve_until(question.recurrence.clone(), known, &|| false).ok();
     let (relation, left, right) = question.find.expect("a goal");
-    never(&question.recurrence, solved.as_ref(), (relation, &left, &right), (known, bounds)).ok()
+    match never(&question.recurrence, solved.as_ref(), (relation, &left, &right), (known, bounds)).ok()? {
+        Never::Induction(from, _) => Some(by_induction(from)),
+        other => Some(other),
+    }
+}
+
+/// By induction, whatever the region.
+fn by_induction(from: i64) -> Never {
+    Never::Induction(from, Vec::new())
 }
 
 #[test]
@@ -31,8 +39,8 @@ fn that_it_never_is_is_shown_in_each_way() {
         ("solve u(n+2) = 2*u(n), u(0) = 3, u(1) = 4 find n with abs(u(n)) < 2\n", Never::Forms(0)),
         ("solve c(n+1) = if mod(n,2) = 0 then c(n)/2 else c(n)+1, c(0) = 5 find n with c(n) <= 1\n", Never::Forms(0)),
         // Without a form, where each term follows from the one before.
-        ("solve r(n+1) = r(n)+1/r(n), r(0) = 1 find n with r(n) < 1\n", Never::Induction(0)),
-        ("solve x(n+1) = x(n)^2-2, x(0) = 3 find n with x(n) = 5\n", Never::Induction(1)),
+        ("solve r(n+1) = r(n)+1/r(n), r(0) = 1 find n with r(n) < 1\n", by_induction(0)),
+        ("solve x(n+1) = x(n)^2-2, x(0) = 3 find n with x(n) = 5\n", by_induction(1)),
         ("solve x(n+1) = mod(x(n)^2+1,100003), x(0) = 2 find n with x(n) = 1\n", Never::ComesAgain),
         ("solve x(n+1) = 1/(x(n)-1), x(0) = 2 find n with x(n) = 7\n", Never::Ends),
         ("solve r(n+1) = r(n)+2^n, r(-2) = 0 find n with r(n) = 7\n", Never::Forms(6)),
@@ -44,7 +52,7 @@ fn that_it_never_is_is_shown_in_each_way() {
     let asked = "solve x(n+1) = x(n)*(3-x(n))/2, x(0) = 1/2 find n with x(n) < 1/2\n";
     assert_eq!(shown(asked, &[]), None);
     assert_eq!(shown(asked, &[frac(3, 4)]), None);
-    assert_eq!(shown(asked, &[int(1)]), Some(Never::Induction(0)));
+    assert_eq!(shown(asked, &[int(1)]), Some(by_induction(0)));
 }
 
 /// What holds somewhere, late, or for some parameter alone, is turned away.

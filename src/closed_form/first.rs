@@ -7,7 +7,7 @@ use num_traits::ToPrimitive;
 use super::comparing::with_zero;
 use super::divisors::{divisors, in_each_sign};
 use super::one_by_one::Terms;
-use super::stretches::{Compared, Stretch, natural};
+use super::stretches::{Compared, Stretch, natural, turns};
 use super::{Comparison, Recurrence, Solved, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -122,13 +122,30 @@ impl Question<'_> {
         let found =
             |known: Assumptions| Question { compared: self.compared.knowing(known), at: self.at }.by_forms(solved);
         let orders = self.compared.orders(solved)?;
-        orders.into_iter().map(found).try_fold(Earlier::Forms, |all, one| Some(all.max(one?)))
+        let told = orders.into_iter().map(found).try_fold(Earlier::Forms, |all, one| Some(all.max(one?)));
+        told.or_else(|| self.in_turns(solved))
+    }
+
+    /// The same of forms that come in turn: the index lies in one of the turns, and in each it never holds before.
+    fn in_turns(&self, solved: &Solved) -> Option<Earlier> {
+        let (count, from) = (turns(solved)?, self.compared.recurrence.from);
+        let mut met = false;
+        for place in 0..count {
+            let stretches = self.compared.stretches_in_turn(solved, count, place)?;
+            let since = self.at.sub(&Value::integer(from.checked_add(place)?)).ok()?;
+            let round = since.div(&Value::integer(count)).ok()?;
+            if !stretches.iter().all(|stretch| self.compared.never_within(stretch, 0, Some(&round))) {
+                return None;
+            }
+            met = met || self.holds_at(&stretches, &round, 0) == Some(true);
+        }
+        met.then_some(Earlier::Forms)
     }
 
     /// By the forms: in each stretch before the index it never holds, or what is compared moves one way only.
     fn by_forms(&self, solved: &Solved) -> Option<Earlier> {
         let stretches = self.compared.stretches(solved)?;
-        if !self.holds_at(&stretches)? {
+        if !self.holds_at(&stretches, self.at, self.compared.recurrence.from)? {
             return None;
         }
         if stretches
@@ -141,17 +158,17 @@ impl Question<'_> {
     }
 
     /// Whether it holds at the index, which must be a whole number that is not before the first.
-    fn holds_at(&self, stretches: &[Stretch]) -> Option<bool> {
-        let (index, first) = (&self.compared.recurrence.index, Value::integer(self.compared.recurrence.from));
-        if self.compared.known.is_natural(&self.at.sub(&first).ok()?) != Some(true) {
+    fn holds_at(&self, stretches: &[Stretch], at: &Value, first: i64) -> Option<bool> {
+        let index = &self.compared.recurrence.index;
+        if self.compared.known.is_natural(&at.sub(&Value::integer(first)).ok()?) != Some(true) {
             return None;
         }
-        if let Some(at) = natural(self.at)
-            && let Some(stretch) = self.stretch_of_index(stretches)
+        if let Some(place) = natural(at)
+            && let Some(stretch) = self.stretch_of_index(stretches, at)
         {
             let late =
-                |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, at);
-            let defined = self.defined_at(stretch, &self.compared.known);
+                |value: &Value, relation: Relation| stands(&ExponentialPolynomial::of(value, index)?, relation, place);
+            let defined = self.defined_at(stretch, at, &self.compared.known);
             return self.compared.holds(&stretch.sides, &Assumptions::default(), &late).filter(|_| defined);
         }
         // Of which stretch it lies in it may not be known: then it holds in either.
@@ -159,25 +176,25 @@ impl Question<'_> {
         for stretch in stretches {
             let mut here = known.clone();
             if let Some(until) = &stretch.until {
-                match known.decide(Relation::Lss, self.at, until) {
-                    Some(true) => return self.holds_in(stretch, &known),
+                match known.decide(Relation::Lss, at, until) {
+                    Some(true) => return self.holds_in(stretch, at, &known),
                     Some(false) => continue,
-                    None => here.assume(Relation::Lss, self.at, until),
+                    None => here.assume(Relation::Lss, at, until),
                 }
-                known.assume(Relation::Gte, self.at, until);
+                known.assume(Relation::Gte, at, until);
             }
-            if self.holds_in(stretch, &here) != Some(true) || stretch.until.is_none() {
-                return self.holds_in(stretch, &here);
+            if self.holds_in(stretch, at, &here) != Some(true) || stretch.until.is_none() {
+                return self.holds_in(stretch, at, &here);
             }
         }
         None
     }
 
     /// The stretch that the index lies in, if that is known: in none before it.
-    fn stretch_of_index<'s>(&self, stretches: &'s [Stretch]) -> Option<&'s Stretch> {
+    fn stretch_of_index<'s>(&self, stretches: &'s [Stretch], at: &Value) -> Option<&'s Stretch> {
         for stretch in stretches {
             let Some(until) = &stretch.until else { return Some(stretch) };
-            if self.compared.known.decide(Relation::Lss, self.at, until)? {
+            if self.compared.known.decide(Relation::Lss, at, until)? {
                 return Some(stretch);
             }
         }
@@ -185,17 +202,17 @@ impl Question<'_> {
     }
 
     /// Whether it holds at the index, if that lies in this stretch.
-    fn holds_in(&self, stretch: &Stretch, known: &Assumptions) -> Option<bool> {
-        let put_in = |side: &Value| side.with(&self.compared.recurrence.index, self.at).ok();
+    fn holds_in(&self, stretch: &Stretch, at: &Value, known: &Assumptions) -> Option<bool> {
+        let put_in = |side: &Value| side.with(&self.compared.recurrence.index, at).ok();
         let [left, right] = &stretch.sides;
         let sides = [put_in(left)?, put_in(right)?];
-        let defined = self.defined_at(stretch, known);
+        let defined = self.defined_at(stretch, at, known);
         self.compared.holds(&sides, known, &|_, _| None).filter(|_| defined)
     }
 
     /// Whether the sides, as they are written, have a value at the index.
-    fn defined_at(&self, stretch: &Stretch, known: &Assumptions) -> bool {
-        let image = BTreeMap::from([(self.compared.recurrence.index.clone(), self.at.clone())]);
+    fn defined_at(&self, stretch: &Stretch, at: &Value, known: &Assumptions) -> bool {
+        let image = BTreeMap::from([(self.compared.recurrence.index.clone(), at.clone())]);
         let granted = |need: &Need| known.grants(&need.substitute(&image).ok()?);
         stretch.needs.iter().all(|need| granted(need) == Some(true))
     }

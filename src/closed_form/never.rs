@@ -6,20 +6,20 @@ use std::collections::BTreeMap;
 use super::divisors::{divisors, in_each_sign};
 use super::first::Wanted;
 use super::one_by_one::Terms;
-use super::stretches::{Compared, Stretch};
-use super::{Comparison, Form, Recurrence, Solved, Unchecked};
+use super::stretches::{Compared, Stretch, turns};
+use super::{Comparison, Recurrence, Solved, Unchecked};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
 /// So many terms are compared one by one, those with symbols less.
 const MOST: i64 = 3_000;
-const MOST_SYMBOLIC: i64 = 4;
+const MOST_SYMBOLIC: i64 = 1;
 /// The latest index from which on the forms, or an induction, are asked.
 const LATEST: i64 = 512;
 
 /// How it was shown that terms never compare as wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Never {
     /// Whatever the terms are.
     Always,
@@ -27,8 +27,8 @@ pub enum Never {
     ComesAgain,
     /// The terms were compared one by one, until there was no next.
     Ends,
-    /// By induction from one term to the next from this index on, and one by one before.
-    Induction(i64),
+    /// By induction from one term to the next from this index on, where each is as these say, and one by one before.
+    Induction(i64, Vec<Comparison>),
     /// By the closed forms from this index on, and one by one before.
     Forms(i64),
 }
@@ -109,13 +109,7 @@ impl Compared<'_> {
 
     /// The same in each turn of forms that come in turn.
     fn in_turns(&self, solved: &Solved, from: i64) -> Option<bool> {
-        let turns = |form: &Form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None };
-        let mut counts = solved.forms().iter().filter_map(turns);
-        let count = counts.next().filter(|count| *count > 0)?;
-        if counts.any(|other| other != count) {
-            return None;
-        }
-        let count = i64::try_from(count).ok()?;
+        let count = turns(solved)?;
         for place in 0..count {
             let later = from.checked_sub(self.recurrence.from)?.saturating_sub(place).max(0);
             let from = later.checked_add(count - 1)? / count;
@@ -163,14 +157,19 @@ impl Compared<'_> {
         let kept = |region: &Region| {
             let mut known = known.clone();
             region.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
-            region.iter().all(|(relation, left, right)| {
-                let sides = [left, right].map(|side| side.substitute(&later).ok().map(|side| known.simplify(&side)));
-                let [Some(left), Some(right)] = sides else { return false };
-                known.decide(*relation, &left, &right) == Some(true)
-            })
+            // Each term must exist, whether or not it is compared.
+            let exists = self.recurrence.sequences.iter().all(|sequence| known.gives_meaning(&sequence.next));
+            exists
+                && region.iter().all(|(relation, left, right)| {
+                    let sides =
+                        [left, right].map(|side| side.substitute(&later).ok().map(|side| known.simplify(&side)));
+                    let [Some(next), Some(bound)] = sides else { return false };
+                    known.decide(*relation, &next, &bound) == Some(true)
+                        || recedes(*relation, [left, right], [&next, &bound], &known)
+                })
         };
-        let regions = self.regions(terms, bounds)?;
-        regions.iter().any(kept).then(|| Never::Induction(terms.index()))
+        let region = self.regions(terms, bounds)?.into_iter().find(kept)?;
+        Some(Never::Induction(terms.index(), region))
     }
 
     /// Regions in which these terms lie, and in which none is as wanted.
@@ -188,23 +187,26 @@ impl Compared<'_> {
         let own = Value::variable(&self.recurrence.term(&sequence.name, 0));
         let at = |relation: Relation, bound: &Value| (relation, own.clone(), bound.clone());
         let opposite = now.neg().ok()?;
-        let ends = |near: Relation, far: Relation| {
-            let strict = bounds.iter().map(move |bound| at(far, bound));
-            [now, &opposite]
-                .into_iter()
-                .chain(bounds)
-                .map(move |bound| at(near, bound))
-                .chain(strict)
-                .map(Some)
-                .chain([None])
+        // Of bounds that move with the index one is enough.
+        let (moving, fixed): (Vec<&Value>, Vec<&Value>) =
+            bounds.iter().partition(|bound| bound.mentions(&self.recurrence.index));
+        let ends = |near: Relation, far: Relation| -> Vec<Option<Comparison>> {
+            let strict = fixed.iter().map(|bound| at(far, bound));
+            let near = [now, &opposite].into_iter().chain(fixed.iter().copied()).map(|bound| at(near, bound));
+            near.chain(strict).map(Some).chain([None]).collect()
         };
-        let above: Vec<Option<Comparison>> = ends(Relation::Gte, Relation::Gtr).collect();
-        let below: Vec<Option<Comparison>> = ends(Relation::Lte, Relation::Lss).collect();
+        let (above, below) = (ends(Relation::Gte, Relation::Gtr), ends(Relation::Lte, Relation::Lss));
+        let moving =
+            moving.iter().flat_map(|bound| [Relation::Gte, Relation::Lte].map(|relation| vec![at(relation, bound)]));
         let of_term =
             above.iter().flat_map(|one| below.iter().map(move |other| one.iter().chain(other).cloned().collect()));
+        let of_term = of_term.chain(moving);
         let plain = [self.wanted.1.clone(), self.wanted.2.clone()];
         let lies = |region: &Region| {
-            let inside = |(relation, _, bound): &Comparison| self.known.decide(*relation, now, bound) == Some(true);
+            let inside = |(relation, _, bound): &Comparison| {
+                let bound = bound.with(&self.recurrence.index, &Value::integer(terms.index()));
+                bound.is_ok_and(|bound| self.known.decide(*relation, now, &bound) == Some(true))
+            };
             let mut known = self.anywhere();
             region.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
             region.iter().all(inside) && self.holds(&plain, &known, &|_, _| None) == Some(false)
@@ -212,6 +214,17 @@ impl Compared<'_> {
         regions.extend(of_term.filter(|region: &Region| !region.is_empty()).filter(lies));
         Some(regions)
     }
+}
+
+/// Whether what lies on a side of a bound moves away from it, or with it, to the next term.
+fn recedes(relation: Relation, [left, right]: [&Value; 2], [next, bound]: [&Value; 2], known: &Assumptions) -> bool {
+    let way = match relation {
+        Relation::Lss | Relation::Lte => Relation::Lte,
+        Relation::Gtr | Relation::Gte => Relation::Gte,
+        Relation::Eq | Relation::Neq => return false,
+    };
+    let moved = || next.sub(bound)?.sub(&left.sub(right)?);
+    moved().is_ok_and(|moved| known.decide(way, &moved, &Value::zero()) == Some(true))
 }
 
 /// What terms are compared with, all of it at once.

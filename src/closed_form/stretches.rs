@@ -208,6 +208,14 @@ impl<'a> Compared<'a> {
     }
 }
 
+/// After how many indices forms that come in turn are the same again.
+pub(super) fn turns(solved: &Solved) -> Option<i64> {
+    let turns = |form: &Form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None };
+    let mut counts = solved.forms().iter().filter_map(turns);
+    let count = counts.next().filter(|count| *count > 0)?;
+    counts.all(|other| other == count).then(|| i64::try_from(count).ok()).flatten()
+}
+
 /// A form by pieces: its first terms one by one.
 fn pieces_of(form: &Form, first: i64, index: &Name) -> Option<Vec<Piece>> {
     let (early, last) = match form {

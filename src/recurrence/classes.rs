@@ -55,13 +55,17 @@ impl<'a> Classes<'a> {
                 Reach::Never(why) => reasons.push(why.split(": ").next().unwrap_or_default().to_string()),
                 Reach::At(round, conditions) if conditions.is_empty() => {
                     let at = round.mul(&self.number(self.count)?).ok()?.add(&self.place(class)?).ok()?;
-                    let sooner = match &best {
-                        None => true,
-                        Some(other) => known.decide(Relation::Lss, &at, other)?,
-                    };
-                    if sooner {
-                        best = Some(at);
-                    }
+                    best = Some(match &best {
+                        None => at,
+                        Some(other) => match known.decide(Relation::Lss, &at, other) {
+                            Some(true) => at,
+                            Some(false) => other.clone(),
+                            None => match self.open_at_first(known) {
+                                Some(open) => return Some(open),
+                                None => sooner(&at, other)?,
+                            },
+                        },
+                    });
                 }
                 _ => return None,
             }
@@ -72,6 +76,20 @@ impl<'a> Classes<'a> {
             Some(at) => Reach::At(at, Vec::new()),
             None => Reach::Never(format!("in each of the {} turns: {}", self.count, reasons.join("; "))),
         })
+    }
+
+    /// What would have to be known at the first index, if it is not: the lesser of several indices is written as such where
+    /// none of them is the first.
+    fn open_at_first(&self, known: &Assumptions) -> Option<Reach> {
+        let (recurrence, (relation, left, right)) = (self.solved.recurrence(), self.wanted);
+        let mut images: BTreeMap<Name, Value> =
+            BTreeMap::from([(recurrence.index.clone(), Value::integer(recurrence.from))]);
+        for (name, place) in &self.used {
+            images.insert(name.clone(), recurrence.sequences.get(*place)?.start.first()?.clone());
+        }
+        let [left, right] = [left, right].map(|side| side.substitute(&images).ok());
+        let (left, right) = (left?, right?);
+        known.decide(relation, &left, &right).is_none().then(|| Reach::undecided(relation, &left, &right))
     }
 
     /// From which index on it holds no more, where that is so in each class.
@@ -172,4 +190,9 @@ impl<'a> Classes<'a> {
         }
         Some((sum.plus(&ExponentialPolynomial::of(&rest, &self.solved.recurrence().index)?).ok()?, early))
     }
+}
+
+/// The lesser of two indices.
+fn sooner(one: &Value, other: &Value) -> Option<Value> {
+    Value::maximum(&[one.neg().ok()?, other.neg().ok()?]).ok()?.neg().ok()
 }

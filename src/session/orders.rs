@@ -14,8 +14,8 @@ pub(super) struct InOrders {
     pub(super) lines: Vec<String>,
     /// What was solved: all sequences, or those that the question reads.
     pub(super) recurrence: Recurrence,
-    /// What was found in each.
-    pub(super) found: Vec<Reach>,
+    /// What was found in each, and what is known there.
+    pub(super) found: Vec<(Reach, Assumptions)>,
     /// The same as one, where it can be written so.
     pub(super) merged: Option<Reach>,
 }
@@ -102,8 +102,8 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
     }
     let forms = cases.first().map(|case| case.found.0.lines().len());
     let lines = in_layout(told, forms);
-    let found: Vec<Reach> = cases.into_iter().map(|case| case.found.1).collect();
-    let known = found.iter().any(|found| !matches!(found, Reach::Unknown(_)));
+    let found: Vec<(Reach, Assumptions)> = cases.into_iter().map(|case| (case.found.1, case.known)).collect();
+    let known = found.iter().any(|(found, _)| !matches!(found, Reach::Unknown(_)));
     known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None })
 }
 
@@ -138,7 +138,7 @@ fn told(
     (!cases.is_empty()).then(|| InOrders {
         lines,
         recurrence: recurrence.clone(),
-        found: cases.iter().map(|case| case.found.clone()).collect(),
+        found: cases.iter().map(|case| (case.found.clone(), case.known.clone())).collect(),
         merged,
     })
 }

@@ -127,11 +127,15 @@ fn answered(
         }
         let met = |(expectation, text): &(Expectation, String)| {
             let met = match expectation {
-                Expectation::Never => found.found.iter().all(|found| matches!(found, Reach::Never(_))),
-                Expectation::Proved => found.found.iter().all(|found| !matches!(found, Reach::Unknown(_))),
-                Expectation::Open => found.found.iter().any(|found| matches!(found, Reach::Unknown(_))),
+                Expectation::Never => found.found.iter().all(|(found, _)| matches!(found, Reach::Never(_))),
+                Expectation::Proved => found.found.iter().all(|(found, _)| !matches!(found, Reach::Unknown(_))),
+                Expectation::Open => found.found.iter().any(|(found, _)| matches!(found, Reach::Unknown(_))),
                 Expectation::Values(values) => values.iter().all(|(name, value)| {
-                    is_met(name, value, recurrence, solved.as_ref().ok(), found.merged.as_ref(), known)
+                    let met = |found: Option<&Reach>, known: &Assumptions| {
+                        is_met(name, value, recurrence, solved.as_ref().ok(), found, known)
+                    };
+                    let in_each = || found.found.iter().all(|(found, known)| met(Some(found), known));
+                    met(found.merged.as_ref(), known) || *name == recurrence.index && in_each()
                 }),
                 _ => false,
             };

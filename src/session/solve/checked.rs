@@ -3,7 +3,7 @@
 use crate::assumption::Assumptions;
 use crate::closed_form::{Earlier, Never, Recurrence, Solved, Unchecked, first, never};
 use crate::name::Name;
-use crate::recurrence::{Reach, behaviour};
+use crate::recurrence::{Reach, bounds};
 use crate::value::{Relation, Value};
 
 /// How it was checked that no index before the one found is the first, or that there is none.
@@ -17,9 +17,9 @@ pub(in crate::session) fn no_earlier(
     let (at, conditions) = match found {
         Reach::At(at, conditions) => (at, conditions),
         Reach::Never(_) => {
-            let checked = never(recurrence, solved, goal, (known, &[])).or_else(|_| {
-                let bounds = behaviour(recurrence, known, &|| false).fixed_points;
-                never(recurrence, solved, goal, (known, &bounds))
+            let checked = never(recurrence, solved, goal, (known, &[])).or_else(|why| {
+                let bounds = bounds(recurrence, known, &|| false);
+                if bounds.is_empty() { Err(why) } else { never(recurrence, solved, goal, (known, &bounds)) }
             });
             return Some(never_checked(checked, (index, recurrence.from)));
         }
@@ -45,7 +45,7 @@ fn never_checked(checked: Result<Never, Unchecked>, (index, first): (&Name, i64)
         Ok(Never::ComesAgain) => return format!("checked term by term: at no {index} until the terms come again"),
         Ok(Never::Ends) => return "checked term by term: at none of the terms that there are".to_string(),
         Ok(Never::Forms(from)) => (from, "by the forms"),
-        Ok(Never::Induction(from)) => (from, "by induction from one term to the next"),
+        Ok(Never::Induction(from, _)) => (from, "by induction from one term to the next"),
         Err(_) => return format!("that there is no such {index} rests on the search alone"),
     };
     if from == first {
