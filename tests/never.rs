@@ -44,6 +44,10 @@ fn that_it_never_is_is_shown_in_each_way() {
         ("solve x(n+1) = mod(x(n)^2+1,100003), x(0) = 2 find n with x(n) = 1\n", Never::ComesAgain),
         ("solve x(n+1) = 1/(x(n)-1), x(0) = 2 find n with x(n) = 7\n", Never::Ends),
         ("solve r(n+1) = r(n)+2^n, r(-2) = 0 find n with r(n) = 7\n", Never::Forms(6)),
+        (
+            "param v > 0, h > 0, floor(h/v) != h/v\nsolve x(n+1) = x(n)+v, x(0) = 0 find n with x(n) = h\n",
+            Never::Forms(0),
+        ),
         ("param p\nsolve x(n+1) = x(n)+p, x(0) = p find n with x(n)^2 < 0\n", Never::Always),
     ] {
         assert_eq!(shown(asked, &[]), Some(how), "{asked}");
@@ -67,6 +71,7 @@ fn what_holds_somewhere_is_turned_away() {
         "param v > 0, p\nsolve r(n+1) = r(n)+v, r(0) = p find n with r(n) <= p\n",
         "param v >= 0, p\nsolve r(n+1) = r(n)-v, r(0) = p find n with r(n) < p\n",
         "param v, p\nsolve r(n+1) = r(n)+v, r(0) = p find n with r(n) = p+7*v\n",
+        "param v > 0, h > 0, floor(h/v) = h/v\nsolve x(n+1) = x(n)+v, x(0) = 0 find n with x(n) = h\n",
         "param v > 0, h\nsolve r(n+1) = min(r(n)+v,h), r(0) = 0 find n with r(n) >= h\n",
         "param b >= 0\nsolve x(n+1) = x(n)+1, x(0) = 2^ceil(b) find n with x(n) > 5\n",
         "solve x(n+1) = x(n)^2-2, x(0) = 3 find n with x(n) = 47\n",

@@ -122,7 +122,19 @@ impl Compared<'_> {
     }
 
     fn away(&self, stretch: &Stretch, from: i64) -> bool {
-        self.never_within(stretch, from, None) || self.moves_away(stretch, from) == Some(true)
+        self.never_within(stretch, from, None)
+            || self.moves_away(stretch, from) == Some(true)
+            || self.steps_over(stretch) == Some(true)
+    }
+
+    /// Whether two sides could be equal at one index alone, which is none: no whole number.
+    fn steps_over(&self, stretch: &Stretch) -> Option<bool> {
+        let difference = stretch.sides[0].sub(&stretch.sides[1]).ok().filter(|_| self.wanted.0 == Relation::Eq)?;
+        let (factor, rest) = difference.linear_in(&self.recurrence.index)?;
+        let index = rest.neg().and_then(|rest| rest.div(&factor)).ok()?;
+        let alone = self.known.decide(Relation::Neq, &factor, &Value::zero()) == Some(true);
+        let whole = || self.known.decide(Relation::Eq, &self.known.simplify(&index.floor().ok()?), &index);
+        Some(alone && (self.known.is_natural(&index) == Some(false) || whole() == Some(false)))
     }
 
     /// Whether it does not hold where a stretch begins, and what is compared only moves away within it.

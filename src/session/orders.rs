@@ -1,7 +1,7 @@
 //! A first index that depends on how two values lie to each other: the recurrence is solved in each order of them, and
 //! where both orders give the same but for the side, that is written as one.
 
-use super::solve::{found_lines, in_layout, left_out, no_earlier, otherwise};
+use super::solve::{Asked, found_lines, in_layout, left_out, with_otherwise};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
@@ -34,7 +34,7 @@ struct Case {
 pub(super) fn in_orders(
     question: &Question,
     solved: Result<&Solved, &Unknown>,
-    unknown: &Unknown,
+    (unknown, levels): (&Unknown, usize),
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Option<InOrders> {
@@ -60,11 +60,11 @@ pub(super) fn in_orders(
             }
             cases.push(Case { order, known, title: compared(&(order, one.clone(), other.clone())), solved, found });
         }
-        told(&cases, question, (one, other), stop)
+        told(&cases, (question, levels), (one, other), stop)
     });
     // For a form, or with one for the index.
     let without = solved.err();
-    by_order.or_else(|| in_cases(question, without.unwrap_or(unknown), known, stop)).or_else(|| {
+    by_order.or_else(|| in_cases((question, levels), without.unwrap_or(unknown), known, stop)).or_else(|| {
         without?;
         // Of those sequences alone that the question reads.
         let recurrence = recurrence.only(&read_by(recurrence, &[left, right])?);
@@ -72,14 +72,19 @@ pub(super) fn in_orders(
         let recurrence = &question.recurrence;
         let solved = solve_until(recurrence.clone(), known, stop);
         match reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop) {
-            Reach::Unknown(unknown) => in_orders(&question, solved.as_ref(), &unknown, known, stop),
+            Reach::Unknown(unknown) => in_orders(&question, solved.as_ref(), (&unknown, levels), known, stop),
             _ => None,
         }
     })
 }
 
 /// The answer in either case of what would have to be known for it; it may be open in some of them.
-fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<InOrders> {
+fn in_cases(
+    (question, levels): (&Question, usize),
+    unknown: &Unknown,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<InOrders> {
     let recurrence = &question.recurrence;
     let (relation, left, right) = question.find.as_ref()?;
     let goal = (*relation, left, right);
@@ -94,10 +99,9 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
     let mut told = Vec::new();
     for case in &cases {
         let (solved, found) = &case.found;
-        let own = solved.lines().into_iter().chain(found_lines(found, recurrence, &question.goal(goal)));
-        let own = own.chain(otherwise(found, solved, goal, &case.known, stop));
-        let own = own.chain(no_earlier(found, (recurrence, Some(solved)), goal, &case.known));
-        let own = own.chain(left_out(solved, Some(question), &case.known, stop));
+        let asked = Asked { question, goal, forms: solved, levels };
+        let own = with_otherwise(found, &asked, Vec::new(), &case.known, stop);
+        let own = solved.lines().into_iter().chain(own).chain(left_out(solved, Some(question), &case.known, stop));
         told.push((format!("if {}:", case.title()), own.collect()));
     }
     let forms = cases.first().map(|case| case.found.0.lines().len());
@@ -109,7 +113,7 @@ fn in_cases(question: &Question, unknown: &Unknown, known: &Assumptions, stop: &
 
 fn told(
     cases: &[Case],
-    question: &Question,
+    (question, levels): (&Question, usize),
     (one, other): (&Value, &Value),
     stop: &dyn Fn() -> bool,
 ) -> Option<InOrders> {
@@ -117,10 +121,9 @@ fn told(
     let (relation, left, right) = question.find.as_ref()?;
     let goal = (*relation, left, right);
     let own = |case: &Case| {
-        let found = found_lines(&case.found, recurrence, &question.goal(goal));
-        let own = case.solved.lines().into_iter().chain(found);
-        let own = own.chain(otherwise(&case.found, &case.solved, goal, &case.known, stop));
-        own.chain(no_earlier(&case.found, (recurrence, Some(&case.solved)), goal, &case.known)).collect()
+        let asked = Asked { question, goal, forms: &case.solved, levels };
+        let own = with_otherwise(&case.found, &asked, Vec::new(), &case.known, stop);
+        case.solved.lines().into_iter().chain(own).collect()
     };
     let forms = cases.first().map(|case| case.solved.lines().len());
     let mut lines = in_layout(cases.iter().map(|case| (format!("if {}:", case.title), own(case))).collect(), forms);

@@ -3,13 +3,16 @@
 mod checked;
 mod choices;
 mod layout;
+mod otherwise;
 
 use std::collections::BTreeMap;
 
-pub(super) use checked::no_earlier;
+use checked::no_earlier;
 use choices::{choices, decided, required};
 pub(super) use layout::in_layout;
 use layout::{is_title, proof, with_needs};
+use otherwise::MOST_LEVELS;
+pub(super) use otherwise::{Asked, with_otherwise};
 
 use super::orders::in_orders;
 use super::reading::Waiting;
@@ -116,7 +119,7 @@ fn answered(
     let asked = question.find.as_ref().map(|(relation, left, right)| (*relation, left, right));
     let found = asked.map(|goal| reach(recurrence, solved.as_ref().ok(), goal, known, stop));
     if let Some(Reach::Unknown(unknown)) = &found
-        && let Some(found) = in_orders(question, solved.as_ref(), unknown, known, stop)
+        && let Some(found) = in_orders(question, solved.as_ref(), (unknown, MOST_LEVELS), known, stop)
     {
         let mut lines = found.lines;
         // It is told with the forms: behind them where they are the same in each case, or behind all cases.
@@ -159,10 +162,16 @@ fn answered(
         Err(reason) => unsolved(recurrence, reason, known, stop),
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
-        lines.extend(found_lines(found, recurrence, &question.goal(goal)));
-        lines.extend(solved.iter().flat_map(|solved| otherwise(found, solved, goal, known, stop)));
-        lines.extend(solved.iter().flat_map(|solved| also(solved, found, known)));
-        lines.extend(no_earlier(found, (recurrence, solved.as_ref().ok()), goal, known));
+        lines.extend(match &solved {
+            Ok(forms) => {
+                let asked = Asked { question, goal, forms, levels: MOST_LEVELS };
+                with_otherwise(found, &asked, also(forms, found, known), known, stop)
+            }
+            Err(_) => {
+                let told = found_lines(found, recurrence, &question.goal(goal));
+                told.into_iter().chain(no_earlier(found, (recurrence, None), goal, known)).collect()
+            }
+        });
     }
     let solved = solved.ok();
     let met = |expectation: &Expectation| match expectation {
@@ -212,10 +221,8 @@ pub(super) fn left_out(
         {
             let goal = (*relation, &left, &right);
             let found = reach(recurrence, Some(forms), goal, forms.known(), stop);
-            own.extend(found_lines(&found, recurrence, &question.goal(goal)));
-            own.extend(otherwise(&found, forms, goal, forms.known(), stop));
-            own.extend(also(forms, &found, forms.known()));
-            own.extend(no_earlier(&found, (recurrence, Some(forms)), goal, forms.known()));
+            let asked = Asked { question, goal, forms, levels: 0 };
+            own.extend(with_otherwise(&found, &asked, also(forms, &found, forms.known()), forms.known(), stop));
         }
         lines.push(format!("where {}:", special.title()));
         lines.extend(own.into_iter().map(|line| format!("    {line}")));
@@ -383,31 +390,6 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: &str) ->
         }
         Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {reason}")],
     }
-}
-
-/// That there is no such index where one of its conditions fails, if that is so for each of them.
-pub(super) fn otherwise(
-    found: &Reach,
-    forms: &Solved,
-    goal: (Relation, &Value, &Value),
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Option<String> {
-    let (Reach::At(_, conditions), recurrence) = (found, forms.recurrence()) else { return None };
-    let fails = |(relation, left, right): &Comparison| {
-        let mut known = known.clone();
-        known.assume(relation.negated(), left, right);
-        let solved = solve_until(recurrence.clone(), &known, stop);
-        // What the forms need there must be known there, or be said of the forms already.
-        let needed = solved.iter().flat_map(|solved| solved.conditions());
-        let granted = |condition: &Comparison| {
-            let (relation, left, right) = condition;
-            forms.conditions().contains(condition) || known.decide(*relation, left, right) == Some(true)
-        };
-        needed.into_iter().all(granted)
-            && matches!(reach(recurrence, solved.as_ref().ok(), goal, &known, stop), Reach::Never(_))
-    };
-    (!conditions.is_empty() && conditions.iter().all(fails)).then(|| "else never".to_string())
 }
 
 /// Whether a named value came as expected: a form, a term, or the index that was looked for.
