@@ -43,6 +43,20 @@ pub(crate) fn parted(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Option<(Vec<Part>, usize)> {
+    let passes = |part: &Part| {
+        let components = &part.system.components;
+        means_something(components, environment) && time_passes_in(components, Some(&part.period), environment)
+    };
+    let found = separate(system, environment, interrupted)?;
+    (found.1 > MOST_TOGETHER && found.0.iter().all(passes)).then_some(found)
+}
+
+/// The same, however few they are, and whether or not their values have a meaning and time passes in them.
+pub(crate) fn separate(
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Option<(Vec<Part>, usize)> {
     let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
     let components = ports::flatten(&system.components, definitions);
     let groups = ports::System::of(&components, definitions).groups();
@@ -61,11 +75,7 @@ pub(crate) fn parted(
         }
         parts.push(Part { system: System { name: system.name.clone(), components: own }, period });
     }
-    let passes = |part: &Part| {
-        let components = &part.system.components;
-        means_something(components, environment) && time_passes_in(components, Some(&part.period), environment)
-    };
-    (together > MOST_TOGETHER && parts.iter().all(passes)).then_some((parts, together))
+    Some((parts, together))
 }
 
 /// Of a system that falls into parts with many ways side by side, those that show what is asked for.

@@ -1,10 +1,10 @@
 //! `Sys satisfies Goal`, `period Sys`, `flow Sys`.
 
-use super::beside::BESIDE;
+use super::beside::{BESIDE, relevant};
 use super::claim::Found;
 use super::contradiction::contradict;
 use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order, in_orders};
-use super::parts::large_part;
+use super::parts::{large_part, separate};
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
 use crate::closed_form::{compared, term};
@@ -44,14 +44,21 @@ impl Run<'_, '_> {
         };
         let Some(body) = &property.body else { return Found::default() };
         let part = large_part(system, std::slice::from_ref(body), environment, &|| self.surroundings.interrupted());
-        let (whole, system) = (system, part.as_ref().unwrap_or(system));
-        let outcome = verify::verify(
-            &system.components,
-            (&property.name, body),
-            &environment.definitions,
-            &environment.assumptions,
-            &|| self.surroundings.interrupted(),
-        );
+        let verified = |system: &System| {
+            let (definitions, assumptions) = (&environment.definitions, &environment.assumptions);
+            let stop = || self.surroundings.interrupted();
+            verify::verify(&system.components, (&property.name, body), definitions, assumptions, &stop)
+        };
+        let (whole, mut system, mut part) = (system, part.as_ref().unwrap_or(system).clone(), part);
+        let mut outcome = verified(&system);
+        // Where there is no period, of what shows it alone there may be one.
+        if part.is_none()
+            && outcome.period.is_none()
+            && let Some(own) = relevant(whole, std::slice::from_ref(body), environment)
+        {
+            (outcome, system, part) = (verified(&own), own.clone(), Some(own));
+        }
+        let system = &system;
         if matches!(outcome.verdict, verify::Verdict::Open { .. }) {
             let each = |order: &Order| self.satisfies_under(names.0, names.1, &order.environment, most - 1);
             let (orders, cases) = in_orders(&outcome.diagnostics, environment, most, each);
@@ -141,7 +148,16 @@ fn examined(
                 let all = orders.iter().zip(cases);
                 return (all.flat_map(|(order, (lines, _))| delays::told(&order.title, lines)).collect(), true);
             }
-            (failures.iter().map(ToString::to_string).collect(), false)
+            let mut lines: Vec<String> = failures.iter().map(ToString::to_string).collect();
+            // What drifts apart is told part by part.
+            let parts = separate(system, environment, interrupted).map(|(parts, _)| parts).unwrap_or_default();
+            for part in parts {
+                lines.push(format!("{}:", part.names()));
+                lines.extend(
+                    describe(&part.system, &part.period, environment).into_iter().map(|line| format!("  {line}")),
+                );
+            }
+            (lines, false)
         }
     }
 }
