@@ -13,6 +13,9 @@ use crate::value::{Atom, Relation, Sort, Value};
 /// Pairs of values whose order is looked at.
 pub(crate) const MOST_PAIRS: usize = 8;
 
+/// The most parameters of which the sign is asked.
+const MOST_SIGNS: usize = 2;
+
 /// The forms in each order of two values, or in either case of what would have to be known, where there is none without,
 /// for this reason, and one in each; nothing if there is no such pair or case.
 pub fn solve_in_cases(
@@ -22,7 +25,7 @@ pub fn solve_in_cases(
     stop: &dyn Fn() -> bool,
 ) -> Vec<InCase<Solved>> {
     let zero = Value::zero();
-    let in_orders = pairs(recurrence, &zero, &zero, known).into_iter().take(MOST_PAIRS).find_map(|(one, other)| {
+    let in_order = |(one, other): (Value, Value)| {
         let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
         let possible = orders.filter(|order| known.decide(*order, &one, &other) != Some(false));
         let solved = possible.map(|order| {
@@ -32,9 +35,47 @@ pub fn solve_in_cases(
             Some(InCase { assumed: vec![(order, one.clone(), other.clone())], known, found })
         });
         solved.collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
-    });
+    };
+    let all = pairs(recurrence, &zero, &zero, known).into_iter().take(MOST_PAIRS).find_map(&in_order);
     let ask = |known: &Assumptions| solve_until(recurrence.clone(), known, stop).map_err(|unknown| (unknown, None));
-    in_orders.or_else(|| either_way(recurrence, known, reason, &ask, stop)).unwrap_or_default()
+    let all = all.or_else(|| either_way(recurrence, known, reason, &ask, stop));
+    // In three orders at once, each with cases of its own.
+    let in_cases =
+        |(one, other): (Value, Value)| {
+            let mut found = Vec::new();
+            for order in [Relation::Lss, Relation::Eq, Relation::Gtr] {
+                if known.decide(order, &one, &other) == Some(false) {
+                    continue;
+                }
+                let mut known = known.clone();
+                known.assume(order, &one, &other);
+                let assumed = vec![(order, one.clone(), other.clone())];
+                match solve_until(recurrence.clone(), &known, stop) {
+                    Ok(solved) => found.push(InCase { assumed, known, found: solved }),
+                    Err(reason) => {
+                        let ask = |known: &Assumptions| {
+                            solve_until(recurrence.clone(), known, stop).map_err(|unknown| (unknown, None))
+                        };
+                        let cases = either_way(recurrence, &known, &reason, &ask, stop)?;
+                        found.extend(cases.into_iter().map(|case| InCase {
+                            assumed: assumed.iter().cloned().chain(case.assumed).collect(),
+                            ..case
+                        }));
+                    }
+                }
+            }
+            Some(found)
+        };
+    all.or_else(|| signs(reason, known).into_iter().find_map(in_cases)).unwrap_or_default()
+}
+
+/// The sides of what is open, and its parameters, each with 0, where its sign is not known.
+fn signs(reason: &Unknown, known: &Assumptions) -> Vec<(Value, Value)> {
+    let Some((_, left, right)) = reason.open.as_deref() else { return Vec::new() };
+    let names = left.variables().into_iter().chain(right.variables());
+    let open = |value: &Value| known.decide(Relation::Gtr, value, &Value::zero()).is_none();
+    let names = names.map(|name| Value::variable(&name)).filter(open).map(|value| (value, Value::zero()));
+    std::iter::once((left.clone(), right.clone())).chain(names.take(MOST_SIGNS)).collect()
 }
 
 /// Pairs of values of which it is not known which is greater: where a sequence starts, and a parameter that it may

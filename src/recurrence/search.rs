@@ -281,6 +281,14 @@ impl Entry<'_> {
         if self.known.decide(Relation::Eq, factor, &Value::zero()) == Some(true) {
             return self.constant();
         }
+        if self.known.decide(Relation::Eq, ratio, &Value::one()) == Some(true) {
+            let start = self.value.with(self.index, self.from)?;
+            return match self.interval.holds(&start, self.known) {
+                Some(true) => self.before_end(self.from.clone(), Vec::new()),
+                Some(false) => Ok(Reach::Never(format!("it stays {}", self.form.with(self.index, self.from)?))),
+                None => Ok(Reach::Unknown(self.question(&start))),
+            };
+        }
         if let Some(never) = self.between_start_and_limit(limit, factor, ratio)? {
             return Ok(never);
         }
@@ -307,7 +315,26 @@ impl Entry<'_> {
             return self.point_of_unknown_side(limit, factor, ratio);
         }
         let found = self.logarithm(limit, factor, ratio)?;
-        Ok(found.unwrap_or_else(|| Reach::Unknown(self.question(&self.value))))
+        if let Some(told) = found.or_else(|| self.side_of(ratio)) {
+            return Ok(told);
+        }
+        let start = self.value.with(self.index, self.from)?;
+        let open = if self.interval.holds(&start, self.known).is_none() { &start } else { &self.value };
+        Ok(Reach::Unknown(self.question(open)))
+    }
+
+    /// What would have to be known of a ratio: its sign, and whether the powers grow or fall.
+    fn side_of(&self, ratio: &Value) -> Option<Reach> {
+        if ratio.as_rational().is_some() {
+            return None;
+        }
+        [Value::zero(), Value::one()].iter().find_map(|bound| match ratio.sub(bound).map(|rest| self.sign(&rest)) {
+            Ok(Err(Reach::Unknown(Unknown { open: Some(open), .. }))) => {
+                let relation = open.0;
+                Some(Reach::undecided(relation, ratio, bound))
+            }
+            _ => None,
+        })
     }
 
     /// A sequence that goes from its start to its limit stays between them: if both lie on one side of the interval

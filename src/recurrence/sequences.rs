@@ -19,7 +19,7 @@ use super::ranges::in_ranges;
 use super::settled::after_a_start;
 use super::switching::switching;
 use super::symbolic::symbolic;
-use super::turns::{as_one, cycle, in_turns};
+use super::turns::{as_one, cycle, in_turns, turning};
 use super::{Comparison, Unknown, solve};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Sequence, Solved, Unchecked};
@@ -320,7 +320,7 @@ fn one_after_the_other(
         let read = |(name, own, _): &(Name, usize, usize)| {
             *own == place && rest.iter().any(|other| open.sequences[*other].next.mentions(name))
         };
-        let form = if variables.iter().any(read) { by_first_terms(form, &open.index) } else { form };
+        let form = if variables.iter().any(read) { by_first_terms(form, &single) } else { form };
         if let Form::Pieces(pieces) = &form
             && let Some((own, more)) = in_pieces(&open, (place, pieces), &rest, (known, stop))?
         {
@@ -349,14 +349,14 @@ fn one_after_the_other(
     Ok((forms.into_iter().flatten().collect(), conditions))
 }
 
-/// A form with first terms of their own as pieces of one term each.
-fn by_first_terms(form: Form, index: &Name) -> Form {
+/// A form that others read, with first terms of its own as pieces of one term each, or in turns.
+fn by_first_terms(form: Form, single: &Recurrence) -> Form {
     let (early, last) = match &form {
         Form::Value(early, last) => (early, Some(last.clone())),
-        Form::Sum(early, sum) => (early, sum.value(index)),
+        Form::Sum(early, sum) => (early, sum.value(&single.index)),
         _ => return form,
     };
-    let (false, Some(last)) = (early.is_empty(), last) else { return form };
+    let (false, Some(last)) = (early.is_empty(), last) else { return turning(form, single) };
     let rest = Piece { from: place(early.len()), until: None, form: last };
     Form::Pieces(of_one_term_each(early).chain([rest]).collect())
 }

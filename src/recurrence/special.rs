@@ -42,6 +42,9 @@ pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bo
                 let mut known = known.clone();
                 let mut equations = equations.clone();
                 for (name, image) in &images {
+                    if let Some(below) = image.denominator() {
+                        known.assume(Relation::Neq, &below, &Value::zero());
+                    }
                     known.assume(Relation::Eq, &Value::variable(name), image);
                     equations.push((Value::variable(name), image.clone()));
                 }
@@ -118,7 +121,8 @@ fn parameters(left: &Value, right: &Value, recurrence: &Recurrence, known: &Assu
     let free = |name: &Name| *name != recurrence.index && terms.iter().all(|(term, ..)| term != name);
     let solved = |name: &Name| {
         let (factor, rest) = whole.linear_in(name)?;
-        if known.decide(Relation::Neq, &factor, &Value::zero()) != Some(true) {
+        // Where the rest is not 0 the factor is not either.
+        if [&factor, &rest].iter().all(|part| known.decide(Relation::Neq, part, &Value::zero()) != Some(true)) {
             return None;
         }
         Some((name.clone(), rest.neg().ok()?.div(&factor).ok()?))

@@ -237,3 +237,24 @@ fn composed(
     }
     Ok(Form::Value(early, value.substitute(&images)?))
 }
+
+/// A form that is a sum over roots and cannot be written as a value, in turns, if the terms come round soon.
+pub(super) fn turning(form: Form, single: &Recurrence) -> Form {
+    let is_value = |sum: &ExponentialPolynomial| sum.value(&single.index).is_some();
+    match &form {
+        Form::Sum(early, sum) if early.is_empty() && !is_value(sum) => in_turn(single).unwrap_or(form),
+        _ => form,
+    }
+}
+
+/// The terms of one round, where the state after it is the first one again.
+fn in_turn(single: &Recurrence) -> Option<Form> {
+    let [sequence] = single.sequences.as_slice() else { return None };
+    if sequence.next.mentions(&single.index) {
+        return None;
+    }
+    let (order, most) = (sequence.start.len(), usize::try_from(MOST_READ).ok()?);
+    let terms = single.iterate(order + most).ok()?.pop()?;
+    let again = (1..=most).find(|count| terms.get(*count..*count + order) == terms.get(..order))?;
+    Some(Form::Turns(terms.into_iter().take(again).map(|term| Form::Value(Vec::new(), term)).collect()))
+}
