@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::either_way::{InCase, either_way};
 use super::{Unknown, solve_until};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Recurrence, Sequence, Solved};
+use crate::closed_form::{Comparison, Recurrence, Sequence, Solved};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Sort, Value};
 
@@ -15,6 +15,9 @@ pub(crate) const MOST_PAIRS: usize = 8;
 
 /// The most parameters of which the sign is asked.
 const MOST_SIGNS: usize = 2;
+
+/// The three ways in which two values may lie to each other.
+const ORDERS: [Relation; 3] = [Relation::Lss, Relation::Eq, Relation::Gtr];
 
 /// The forms in each order of two values, or in either case of what would have to be known, where there is none without,
 /// for this reason, and one in each; nothing if there is no such pair or case.
@@ -26,8 +29,7 @@ pub fn solve_in_cases(
 ) -> Vec<InCase<Solved>> {
     let zero = Value::zero();
     let in_order = |(one, other): (Value, Value)| {
-        let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter();
-        let possible = orders.filter(|order| known.decide(*order, &one, &other) != Some(false));
+        let possible = ORDERS.into_iter().filter(|order| known.decide(*order, &one, &other) != Some(false));
         let solved = possible.map(|order| {
             let mut known = known.clone();
             known.assume(order, &one, &other);
@@ -36,37 +38,52 @@ pub fn solve_in_cases(
         });
         solved.collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
     };
-    let all = pairs(recurrence, &zero, &zero, known).into_iter().take(MOST_PAIRS).find_map(&in_order);
+    let found = pairs(recurrence, &zero, &zero, known).into_iter().take(MOST_PAIRS).find_map(in_order);
+    let found = found.or_else(|| in_either_way(recurrence, reason, known, stop));
+    let within = |pair| within_orders(recurrence, pair, known, stop);
+    found.or_else(|| signs(reason, known).into_iter().find_map(within)).unwrap_or_default()
+}
+
+fn in_either_way(
+    recurrence: &Recurrence,
+    reason: &Unknown,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<Vec<InCase<Solved>>> {
     let ask = |known: &Assumptions| solve_until(recurrence.clone(), known, stop).map_err(|unknown| (unknown, None));
-    let all = all.or_else(|| either_way(recurrence, known, reason, &ask, stop));
-    // In three orders at once, each with cases of its own.
-    let in_cases =
-        |(one, other): (Value, Value)| {
-            let mut found = Vec::new();
-            for order in [Relation::Lss, Relation::Eq, Relation::Gtr] {
-                if known.decide(order, &one, &other) == Some(false) {
-                    continue;
-                }
-                let mut known = known.clone();
-                known.assume(order, &one, &other);
-                let assumed = vec![(order, one.clone(), other.clone())];
-                match solve_until(recurrence.clone(), &known, stop) {
-                    Ok(solved) => found.push(InCase { assumed, known, found: solved }),
-                    Err(reason) => {
-                        let ask = |known: &Assumptions| {
-                            solve_until(recurrence.clone(), known, stop).map_err(|unknown| (unknown, None))
-                        };
-                        let cases = either_way(recurrence, &known, &reason, &ask, stop)?;
-                        found.extend(cases.into_iter().map(|case| InCase {
-                            assumed: assumed.iter().cloned().chain(case.assumed).collect(),
-                            ..case
-                        }));
-                    }
-                }
+    either_way(recurrence, known, reason, &ask, stop)
+}
+
+/// The forms in each order of two values, or in the cases that there are in each.
+fn within_orders(
+    recurrence: &Recurrence,
+    (one, other): (Value, Value),
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<Vec<InCase<Solved>>> {
+    let mut found = Vec::new();
+    for order in ORDERS.into_iter().filter(|order| known.decide(*order, &one, &other) != Some(false)) {
+        let assumed = (order, one.clone(), other.clone());
+        let mut here = known.clone();
+        here.assume(order, &one, &other);
+        match solve_until(recurrence.clone(), &here, stop) {
+            Ok(solved) => found.push(InCase { assumed: vec![assumed], known: here, found: solved }),
+            Err(reason) => {
+                let cases = in_either_way(recurrence, &reason, &here, stop)?;
+                found.extend(cases.into_iter().map(|case| within(&assumed, case, known)));
             }
-            Some(found)
-        };
-    all.or_else(|| signs(reason, known).into_iter().find_map(in_cases)).unwrap_or_default()
+        }
+    }
+    Some(found)
+}
+
+/// A case within another, which is not told where it follows.
+fn within(outer: &Comparison, case: InCase<Solved>, known: &Assumptions) -> InCase<Solved> {
+    let mut alone = known.clone();
+    case.assumed.iter().for_each(|(relation, left, right)| alone.assume(*relation, left, right));
+    let follows = alone.decide(outer.0, &outer.1, &outer.2) == Some(true);
+    let outer = Some(outer.clone()).filter(|_| !follows);
+    InCase { assumed: outer.into_iter().chain(case.assumed).collect(), ..case }
 }
 
 /// The sides of what is open, and its parameters, each with 0, where its sign is not known.

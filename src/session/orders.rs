@@ -5,7 +5,9 @@ use super::solve::{Asked, found_lines, in_layout, left_out, with_otherwise};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
-use crate::recurrence::{MOST_PAIRS, Reach, Unknown, either_way, pairs, parameters, reach, read_by, solve_until};
+use crate::recurrence::{
+    InCase, MOST_PAIRS, Reach, Unknown, either_way, pairs, parameters, reach, read_by, solve_in_cases, solve_until,
+};
 use crate::value::{Relation, Value};
 use crate::verify::Merge;
 
@@ -64,7 +66,9 @@ pub(super) fn in_orders(
     });
     // For a form, or with one for the index.
     let without = solved.err();
-    by_order.or_else(|| in_cases((question, levels), without.unwrap_or(unknown), known, stop)).or_else(|| {
+    let in_cases = || in_cases((question, levels), without.unwrap_or(unknown), known, stop);
+    let where_solved = || where_solved((question, levels), without?, known, stop);
+    let of_those_read = || {
         without?;
         // Of those sequences alone that the question reads.
         let recurrence = recurrence.only(&read_by(recurrence, &[left, right])?);
@@ -75,7 +79,8 @@ pub(super) fn in_orders(
             Reach::Unknown(unknown) => in_orders(&question, solved.as_ref(), (&unknown, levels), known, stop),
             _ => None,
         }
-    })
+    };
+    by_order.or_else(in_cases).or_else(of_those_read).or_else(where_solved)
 }
 
 /// The answer in either case of what would have to be known for it; it may be open in some of them.
@@ -85,17 +90,72 @@ fn in_cases(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Option<InOrders> {
+    let ask = |known: &Assumptions| answer_or_open(question, known, stop);
+    in_each(either_way(&question.recurrence, known, unknown, &ask, stop)?, (question, levels), stop)
+}
+
+/// The answer in each case of what the forms need, where there are forms in each case alone.
+fn where_solved(
+    (question, levels): (&Question, usize),
+    reason: &Unknown,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<InOrders> {
+    let mut cases = Vec::new();
+    for case in solve_in_cases(&question.recurrence, reason, known, stop) {
+        let (known, solved) = (case.known, case.found);
+        match asked_there(question, Some(&solved), &known, stop)? {
+            Reach::Unknown(unknown) => {
+                let ask = |known: &Assumptions| answer_or_open(question, known, stop);
+                match either_way(&question.recurrence, &known, &unknown, &ask, stop) {
+                    Some(inner) => cases.extend(inner.into_iter().map(|inner| InCase {
+                        assumed: case.assumed.iter().cloned().chain(inner.assumed).collect(),
+                        ..inner
+                    })),
+                    None => {
+                        let found = (solved, Reach::Unknown(unknown));
+                        cases.push(InCase { assumed: case.assumed, known, found });
+                    }
+                }
+            }
+            found => cases.push(InCase { assumed: case.assumed, known, found: (solved, found) }),
+        }
+    }
+    in_each(cases, (question, levels), stop)
+}
+
+fn asked_there(
+    question: &Question,
+    solved: Option<&Solved>,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Option<Reach> {
+    let (relation, left, right) = question.find.as_ref()?;
+    Some(reach(&question.recurrence, solved, (*relation, left, right), known, stop))
+}
+
+/// The forms and what is found with them, or what is open.
+fn answer_or_open(question: &Question, known: &Assumptions, stop: &dyn Fn() -> bool) -> Result<(Solved, Reach), Open> {
+    let solved = solve_until(question.recurrence.clone(), known, stop).map_err(|unknown| (unknown, None))?;
+    match asked_there(question, Some(&solved), known, stop) {
+        Some(Reach::Unknown(unknown)) => Err((unknown.clone(), Some(Box::new((solved, Reach::Unknown(unknown)))))),
+        Some(found) => Ok((solved, found)),
+        None => Err((Unknown::because("nothing is asked"), None)),
+    }
+}
+
+/// What is not known, with what is all the same.
+type Open = (Unknown, Option<Box<(Solved, Reach)>>);
+
+/// What is told in each of these cases; nothing where it is known in none.
+fn in_each(
+    cases: Vec<InCase<(Solved, Reach)>>,
+    (question, levels): (&Question, usize),
+    stop: &dyn Fn() -> bool,
+) -> Option<InOrders> {
     let recurrence = &question.recurrence;
     let (relation, left, right) = question.find.as_ref()?;
     let goal = (*relation, left, right);
-    let ask = |known: &Assumptions| {
-        let solved = solve_until(recurrence.clone(), known, stop).map_err(|unknown| (unknown, None))?;
-        match reach(recurrence, Some(&solved), goal, known, stop) {
-            Reach::Unknown(unknown) => Err((unknown.clone(), Some(Box::new((solved, Reach::Unknown(unknown)))))),
-            found => Ok((solved, found)),
-        }
-    };
-    let cases = either_way(recurrence, known, unknown, &ask, stop)?;
     let mut told = Vec::new();
     for case in &cases {
         let (solved, found) = &case.found;
