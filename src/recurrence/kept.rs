@@ -5,7 +5,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
 use super::behaviour;
-use super::reach::Wanted;
+use super::reach::{Wanted, symbolic};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Never, Recurrence, compared, never};
 use crate::exponential_polynomial::tail::Tail;
@@ -26,6 +26,11 @@ pub(super) fn kept(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Option<Tail> {
+    // With symbols it takes long to tell what is joined of several comparisons.
+    let plain = |value: &Value| value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_)));
+    if symbolic(recurrence, wanted) && !plain(&wanted.1.sub(wanted.2).ok()?) {
+        return None;
+    }
     let by = |bounds: &[Value]| match never(recurrence, None, wanted, (known, bounds)).ok()? {
         Never::Induction(from, region) => Some((from, region)),
         _ => None,
@@ -34,7 +39,6 @@ pub(super) fn kept(
     let (from, region) = by(&[]).or_else(|| tried(bounds(recurrence, known, stop)))?;
     let index = &recurrence.index;
     let from = u64::try_from(from).ok()?;
-    let plain = |value: &Value| value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_)));
     if !region.iter().all(|(_, left, _)| plain(left)) {
         return Some(Tail::Never(from, format!("from {index} = {from} on, if one term is not, the next is not")));
     }

@@ -251,7 +251,7 @@ fn by_terms(
 }
 
 /// Whether there are parameters in it.
-fn symbolic(recurrence: &Recurrence, (_, left, right): Wanted<'_>) -> bool {
+pub(super) fn symbolic(recurrence: &Recurrence, (_, left, right): Wanted<'_>) -> bool {
     let mut known: std::collections::BTreeSet<Name> = recurrence.terms().into_iter().map(|(name, ..)| name).collect();
     known.insert(recurrence.index.clone());
     let starts = recurrence.sequences.iter().flat_map(|sequence| sequence.start.iter().chain([&sequence.next]));
