@@ -80,6 +80,8 @@ fn what_holds_somewhere_is_turned_away() {
         "solve x(n+1) = if x(n) = 3 then 7 else x(n)+1/(x(n)-3), x(0) = 3 find n with x(n) > 7\n",
         "solve x(n+1) = x(n)*(3-x(n))/2, x(0) = 1/2 find n with x(n) > 9/10\n",
         // An index before 0.
+        "solve r(n+1) = r(n)+1, r(-5) = 0 find n with r(n) = 2\n",
+        "solve r(n+1) = r(n)+1, r(-700) = 0 find n with r(n) = 600\n",
         "solve r(n+1) = r(n)+2^n, r(-2) = 0 find n with r(n) = 1/4\n",
     ] {
         assert_eq!(shown(asked, &[]), None, "{asked}");

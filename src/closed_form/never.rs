@@ -134,7 +134,8 @@ impl Compared<'_> {
         let index = rest.neg().and_then(|rest| rest.div(&factor)).ok()?;
         let alone = self.known.decide(Relation::Neq, &factor, &Value::zero()) == Some(true);
         let whole = || self.known.decide(Relation::Eq, &self.known.simplify(&index.floor().ok()?), &index);
-        Some(alone && (self.known.is_natural(&index) == Some(false) || whole() == Some(false)))
+        let natural = self.recurrence.from < 0 || self.known.is_natural(&index) != Some(false);
+        Some(alone && (!natural || whole() == Some(false)))
     }
 
     /// Whether it does not hold where a stretch begins, and what is compared only moves away within it.
