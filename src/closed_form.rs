@@ -19,6 +19,7 @@ mod never;
 mod one_by_one;
 mod pieces;
 mod readable;
+mod rooted;
 mod rounds;
 mod signs;
 mod simpler;

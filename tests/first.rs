@@ -100,6 +100,31 @@ fn what_may_have_no_value_is_not_shown() {
     only(asked, Earlier::OneByOne, &[int(1), int(3)]);
 }
 
+/// What is a square in the index passes a bound behind the greater of its roots, which is rounded.
+#[test]
+fn a_first_index_that_is_a_rounded_root_is_shown_and_no_other() {
+    let around = |at: &Value| vec![add(at, &int(1)), sub(at, &int(1)), int(0), int(1)];
+    let (a, v) = (var("a"), var("v"));
+    for (asked, root) in [
+        ("param a > 0\nsolve e(n+1) = e(n)+a, e(0) = 0 find n with e(n)^2 >= 100\n", div(&int(10), &a)),
+        ("param v > 0\nsolve r(n+1) = r(n)+(v,0), r(0) = (0,3) find n with norm(r(n)) >= 5\n", div(&int(4), &v)),
+        ("param v > 0, w > 0\nsolve r(n+1) = r(n)+(v,w), r(0) = (0,0) find n with norm(r(n)) >= 10\n", {
+            let squares = add(&v.mul(&v).unwrap(), &var("w").mul(&var("w")).unwrap());
+            div(&int(10), &squares.sqrt().unwrap())
+        }),
+    ] {
+        let at = root.ceiling().unwrap();
+        only(asked, Earlier::Forms, &around(&at));
+    }
+    // From rest with an even acceleration: D = a*n*(n-1)/2.
+    let asked =
+        "param a > 0, D > 0\nsolve x(n+1) = x(n)+y(n), y(n+1) = y(n)+a, x(0) = 0, y(0) = 0 find n with x(n) >= D\n";
+    let under = add(&a.mul(&a).unwrap(), &int(8).mul(&a).unwrap().mul(&var("D")).unwrap());
+    let root = div(&under.sqrt().unwrap(), &int(2).mul(&a).unwrap());
+    let at = add(&sub(&root, &frac(1, 2)).ceiling().unwrap(), &int(1));
+    only(asked, Earlier::Forms, &around(&at));
+}
+
 /// A condition that is needed may not be left out.
 #[test]
 fn conditions_count() {

@@ -5,7 +5,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::question;
+use common::{question, ran};
 use pars::assumption::Assumptions;
 use pars::closed_form::{Form, Recurrence, Sequence, Solved};
 use pars::name::Name;
@@ -223,4 +223,19 @@ fn a_period_in_each_order_of_delays_is_the_longer_of_them() {
     let script = script.replace("Delay_b ; Q", "Delay_b ; Delay_1 ; Q");
     let text = String::from_utf8_lossy(&common::ran(&script).stdout).into_owned();
     assert!(text.contains("in every order, lasting: max(b+1,a)"), "{text}");
+}
+
+/// Where one condition of an index fails the answer holds whether or not the others do.
+#[test]
+fn where_one_of_several_conditions_fails_the_others_may_fail_too() {
+    let asked = "param a\nsolve r(n+1) = if n < 3 then r(n)+1 else r(n)-1, r(0) = 0 find n with r(n) = a\n";
+    let told = String::from_utf8_lossy(&ran(asked).stdout).into_owned();
+    let lines: Vec<&str> = told.lines().map(str::trim).collect();
+    let place = lines.iter().position(|line| *line == "if a < 0:").unwrap_or_else(|| panic!("{told}"));
+    // From the fourth term on it falls through whole numbers alone.
+    assert_eq!(
+        lines[place + 1..place + 4],
+        ["n = 6-a is the first with r(n) = a", "if floor(-a)+6 = 6-a", "else never"],
+        "{told}"
+    );
 }

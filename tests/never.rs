@@ -43,7 +43,6 @@ fn that_it_never_is_is_shown_in_each_way() {
         ("solve x(n+1) = x(n)^2-2, x(0) = 3 find n with x(n) = 5\n", by_induction(1)),
         ("solve x(n+1) = mod(x(n)^2+1,100003), x(0) = 2 find n with x(n) = 1\n", Never::ComesAgain),
         ("solve x(n+1) = 1/(x(n)-1), x(0) = 2 find n with x(n) = 7\n", Never::Ends),
-        ("solve r(n+1) = r(n)+2^n, r(-2) = 0 find n with r(n) = 7\n", Never::Forms(6)),
         (
             "param v > 0, h > 0, floor(h/v) != h/v\nsolve x(n+1) = x(n)+v, x(0) = 0 find n with x(n) = h\n",
             Never::Forms(0),

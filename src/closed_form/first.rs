@@ -33,9 +33,10 @@ pub enum Earlier {
     OneWay,
 }
 
-struct Question<'a> {
-    compared: Compared<'a>,
-    at: &'a Value,
+/// Whether this index is the first.
+pub(super) struct Question<'a> {
+    pub(super) compared: Compared<'a>,
+    pub(super) at: &'a Value,
 }
 
 /// Checks that an index is the first at which a comparison holds, under the assumptions and conditions, and those of the
@@ -154,7 +155,11 @@ impl Question<'_> {
         {
             return Some(Earlier::Forms);
         }
-        (stretches.len() == 1 && self.one_way(&stretches[0])).then_some(Earlier::OneWay)
+        let [only] = stretches.as_slice() else { return None };
+        if self.one_way(only) {
+            return Some(Earlier::OneWay);
+        }
+        (self.behind_the_root(only) == Some(true)).then_some(Earlier::Forms)
     }
 
     /// Whether it holds at the index, which must be a whole number that is not before the first.
@@ -211,7 +216,7 @@ impl Question<'_> {
     }
 
     /// Whether the sides, as they are written, have a value at the index.
-    fn defined_at(&self, stretch: &Stretch, at: &Value, known: &Assumptions) -> bool {
+    pub(super) fn defined_at(&self, stretch: &Stretch, at: &Value, known: &Assumptions) -> bool {
         let image = BTreeMap::from([(self.compared.recurrence.index.clone(), at.clone())]);
         let granted = |need: &Need| known.grants(&need.substitute(&image).ok()?);
         stretch.needs.iter().all(|need| granted(need) == Some(true))
@@ -225,6 +230,9 @@ impl Question<'_> {
             let next = difference.with(index, &Value::variable(index).add(&Value::one()).ok()?).ok()?;
             let step = next.sub(&difference).ok()?;
             let known = self.compared.within(stretch, stretch.until.iter().chain([self.at]));
+            if !known.gives_meaning(&difference) {
+                return None;
+            }
             let moves = |way: Relation| known.decide(way, &step, &Value::zero()) == Some(true);
             let before = difference.with(index, &self.at.sub(&Value::one()).ok()?).ok()?;
             let stands =

@@ -87,7 +87,8 @@ impl Compared<'_> {
                 return None;
             }
             if !terms.advance()? {
-                return Some(Never::Ends);
+                // Of several sequences one may end that is not read.
+                return (self.recurrence.sequences.len() == 1).then_some(Never::Ends);
             }
             if earlier.as_deref() == Some(terms.state()) {
                 return Some(Never::ComesAgain);
@@ -149,6 +150,9 @@ impl Compared<'_> {
         let start = if later { &stretch.from } else { &from };
         let mut known = self.within(stretch, &stretch.until);
         known.assume(Relation::Gte, &Value::variable(index), start);
+        if !known.gives_meaning(&difference) {
+            return None;
+        }
         let first = difference.with(index, start).ok()?;
         let stands = |relation: Relation| self.known.decide(relation, &first, &Value::zero()) == Some(true);
         let moves = |way: Relation| known.decide(way, &step, &Value::zero()) == Some(true);
@@ -171,7 +175,9 @@ impl Compared<'_> {
             let mut known = known.clone();
             region.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
             // Each term must exist, whether or not it is compared.
-            let exists = self.recurrence.sequences.iter().all(|sequence| known.gives_meaning(&sequence.next));
+            let sides = region.iter().flat_map(|(_, left, right)| [left, right]);
+            let mut values = self.recurrence.sequences.iter().map(|sequence| &sequence.next).chain(sides);
+            let exists = values.all(|value| known.gives_meaning(value));
             exists
                 && region.iter().all(|(relation, left, right)| {
                     let sides =

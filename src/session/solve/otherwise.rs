@@ -2,7 +2,7 @@
 
 use super::super::orders::in_orders;
 use super::checked::no_earlier;
-use super::{found_lines, proof};
+use super::{also, found_lines, proof};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Solved, as_it_stands};
 use crate::lower::Question;
@@ -62,18 +62,17 @@ fn is_never_otherwise(found: &Reach, asked: &Asked<'_>, known: &Assumptions, sto
     !conditions.is_empty() && conditions.iter().all(fails)
 }
 
-/// The answer where a condition fails and those before it hold, for each of them; nothing where it then has no value.
+/// The answer where a condition fails, for each of them, whether or not the others hold; nothing where it then has no value.
 fn where_one_fails(
     conditions: &[Comparison],
     asked: &Asked<'_>,
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Vec<String> {
-    let (mut lines, mut before) = (Vec::new(), known.clone());
+    let mut lines = Vec::new();
     for (relation, left, right) in conditions {
-        let mut known = before.clone();
+        let mut known = known.clone();
         known.assume(relation.negated(), left, right);
-        before.assume(*relation, left, right);
         if known.contradictory() || !has_value(asked, &known) {
             continue;
         }
@@ -107,7 +106,7 @@ fn answer_there(asked: &Asked<'_>, known: &Assumptions, stop: &dyn Fn() -> bool)
             .map_or_else(|| found_lines(&found, recurrence, &question.goal(asked.goal)), |found| found.lines),
         (_, Ok(forms)) => {
             let asked = Asked { question: &question, forms, levels: asked.levels - 1, ..*asked };
-            with_otherwise(&found, &asked, Vec::new(), known, stop)
+            with_otherwise(&found, &asked, also(forms, &found, known), known, stop)
         }
         (_, Err(_)) => found_lines(&found, recurrence, &question.goal(asked.goal)),
     };

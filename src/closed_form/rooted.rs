@@ -1,0 +1,101 @@
+//! A first index that is rounded, where what is compared is a line in the index, or a square less a bound: it passes the bound
+//! behind the greater root, `ceil(E)` or `floor(E)+1`.
+
+use super::first::Question;
+use super::stretches::Stretch;
+use crate::name::Name;
+use crate::value::{Atom, Relation, Value};
+
+/// An index `ceil(E) + k` or `floor(E)+1 + k`.
+struct Rounded {
+    up: bool,
+    exact: Value,
+    rest: Value,
+}
+
+impl Question<'_> {
+    /// Whether the index is the first in a stretch without an end, as what is compared there has the sign of `n-k-E`, or of
+    /// `T(n)^2 - S` for `E = a*sqrt(S)+b` and `T(n) = (n-k-b)/a` with a above 0.
+    ///
+    /// Before the index `n-k` is below E, so that T is below `sqrt(S)`: where it is not negative its square is below S, and where
+    /// it is that is less than at the start, as it rises. At the index it is not below E.
+    pub(super) fn behind_the_root(&self, stretch: &Stretch) -> Option<bool> {
+        let compared = &self.compared;
+        let (from, index) = (&stretch.from, Value::variable(&compared.recurrence.index));
+        if stretch.until.is_some() || compared.known.is_natural(&self.at.sub(from).ok()?) != Some(true) {
+            return Some(false);
+        }
+        let (relation, difference) = self.above_zero(stretch)?;
+        let rounded = rounded(self.at).filter(|rounded| rounded.up == (relation == Relation::Gte))?;
+        let known = compared.within(stretch, []);
+        let positive = |value: &Value| {
+            known.gives_meaning(value) && known.decide(Relation::Gtr, value, &Value::zero()) == Some(true)
+        };
+        let beyond = index.sub(&rounded.rest).ok()?;
+        let line = beyond.sub(&rounded.exact).ok()?;
+        let defined = || self.defined_at(stretch, self.at, &compared.known);
+        if positive(&known.simplify(&line.div(&difference).ok()?)) {
+            return Some(defined());
+        }
+        let (factor, rest, under) = root_of(&rounded.exact, &positive)?;
+        let rising = beyond.sub(&rest).and_then(|beyond| beyond.div(&factor)).ok()?;
+        let square = rising.mul(&rising).and_then(|square| square.sub(&under)).ok()?;
+        let at_start = |value: &Value| value.with(&compared.recurrence.index, from);
+        let stands = |relation: Relation, value: &Value| {
+            at_start(value).is_ok_and(|value| compared.known.decide(relation, &value, &Value::zero()) == Some(true))
+        };
+        let starts_before = stands(relation.negated(), &difference) || stands(Relation::Gte, &rising);
+        Some(
+            starts_before
+                && positive(&factor)
+                && positive(&known.simplify(&square.div(&difference).ok()?))
+                && defined(),
+        )
+    }
+
+    /// What is compared as a difference that is to be above 0, or at least 0; of a root the square.
+    fn above_zero(&self, stretch: &Stretch) -> Option<(Relation, Value)> {
+        let (relation, [left, right]) = (self.compared.wanted.0, &stretch.sides);
+        let (relation, difference) = match relation {
+            Relation::Gtr | Relation::Gte => (relation, left.sub(right).ok()?),
+            Relation::Lss | Relation::Lte => (relation.mirrored(), right.sub(left).ok()?),
+            Relation::Eq | Relation::Neq => return None,
+        };
+        let index = &self.compared.recurrence.index;
+        let root = difference.atoms().into_iter().find(|atom| matches!(atom, Atom::Root(_)) && atom.mentions(index));
+        let Some(Atom::Root(inner)) = &root else { return Some((relation, difference)) };
+        let part = Name::new("[part]");
+        let (factor, rest) = difference.with_atom(root.as_ref()?, &Value::variable(&part)).ok()?.linear_in(&part)?;
+        let bound = rest.neg().and_then(|rest| rest.div(&factor)).ok()?;
+        let known = &self.compared.known;
+        let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero()) == Some(true);
+        // Above a bound that is not negative a root is where what stands under it is above the square.
+        let plain = is(Relation::Gtr, &factor) && is(Relation::Gte, &bound);
+        plain.then(|| Some((relation, inner.sub(&bound.mul(&bound).ok()?).ok()?))).flatten()
+    }
+}
+
+fn rounded(at: &Value) -> Option<Rounded> {
+    let atom = at.atoms().into_iter().find(|atom| matches!(atom, Atom::Floor(_)))?;
+    let Atom::Floor(inner) = &atom else { return None };
+    let part = Name::new("[part]");
+    let (factor, rest) = at.with_atom(&atom, &Value::variable(&part)).ok()?.linear_in(&part)?;
+    if factor == Value::one() {
+        return Some(Rounded { up: false, exact: inner.clone(), rest: rest.sub(&Value::one()).ok()? });
+    }
+    let up = factor == Value::integer(-1);
+    up.then(|| Some(Rounded { up, exact: inner.neg().ok()?, rest })).flatten()
+}
+
+/// A value as `a*sqrt(S) + b`; one that is positive is the root of its square.
+fn root_of(value: &Value, positive: &dyn Fn(&Value) -> bool) -> Option<(Value, Value, Value)> {
+    let root = value.atoms().into_iter().find(|atom| matches!(atom, Atom::Root(_)));
+    match &root {
+        Some(Atom::Root(inner)) => {
+            let part = Name::new("[part]");
+            let (factor, rest) = value.with_atom(root.as_ref()?, &Value::variable(&part)).ok()?.linear_in(&part)?;
+            Some((factor, rest, inner.clone()))
+        }
+        _ => positive(value).then(|| Some((Value::one(), Value::zero(), value.mul(value).ok()?))).flatten(),
+    }
+}
