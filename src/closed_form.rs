@@ -263,6 +263,25 @@ impl Form {
         }
     }
 
+    /// By pieces, of a recurrence that begins with the index `from`: its first terms one by one; `None` where it is none.
+    pub(crate) fn by_pieces(&self, index: &Name, from: i64) -> Option<Vec<Piece>> {
+        let (early, value) = match self {
+            Form::Pieces(pieces) => return Some(pieces.clone()),
+            Form::Value(early, value) => (early, value.clone()),
+            Form::Sum(early, sum) => (early, sum.value(index)?),
+            _ => return None,
+        };
+        let mut all = Vec::new();
+        let mut place = from;
+        for term in early {
+            let next = place.checked_add(1)?;
+            all.push(Piece { from: Value::integer(place), until: Some(Value::integer(next)), form: term.clone() });
+            place = next;
+        }
+        all.push(Piece { from: Value::integer(place), until: None, form: value });
+        Some(all)
+    }
+
     /// As one value in the index, for all terms; `None` when it is none.
     pub fn value(&self, index: &Name) -> Option<Value> {
         match self {

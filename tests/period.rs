@@ -14,7 +14,9 @@ use pars::value::Value;
 mod common;
 
 mod dice;
+mod model_orders;
 use dice::Dice;
+use model_orders::order_matters;
 
 mod woven;
 use woven::{Made, Network, component, random_network};
@@ -209,35 +211,6 @@ fn straight_networks_do_what_the_analysis_says() {
     assert!(wanted.iter().all(|verdict| counts.get(verdict).is_some_and(|count| *count > 200)), "{counts:?}");
 }
 
-/// Whether the order of the communications in some instant makes a difference.
-fn order_matters(network: &Network) -> bool {
-    let model = Model::new(&network.definitions);
-    let mut state = model.state(&whole(network)).expect("a meaning");
-    for _ in 0..200 {
-        let (mut ends, mut seen) = (HashSet::new(), HashSet::new());
-        let mut stack = vec![state.clone()];
-        while let Some(state) = stack.pop() {
-            if !seen.insert(state.clone()) {
-                continue;
-            }
-            let moves = state.moves().expect("moves");
-            let taken: Vec<_> = moves.iter().filter(|step| matches!(step.action, Action::Tau(..))).collect();
-            if taken.is_empty() {
-                ends.insert(state);
-            }
-            stack.extend(taken.into_iter().map(|step| model.state(&step.next).expect("a meaning")));
-            if ends.len() > 1 || seen.len() > 2_000 {
-                return true;
-            }
-        }
-        let Some(end) = ends.into_iter().next() else { return true };
-        let moves = end.moves().expect("moves");
-        let Patience::Until(time) = end.patience(&moves) else { return false };
-        state = model.wait_state(&end, &time).expect("a meaning").expect("time passes");
-    }
-    false
-}
-
 #[test]
 fn a_looping_writer_serves_any_number_of_readers() {
     let mut dice = Dice(1_997);
@@ -255,7 +228,7 @@ fn a_looping_writer_serves_any_number_of_readers() {
             }
             Err(failures) => match failures.first() {
                 Some(Failure::KillRace { .. } | Failure::Contention { .. }) => {
-                    assert!(order_matters(&network), "{}\n{failures:?}", about());
+                    assert!(order_matters(&whole(&network), &network.definitions, 200), "{}\n{failures:?}", about());
                     "race"
                 }
                 Some(Failure::NoCommunication { .. }) => "no communication",
@@ -296,7 +269,10 @@ fn rounds_are_counted_in_networks_of_any_shape_and_rates_that_do_not_match_have_
             Ok(period) => {
                 let ran = followed(&period);
                 // What could communicate with itself for ever, or once with another, does what the order says.
-                if ran == Ran::Livelock && plain != Ran::Livelock && order_matters(&network) {
+                if ran == Ran::Livelock
+                    && plain != Ran::Livelock
+                    && order_matters(&whole(&network), &network.definitions, 200)
+                {
                     continue;
                 }
                 assert!(agrees(&ran, &plain, &log), "{}\n{ran:?}", about());

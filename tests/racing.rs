@@ -1,17 +1,17 @@
 //! Whether the communications of one instant may come in another order and lead elsewhere is told whatever the order in which
 //! the components are written: no period is printed where it matters.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 use pars::lower::{Entity, Environment};
-use pars::model::{Action, Model, Patience};
 use pars::name::Name;
 use pars::parser::parse;
 use pars::period::{Failure, analyse};
-use pars::term::Term;
 
 mod dice;
+mod model_orders;
 use dice::Dice;
+use model_orders::order_matters;
 
 /// A world that is sensed while it is moved, and whoever senses it, moves it, or is stopped and starts again.
 fn parts(dice: &mut Dice) -> (String, Vec<String>) {
@@ -57,35 +57,6 @@ fn parts(dice: &mut Dice) -> (String, Vec<String>) {
     (text, names)
 }
 
-/// Whether the order of the communications in some instant leads to different states, in the executable meaning.
-fn order_matters(whole: &Term, environment: &Environment) -> bool {
-    let model = Model::new(&environment.definitions);
-    let mut state = model.state(whole).expect("a meaning");
-    for _ in 0..40 {
-        let (mut ends, mut seen) = (HashSet::new(), HashSet::new());
-        let mut open = vec![state.clone()];
-        while let Some(state) = open.pop() {
-            if !seen.insert(state.clone()) {
-                continue;
-            }
-            let moves = state.moves().expect("moves");
-            let made: Vec<_> = moves.iter().filter(|step| matches!(step.action, Action::Tau(..))).collect();
-            if made.is_empty() {
-                ends.insert(state);
-            }
-            open.extend(made.into_iter().map(|step| model.state(&step.next).expect("a meaning")));
-            if ends.len() > 1 || seen.len() > 2_000 {
-                return true;
-            }
-        }
-        let Some(end) = ends.into_iter().next() else { return true };
-        let moves = end.moves().expect("moves");
-        let Patience::Until(time) = end.patience(&moves) else { return false };
-        state = model.wait_state(&end, &time).expect("a meaning").expect("time passes");
-    }
-    false
-}
-
 #[test]
 fn a_race_is_told_whatever_the_order_of_the_components() {
     let mut dice = Dice(2_026);
@@ -107,7 +78,7 @@ fn a_race_is_told_whatever_the_order_of_the_components() {
             let Some(Entity::System(system)) = environment.entity(&Name::new("Sys")) else { panic!("no system") };
             let found = analyse(&system.components, &environment.definitions, &environment.assumptions);
             let whole = system.alone(&environment.definitions);
-            let matters = order_matters(&whole, &environment);
+            let matters = order_matters(&whole, &environment.definitions, 40);
             let race = |failure: &Failure| matches!(failure, Failure::KillRace { .. } | Failure::Contention { .. });
             let verdict = match &found {
                 Ok(_) => "period",

@@ -1,5 +1,7 @@
 //! How a value lies to 0 where this is asked of its parts: what is the greatest of several, or a root, is taken apart.
 
+use crate::exponential_polynomial::ExponentialPolynomial;
+use crate::exponential_polynomial::tail::throughout;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -76,4 +78,17 @@ fn greatest(parts: &[Value], most: bool, relation: Relation, leaf: &Leaf<'_>, sp
             }
         }
     }
+}
+
+/// Whether a sum stands in a relation to 0 at all these indices, or at none of them; nothing where neither is known.
+pub(super) fn throughout_or_never(
+    sum: &ExponentialPolynomial,
+    relation: Relation,
+    from: u64,
+    until: Option<u64>,
+) -> Option<bool> {
+    if throughout(sum, relation, from, until) {
+        return Some(true);
+    }
+    throughout(sum, relation.negated(), from, until).then_some(false)
 }

@@ -66,7 +66,8 @@ impl Compared<'_> {
         let (mut earlier, mut next) = (None, 0);
         loop {
             let count = terms.index().saturating_sub(self.recurrence.from);
-            if terms.holds() == Some(true) {
+            let holds = terms.holds();
+            if holds == Some(true) {
                 return None;
             }
             if count == next && count <= LATEST {
@@ -79,7 +80,7 @@ impl Compared<'_> {
                     earlier = Some(terms.state().to_vec());
                 }
             }
-            if terms.holds() != Some(false) {
+            if holds != Some(false) {
                 return None;
             }
             let symbolic = terms.state().iter().any(|value| value.as_rational().is_none());

@@ -5,12 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use num_traits::ToPrimitive;
 
 use super::cells::cells;
-use super::comparing::{Leaf, stands_to_zero};
+use super::comparing::{Leaf, stands_to_zero, throughout_or_never};
 use super::first::Wanted;
 use super::{Form, Piece, Recurrence, Solved, with_first_round};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
-use crate::exponential_polynomial::tail::throughout;
 use crate::name::Name;
 use crate::value::{Need, Relation, Sort, Value};
 
@@ -141,7 +140,7 @@ impl<'a> Compared<'a> {
         let index = &self.recurrence.index;
         let plain = image.as_variable() == Some(index);
         let first = if plain { self.recurrence.from } else { 0 };
-        let all = forms.iter().map(|(_, form)| Some(apart(pieces_of(form, first, index)?)));
+        let all = forms.iter().map(|(_, form)| Some(apart(form.by_pieces(index, first)?)));
         let all: Vec<Vec<Piece>> = all.collect::<Option<_>>()?;
         let cells = cells(&all, Value::integer(first), &self.known).ok()?;
         let stretch = |cell: super::Cell<'_>| {
@@ -190,8 +189,7 @@ impl<'a> Compared<'a> {
         let of_sums = |value: &Value, relation: Relation| {
             let (from, until) = range?;
             let sum = ExponentialPolynomial::of(value, index)?;
-            let stands = |relation: Relation| throughout(&sum, relation, from, until);
-            if stands(relation) { Some(true) } else { stands(relation.negated()).then_some(false) }
+            throughout_or_never(&sum, relation, from, until)
         };
         let never = |ends: &[&Value]| {
             let mut known = self.within(stretch, ends.iter().copied());
@@ -214,25 +212,6 @@ pub(super) fn turns(solved: &Solved) -> Option<i64> {
     let mut counts = solved.forms().iter().filter_map(turns);
     let count = counts.next().filter(|count| *count > 0)?;
     counts.all(|other| other == count).then(|| i64::try_from(count).ok()).flatten()
-}
-
-/// A form by pieces: its first terms one by one.
-fn pieces_of(form: &Form, first: i64, index: &Name) -> Option<Vec<Piece>> {
-    let (early, last) = match form {
-        Form::Pieces(pieces) => return Some(pieces.clone()),
-        Form::Value(early, value) => (early, value.clone()),
-        Form::Sum(early, sum) => (early, sum.value(index)?),
-        _ => return None,
-    };
-    let mut pieces = Vec::new();
-    for (place, term) in early.iter().enumerate() {
-        let at = first.checked_add(i64::try_from(place).ok()?)?;
-        let until = Some(Value::integer(at.checked_add(1)?));
-        pieces.push(Piece { from: Value::integer(at), until, form: term.clone() });
-    }
-    let from = Value::integer(first.checked_add(i64::try_from(early.len()).ok()?)?);
-    pieces.push(Piece { from, until: None, form: last });
-    Some(pieces)
 }
 
 /// What these values need to have a meaning, with what is put in.

@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
+use super::comparing::throughout_or_never;
 use super::stretches::Compared;
 use super::{Form, Solved};
 use crate::exponential_polynomial::ExponentialPolynomial;
-use crate::exponential_polynomial::tail::throughout;
 use crate::value::{Relation, Value};
 
 /// How often every second term is looked at by itself.
@@ -84,8 +84,7 @@ impl Compared<'_> {
             if halves.from < first.from {
                 return None;
             }
-            let stands = |relation: Relation| throughout(&sum, relation, halves.from, None);
-            if stands(relation) { Some(true) } else { stands(relation.negated()).then_some(false) }
+            throughout_or_never(&sum, relation, halves.from, None)
         };
         self.holds(plain, &self.anywhere(), &leaf) == Some(false)
             || halves.odd.len() < MOST_HALVINGS

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use super::exact::pieces;
 use super::reach::Wanted;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
@@ -158,7 +157,7 @@ impl<'a> Classes<'a> {
             && !right.mentions(index)
         {
             let (early, value, _) = self.form(*place, class)?;
-            let pieces = pieces(&Form::Value(early, value?), index, 0)?;
+            let pieces = Form::Value(early, value?).by_pieces(index, 0)?;
             let closed = Closed { variable: name.clone(), pieces, conditions: Vec::new() };
             return Some(by_shape(&closed, index, &Goal::Holds(relation, left, right), natural));
         }

@@ -8,7 +8,7 @@ use super::reach::Wanted;
 use super::roots::between_roots;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Cell, Comparison, Form, Piece, Recurrence, Solved, cells};
+use crate::closed_form::{Cell, Comparison, Piece, Recurrence, Solved, cells};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -24,7 +24,7 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         && !left.mentions(&recurrence.index)
         && !right.mentions(&recurrence.index)
     {
-        let pieces = pieces(&solved.forms()[*place], &recurrence.index, recurrence.from)?;
+        let pieces = solved.forms()[*place].by_pieces(&recurrence.index, recurrence.from)?;
         let closed = Closed { variable: name.clone(), pieces, conditions };
         let goal = Goal::Holds(relation, left.clone(), right.clone());
         let found = by_shape(&closed, &recurrence.index, &goal, &natural);
@@ -146,7 +146,7 @@ pub(super) fn of_difference(
     known: &Assumptions,
 ) -> Option<Vec<Piece>> {
     let recurrence = solved.recurrence();
-    let own = used.iter().map(|(_, place)| pieces(&solved.forms()[*place], &recurrence.index, recurrence.from));
+    let own = used.iter().map(|(_, place)| solved.forms()[*place].by_pieces(&recurrence.index, recurrence.from));
     let all = own.collect::<Option<Vec<_>>>()?;
     let cells = cells(&all, Value::integer(recurrence.from), known).ok()?;
     let of = |cell: Cell<'_>| {
@@ -154,23 +154,4 @@ pub(super) fn of_difference(
         Some(Piece { from: cell.from, until: cell.until, form: difference.substitute(&images).ok()? })
     };
     cells.into_iter().map(of).collect()
-}
-
-/// A form by pieces, where it is one.
-pub(super) fn pieces(form: &Form, index: &Name, from: i64) -> Option<Vec<Piece>> {
-    let (early, value) = match form {
-        Form::Pieces(pieces) => return Some(pieces.clone()),
-        Form::Value(early, value) => (early, value.clone()),
-        Form::Sum(early, sum) => (early, sum.value(index)?),
-        _ => return None,
-    };
-    let mut all = Vec::new();
-    let mut place = from;
-    for term in early {
-        let next = place.checked_add(1)?;
-        all.push(Piece { from: Value::integer(place), until: Some(Value::integer(next)), form: term.clone() });
-        place = next;
-    }
-    all.push(Piece { from: Value::integer(place), until: None, form: value });
-    Some(all)
 }

@@ -3,7 +3,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::exact::pieces;
 use super::line::along_a_line;
 use super::parts::each_set;
 use super::{Closed, Solved, Unknown, solve_until};
@@ -112,7 +111,7 @@ fn one_group(
 /// The form of one sequence by pieces.
 pub(super) fn closed(solved: &Solved, name: &Name) -> Result<Closed, Unknown> {
     let recurrence = solved.recurrence();
-    let by_pieces = solved.form(name).and_then(|form| pieces(form, &recurrence.index, recurrence.from));
+    let by_pieces = solved.form(name).and_then(|form| form.by_pieces(&recurrence.index, recurrence.from));
     let pieces =
         by_pieces.ok_or_else(|| Unknown::because(format!("the form of {name} is no value in {}", recurrence.index)))?;
     Ok(Closed { variable: name.clone(), pieces, conditions: solved.conditions().to_vec() })
