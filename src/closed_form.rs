@@ -27,6 +27,7 @@ mod stretches;
 mod summed;
 mod text;
 mod turned;
+mod whole_parts;
 
 use std::collections::BTreeSet;
 

@@ -60,6 +60,7 @@ mod rational;
 mod reach;
 mod region;
 mod roots;
+mod rotation;
 mod search;
 mod sequences;
 mod settled;

@@ -28,6 +28,7 @@ mod roughly;
 mod rounds;
 mod satisfies;
 mod solve;
+mod supposing;
 mod sweep;
 mod tolerance;
 

@@ -14,6 +14,7 @@ mod sides;
 mod solved;
 mod stages;
 mod stretch;
+mod supposed;
 pub mod trajectory;
 mod turning;
 mod undecided;
@@ -32,6 +33,9 @@ use crate::value::Value;
 pub use cases::{Apart, may_be_zero};
 pub(crate) use cases::{Merge, equation};
 pub use orbit::Orbit;
+use supposed::supposing;
+pub(crate) use supposed::walk_supposing;
+pub use supposed::{Supposed, Supposing};
 pub use round::Endless;
 pub(crate) use sides::{equal, rounded, side};
 pub use trajectory::{Leg, Rounds, Trajectory};
@@ -95,6 +99,8 @@ pub struct Outcome {
     pub(crate) asked: Vec<Comparison>,
     /// What was found in either case, where this was made of two.
     pub apart: Option<Box<Apart>>,
+    /// Where it is open, what would follow if each phase ended.
+    pub supposing: Option<Box<Supposing>>,
 }
 
 impl Outcome {
@@ -123,6 +129,7 @@ impl Outcome {
             cut: false,
             asked: Vec::new(),
             apart: None,
+            supposing: None,
         }
     }
 }
@@ -165,7 +172,12 @@ pub fn verify(
             };
             let open = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Open { .. });
             let together = if open(&whole) { run.by_cycles(assumptions).ok().flatten() } else { None };
-            together.map(|together| look(&together)).filter(|found| !open(found)).unwrap_or(whole)
+            let mut found = together.map(|together| look(&together)).filter(|found| !open(found)).unwrap_or(whole);
+            if open(&found) && !interrupted() {
+                let wanted = (&wanted, property.1);
+                found.supposing = supposing(run, (definitions, assumptions), wanted, interrupted).map(Box::new);
+            }
+            found
         }
     };
     outcome.period = Some(period);

@@ -11,6 +11,7 @@ use super::names::names;
 use super::pieces::divides_by;
 use super::signs::Signs;
 use super::turned::{only_numbers, turned};
+use super::whole_parts::with_known_parts;
 use super::{Comparison, Form, Recurrence, Solved, Unchecked, in_class, product};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
@@ -171,6 +172,8 @@ impl Induction<'_> {
                 // Powers of one number in several forms meet in its base: `(1+sqrt(5))^(2*n)` and `(6+2*sqrt(5))^n`.
                 known.simplify(&difference).is_zero()
                     || exponentials(&difference, &self.recurrence.index).is_some_and(|powers| powers.is_empty())
+                    || with_known_parts(&difference, known)
+                        .is_some_and(|rest| known.decide(Relation::Eq, &rest, &Value::zero()) == Some(true))
             })
     }
 

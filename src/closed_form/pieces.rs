@@ -8,6 +8,7 @@ use num_traits::{Signed, ToPrimitive, Zero};
 use super::cells::{Cell, cells};
 use super::check::{Induction, failed, whole};
 use super::signs::{Signs, settled_by};
+use super::whole_parts::same_by_whole_parts;
 use super::{Form, Piece, Recurrence, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::{ExponentialPolynomial, exponentials};
@@ -291,7 +292,7 @@ fn same_throughout(
     }
     match since_the_start(&[left, right], piece, index, &mut known) {
         Some([left, right]) => same_whatever_the_signs(&left, &right, &known, MOST_SIGNS),
-        None => Ok(false),
+        None => same_by_whole_parts(left, right, &known),
     }
 }
 

@@ -16,6 +16,7 @@ use super::nested::{Layers, nested};
 use super::parts::{each_group, read_off};
 use super::product::with_product;
 use super::ranges::in_ranges;
+use super::rotation::rotation;
 use super::settled::after_a_start;
 use super::switching::switching;
 use super::symbolic::symbolic;
@@ -107,6 +108,13 @@ fn by_methods(
     {
         return Ok(solved);
     }
+    let turning = rotation(moved, known);
+    let numbers = moved.iterate(2).is_ok_and(|terms| terms.iter().flatten().all(|term| term.as_rational().is_some()));
+    if let (Ok(Some(all)), false) = (&turning, numbers)
+        && let Some(solved) = all.iter().find_map(|found| checked(found.clone()).ok())
+    {
+        return Ok(solved);
+    }
     let general = reason.reason.contains("not linear");
     let reason = match switching(moved, known, stop) {
         Ok(all) => {
@@ -133,8 +141,12 @@ fn by_methods(
     if let Some(solved) = repeating.into_iter().find_map(|forms| checked((forms, Vec::new())).ok()) {
         return Ok(solved);
     }
-    let all = itineraries(moved, known, stop);
-    all.into_iter().find_map(|forms| checked((forms, Vec::new())).ok()).ok_or(reason)
+    let all = itineraries(moved, known, stop).into_iter().map(|forms| (forms, Vec::new()));
+    let (rotated, reason) = match turning {
+        Ok(all) => (all.unwrap_or_default(), reason),
+        Err(asked) => (Vec::new(), asked),
+    };
+    all.chain(rotated).find_map(|found| checked(found).ok()).ok_or(reason)
 }
 
 /// An error where the work is to end.

@@ -3,6 +3,7 @@
 
 mod equalities;
 mod in_cases;
+mod supposing;
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,6 +24,7 @@ use crate::verify::trajectory::{Leg, Rounds, Trajectory, walk};
 use crate::verify::{Merge, Unit, may_be_zero, total};
 use equalities::{by_equalities, with_equals};
 use in_cases::{Found, in_all, in_cases};
+use supposing::{Supposed, supposing};
 
 /// The longest system, in operators, that is run for its round.
 const MOST_TERM: usize = 1_000;
@@ -61,6 +63,8 @@ pub(crate) struct Unsettled {
     asked: Vec<Comparison>,
     /// Where it comes to in each case of that, where it is known in some.
     pub(super) cases: Vec<InCase<Found>>,
+    /// Where it would come to if each phase ended.
+    supposed: Option<Supposed>,
 }
 
 impl Unsettled {
@@ -81,6 +85,9 @@ impl Unsettled {
     pub(super) fn lines(&self) -> Vec<String> {
         let unknown = "whether it all repeats is not known";
         let open = |reason: &String| format!("{unknown}: {reason}");
+        if let Some(supposed) = &self.supposed {
+            return supposed.lines(unknown);
+        }
         if self.cases.is_empty() {
             return self.reason.iter().map(open).collect();
         }
@@ -111,7 +118,10 @@ pub(crate) fn course_of(
         if cases.is_empty() {
             cases = in_cases((period, system, environment), &why, interrupted);
         }
-        in_all(&cases).map(Some).ok_or(Unsettled { cases, ..why })
+        in_all(&cases).map(Some).ok_or_else(|| {
+            let supposed = supposing(period, environment, interrupted);
+            Unsettled { cases, supposed, ..why }
+        })
     })
 }
 
@@ -319,7 +329,7 @@ fn by_legs(period: &Period, environment: &Environment, interrupted: &dyn Fn() ->
         let reason =
             reason.unwrap_or_else(|| "no form was found of the time that its rounds take together".to_string());
         let reason = Some(if reason.starts_with("whether ") { format!("it must be known {reason}") } else { reason });
-        Unsettled { reason, asked: run.asked.iter().chain(&rests).cloned().collect(), cases: Vec::new() }
+        Unsettled { reason, asked: run.asked.iter().chain(&rests).cloned().collect(), ..Unsettled::default() }
     };
     found.map(|course| Known { course, moving: true }).ok_or_else(unsettled)
 }

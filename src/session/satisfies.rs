@@ -89,6 +89,9 @@ impl Run<'_, '_> {
                 ];
             }
             self.tolerances(system, property, &outcome, environment, &mut found);
+            if found.verdict.is_none() {
+                self.supposed(&outcome, environment, &mut found);
+            }
         }
         found
     }

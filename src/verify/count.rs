@@ -20,6 +20,8 @@ pub(super) struct Count {
     pub(super) conditions: Vec<Test>,
     /// What holds at the end because the last test failed.
     pub(super) learned: Option<Test>,
+    /// The forms by which what is shown is written, where they are others.
+    pub(super) shown: Option<Vec<(Name, Closed)>>,
 }
 
 /// The variables of a round that change, with the closed forms of their values.
@@ -67,6 +69,7 @@ impl Walker<'_> {
             conditions: conditions_of(&forms.closed),
             closed: forms.closed.clone(),
             learned: None,
+            shown: None,
         };
         for (test, after) in round.tests.iter().zip(&round.after) {
             self.limit(&mut count, test, after.as_ref(), &forms)?;

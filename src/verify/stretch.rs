@@ -74,6 +74,7 @@ impl Walker<'_> {
         match self.assumptions.decide(Relation::Lte, one, other) {
             Some(true) => Ok(Some(one.clone())),
             Some(false) => Ok(Some(other.clone())),
+            None if self.assumptions.decide(Relation::Lte, other, one) == Some(true) => Ok(Some(other.clone())),
             None => Err(Unsure::whether(Relation::Lte, one, other)),
         }
     }
@@ -101,4 +102,47 @@ impl Walker<'_> {
         }
         Ok(here)
     }
+
+    /// Rounds as stretches: where every variable changes by the same step, in one.
+    pub(super) fn compressed(&self, rounds: &[(&Edge, Values)]) -> Result<Vec<Unit>, Unsure> {
+        let mut units = Vec::new();
+        let mut from = 0usize;
+        while let Some((edge, start)) = rounds.get(from) {
+            let steps = match rounds.get(from + 1) {
+                Some((_, second)) => differences(start, second)?,
+                None => Values::new(),
+            };
+            let mut until = from + 1;
+            while let (Some((_, one)), Some((other, two))) = (rounds.get(until - 1), rounds.get(until)) {
+                if other.segments != edge.segments || differences(one, two)? != steps {
+                    break;
+                }
+                until += 1;
+            }
+            if until - from < 3 {
+                units.extend(self.units_once(edge, start)?);
+                from += 1;
+                continue;
+            }
+            let mut here = start.clone();
+            for (name, step) in &steps {
+                if let Some(value) = here.get_mut(name) {
+                    *value = step.mul(&Value::variable(&self.index))?.add(value)?;
+                }
+            }
+            let round: Vec<Segment> =
+                edge.segments.iter().map(|segment| self.segment(segment, &here)).collect::<Result<_, Unsure>>()?;
+            units.extend(repeat(Some(Value::integer((until - from) as i64)), &self.index, round)?);
+            from = until;
+        }
+        Ok(units)
+    }
+}
+
+fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
+    let change = |(name, value): (&Name, &Value)| {
+        let after = other.get(name).unwrap_or(value);
+        Ok((name.clone(), after.sub(value)?))
+    };
+    one.iter().map(change).collect()
 }

@@ -8,8 +8,9 @@ use super::copies::Copies;
 use super::count::Count;
 use super::orbit::{Orbit, observers, without_moving};
 use super::round::{is_known, is_large, is_long};
+use super::supposed::Supposed;
 use super::undecided::{self, Unsure};
-use super::unit::{Unit, repeat};
+use super::unit::Unit;
 use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::name::Name;
@@ -17,7 +18,7 @@ use crate::period::{Edge, End, Next, Period, Phase, Segment, Test};
 use crate::recurrence::{Closed, Comparison};
 use crate::scope::{bound_names, read_names};
 use crate::term::Term;
-use crate::value::{Value, ValueError};
+use crate::value::Value;
 
 /// Legs that a run may have before it repeats.
 const MOST_LEGS: usize = 1_000;
@@ -79,6 +80,8 @@ pub struct Trajectory {
     pub unending: bool,
     /// What is assumed, with what was found.
     pub assumptions: Assumptions,
+    /// Counts of rounds that are supposed to exist, where this is asked.
+    pub supposed: Vec<Supposed>,
 }
 
 /// Follows a run.
@@ -93,6 +96,8 @@ pub(super) struct Walker<'a> {
     pub(super) interrupted: &'a dyn Fn() -> bool,
     /// The leg that was given up, as far as it was followed.
     pub(super) partial: RefCell<Option<Leg>>,
+    /// The counts that are supposed so far, where a phase is supposed to end of which it is not known.
+    pub(super) supposed: Option<Vec<Supposed>>,
 }
 
 /// Why a run that was interrupted is not known any further.
@@ -163,6 +168,17 @@ pub fn walk(
     property: &Term,
     interrupted: &dyn Fn() -> bool,
 ) -> Trajectory {
+    walk_from(period, (definitions, assumptions), property, None, interrupted)
+}
+
+/// The same; where `supposed` is given, each phase of which it is not known when it ends is supposed to end.
+pub(super) fn walk_from(
+    period: &Period,
+    (definitions, assumptions): (&Definitions, &Assumptions),
+    property: &Term,
+    supposed: Option<Vec<Supposed>>,
+    interrupted: &dyn Fn() -> bool,
+) -> Trajectory {
     let mut taken: BTreeSet<Name> = assumptions.variables();
     // A count of rounds must not be called what copies are numbered by.
     let states = period.phases.iter().flat_map(|phase| &phase.state);
@@ -179,7 +195,7 @@ pub fn walk(
         taken.extend(bound_names(&definition.body));
     }
     let partial = RefCell::new(None);
-    let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted, partial };
+    let mut walker = Walker { period, assumptions: assumptions.clone(), index, taken, interrupted, partial, supposed };
     let unending = unending(period);
     let mut trajectory = Trajectory { unending, ..Trajectory::default() };
     if let Err(unsure) = walker.run(&mut trajectory) {
@@ -190,6 +206,7 @@ pub fn walk(
         without_moving(&mut trajectory.legs[cycle..], orbit, &observers(property));
     }
     trajectory.assumptions = walker.assumptions;
+    trajectory.supposed = walker.supposed.unwrap_or_default();
     trajectory
 }
 
@@ -284,13 +301,20 @@ impl Walker<'_> {
         if let [round] = rounds.as_slice() {
             match self.count(round, values) {
                 Ok(count) => return self.counted(phase, round, values, count),
-                // Without a closed form, numbers can still be followed one by one.
-                Err(unsure) if values.values().all(is_known) => {
-                    return self.stepwise(phase, values).map_err(|other| other.and(unsure));
-                }
                 Err(unsure) => {
-                    let way = self.choose(&here.edges, values, &self.assumptions).err();
-                    return Err(way.unwrap_or_default().and(unsure));
+                    // Without a closed form, numbers can still be followed one by one.
+                    let other = if values.values().all(is_known) {
+                        match self.stepwise(phase, values) {
+                            Ok(found) => return Ok(found),
+                            Err(other) => other,
+                        }
+                    } else {
+                        self.choose(&here.edges, values, &self.assumptions).err().unwrap_or_default()
+                    };
+                    return match self.suppose(round, values) {
+                        Some(count) => self.counted(phase, round, values, count),
+                        None => Err(other.and(unsure)),
+                    };
                 }
             }
         }
@@ -348,41 +372,6 @@ impl Walker<'_> {
         })
     }
 
-    /// Rounds as stretches: where every variable changes by the same step, in one.
-    pub(super) fn compressed(&self, rounds: &[(&Edge, Values)]) -> Result<Vec<Unit>, Unsure> {
-        let mut units = Vec::new();
-        let mut from = 0usize;
-        while let Some((edge, start)) = rounds.get(from) {
-            let steps = match rounds.get(from + 1) {
-                Some((_, second)) => differences(start, second)?,
-                None => Values::new(),
-            };
-            let mut until = from + 1;
-            while let (Some((_, one)), Some((other, two))) = (rounds.get(until - 1), rounds.get(until)) {
-                if other.segments != edge.segments || differences(one, two)? != steps {
-                    break;
-                }
-                until += 1;
-            }
-            if until - from < 3 {
-                units.extend(self.units_once(edge, start)?);
-                from += 1;
-                continue;
-            }
-            let mut here = start.clone();
-            for (name, step) in &steps {
-                if let Some(value) = here.get_mut(name) {
-                    *value = step.mul(&Value::variable(&self.index))?.add(value)?;
-                }
-            }
-            let round: Vec<Segment> =
-                edge.segments.iter().map(|segment| self.segment(segment, &here)).collect::<Result<_, Unsure>>()?;
-            units.extend(repeat(Some(Value::integer((until - from) as i64)), &self.index, round)?);
-            from = until;
-        }
-        Ok(units)
-    }
-
     /// A leg whose rounds are counted.
     fn counted(
         &mut self,
@@ -429,7 +418,8 @@ impl Walker<'_> {
         let same = edge.segments == round.segments;
         let total = if same { stays.add(&Value::one())? } else { stays.clone() };
         leg.rounds = Rounds::Count(stays.add(&Value::one())?);
-        leg.units = self.units(&round.segments, values, &count.closed, Some(&total))?;
+        let shown = count.shown.as_ref().unwrap_or(&count.closed);
+        leg.units = self.units(&round.segments, values, shown, Some(&total))?;
         if !same {
             leg.units.extend(self.units_once(edge, &last)?);
         }
@@ -479,12 +469,4 @@ impl Walker<'_> {
             |(name, value): (&Name, &Value)| Ok((name.clone(), self.assumptions.simplify(&value.substitute(values)?)));
         edge.map.iter().map(image).collect()
     }
-}
-
-fn differences(one: &Values, other: &Values) -> Result<Values, ValueError> {
-    let change = |(name, value): (&Name, &Value)| {
-        let after = other.get(name).unwrap_or(value);
-        Ok((name.clone(), after.sub(value)?))
-    };
-    one.iter().map(change).collect()
 }

@@ -291,6 +291,10 @@ fn first_equal(
                 return Round::Unknown(format!("{form} = {value} at {index} = {at} if {}", conditions.join(" and ")));
             }
             Reach::Never(reason) => return Round::Never(Some(format!("{form} is {value} for no {index}: {reason}"))),
+            // What is so in no round may be assumed of the round by its number.
+            Reach::Unknown(_) if assumptions.decide(Relation::Eq, form, value) == Some(false) => {
+                return Round::Never(None);
+            }
             Reach::Unknown(unknown) => return Round::Unknown(unknown.reason),
         }
     }
