@@ -15,6 +15,7 @@ mod comes_round;
 mod cut_off;
 mod cycle;
 mod descent;
+mod difference;
 mod either_way;
 mod end;
 mod exact;
@@ -91,7 +92,7 @@ use region::solutions;
 use search::NO_VALUE;
 use search::{Entry, enter};
 
-use crate::closed_form::Solved;
+use crate::closed_form::{Solved, with_known_parts};
 pub use crate::closed_form::{Comparison, Piece};
 pub use at_rest::at_rest;
 pub use either_way::InCase;
@@ -308,7 +309,9 @@ fn piece_by_piece(closed: &Closed, index: &Name, goal: &Goal, known: &Assumption
         // Whether the first index behind the piece has it.
         let next = closed.pieces.get(place + 1);
         let value = next.and_then(|next| next.form.with(index, &next.from).ok());
-        let at_end = value.is_some_and(|value| meets(&value, closed, goal, known) == Some(true));
+        let holds = |value: &Value| meets(value, closed, goal, known) == Some(true);
+        let by_parts = |value: &Value| with_known_parts(value, known).is_some_and(|value| holds(&value));
+        let at_end = value.is_some_and(|value| holds(&value) || by_parts(&value));
         match in_piece((piece, at_end), closed, index, goal, known) {
             Ok(Reach::Never(why)) => reason = why,
             Err(unknown) => return Reach::Unknown(unknown),

@@ -7,6 +7,7 @@ use num_traits::ToPrimitive;
 use super::cells::cells;
 use super::comparing::{Leaf, stands_to_zero, throughout_or_never};
 use super::first::Wanted;
+use super::whole_parts::with_known_parts;
 use super::{Form, Piece, Recurrence, Solved, with_first_round};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -58,7 +59,9 @@ impl<'a> Compared<'a> {
             return known.decide(relation, left, right);
         }
         let leaf = |value: &Value, relation: Relation| {
-            known.decide(relation, value, &Value::zero()).or_else(|| otherwise(value, relation))
+            let decided = |value: &Value| known.decide(relation, value, &Value::zero());
+            let by_parts = || with_known_parts(value, known).and_then(|value| decided(&value));
+            decided(value).or_else(by_parts).or_else(|| otherwise(value, relation))
         };
         stands_to_zero(&left.sub(right).ok()?, relation, &leaf, MOST_SPLITS)
     }

@@ -40,8 +40,13 @@ fn of_each(
     known: &Assumptions,
 ) -> Result<bool, Unchecked> {
     let (Some(top), Some(below)) = (more.numerator(), more.denominator()) else { return Ok(false) };
-    if known.decide(Relation::Gtr, &below, &Value::zero()) != Some(true) {
-        return Ok(false);
+    // What an integer part is between is known of a divisor of which it is said that it is above 0.
+    let mut known = known.clone();
+    for divisor in less.denominator().iter().chain([&below]) {
+        if known.decide(Relation::Gtr, divisor, &Value::zero()) != Some(true) {
+            return Ok(false);
+        }
+        known.assume(Relation::Gtr, divisor, &Value::zero());
     }
     let atom = Atom::Floor(more.clone());
     for step in [0, 1] {
@@ -58,15 +63,47 @@ fn of_each(
     Ok(true)
 }
 
-/// A value with each integer part that is known to be one of a few small numbers as that number.
-pub(super) fn with_known_parts(value: &Value, known: &Assumptions) -> Option<Value> {
+/// A value with each integer part that is known to be one of a few small numbers as that number, or as one of these more or
+/// less than another integer part in it: of `floor((w-d-m*w)/v)` an m that is whole was taken out.
+pub(crate) fn with_known_parts(value: &Value, known: &Assumptions) -> Option<Value> {
     let part = |inner: &Value| {
-        (-1..=1).find(|whole| {
-            let [least, most] = [*whole, whole + 1].map(Value::integer);
-            known.decide(Relation::Gte, inner, &least) == Some(true)
-                && known.decide(Relation::Lss, inner, &most) == Some(true)
+        let inside = inner.atoms().into_iter().filter(|atom| matches!(atom, Atom::Floor(_)));
+        let mut around = vec![Value::zero()];
+        for atom in inside.take(MOST_INSIDE) {
+            let whole = atom.value().ok()?;
+            around.extend([whole.neg().ok()?, whole]);
+        }
+        let small = around.iter().flat_map(|whole| (-1..=1).map(move |more| (whole, more)));
+        let mut all = small.filter_map(|(whole, more)| whole.add(&Value::integer(more)).ok());
+        all.find(|whole| {
+            let rest = inner.sub(whole).map(|rest| known.simplify(&rest));
+            rest.is_ok_and(|rest| {
+                known.decide(Relation::Gte, &rest, &Value::zero()) == Some(true)
+                    && known.decide(Relation::Lss, &rest, &Value::one()) == Some(true)
+            })
         })
     };
-    let image = |atom: &Atom| if let Atom::Floor(inner) = atom { part(inner).map(Value::integer) } else { None };
+    let image = |atom: &Atom| if let Atom::Floor(inner) = atom { part(inner) } else { None };
     value.atoms().iter().any(|atom| matches!(atom, Atom::Floor(_))).then(|| value.replace(&mut |atom| image(atom)).ok())?
+}
+
+/// The most integer parts inside one that are looked at.
+const MOST_INSIDE: usize = 2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::name::Name;
+
+    #[test]
+    fn behind_a_way_that_is_cut_up() {
+        let [c, d, p, q] = ["c", "d", "p", "q"].map(|name| Value::variable(&Name::new(name)));
+        let mut known = Assumptions::default();
+        [&p, &q].into_iter().for_each(|step| known.assume(Relation::Gtr, step, &Value::zero()));
+        known.assume(Relation::Lss, &d, &c);
+        let count = d.sub(&c).unwrap().div(&q).unwrap().floor().unwrap().neg().unwrap();
+        let inside = d.sub(&c).unwrap().sub(&q).unwrap().add(&count.mul(&q).unwrap()).unwrap();
+        let part = inside.div(&p.add(&q).unwrap()).unwrap().floor().unwrap();
+        assert_eq!(with_known_parts(&part, &known), Some(Value::integer(-1)), "{part}");
+    }
 }

@@ -1,47 +1,65 @@
 //! The first index at which a sequence that is quadratic in it, symbols included, gets past a bound.
 
 use crate::assumption::Assumptions;
-use crate::closed_form::Piece;
+use crate::closed_form::{Piece, with_known_parts};
 use crate::name::Name;
 use crate::value::{Relation, Value, ValueError};
 
 use super::Reach;
 
-/// The first index at which a value compares with 0, where it is one quadratic form from index 0 on, begins on the other
-/// side, and in the end lies on this one for ever: behind the greater of its roots. Below 0 for ever where nothing of it rises.
+/// The first index at which a value compares with 0, where its forms are linear or quadratic piece by piece, each begins on the
+/// other side and bends this way, and in the end lies on this one for ever: behind the greater of its roots. Below 0 for ever
+/// where nothing of one whole form rises. Between the ends of a piece nothing is greater than at both of them, and each
+/// form holds also where the next one begins.
 pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
-    let [piece] = pieces else { return None };
-    if !piece.from.is_zero() || piece.until.is_some() {
-        return None;
-    }
-    let (form, relation) = match relation {
-        Relation::Gtr | Relation::Gte => (piece.form.clone(), relation),
-        Relation::Lss | Relation::Lte => (piece.form.neg().ok()?, relation.mirrored()),
+    let above = match relation {
+        Relation::Gtr | Relation::Gte => relation,
+        Relation::Lss | Relation::Lte => relation.mirrored(),
         Relation::Eq | Relation::Neq => return None,
     };
-    let [constant, linear, square] = coefficients(&form, index).ok().flatten()?;
+    let side = |form: &Value| if above == relation { Ok(form.clone()) } else { form.neg() };
+    if pieces.len() > MOST_PIECES || pieces.first().is_none_or(|piece| !piece.from.is_zero()) {
+        return None;
+    }
     let zero = Value::zero();
-    let is = |relation, value: &Value| known.decide(relation, value, &zero) == Some(true);
-    let before = if relation == Relation::Gte { Relation::Lss } else { Relation::Lte };
-    if !is(before, &constant) {
-        return None;
+    for (place, piece) in pieces.iter().enumerate() {
+        let form = side(&piece.form).ok()?;
+        let start = form.with(index, &piece.from).ok()?;
+        let decided = |value: &Value, relation| {
+            let plainly = known.decide(relation, value, &zero);
+            plainly.or_else(|| known.decide(relation, &with_known_parts(value, known)?, &zero))
+        };
+        if decided(&start, above.negated()) != Some(true) {
+            return None;
+        }
+        let [constant, linear, square] = coefficients(&form, index).ok().flatten()?;
+        let is = |relation, value: &Value| decided(value, relation) == Some(true);
+        // No step is greater than the first one.
+        if pieces.len() == 1 && is(Relation::Lte, &square) && is(Relation::Lte, &square.add(&linear).ok()?) {
+            return Some(Reach::Never("it does not rise from where it begins".to_string()));
+        }
+        if !is(Relation::Gtr, &square) && !(square.is_zero() && is(Relation::Gtr, &linear)) {
+            return None;
+        }
+        let behind = || Some(Reach::At(known.simplify(&behind(&[constant, linear, square], above).ok()?), Vec::new()));
+        let Some((until, next)) = piece.until.as_ref().zip(pieces.get(place + 1)) else { return behind() };
+        let (end, other) = (form.with(index, until).ok()?, side(&next.form.with(index, until).ok()?).ok()?);
+        if !known.simplify(&end.sub(&other).ok()?).is_zero() && known.decide(Relation::Eq, &end, &other) != Some(true) {
+            return None;
+        }
+        match decided(&end, above) {
+            Some(true) => return behind(),
+            Some(false) => {}
+            None => return Some(Reach::undecided(above, &end, &zero)),
+        }
     }
-    // No step is greater than the first one.
-    if is(Relation::Lte, &square) && is(Relation::Lte, &square.add(&linear).ok()?) {
-        return Some(Reach::Never("it does not rise from where it begins".to_string()));
-    }
-    if !is(Relation::Gtr, &square) {
-        return None;
-    }
-    let root = greater(&constant, &linear, &square).ok()?;
-    let first = match relation {
-        Relation::Gte => root.ceiling(),
-        _ => root.floor().and_then(|floor| floor.add(&Value::one())),
-    };
-    Some(Reach::At(known.simplify(&first.ok()?), Vec::new()))
+    None
 }
 
-/// The coefficients of `c + b*n + a*n^2`; none of another form, or where a is 0.
+/// The most pieces that are looked at.
+const MOST_PIECES: usize = 4;
+
+/// The coefficients of `c + b*n + a*n^2`; none of another form.
 fn coefficients(form: &Value, index: &Name) -> Result<Option<[Value; 3]>, ValueError> {
     let at = |number: i64| form.with(index, &Value::integer(number));
     let (zeroth, first, second) = (at(0)?, at(1)?, at(2)?);
@@ -49,11 +67,19 @@ fn coefficients(form: &Value, index: &Name) -> Result<Option<[Value; 3]>, ValueE
     let linear = first.sub(&zeroth)?.sub(&square)?;
     let n = Value::variable(index);
     let whole = square.mul(&n)?.add(&linear)?.mul(&n)?.add(&zeroth)?;
-    Ok((whole == *form && !square.is_zero()).then_some([zeroth, linear, square]))
+    Ok((whole == *form).then_some([zeroth, linear, square]))
 }
 
-/// `(-b + sqrt(b^2 - 4*a*c)) / (2*a)`
-fn greater(constant: &Value, linear: &Value, square: &Value) -> Result<Value, ValueError> {
-    let under = linear.mul(linear)?.sub(&square.mul(constant)?.mul(&Value::integer(4))?)?;
-    under.sqrt()?.sub(linear)?.div(&square.mul(&Value::integer(2))?)
+/// The first index behind the greater root, `(-b + sqrt(b^2 - 4*a*c)) / (2*a)`, or that of a line, `-c/b`.
+fn behind([constant, linear, square]: &[Value; 3], relation: Relation) -> Result<Value, ValueError> {
+    let root = if square.is_zero() {
+        constant.neg()?.div(linear)?
+    } else {
+        let under = linear.mul(linear)?.sub(&square.mul(constant)?.mul(&Value::integer(4))?)?;
+        under.sqrt()?.sub(linear)?.div(&square.mul(&Value::integer(2))?)?
+    };
+    match relation {
+        Relation::Gte => root.ceiling(),
+        _ => root.floor()?.add(&Value::one()),
+    }
 }

@@ -97,7 +97,7 @@ pub(super) fn rotation(recurrence: &Recurrence, known: &Assumptions) -> Result<O
         match known.decide(Relation::Gtr, step, &zero) {
             Some(true) => {}
             Some(false) => return Ok(None),
-            None => return Err(open(Relation::Gtr, step, &zero)),
+            None => return Err(Unknown::undecided(Relation::Gtr, step, &zero)),
         }
     }
     let (least, most) = (steps.bound.sub(&steps.down)?, steps.bound.add(&steps.up)?);
@@ -107,7 +107,7 @@ pub(super) fn rotation(recurrence: &Recurrence, known: &Assumptions) -> Result<O
         return Ok(Some(vec![(vec![Form::Value(Vec::new(), rotated)], Vec::new())]));
     }
     let above = if steps.at_bound { Relation::Gte } else { Relation::Gtr };
-    let Some(side) = known.decide(above, start, &steps.bound) else { return Err(open(above, start, &steps.bound)) };
+    let Some(side) = known.decide(above, start, &steps.bound) else { return Err(Unknown::undecided(above, start, &steps.bound)) };
     let rotated = known.simplify(&steps.rotated(start, side, &index)?);
     let (form, count) = steps.straight(start, side, &index)?;
     let count = known.simplify(&count);
@@ -116,9 +116,4 @@ pub(super) fn rotation(recurrence: &Recurrence, known: &Assumptions) -> Result<O
         Piece { from: count, until: None, form: rotated },
     ];
     Ok(Some(vec![(vec![Form::Pieces(pieces)], Vec::new())]))
-}
-
-fn open(relation: Relation, left: &Value, right: &Value) -> Unknown {
-    let reason = format!("it must be known whether {left} {} {right}", relation.symbol());
-    Unknown { reason, open: Some(Box::new((relation, left.clone(), right.clone()))) }
 }

@@ -21,7 +21,7 @@ use super::over::of_quotient;
 use super::powers::{Found, Numbers, powers};
 use super::{Comparison, Reach, Unknown};
 use crate::assumption::Assumptions;
-use crate::closed_form::for_all_signs;
+use crate::closed_form::{for_all_signs, with_known_parts};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -45,7 +45,8 @@ pub(super) struct Entry<'a> {
 /// The first index from `from` on, and before `until`, at which the value lies in the interval.
 pub(super) fn enter(entry: &Entry) -> Result<Reach, Unknown> {
     let start = entry.value.with(entry.index, entry.from)?;
-    if entry.interval.holds(&start, entry.known) == Some(true) {
+    let holds = |start: &Value| entry.interval.holds(start, entry.known) == Some(true);
+    if holds(&start) || with_known_parts(&start, entry.known).is_some_and(|start| holds(&start)) {
         return entry.before_end(entry.from.clone(), Vec::new());
     }
     if let Some(never) = entry.never() {

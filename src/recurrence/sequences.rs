@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycle::repeating;
+use super::difference::by_difference;
 use super::fractional::fractional;
 use super::grouped::grouped;
 use super::in_pieces::in_pieces;
@@ -81,7 +82,8 @@ pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() 
     found
         .or_else(|| grouped(&recurrence, known, &with_one))
         .or_else(|| after_a_start(&recurrence, &reason, known, stop))
-        .ok_or_else(|| at_own_index(reason, &recurrence, &moved.index))
+        .map_or_else(|| by_difference(&moved, reason, (known, stop), &checked), Ok)
+        .map_err(|reason| at_own_index(reason, &recurrence, &moved.index))
 }
 
 /// The first forms that can be checked, of a recurrence that begins at 0.
