@@ -15,10 +15,10 @@ use crate::closed_form::{Form, Recurrence, closures, in_class};
 use crate::value::{Atom, Value};
 
 /// The terms that are looked at, and the most bits of one.
-const MOST_TERMS: usize = 240;
-const MOST_BITS: u64 = 3_000;
+const MOST_TERMS: usize = 400;
+const MOST_BITS: u64 = 5_000;
 /// The most turns.
-const MOST_TURNS: usize = 24;
+const MOST_TURNS: usize = 60;
 /// How often all turns must have been seen, and how many terms.
 const ROUNDS: usize = 3;
 const TERMS: usize = 10;
@@ -34,7 +34,10 @@ pub(super) fn itineraries(recurrence: &Recurrence, known: &Assumptions, stop: &d
         let since = since.map_or(0, |at| at + 1);
         (maps.len() - since >= (ROUNDS * count).max(TERMS) + count).then_some((since, count))
     };
-    let Some((since, count)) = (1..=MOST_TURNS).find_map(repeats) else { return Vec::new() };
+    // What has come again only lately may be part of a longer round.
+    let early = |(since, _): &(usize, usize)| 2 * since <= maps.len();
+    let mut all = (1..=MOST_TURNS).filter_map(repeats);
+    let Some((since, count)) = all.clone().find(early).or_else(|| all.next()) else { return Vec::new() };
     // What is multiplied by a negative number in each round keeps its sign in every other one.
     [count, 2 * count].into_iter().filter_map(|count| in_turn(recurrence, &maps, (since, count), known, stop)).collect()
 }
