@@ -22,6 +22,7 @@ mod readable;
 mod rooted;
 mod rounds;
 mod signs;
+mod since;
 mod simpler;
 mod stretches;
 mod summed;

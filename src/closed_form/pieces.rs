@@ -8,6 +8,7 @@ use num_traits::{Signed, ToPrimitive, Zero};
 use super::cells::{Cell, cells};
 use super::check::{Induction, failed, whole};
 use super::signs::{Signs, settled_by};
+use super::since::{on_both_sides, since_the_start};
 use super::whole_parts::same_by_whole_parts;
 use super::{Form, Piece, Recurrence, Unchecked};
 use crate::assumption::Assumptions;
@@ -345,54 +346,6 @@ fn assume_powers(piece: &Piece, index: &Name, known: &mut Assumptions) {
     }
 }
 
-/// Values of a piece whose form has the powers of one number with another name for what such a power is since the piece
-/// began, `(3/4)^(n-from)`, which is at most 1, or at least 1: so they have no powers, of which each prime is one of its own.
-fn since_the_start(values: &[&Value; 2], piece: &Piece, index: &Name, known: &mut Assumptions) -> Option<[Value; 2]> {
-    let one = Value::one();
-    let bases = exponentials(&piece.form, index)?.into_keys().filter(|base| *base != one);
-    let [base] = bases.collect::<Vec<_>>().try_into().ok()?;
-    let (base, exponent) = least_root(base);
-    let surely = |relation, bound: &Value| known.decide(relation, &base, bound) == Some(true);
-    let falls = surely(Relation::Lte, &one);
-    if !surely(Relation::Gtr, &Value::zero()) || !(falls || surely(Relation::Gte, &one)) {
-        return None;
-    }
-    let power = base.power(&Value::variable(index)).ok()?;
-    let since = Value::variable(&Name::new("[since]"));
-    let whole = since.mul(&base.power(&piece.from).ok()?).ok()?;
-    // The power is a product of powers of primes, of which one is then what the others leave.
-    let mark = Name::new("[prime]");
-    let left_by_others = |prime: Atom| {
-        let marked = power.with_atom(&prime, &Value::variable(&mark)).ok()?;
-        let image = if let Some((factor, _)) = marked.linear_in(&mark) {
-            whole.div(&factor).ok()?
-        } else {
-            marked.mul(&Value::variable(&mark)).ok()?.div(&whole).ok()?
-        };
-        (!image.mentions(&mark)).then_some((prime, image))
-    };
-    let (prime, image) = power.atoms().into_iter().find_map(left_by_others)?;
-    known.assume(Relation::Gtr, &since, &Value::zero());
-    let bound = if falls { Relation::Lte } else { Relation::Gte };
-    known.assume(bound, &since, &one);
-    known.assume(bound, &since.power(&Value::integer(exponent.into())).ok()?, &one);
-    let put = |value: &Value| value.replace(&mut |atom| (*atom == prime).then(|| image.clone())).ok();
-    Some([put(values[0])?, put(values[1])?])
-}
-
-/// 2/3 and 3 of 8/27: the number of which this is a power, and which.
-fn least_root(base: Value) -> (Value, u32) {
-    let Some(number) = base.as_rational() else { return (base, 1) };
-    let root = |exponent: u32| {
-        let root = BigRational::new(number.numer().nth_root(exponent), number.denom().nth_root(exponent));
-        (root.pow(exponent as i32) == number).then(|| (Value::rational(root), exponent))
-    };
-    (2..=MOST_ROOT).rev().filter(|_| number > BigRational::from_integer(0.into())).find_map(root).unwrap_or((base, 1))
-}
-
-/// The highest root of a base that is looked for.
-const MOST_ROOT: u32 = 6;
-
 /// Whether two values are equal, after each maximum and condition has become what it is known to be.
 pub(super) fn same_settled(left: &Value, right: &Value, known: &Assumptions) -> Result<bool, Unchecked> {
     same_in_cases(left, right, known, MOST_CASES)
@@ -441,8 +394,13 @@ fn undecided(value: &Value) -> Option<Atom> {
 }
 
 fn settled(value: &Value, known: &Assumptions) -> Result<Value, Unchecked> {
-    let at_least = |one: &Value, other: &Value| known.decide(Relation::Gte, one, other) == Some(true);
-    Ok(settled_by(value, &at_least, &|inner| known.decide(Relation::Gtr, inner, &Value::zero()))?)
+    let stands = |relation: Relation, value: &Value| {
+        known.decide(relation, value, &Value::zero()).or_else(|| on_both_sides(relation, value, known))
+    };
+    let at_least = |one: &Value, other: &Value| {
+        one.sub(other).is_ok_and(|difference| stands(Relation::Gte, &difference) == Some(true))
+    };
+    Ok(settled_by(value, &at_least, &|inner| stands(Relation::Gtr, inner))?)
 }
 
 /// The rational bases of powers with the index as exponent.
