@@ -48,8 +48,8 @@ pub(crate) use rounds::{by_place, first_lap, first_round, with_first_round};
 pub(crate) use signs::settled_by;
 pub(crate) use simpler::simpler;
 pub(crate) use summed::sum_of;
-pub(crate) use whole_parts::with_known_parts;
 pub(crate) use text::{as_it_stands, bracketed, compared, needed};
+pub(crate) use whole_parts::with_known_parts;
 
 /// A comparison that must hold for a result to be right.
 pub type Comparison = (Relation, Value, Value);

@@ -33,11 +33,11 @@ use crate::value::Value;
 pub use cases::{Apart, may_be_zero};
 pub(crate) use cases::{Merge, equation};
 pub use orbit::Orbit;
+pub use round::Endless;
+pub(crate) use sides::{equal, rounded, side};
 use supposed::supposing;
 pub(crate) use supposed::walk_supposing;
 pub use supposed::{Supposed, Supposing};
-pub use round::Endless;
-pub(crate) use sides::{equal, rounded, side};
 pub use trajectory::{Leg, Rounds, Trajectory};
 pub use unit::{Unit, total};
 

@@ -72,7 +72,8 @@ fn what_is_said_is_so_of_speeds_that_are_counted() {
 #[test]
 fn what_would_not_follow_is_not_said() {
     // The robot may pass any place on its way, so when it is first at c is not known even if it arrives.
-    let other = "param c, c != a, c != b, c != p0\nproperty Other = Delay_{?t1} ; (Delay_{?t2} # At_c) ; Delay_{?t3} ; Other\n";
+    let other =
+        "param c, c != a, c != b, c != p0\nproperty Other = Delay_{?t1} ; (Delay_{?t2} # At_c) ; Delay_{?t3} ; Other\n";
     let (at_another, _) = told(&format!("{SYMBOLS}fn s(d)\n{MISSION}{other}prove Sys satisfies Other\n"));
     assert!(at_another.contains("could not prove") && !at_another.contains("if they do"), "{at_another}");
     // Where the start may be the goal there is another run.

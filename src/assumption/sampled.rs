@@ -53,6 +53,32 @@ impl Assumptions {
         false
     }
 
+    /// Numbers for the variables of a value at which all holds that is assumed of them: as many different ones as are found
+    /// soon, which may be none.
+    pub(crate) fn examples(&self, value: &Value) -> Vec<Vec<(Name, BigRational)>> {
+        if self.solved.iter().any(|(name, _)| self.naturals.contains(name)) {
+            return Vec::new();
+        }
+        let value = self.with_solved(value);
+        let Some((names, facts)) = self.about(&value) else { return Vec::new() };
+        let points: Vec<(Name, Vec<BigRational>)> =
+            names.into_iter().map(|name| (name.clone(), self.points(&name))).collect();
+        let mut found = Vec::new();
+        for example in 0..EXAMPLES {
+            let point = |(place, (name, points)): (usize, &(Name, Vec<BigRational>))| {
+                let at = points.get((example * (2 * place + 1) + place) % points.len().max(1))?;
+                Some((name.clone(), at.clone()))
+            };
+            let Some(at) = points.iter().enumerate().map(point).collect::<Option<Vec<_>>>() else { break };
+            let ranges: Ranges =
+                at.iter().map(|(name, at)| (name.clone(), (Some(at.clone()), Some(at.clone())))).collect();
+            if facts.iter().all(|(allowed, fact)| signs_at(fact, &ranges).is_some_and(|own| own.within(*allowed))) {
+                found.push(at);
+            }
+        }
+        found
+    }
+
     /// The variables of a value and of all facts that bear on them, with these facts; none where they are too many.
     fn about(&self, value: &Value) -> Option<About> {
         let mut names = value.variables();

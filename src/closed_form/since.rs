@@ -14,7 +14,12 @@ const FALLS: &str = "[fallen]";
 
 /// Values of a piece whose form has the powers of one number with another name for what such a power is since the piece
 /// began, `(3/4)^(n-from)`, which is at most 1, or at least 1: so they have no powers, of which each prime is one of its own.
-pub(super) fn since_the_start(values: &[&Value; 2], piece: &Piece, index: &Name, known: &mut Assumptions) -> Option<[Value; 2]> {
+pub(super) fn since_the_start(
+    values: &[&Value; 2],
+    piece: &Piece,
+    index: &Name,
+    known: &mut Assumptions,
+) -> Option<[Value; 2]> {
     let one = Value::one();
     let bases = exponentials(&piece.form, index)?.into_keys().filter(|base| *base != one);
     let [base] = bases.collect::<Vec<_>>().try_into().ok()?;

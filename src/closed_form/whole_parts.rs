@@ -1,9 +1,15 @@
 //! Equations between forms with integer parts of an index and of one further on: `floor((a*(n+1)+b)/m)` is what
 //! `floor((a*n+b)/m)` is, or one more, where a/m lies between 0 and 1. Either is looked at.
 
+use std::collections::BTreeMap;
+
+use num_rational::BigRational;
+use num_traits::ToPrimitive;
+
 use super::Unchecked;
 use super::pieces::same_settled;
 use crate::assumption::Assumptions;
+use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
 /// Whether two values are equal, whichever of its two possible values the greater of two integer parts has.
@@ -73,18 +79,34 @@ pub(crate) fn with_known_parts(value: &Value, known: &Assumptions) -> Option<Val
             let whole = atom.value().ok()?;
             around.extend([whole.neg().ok()?, whole]);
         }
-        let small = around.iter().flat_map(|whole| (-1..=1).map(move |more| (whole, more)));
-        let mut all = small.filter_map(|(whole, more)| whole.add(&Value::integer(more)).ok());
-        all.find(|whole| {
-            let rest = inner.sub(whole).map(|rest| known.simplify(&rest));
-            rest.is_ok_and(|rest| {
-                known.decide(Relation::Gte, &rest, &Value::zero()) == Some(true)
-                    && known.decide(Relation::Lss, &rest, &Value::one()) == Some(true)
-            })
+        around.iter().find_map(|whole| {
+            let rest = known.simplify(&inner.sub(whole).ok()?);
+            let more = Value::integer(seen(&rest, known)?);
+            let rest = rest.sub(&more).ok()?;
+            let within = known.decide(Relation::Gte, &rest, &Value::zero()) == Some(true)
+                && known.decide(Relation::Lss, &rest, &Value::one()) == Some(true);
+            within.then(|| whole.add(&more).ok())?
         })
     };
     let image = |atom: &Atom| if let Atom::Floor(inner) = atom { part(inner) } else { None };
-    value.atoms().iter().any(|atom| matches!(atom, Atom::Floor(_))).then(|| value.replace(&mut |atom| image(atom)).ok())?
+    value
+        .atoms()
+        .iter()
+        .any(|atom| matches!(atom, Atom::Floor(_)))
+        .then(|| value.replace(&mut |atom| image(atom)).ok())?
+}
+
+/// The integer part of a value in all examples of what is assumed, where that is the same and small.
+fn seen(value: &Value, known: &Assumptions) -> Option<i64> {
+    let part = |example: Vec<(Name, BigRational)>| {
+        let numbers =
+            example.into_iter().map(|(name, number)| (name, Value::rational(number))).collect::<BTreeMap<_, _>>();
+        let whole = value.substitute(&numbers).ok()?.floor().ok()?.as_rational()?;
+        whole.to_integer().to_i64().filter(|whole| (-1..=1).contains(whole))
+    };
+    let mut parts = known.examples(value).into_iter().map(part);
+    let first = parts.next()??;
+    parts.all(|other| other == Some(first)).then_some(first)
 }
 
 /// The most integer parts inside one that are looked at.
@@ -93,7 +115,6 @@ const MOST_INSIDE: usize = 2;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::name::Name;
 
     #[test]
     fn behind_a_way_that_is_cut_up() {

@@ -1,9 +1,9 @@
 //! Sequences whose conditions compare them with each other, as of a pursuit, `if x(n) < y(n) then x(n)+v else x(n)`: with what
 //! lies between them as a sequence in place of one of them, the conditions are of that one alone.
 
+use super::Unknown;
 use super::exact::of_difference;
 use super::sequences::{Found, solve_until};
-use super::Unknown;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Recurrence, Sequence, Solved, term};
 use crate::name::Name;

@@ -19,7 +19,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn of(next: &Value, name: &Name) -> Option<(Steps, Value)> {
+    fn of(next: &Value, name: &Name) -> Option<Steps> {
         let mark = Name::new("[above]");
         let mut parts = next.atoms().into_iter().filter(|atom| atom.mentions(name));
         let conditions: Vec<Atom> = parts.by_ref().filter(|atom| *atom != Atom::Variable(name.clone())).collect();
@@ -38,8 +38,8 @@ impl Steps {
             Steps { bound, at_bound: true, down: step.neg().ok()?, up: other },
         ];
         match slope.as_rational() {
-            Some(number) if num_traits::Signed::is_positive(&number) => Some((plain, slope)),
-            Some(_) => Some((turned, slope)),
+            Some(number) if num_traits::Signed::is_positive(&number) => Some(plain),
+            Some(_) => Some(turned),
             None => None,
         }
     }
@@ -87,7 +87,7 @@ pub(super) fn rotation(recurrence: &Recurrence, known: &Assumptions) -> Result<O
     let [sequence] = recurrence.sequences.as_slice() else { return Ok(None) };
     let [start] = sequence.start.as_slice() else { return Ok(None) };
     let name = recurrence.term(&sequence.name, 0);
-    let Some((steps, _)) = Steps::of(&sequence.next, &name) else { return Ok(None) };
+    let Some(steps) = Steps::of(&sequence.next, &name) else { return Ok(None) };
     let index = Value::variable(&recurrence.index);
     if [&steps.bound, &steps.down, &steps.up].iter().any(|value| value.mentions(&recurrence.index)) {
         return Ok(None);
@@ -107,13 +107,30 @@ pub(super) fn rotation(recurrence: &Recurrence, known: &Assumptions) -> Result<O
         return Ok(Some(vec![(vec![Form::Value(Vec::new(), rotated)], Vec::new())]));
     }
     let above = if steps.at_bound { Relation::Gte } else { Relation::Gtr };
-    let Some(side) = known.decide(above, start, &steps.bound) else { return Err(Unknown::undecided(above, start, &steps.bound)) };
+    let Some(side) = known.decide(above, start, &steps.bound) else {
+        return Err(Unknown::undecided(above, start, &steps.bound));
+    };
     let rotated = known.simplify(&steps.rotated(start, side, &index)?);
     let (form, count) = steps.straight(start, side, &index)?;
     let count = known.simplify(&count);
-    let pieces = vec![
-        Piece { from: zero, until: Some(count.clone()), form },
-        Piece { from: count, until: None, form: rotated },
-    ];
+    let pieces =
+        vec![Piece { from: zero, until: Some(count.clone()), form }, Piece { from: count, until: None, form: rotated }];
     Ok(Some(vec![(vec![Form::Pieces(pieces)], Vec::new())]))
+}
+
+/// What is known, with what follows of the parameters of two such steps: that each is above 0, if it is. What an integer part
+/// is between is known of a divisor of which that is said.
+pub(super) fn with_signs(recurrence: &Recurrence, mut known: Assumptions) -> Assumptions {
+    let [sequence] = recurrence.sequences.as_slice() else { return known };
+    let name = recurrence.term(&sequence.name, 0);
+    if Steps::of(&sequence.next, &name).is_none() {
+        return known;
+    }
+    for name in sequence.next.variables().into_iter().filter(|other| *other != name && *other != recurrence.index) {
+        let (value, zero) = (Value::variable(&name), Value::zero());
+        if known.decide(Relation::Gtr, &value, &zero) == Some(true) {
+            known.assume(Relation::Gtr, &value, &zero);
+        }
+    }
+    known
 }

@@ -46,7 +46,9 @@ pub(super) struct Entry<'a> {
 pub(super) fn enter(entry: &Entry) -> Result<Reach, Unknown> {
     let start = entry.value.with(entry.index, entry.from)?;
     let holds = |start: &Value| entry.interval.holds(start, entry.known) == Some(true);
-    if holds(&start) || with_known_parts(&start, entry.known).is_some_and(|start| holds(&start)) {
+    // Where a piece begins behind a way of symbols, what is rounded there may be known.
+    let behind = entry.from.as_rational().is_none();
+    if holds(&start) || behind && with_known_parts(&start, entry.known).is_some_and(|start| holds(&start)) {
         return entry.before_end(entry.from.clone(), Vec::new());
     }
     if let Some(never) = entry.never() {

@@ -17,7 +17,7 @@ use super::nested::{Layers, nested};
 use super::parts::{each_group, read_off};
 use super::product::with_product;
 use super::ranges::in_ranges;
-use super::rotation::rotation;
+use super::rotation::{rotation, with_signs};
 use super::settled::after_a_start;
 use super::switching::switching;
 use super::symbolic::symbolic;
@@ -64,7 +64,7 @@ pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() 
     }
     go_on(stop)?;
     let moved = from_zero(&recurrence)?;
-    let known = &known.without_name(&recurrence.index);
+    let known = &with_signs(&moved, known.without_name(&recurrence.index));
     let checked = |(forms, conditions): Found| {
         let own = |form| begins(form, &moved.index, &recurrence);
         let forms = forms.into_iter().map(own).collect::<Result<Vec<_>, _>>()?;

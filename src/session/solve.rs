@@ -17,7 +17,7 @@ pub(super) use otherwise::{Asked, with_otherwise};
 use super::orders::in_orders;
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
-use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, in_cases, needed};
+use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, in_cases, needed, with_known_parts};
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
@@ -438,7 +438,8 @@ fn is_met(
     let term = solved.and_then(|solved| solved.at(&Name::new(sequence), at).ok()).or_else(iterated);
     let known = solved.map_or(known, Solved::known);
     // Without the cases that are excluded: a quotient may have a value in the others alone.
-    term.is_some_and(|term| known.decide(Relation::Eq, &term, &known.simplify(value)) == Some(true))
+    let is = |term: &Value| known.decide(Relation::Eq, term, &known.simplify(value)) == Some(true);
+    term.is_some_and(|term| is(&term) || with_known_parts(&term, known).is_some_and(|term| is(&term)))
 }
 
 /// Whether a form that was written down is right: by the same induction, or because it is the one that was found.

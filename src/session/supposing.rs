@@ -26,7 +26,9 @@ impl Run<'_, '_> {
         let mut theory = theory(environment);
         theory.assumptions = supposing.known.clone();
         let interrupted = || self.surroundings.interrupted();
-        let Answer::Proved(..) = prove(&theory, &statement, &By::Search, Limits::default(), &interrupted) else { return };
+        let Answer::Proved(..) = prove(&theory, &statement, &By::Search, Limits::default(), &interrupted) else {
+            return;
+        };
         let mut lines = vec!["it remains to show that these numbers of rounds exist:".to_string()];
         lines.extend(supposing.supposed.iter().map(|one| format!("  {}", said(&one.line()))));
         let told = |values: &std::collections::BTreeMap<Name, Value>| {

@@ -46,9 +46,8 @@ impl Supposed {
     /// What is supposed, in words.
     pub fn line(&self) -> String {
         let Supposed { count, when, index, sequences } = self;
-        let said = |(name, start, next): &(Name, Value, Value)| {
-            format!("{name}(0) = {start}, {name}({index}+1) = {next}")
-        };
+        let said =
+            |(name, start, next): &(Name, Value, Value)| format!("{name}(0) = {start}, {name}({index}+1) = {next}");
         let sequences: Vec<String> = sequences.iter().map(said).collect();
         let of = if sequences.is_empty() { String::new() } else { format!(", where {}", sequences.join(", ")) };
         format!("{count} is the least {index} >= 1 with {when}{of}")
@@ -96,7 +95,9 @@ impl Walker<'_> {
         let maps: Option<Values> = values
             .keys()
             .filter(|name| !kept(round, name))
-            .map(|name| Some((name.clone(), self.assumptions.simplify(&round.map.get(name)?.substitute(&constant).ok()?))))
+            .map(|name| {
+                Some((name.clone(), self.assumptions.simplify(&round.map.get(name)?.substitute(&constant).ok()?)))
+            })
             .collect();
         let maps = maps?;
         let said = self.only_test(round, &constant, &maps)?;
