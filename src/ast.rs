@@ -486,6 +486,9 @@ pub enum ValueKind {
     Cases(Vec<(Value, Option<Either>)>),
 }
 
+/// How `n!` is called.
+pub const FACTORIAL: &str = "factorial";
+
 /// `x`, or `sd: x`, or `1/2: Normal(…)`
 #[derive(Clone, Debug)]
 pub struct Argument {

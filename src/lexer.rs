@@ -1,6 +1,9 @@
 //! Text into tokens, in one pass and linear time.
 
+mod signs;
+
 use crate::diagnostic::{Diagnostic, Span};
+use signs::single;
 
 /// The words that the language keeps for itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -196,6 +199,8 @@ pub enum Kind {
     Dots,
     /// `%`
     Percent,
+    /// `!` behind a value
+    Factorial,
     /// `+`
     Plus,
     /// `-`, `−`
@@ -440,7 +445,11 @@ impl Lexer<'_> {
             self.push(kind, start);
             return;
         }
-        let kind = single(letter);
+        let value = self
+            .text
+            .get(..start)
+            .is_some_and(|before| before.ends_with(|last: char| last.is_alphanumeric() || matches!(last, ')' | '}')));
+        let kind = if letter == '!' && value { Kind::Factorial } else { single(letter) };
         self.position += letter.len_utf8();
         self.push(kind, start);
         if kind == Kind::Unknown {
@@ -449,7 +458,6 @@ impl Lexer<'_> {
                 '→' | '⇒' => "a law that simplifies is written `=>`",
                 '!' => "\"not equal\" is written `!=`, and behind `if` and `find n with` \"not\" is a word",
                 '&' | '∧' => "behind `if` and `find n with` write `and`, elsewhere a comma",
-                '%' => "a comment begins with `//`",
                 _ => "the signs of the language are ; | # ^ _ < > ( ) { } + - * / and = != <= >=",
             };
             self.report(
@@ -458,41 +466,5 @@ impl Lexer<'_> {
                     .help(advice),
             );
         }
-    }
-}
-
-fn single(letter: char) -> Kind {
-    match letter {
-        '_' => Kind::Underscore,
-        ',' => Kind::Comma,
-        ';' => Kind::Semicolon,
-        '|' | '∥' | '‖' | '∣' => Kind::Bar,
-        '#' => Kind::Hash,
-        '^' => Kind::Caret,
-        '(' => Kind::OpenRound,
-        ')' => Kind::CloseRound,
-        '{' => Kind::OpenCurly,
-        '}' => Kind::CloseCurly,
-        '[' => Kind::OpenSquare,
-        ']' => Kind::CloseSquare,
-        '<' | '⟨' | '〈' => Kind::Less,
-        '>' | '⟩' | '〉' => Kind::Greater,
-        '≤' => Kind::LessEqual,
-        '≈' => Kind::Weak,
-        '≲' => Kind::LessWeak,
-        '≥' => Kind::GreaterEqual,
-        '=' => Kind::Equal,
-        '≠' => Kind::NotEqual,
-        ':' => Kind::Colon,
-        '.' => Kind::Dot,
-        '+' => Kind::Plus,
-        '-' | '−' => Kind::Minus,
-        '*' | '·' | '×' | '⋅' => Kind::Star,
-        '∘' => Kind::Lower,
-        '/' => Kind::Slash,
-        '~' => Kind::Tilde,
-        '%' => Kind::Percent,
-        '↓' => Kind::Word(Keyword::To),
-        _ => Kind::Unknown,
     }
 }

@@ -23,6 +23,7 @@ mod factors;
 mod far;
 mod fixed;
 mod fractional;
+mod from_zero;
 mod going_round;
 mod grouped;
 mod hypergeometric;

@@ -1,5 +1,6 @@
 //! Recurrences: equations between terms of sequences, and their first values.
 
+mod factorial;
 mod find;
 
 use std::borrow::Cow;
@@ -63,6 +64,8 @@ const MOST_INDEX: i64 = 1_000;
 
 impl Lowerer<'_> {
     pub(super) fn solve(&mut self, solve: &ast::Solve) -> Option<Question> {
+        let with_factorials = self.with_factorials(solve)?;
+        let solve = with_factorials.as_ref().unwrap_or(solve);
         let mut equations = Equations::default();
         if let Some((left, _)) = solve.equations.get(MOST_EQUATIONS) {
             return self.wrong(left.span, format!("there are more than {MOST_EQUATIONS} equations"));

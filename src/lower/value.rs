@@ -13,7 +13,7 @@ use super::scope::{Lowerer, Metas, words};
 use super::{Class, Quantity};
 use num_traits::{One, Signed};
 
-use crate::ast::{Argument, Ident, Value as Written, ValueKind};
+use crate::ast::{Argument, FACTORIAL, Ident, Value as Written, ValueKind};
 use crate::diagnostic::{Diagnostic, Span, nearest, product};
 use crate::name::Name;
 use crate::value::{Need, Sort, Value, ValueError, keeps_divisors, taken_for_granted};
@@ -328,6 +328,12 @@ impl Lowerer<'_> {
         let needed = match (self.environment.quantity(&name.name), basic) {
             (Some(Quantity::Function { parameters, .. }), _) => Some(parameters.len()),
             (_, Some((_, count))) => *count,
+            (_, None)
+                if text == FACTORIAL
+                    && let [Some(of)] = values.as_slice() =>
+            {
+                return self.factorial(of, span);
+            }
             (_, None) => return self.unknown_function(name),
         };
         if needed.map_or(values.is_empty(), |needed| needed != values.len()) {

@@ -4,9 +4,10 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 
 use super::{Failed, Parse, Parser, Role};
-use crate::ast::{Argument, Ident, Value, ValueKind};
+use crate::ast::{Argument, FACTORIAL, Ident, Value, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Keyword, Kind, MOST_DIGITS};
+use crate::name::Name;
 
 impl Parser<'_> {
     /// A value: a sum.
@@ -98,7 +99,13 @@ impl Parser<'_> {
 
     fn simple_power(&mut self) -> Parse<Value> {
         let bare = self.at(Kind::Lower) && self.ahead(1).kind != Kind::OpenRound;
-        let base = self.primary()?;
+        let mut base = self.primary()?;
+        while self.at(Kind::Factorial) {
+            let sign = self.take(Role::Closing).span;
+            let name = Ident { name: Name::new(FACTORIAL), span: sign };
+            let span = base.span.to(sign);
+            base = Value { span, kind: ValueKind::Call(name, vec![Argument { label: None, value: base }]) };
+        }
         match base.kind {
             ValueKind::Name(name) if bare => self.raised(name),
             _ if self.at(Kind::Caret) => {

@@ -38,7 +38,8 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         if pieces.len() == 1 && is(Relation::Lte, &square) && is(Relation::Lte, &square.add(&linear).ok()?) {
             return Some(Reach::Never("it does not rise from where it begins".to_string()));
         }
-        if !is(Relation::Gtr, &square) && !(square.is_zero() && is(Relation::Gtr, &linear)) {
+        let rises = is(Relation::Gtr, &square) || square.is_zero() && is(Relation::Gtr, &linear);
+        if !rises {
             return None;
         }
         let behind = || Some(Reach::At(known.simplify(&behind(&[constant, linear, square], above).ok()?), Vec::new()));

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 
 use num_traits::{Signed, ToPrimitive};
 
-use super::sequences::{Found, counted_from, later, solve_until};
+use super::from_zero::{counted_from, later};
+use super::sequences::{Found, solve_until};
 use super::{Closed, Comparison};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Layer, Nested, Piece, Recurrence, Sequence, layer, product};

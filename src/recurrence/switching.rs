@@ -6,10 +6,11 @@
 
 use std::collections::BTreeMap;
 
+use super::from_zero::later;
 use super::ranges::{after, as_pieces, joined, trimmed, up_to};
 use super::reach::reach;
 use super::region::{Failing, Guard, Point, fails_at, resolve_at};
-use super::sequences::{Found, later, solve_until};
+use super::sequences::{Found, solve_until};
 use super::{Closed, Comparison, Reach, Unknown};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Solved};

@@ -64,7 +64,7 @@ pub(crate) struct Unsettled {
     /// Where it comes to in each case of that, where it is known in some.
     pub(super) cases: Vec<InCase<Found>>,
     /// Where it would come to if each phase ended.
-    supposed: Option<Supposed>,
+    supposed: Option<Box<Supposed>>,
 }
 
 impl Unsettled {
@@ -119,7 +119,7 @@ pub(crate) fn course_of(
             cases = in_cases((period, system, environment), &why, interrupted);
         }
         in_all(&cases).map(Some).ok_or_else(|| {
-            let supposed = supposing(period, environment, interrupted);
+            let supposed = supposing(period, environment, interrupted).map(Box::new);
             Unsettled { cases, supposed, ..why }
         })
     })
