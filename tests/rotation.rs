@@ -85,6 +85,14 @@ proptest! {
     }
 
     #[test]
+    fn what_is_counted_is_what_the_equations_make(a in small(), b in small(), w in small()) {
+        let asked = "param a > 0, b > 0, w\nsolve x(n+1) = if y(n) > x(n) then x(n)+a else x(n), x(0) = 0, \
+            y(n+1) = if y(n) > x(n) then y(n) else y(n)+b, y(0) = 1, \
+            c(n+1) = if y(n) > x(n) then c(n)+w else c(n)-2, c(0) = 5\n";
+        agree(asked, &numbers(&[("a", a), ("b", b), ("w", w)]));
+    }
+
+    #[test]
     fn controllers_that_saturate_are_what_the_equations_make(share in 1i64..9, u in small(), more in small()) {
         let asked = "param k > 0, k < 1, u > 0, g, g*k >= u\nsolve e(n+1) = e(n)-clamp(k*e(n),-u,u), e(0) = g\n";
         let k = BigRational::new(share.into(), 10.into());

@@ -54,6 +54,7 @@ fn of_each(
         }
         known.assume(Relation::Gtr, divisor, &Value::zero());
     }
+    scaled(left, less, &mut known)?;
     let atom = Atom::Floor(more.clone());
     for step in [0, 1] {
         let whole = less.floor()?.add(&Value::integer(whole + step))?;
@@ -67,6 +68,22 @@ fn of_each(
         }
     }
     Ok(true)
+}
+
+/// What an integer part is between, as many times as it stands in a value: `(3+sqrt(2))*floor(x)`.
+fn scaled(value: &Value, inner: &Value, known: &mut Assumptions) -> Result<(), Unchecked> {
+    let (whole, mark) = (inner.floor()?, Name::new("[part]"));
+    let atom = Atom::Floor(inner.clone());
+    let times = value.with_atom(&atom, &Value::variable(&mark))?.linear_in(&mark).map(|(times, _)| times);
+    let Some(times) = times.filter(|times| !times.mentions(&mark)) else { return Ok(()) };
+    for times in [times.clone(), times.neg()?] {
+        if known.decide(Relation::Gtr, &times, &Value::zero()) == Some(true) {
+            let (inner, whole) = (inner.mul(&times)?, whole.mul(&times)?);
+            known.assume(Relation::Gte, &inner, &whole);
+            known.assume(Relation::Lss, &inner, &whole.add(&times)?);
+        }
+    }
+    Ok(())
 }
 
 /// A value with each integer part that is known to be one of a few small numbers as that number, or as one of these more or

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::counted::counted;
 use super::cycle::repeating;
 use super::difference::by_difference;
 use super::fractional::fractional;
@@ -83,6 +84,7 @@ pub fn solve_until(recurrence: Recurrence, known: &Assumptions, stop: &dyn Fn() 
     found
         .or_else(|| grouped(&recurrence, known, &with_one))
         .or_else(|| after_a_start(&recurrence, &reason, known, stop))
+        .or_else(|| counted(&moved, (known, stop), &checked))
         .map_or_else(|| by_difference(&moved, reason, (known, stop), &checked), Ok)
         .map_err(|reason| at_own_index(reason, &recurrence, &moved.index))
 }
