@@ -173,6 +173,7 @@ impl Induction<'_> {
                 known.simplify(&difference).is_zero()
                     || exponentials(&difference, &self.recurrence.index).is_some_and(|powers| powers.is_empty())
                     || with_known_parts(&difference, known)
+                        .map(|rest| known.simplify(&rest))
                         .is_some_and(|rest| known.decide(Relation::Eq, &rest, &Value::zero()) == Some(true))
             })
     }
