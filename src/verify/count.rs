@@ -3,10 +3,11 @@
 use super::trajectory::{Values, Walker};
 use super::undecided::Unsure;
 use crate::assumption::Assumptions;
+use crate::closed_form::cells;
 use crate::name::Name;
 use crate::period::{Edge, Test};
 use crate::recurrence::{Closed, Goal, Piece, Reach, first, solve_together};
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Relation, Sort, Value, ValueError};
 
 /// A count of rounds with the closed forms.
 pub(super) struct Count {
@@ -81,7 +82,7 @@ impl Walker<'_> {
     fn limit(&self, count: &mut Count, test: &Test, after: Option<&Test>, forms: &Forms) -> Result<(), Unsure> {
         // A test of the values after a round is a test of the sequence one later.
         let (said, later) = after.map_or((test, false), |after| (after, true));
-        let said = self.of_one_component(said.substitute(&forms.constant)?)?;
+        let said = of_one_component(said.substitute(&forms.constant)?, &self.assumptions)?;
         let reads = |name: &&Name| said.left.mentions(name) || said.right.mentions(name);
         let reach = match forms.maps.keys().filter(reads).collect::<Vec<_>>().as_slice() {
             [] => return self.settled(count, &said),
@@ -113,17 +114,6 @@ impl Walker<'_> {
                 }
             }
         }
-    }
-
-    /// A test of vectors that differ in one component at most, by that component.
-    fn of_one_component(&self, said: Test) -> Result<Test, Unsure> {
-        let Some(parts) = said.left.sub(&said.right)?.components() else { return Ok(said) };
-        let equal = |part: &&Value| self.assumptions.decide(Relation::Eq, part, &Value::zero()) == Some(true);
-        let mut rest: Vec<&Value> = parts.iter().filter(|part| !equal(part)).collect();
-        Ok(match (rest.pop(), rest.as_slice()) {
-            (Some(only), []) => Test { relation: said.relation, left: only.clone(), right: Value::zero() },
-            _ => said,
-        })
     }
 
     /// When a test of one variable fails first.
@@ -163,7 +153,7 @@ impl Walker<'_> {
         Ok(later)
     }
 
-    /// When a test of several variables fails first; their forms must have their pieces in common.
+    /// When a test of several variables fails first.
     fn first_of_many(&self, said: &Test, names: &[&Name], later: bool, forms: &Forms) -> Result<Reach, Unsure> {
         let unsure = || Unsure::because(format!("{said} compares two things that change"));
         let mut all = Vec::new();
@@ -172,13 +162,12 @@ impl Walker<'_> {
             all.push(if later { self.one_later(closed)? } else { closed.clone() });
         }
         let failed = said.negated();
+        let all: Vec<Vec<Piece>> = all.into_iter().map(|closed| closed.pieces).collect();
         let mut pieces = Vec::new();
-        for (place, piece) in all[0].pieces.iter().enumerate() {
-            let mut images = Values::new();
-            for (name, closed) in names.iter().zip(&all) {
-                let own = closed.pieces.get(place).filter(|own| (&own.from, &own.until) == (&piece.from, &piece.until));
-                images.insert((*name).clone(), own.ok_or_else(unsure)?.form.clone());
-            }
+        for cell in cells(&all, Value::zero(), &self.assumptions).map_err(Unsure::because)? {
+            let images: Values =
+                names.iter().zip(&cell.forms).map(|(name, form)| ((*name).clone(), (*form).clone())).collect();
+            let piece = Piece { from: cell.from.clone(), until: cell.until.clone(), form: Value::zero() };
             let difference = failed.left.sub(&failed.right)?.substitute(&images)?;
             let mut known = self.assumptions.clone();
             let index = Value::variable(&self.index);
@@ -224,6 +213,17 @@ impl Walker<'_> {
             && differ(&factor, &Value::zero())
             && differ(start, wanted)
     }
+}
+
+/// A test of vectors that differ in one component at most, by that component.
+pub(super) fn of_one_component(said: Test, known: &Assumptions) -> Result<Test, ValueError> {
+    let Some(parts) = said.left.sub(&said.right)?.components() else { return Ok(said) };
+    let equal = |part: &&Value| known.decide(Relation::Eq, part, &Value::zero()) == Some(true);
+    let mut rest: Vec<&Value> = parts.iter().filter(|part| !equal(part)).collect();
+    Ok(match (rest.pop(), rest.as_slice()) {
+        (Some(only), []) => Test { relation: said.relation, left: only.clone(), right: Value::zero() },
+        _ => said,
+    })
 }
 
 /// A number that is 0 where a difference is; of a vector, a component that all others are multiples of.

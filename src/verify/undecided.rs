@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::count::of_one_component;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Edge, End, Next, Test, in_case};
@@ -65,6 +66,7 @@ pub(super) fn between(possible: &Possible<'_>, assumptions: &Assumptions) -> Uns
     let all: BTreeSet<&Test> = possible.iter().flat_map(|(_, open)| open).collect();
     for test in all {
         let test = if test.relation == Relation::Neq { test.negated() } else { test.clone() };
+        let test = plainer(test, assumptions);
         if !tests.contains(&test) && !tests.contains(&test.negated()) {
             tests.push(test);
         }
@@ -80,6 +82,14 @@ pub(super) fn between(possible: &Possible<'_>, assumptions: &Assumptions) -> Uns
         format!("it must be known whether {test}{help}")
     }));
     Unsure { reasons, asked: tests.into_iter().map(|test| (test.relation, test.left, test.right)).collect() }
+}
+
+/// A test of vectors by the one component in which they may differ, as far as it is known what its parts are.
+fn plainer(test: Test, assumptions: &Assumptions) -> Test {
+    match of_one_component(test.clone(), assumptions) {
+        Ok(one) if one != test => Test { left: assumptions.simplify(&one.left), ..one },
+        _ => test,
+    }
 }
 
 /// A test, or its opposite, with which one way alone is left; where both do that, the one that holds of more values.
