@@ -1,6 +1,8 @@
 //! What is said of a property where it is not known whether the phases of the run end: which numbers of rounds would have
 //! to exist, and what the property gives if they do.
 
+use std::collections::BTreeMap;
+
 use super::claim::Found;
 use super::compare::theory;
 use super::reading::Run;
@@ -31,7 +33,7 @@ impl Run<'_, '_> {
         };
         let mut lines = vec!["it remains to show that these numbers of rounds exist:".to_string()];
         lines.extend(supposing.supposed.iter().map(|one| format!("  {}", said(&one.line()))));
-        let told = |values: &std::collections::BTreeMap<Name, Value>| {
+        let told = |values: &BTreeMap<Name, Value>| {
             values.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ")
         };
         let first = &supposing.outcome;

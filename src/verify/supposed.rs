@@ -2,6 +2,7 @@
 //! symbol, the first number of rounds after which its test fails, and the values that have no closed form are written as
 //! sequences of their own. Nothing is proved so: it says what remains to be shown, and what it would give.
 
+use super::count::Count;
 use super::property::{Wanted, judge};
 use super::trajectory::{Trajectory, Values, Walker, walk_from};
 use super::{Outcome, Verdict};
@@ -12,8 +13,6 @@ use crate::period::{Edge, Period, Test};
 use crate::recurrence::{Closed, Piece, solve_apart};
 use crate::term::Term;
 use crate::value::{Relation, Sort, Value};
-
-use super::count::Count;
 
 /// Phases that are supposed to end, before the run must have repeated.
 const MOST: usize = 12;
