@@ -33,6 +33,10 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
             return None;
         }
         let [constant, linear, square] = coefficients(&form, index).ok().flatten()?;
+        // Of one line the shape says more.
+        if pieces.len() == 1 && square.is_zero() {
+            return None;
+        }
         let is = |relation, value: &Value| decided(value, relation) == Some(true);
         // No step is greater than the first one.
         if pieces.len() == 1 && is(Relation::Lte, &square) && is(Relation::Lte, &square.add(&linear).ok()?) {
