@@ -4,6 +4,7 @@
 
 use super::count::Count;
 use super::property::{Wanted, judge};
+use super::round::is_known;
 use super::trajectory::{Trajectory, Values, Walker, walk_from};
 use super::{Outcome, Verdict};
 use crate::assumption::Assumptions;
@@ -12,7 +13,7 @@ use crate::name::Name;
 use crate::period::{Edge, Period, Test};
 use crate::recurrence::{Closed, Piece, solve_apart};
 use crate::term::Term;
-use crate::value::{Relation, Sort, Value};
+use crate::value::{Atom, Relation, Sort, Value};
 
 /// Phases that are supposed to end, before the run must have repeated.
 const MOST: usize = 12;
@@ -117,6 +118,12 @@ impl Walker<'_> {
         let next = |(name, own, start): &(Name, Name, Value)| {
             Some((own.clone(), start.clone(), self.assumptions.simplify(&maps.get(name)?.substitute(&images).ok()?)))
         };
+        // What has a form, or is made of numbers alone, is followed as far as it can be.
+        let names: Vec<&Name> = maps.keys().collect();
+        let of_numbers = |map: &Value| map.variables().iter().all(|name| names.contains(&name)) && !applies(map);
+        if called.is_empty() || values.values().all(is_known) && maps.values().all(of_numbers) {
+            return None;
+        }
         let sequences = called.iter().map(next).collect::<Option<Vec<_>>>()?;
         let when = said.negated().substitute(&images).ok()?;
         let count = self.own_name(&Name::new("n"), number);
@@ -190,6 +197,11 @@ impl Walker<'_> {
         self.taken.insert(name.clone());
         name
     }
+}
+
+/// Whether a function of which nothing is known stands in a value.
+fn applies(value: &Value) -> bool {
+    value.atoms().iter().any(|atom| matches!(atom, Atom::Apply(..)) || atom.parts().into_iter().any(applies))
 }
 
 fn kept(round: &Edge, name: &Name) -> bool {
