@@ -5,7 +5,7 @@ use super::Unknown;
 use super::exact::of_difference;
 use super::sequences::{Found, solve_until};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Recurrence, Sequence, Solved, term};
+use crate::closed_form::{Comparison, Form, Recurrence, Sequence, Solved, term};
 use crate::name::Name;
 use crate::value::{Atom, Value};
 
@@ -35,12 +35,20 @@ pub(super) fn by_difference(
                     return Ok(solved);
                 }
             }
-            Err(asked) if asked.open.is_some() => return Err(asked),
+            Err(asked) if asked.open.as_ref().is_some_and(|open| of_parameters(open)) => return Err(asked),
             Err(_) => {}
         }
     }
     Err(reason)
 }
+
+/// Whether something is asked of parameters alone, and not of what lies between: that has no name in the question.
+fn of_parameters((_, left, right): &Comparison) -> bool {
+    left.variables().iter().chain(&right.variables()).all(|name| !name.as_str().contains(BETWEEN))
+}
+
+/// What lies between is called so: no name of a question.
+const BETWEEN: &str = "[between]";
 
 /// What lies between sequences: what conditions and maxima of two or more of them are of, without what is free of them.
 fn between(recurrence: &Recurrence) -> Option<Value> {
@@ -75,7 +83,7 @@ fn between(recurrence: &Recurrence) -> Option<Value> {
 fn with_between(recurrence: &Recurrence, between: &Value, place: usize) -> Option<(Recurrence, Value)> {
     let index = &recurrence.index;
     let own = recurrence.term(&recurrence.sequences[place].name, 0);
-    let name = Name::new("[between]");
+    let name = Name::new(BETWEEN);
     let other = term(&name, index, 0);
     let (factor, rest) = between.linear_in(&own)?;
     factor.as_rational().filter(|factor| !num_traits::Zero::is_zero(factor))?;

@@ -119,7 +119,9 @@ pub(crate) fn course_of(
             cases = in_cases((period, system, environment), &why, interrupted);
         }
         in_all(&cases).map(Some).ok_or_else(|| {
-            let supposed = supposing(period, environment, interrupted).map(Box::new);
+            // Where it is known in each case that is told.
+            let open = cases.is_empty() || cases.iter().any(|case| case.found.is_err());
+            let supposed = open.then(|| supposing(period, environment, interrupted)).flatten().map(Box::new);
             Unsettled { cases, supposed, ..why }
         })
     })

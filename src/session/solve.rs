@@ -158,7 +158,7 @@ fn answered(
             lines.extend(left_out(solved, Some(question), known, stop));
             lines
         }
-        Err(_) if in_all => each_order(recurrence, orders, "", stop),
+        Err(_) if in_all => each_order(recurrence, orders.clone(), "", stop),
         Err(reason) => unsolved(recurrence, reason, known, stop),
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
@@ -181,9 +181,11 @@ fn answered(
         },
         Expectation::Never => matches!(found, Some(Reach::Never(_))),
         Expectation::Proved => (solved.is_some() || in_all) && !matches!(found, Some(Reach::Unknown(_))),
-        Expectation::Values(values) => {
-            values.iter().all(|(name, value)| is_met(name, value, recurrence, solved.as_ref(), found.as_ref(), known))
-        }
+        Expectation::Values(values) => values.iter().all(|(name, value)| {
+            let met = |solved, known| is_met(name, value, recurrence, solved, found.as_ref(), known);
+            let in_each = || orders.iter().all(|case| met(Some(&case.found), &case.known));
+            met(solved.as_ref(), known) || in_all && in_each()
+        }),
         _ => false,
     };
     let expected = waiting.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
