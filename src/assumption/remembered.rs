@@ -35,6 +35,11 @@ impl Hash for Assumptions {
 impl Assumptions {
     /// The signs that the value may have; the search stops when they are all `wanted` or none is.
     pub(super) fn possible_signs(&self, value: &Value, wanted: Signs) -> Signs {
+        let decided = |signs: &Signs| signs.within(wanted) || signs.and(wanted).is_empty();
+        let one_term = value.polynomials().is_some_and(|(numerator, _)| numerator.terms().len() == 1);
+        if let Some(signs) = one_term.then(|| self.quick(value)).filter(|signs| !signs.is_empty() && decided(signs)) {
+            return signs;
+        }
         let question = (wanted, value.clone());
         let known = KNOWN.with_borrow(|known| known.get(self).and_then(|answers| answers.get(&question).copied()));
         if let Some(signs) = known {
@@ -43,7 +48,6 @@ impl Assumptions {
         if let Some(signs) = self.signs_alone(value, wanted) {
             return signs;
         }
-        let decided = |signs: &Signs| signs.within(wanted) || signs.and(wanted).is_empty();
         if let Some(signs) = self.signs_enclosed(value).filter(decided) {
             return signs;
         }

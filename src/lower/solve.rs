@@ -18,7 +18,7 @@ use crate::name::Name;
 use crate::value::{Need, Relation, Sort, Value};
 
 /// The most first values of one sequence.
-const MOST_ORDER: usize = 60;
+const MOST_ORDER: usize = 128;
 
 /// The most equations, first values among them.
 const MOST_EQUATIONS: usize = 400;

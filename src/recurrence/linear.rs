@@ -11,6 +11,7 @@ use num_traits::{One, Zero};
 
 use super::Unknown;
 use super::matrix::characteristic;
+use super::sequences::{go_on, interrupted};
 use crate::closed_form::{Form, Recurrence};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::rational::{product, sum};
@@ -18,7 +19,7 @@ use crate::univariate::Univariate;
 use crate::value::{Value, ValueError};
 
 /// The most variables of a system, and the most terms that are needed of it.
-pub(super) const MOST_VARIABLES: usize = 24;
+pub(super) const MOST_VARIABLES: usize = 128;
 
 /// A system `s(n+1) = A s(n) + b(n)`, where the state s has as many places for each sequence as its order.
 pub(super) struct System {
@@ -83,7 +84,7 @@ impl System {
     }
 
     /// The closed forms of the sequences.
-    pub(super) fn forms(&self) -> Result<Vec<Form>, Unknown> {
+    pub(super) fn forms(&self, stop: &dyn Fn() -> bool) -> Result<Vec<Form>, Unknown> {
         let numbers: Option<Vec<BigRational>> = self.start.iter().map(Value::as_rational).collect();
         let inputs: Option<Vec<Inputs<BigRational>>> = self
             .inputs
@@ -91,7 +92,7 @@ impl System {
             .map(|row| row.iter().map(|(value, power, base)| Some((value.as_rational()?, *power, base))).collect())
             .collect();
         match (numbers, inputs) {
-            (Some(start), Some(inputs)) => self.solved(&start, &inputs),
+            (Some(start), Some(inputs)) => self.solved(&start, &inputs, stop),
             _ => {
                 let row = |row: &Vec<(Value, usize, BigRational)>| -> Vec<(Value, usize, BigRational)> { row.clone() };
                 let rows: Vec<_> = self.inputs.iter().map(row).collect();
@@ -99,13 +100,19 @@ impl System {
                     .iter()
                     .map(|row| row.iter().map(|(value, power, base)| (value.clone(), *power, base)).collect())
                     .collect();
-                self.solved(&self.start, &inputs)
+                self.solved(&self.start, &inputs, stop)
             }
         }
     }
 
-    fn solved<T: Linear>(&self, start: &[T], inputs: &[Inputs<T>]) -> Result<Vec<Form>, Unknown> {
-        let mut factors: BTreeMap<Univariate, usize> = characteristic(&self.matrix).factors().into_iter().collect();
+    fn solved<T: Linear>(
+        &self,
+        start: &[T],
+        inputs: &[Inputs<T>],
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Vec<Form>, Unknown> {
+        let polynomial = characteristic(&self.matrix, stop).ok_or_else(interrupted)?;
+        let mut factors: BTreeMap<Univariate, usize> = polynomial.factors().into_iter().collect();
         for (base, count) in &self.bases {
             *factors.entry(Univariate::root(base)).or_insert(0) += count;
         }
@@ -116,12 +123,15 @@ impl System {
             return Err(Unknown::because("the system is too large"));
         }
         let terms = self.terms(start, inputs, count)?;
-        let fractions: Vec<Fraction> =
-            factors.iter().filter_map(|(factor, count)| Fraction::of(factor, *count, &whole, zeros)).collect();
-        if fractions.len() != factors.len() {
-            return Err(Unknown::because("the characteristic polynomial could not be taken apart"));
+        let mut fractions = Vec::new();
+        for (factor, count) in &factors {
+            go_on(stop)?;
+            let fraction = Fraction::of(factor, *count, &whole, zeros);
+            let reason = || Unknown::because("the characteristic polynomial could not be taken apart");
+            fractions.push(fraction.ok_or_else(reason)?);
         }
-        terms.into_iter().map(|terms| form(&terms, zeros, &whole, &fractions)).collect()
+        let one = |terms: Vec<T>| go_on(stop).and_then(|()| form(&terms, zeros, &whole, &fractions));
+        terms.into_iter().map(one).collect()
     }
 
     /// The first terms of each sequence.

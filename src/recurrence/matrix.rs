@@ -6,8 +6,8 @@ use num_traits::{One, Zero};
 use crate::rational::{product, sum};
 use crate::univariate::Univariate;
 
-/// `det(x - A)`: by similar matrices down to Hessenberg form, then by its leading minors.
-pub(super) fn characteristic(matrix: &[Vec<BigRational>]) -> Univariate {
+/// `det(x - A)`: by similar matrices down to Hessenberg form, then by its leading minors; none where the work is to end.
+pub(super) fn characteristic(matrix: &[Vec<BigRational>], stop: &dyn Fn() -> bool) -> Option<Univariate> {
     let size = matrix.len();
     let mut a = matrix.to_vec();
     for column in 0..size.saturating_sub(2) {
@@ -17,6 +17,9 @@ pub(super) fn characteristic(matrix: &[Vec<BigRational>]) -> Univariate {
             a.iter_mut().for_each(|row| row.swap(pivot, column + 1));
         }
         for row in column + 2..size {
+            if stop() {
+                return None;
+            }
             if a[row][column].is_zero() {
                 continue;
             }
@@ -35,6 +38,9 @@ pub(super) fn characteristic(matrix: &[Vec<BigRational>]) -> Univariate {
     }
     let mut minors = vec![Univariate::one()];
     for size in 0..size {
+        if stop() {
+            return None;
+        }
         let mut minor = minors[size].times(&Univariate::root(&a[size][size]));
         let mut below = BigRational::one();
         for back in (0..size).rev() {
@@ -46,7 +52,7 @@ pub(super) fn characteristic(matrix: &[Vec<BigRational>]) -> Univariate {
         }
         minors.push(minor);
     }
-    minors.pop().unwrap_or_else(Univariate::one)
+    minors.pop()
 }
 
 #[cfg(test)]
@@ -62,7 +68,7 @@ mod tests {
         };
         for size in 1..6usize {
             let matrix: Vec<Vec<BigRational>> = (0..size).map(|_| (0..size).map(|_| next()).collect()).collect();
-            let polynomial = characteristic(&matrix);
+            let polynomial = characteristic(&matrix, &|| false).unwrap();
             let mut sum = vec![vec![BigRational::zero(); size]; size];
             for coefficient in polynomial.coefficients().iter().rev() {
                 let mut product = vec![vec![BigRational::zero(); size]; size];

@@ -154,12 +154,14 @@ impl Entry<'_> {
 
     /// What would have to be known of a value.
     fn question(&self, value: &Value) -> Unknown {
-        let bound = match (&self.interval.low, &self.interval.high) {
-            (Some((low, _)), _) if self.interval.is_point() => Some((Relation::Eq, low)),
-            (Some((low, strict)), None) => Some((if *strict { Relation::Gtr } else { Relation::Gte }, low)),
-            (None, Some((high, strict))) => Some((if *strict { Relation::Lss } else { Relation::Lte }, high)),
-            _ => None,
-        };
+        let Interval { low, high } = &self.interval;
+        let point = low.as_ref().filter(|_| self.interval.is_point()).map(|(wanted, _)| (Relation::Eq, wanted));
+        let above = low.as_ref().map(|(low, strict)| (if *strict { Relation::Gtr } else { Relation::Gte }, low));
+        let below = high.as_ref().map(|(high, strict)| (if *strict { Relation::Lss } else { Relation::Lte }, high));
+        let undecided =
+            |(relation, bound): &(Relation, &Value)| self.known.decide(*relation, value, bound).is_none();
+        // Of two bounds the first that is not known.
+        let bound = point.or_else(|| [above, below].into_iter().flatten().find(undecided));
         let open = bound.map(|(relation, bound)| Box::new((relation, value.clone(), bound.clone())));
         Unknown { reason: format!("it must be known whether {}", self.goal(value)), open }
     }

@@ -155,8 +155,12 @@ fn by_methods(
 }
 
 /// An error where the work is to end.
-fn go_on(stop: &dyn Fn() -> bool) -> Result<(), Unknown> {
-    if stop() { Err(Unknown::because("interrupted")) } else { Ok(()) }
+pub(super) fn go_on(stop: &dyn Fn() -> bool) -> Result<(), Unknown> {
+    if stop() { Err(interrupted()) } else { Ok(()) }
+}
+
+pub(super) fn interrupted() -> Unknown {
+    Unknown::because("interrupted")
 }
 
 pub(super) type Found = (Vec<Form>, Vec<Comparison>);
@@ -169,7 +173,7 @@ pub(super) fn found(recurrence: &Recurrence, known: &Assumptions, stop: &dyn Fn(
         return Ok((in_turns(recurrence, count, known, stop)?, Vec::new()));
     }
     if let Some(system) = System::of(recurrence) {
-        return Ok((system.forms()?, Vec::new()));
+        return Ok((system.forms(stop)?, Vec::new()));
     }
     if let [sequence] = recurrence.sequences.as_slice() {
         return match alone(sequence, recurrence, known, stop) {
@@ -211,7 +215,7 @@ fn one_after_the_other(
             if layers.are_read(&group) {
                 return Err(Layers::no_form(&group));
             }
-            let (own, more) = together(&group, known)?;
+            let (own, more) = together(&group, known, stop)?;
             conditions.extend(more);
             for (place, form) in rest.iter().zip(own) {
                 forms[*place] = Some(form);
@@ -314,9 +318,9 @@ fn by_ranges(single: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) 
 }
 
 /// Sequences that depend on each other.
-fn together(group: &Recurrence, known: &Assumptions) -> Result<Found, Unknown> {
+fn together(group: &Recurrence, known: &Assumptions, stop: &dyn Fn() -> bool) -> Result<Found, Unknown> {
     if let Some(system) = System::of(group) {
-        return Ok((system.forms()?, Vec::new()));
+        return Ok((system.forms(stop)?, Vec::new()));
     }
     let names: Vec<&str> = group.sequences.iter().map(|sequence| sequence.name.as_str()).collect();
     symbolic(group, known)?.ok_or_else(|| Unknown::because(coupled(group, &names)))
