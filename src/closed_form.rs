@@ -297,6 +297,12 @@ impl Form {
             _ => None,
         }
     }
+
+    /// Whether it is one value, with a power of a negative number.
+    pub(crate) fn alternates(&self, index: &Name) -> bool {
+        let turning = |atom: &Atom| atom.is_sign() && atom.mentions(index);
+        self.value(index).is_some_and(|value| value.atoms().iter().any(turning))
+    }
 }
 
 /// The product, by halves: it stays balanced.

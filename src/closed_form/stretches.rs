@@ -209,12 +209,17 @@ impl<'a> Compared<'a> {
     }
 }
 
-/// After how many indices forms that come in turn are the same again.
+/// After how many indices forms that come in turn are the same again: two, where there is none but powers of a negative
+/// number are in one.
 pub(super) fn turns(solved: &Solved) -> Option<i64> {
     let turns = |form: &Form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None };
     let mut counts = solved.forms().iter().filter_map(turns);
-    let count = counts.next().filter(|count| *count > 0)?;
-    counts.all(|other| other == count).then(|| i64::try_from(count).ok()).flatten()
+    let Some(count) = counts.next() else {
+        let index = &solved.recurrence().index;
+        return solved.forms().iter().any(|form| form.alternates(index)).then_some(2);
+    };
+    let all = count > 0 && counts.all(|other| other == count);
+    all.then(|| i64::try_from(count).ok()).flatten()
 }
 
 /// What these values need to have a meaning, with what is put in.

@@ -20,25 +20,27 @@ pub(super) struct Classes<'a> {
     used: Vec<(Name, usize)>,
     /// After how many indices the forms are the same again.
     count: usize,
+    /// Whether they are no forms that come in turn, but powers of a negative number.
+    alternating: bool,
 }
 
 impl<'a> Classes<'a> {
     /// The classes of a comparison; nothing if no form comes in turn.
     pub(super) fn of(solved: &'a Solved, wanted: Wanted<'a>) -> Option<Classes<'a>> {
-        let (_, left, right) = wanted;
-        let used: Vec<(Name, usize)> = solved
-            .recurrence()
-            .terms()
-            .into_iter()
-            .filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)))
-            .map(|(name, place, _)| (name, place))
-            .collect();
+        let used = used(solved, wanted);
         let mut counts = used.iter().filter_map(|(_, place)| match &solved.forms()[*place] {
             Form::Turns(forms) => Some(forms.len()),
             _ => None,
         });
         let count = counts.next().filter(|count| *count > 0)?;
-        counts.all(|other| other == count).then_some(Classes { solved, wanted, used, count })
+        counts.all(|other| other == count).then_some(Classes { solved, wanted, used, count, alternating: false })
+    }
+
+    /// The even and the odd indices, where powers of a negative number are in the forms.
+    pub(super) fn even_and_odd(solved: &'a Solved, wanted: Wanted<'a>) -> Option<Classes<'a>> {
+        let (used, index) = (used(solved, wanted), &solved.recurrence().index);
+        let alternating = used.iter().any(|(_, place)| solved.forms()[*place].alternates(index));
+        alternating.then_some(Classes { solved, wanted, used, count: 2, alternating })
     }
 
     /// The first index, where each class has a first one that is known, or none.
@@ -66,6 +68,7 @@ impl<'a> Classes<'a> {
                         },
                     });
                 }
+                unknown @ Reach::Unknown(_) if self.alternating => return Some(unknown),
                 _ => return None,
             }
         }
@@ -73,6 +76,7 @@ impl<'a> Classes<'a> {
         reasons.dedup();
         Some(match best {
             Some(at) => Reach::At(at, Vec::new()),
+            None if self.alternating => Reach::Never(format!("at even n and at odd n: {}", reasons.join("; "))),
             None => Reach::Never(format!("in each of the {} turns: {}", self.count, reasons.join("; "))),
         })
     }
@@ -138,12 +142,11 @@ impl<'a> Classes<'a> {
                 Form::Sum(early, sum) => Some((early.clone(), sum.value(index), Some(sum.clone()))),
                 _ => None,
             },
-            Form::Value(early, value) if early.is_empty() => {
-                let value = self.at_class(value, class)?;
+            form => {
+                let value = self.at_class(&form.value(index)?, class)?;
                 let sum = ExponentialPolynomial::of(&value, index);
                 Some((Vec::new(), Some(value), sum))
             }
-            _ => None,
         }
     }
 
@@ -189,6 +192,13 @@ impl<'a> Classes<'a> {
         }
         Some((sum.plus(&ExponentialPolynomial::of(&rest, &self.solved.recurrence().index)?).ok()?, early))
     }
+}
+
+/// The sequences that a comparison reads: the variable of the term, with the place.
+fn used(solved: &Solved, (_, left, right): Wanted<'_>) -> Vec<(Name, usize)> {
+    let terms = solved.recurrence().terms().into_iter();
+    let read = terms.filter(|(name, _, offset)| *offset == 0 && (left.mentions(name) || right.mentions(name)));
+    read.map(|(name, place, _)| (name, place)).collect()
 }
 
 /// The lesser of two indices.

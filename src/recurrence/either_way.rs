@@ -10,8 +10,8 @@ use crate::name::Name;
 use crate::value::{Need, Relation, Value};
 
 /// The most cases, and the most comparisons that one may depend on where nothing else is said.
-const MOST_CASES: usize = 8;
-const MOST_ASKED: usize = 3;
+const MOST_CASES: usize = 12;
+const MOST_ASKED: usize = 4;
 
 /// One case: what is assumed in it, what is known then, and what was found.
 #[derive(Clone, Debug)]

@@ -62,7 +62,7 @@ pub(super) fn first_of_parts(
     let apart = Apart::of(&left.sub(right).ok()?, relation, known)?;
     let (mut least, mut all): (Option<Value>, Vec<Comparison>) = (None, Vec::new());
     for alternative in &apart.alternatives {
-        let parts: Vec<Comparison> = alternative.iter().map(|part| comparison(part, apart.relation)).collect();
+        let parts = both_sides(alternative, apart.relation);
         let found = match parts.as_slice() {
             [(relation, left, right)] => ask((*relation, left, right)),
             parts => first_of_all(recurrence, parts, known, ask)?,
@@ -80,6 +80,23 @@ pub(super) fn first_of_parts(
         }
     }
     least.map(|at| Reach::At(at, all))
+}
+
+/// The comparisons of parts with 0, where one and its opposite that are both at least 0 are one that is 0.
+fn both_sides(parts: &[Value], relation: Relation) -> Vec<Comparison> {
+    let opposite = |one: &Value| {
+        let negative = one.neg().ok().filter(|_| relation == Relation::Gte);
+        negative.and_then(|negative| parts.iter().position(|other| *other == negative))
+    };
+    let mut all = Vec::new();
+    for (place, part) in parts.iter().enumerate() {
+        match opposite(part) {
+            Some(other) if other < place => {}
+            Some(other) if other > place => all.push(comparison(part, Relation::Eq)),
+            _ => all.push(comparison(part, relation)),
+        }
+    }
+    all
 }
 
 fn lesser(one: Value, other: Value, known: &Assumptions) -> Option<Value> {

@@ -178,6 +178,15 @@ fn without_terms(
     if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
         return Ok(found);
     }
+    if reason.is_some()
+        && let Some(found) = solved.and_then(|solved| Classes::even_and_odd(solved, wanted)?.first(known))
+    {
+        match found {
+            Reach::Unknown(why) if why.open.is_some() => reason = Some(why),
+            Reach::Unknown(_) => {}
+            found => return Ok(found),
+        }
+    }
     // Most first indices are early ones, and to find these nothing need be known of later terms.
     let early = tried(recurrence, wanted, &Tail::Unknown(String::new()), known, stop, FEW_TERMS);
     if let Reach::At(..) = early {
