@@ -201,3 +201,24 @@ fn roots_of_parameters_are_conditions_of_every_form() {
     let found = told("param a >= 4\nsolve x(n+1) = max(x(n)+1,sqrt(3-a)), x(0) = 5\n");
     assert!(!found.contains("checked by induction"), "{found}");
 }
+
+#[test]
+fn a_power_of_a_parameter_that_divides_has_a_condition() {
+    let steps = ["x(n)+p^n*p^(-n)", "x(n)+p^(3-n)*p^n", "x(n)+1/p^n", "x(n)/p^n", "x(n)+p^(-n)", "x(n)+p^(k-j)*p^j"];
+    for step in steps {
+        let script =
+            format!("param p, k : natural, j : natural\nsolve x(n+1) = {step}, x(0) = 1 find n with x(n) > 3\n");
+        let told = told(&script);
+        assert!(told.contains("if p != 0"), "{step}\n{told}");
+        // 1/0^n is not 1, so nothing is told of p = 0.
+        assert!(!told.contains("where p = 0") && !told.contains("if p = 0"), "{step}\n{told}");
+    }
+    let told = told("param p, q\nsolve x(n+1) = x(n)/(p-q)^n, x(0) = 1 find n with x(n) = 5\n");
+    assert!(!told.contains("where p = q"), "{told}");
+}
+
+#[test]
+fn an_exponent_of_which_it_is_not_known_that_it_counts_is_named() {
+    let told = told("param p > 0, m : natural\nsolve x(n+1) = x(n)+mod(2^(m*p),1), x(0) = 0\n");
+    assert!(told.contains("p is taken to be a natural number: it is an exponent"), "{told}");
+}

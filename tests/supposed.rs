@@ -97,3 +97,25 @@ fn a_mission_that_ends_is_told_with_its_end() {
     says(&told, "phase 1 n1 times, phase 2 once");
     says(&told, "if they do: ?t1 = n1*t");
 }
+
+/// A robot that counts its rounds in a first phase at a speed of which nothing is known, in a second where it stands.
+const COUNTED: &str = "proc M = M1 ; M2 ; M3\n\
+    proc M1 = In_p<r> ; In_q<x> ; Lss_{x,c} ; Out_{v,s(r)} ; Out_{a,w} ; Out_{b,0} ; Out_{e,0} ; M1\n\
+    proc M2 = In_p<r> ; In_o<y> ; Lss_{y,c} ; Out_{v,0} ; Out_{a,0} ; Out_{b,w} ; Out_{e,0} ; M2\n\
+    proc M3 = In_p<r> ; In_m<z> ; Lss_{z,abs(r)+5} ; Out_{v,0} ; Out_{a,0} ; Out_{b,0} ; Out_{e,1} ; M3\n\
+    proc Env_{r,x,y,z} = (Delay_t # Odo_r # Cnt_x # Cny_y # Cnz_z # At_r) ; \
+    In_v<u> ; In_a<k> ; In_b<l> ; In_e<h> ; Env_{r+u*t,x+k,y+l,z+h}\n\
+    proc Odo_r = Out_{p,r} ; Odo_r\nproc Cnt_x = Out_{q,x} ; Cnt_x\nproc Cny_y = Out_{o,y} ; Cny_y\n\
+    proc Cnz_z = Out_{m,z} ; Cnz_z\nsystem Sys = Env_{p0,0,0,0} | M\nperiod Sys\n";
+
+#[test]
+fn what_is_so_of_the_rounds_of_one_phase_is_not_known_of_another() {
+    let (told_of, _) = told(&format!("param t > 0, w > 0, c > 0, p0\nfn s(d)\n{COUNTED}"));
+    says(&told_of, "n1 is the least i >= 1 with i*w >= c, where r1(0) = p0, r1(i+1) = r1(i)+t*s(r1(i))");
+    says(&told_of, "phase 1 n1 times, phase 2 ceil(c/w) times, phase 3 ceil(abs(r1(n1)))+5 times, phase 4 once");
+    assert!(told_of.contains("after 6*t+n1*t+t*ceil(abs(r1(n1)))+t*ceil(c/w) in all"), "{told_of}");
+    // With n1 = 3 and r1(3) = 3.
+    let numbers = "param t = 1, w = 1, c = 3, p0 = 0\nfn s(d) = 1\n";
+    let (told_of, _) = told(&format!("{numbers}{COUNTED}"));
+    assert!(told_of.contains("after 15 in all"), "{told_of}");
+}

@@ -86,6 +86,7 @@ impl Assumptions {
             // An index that begins below 0 is not known to be natural.
             Atom::Power(base, exponent) => {
                 exponent.variables().is_subset(&self.naturals)
+                    && exponent.is_whole()
                     && self.quick(exponent).within(Signs::NONNEGATIVE)
                     && (atom.is_integral() || self.fraction_part(base).is_some_and(|fraction| fraction.is_zero()))
             }

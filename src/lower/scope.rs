@@ -62,6 +62,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) needed: Option<Vec<Needed>>,
     /// In which ways the conditions around what is read come to hold; none where that is too many.
     pub(super) guards: Option<Vec<Vec<Comparison>>>,
+    /// The parameters in the exponents of the equations read.
+    pub(super) exponents: BTreeSet<Name>,
     /// What must hold of parameters for the equations read to mean something.
     pub(super) conditions: Vec<Requirement>,
     /// How often bodies of functions may still be read anew, and how deep in others this one is.
@@ -104,6 +106,7 @@ impl<'e> Lowerer<'e> {
             images: BTreeMap::new(),
             needed: None,
             guards: Some(vec![Vec::new()]),
+            exponents: BTreeSet::new(),
             conditions: Vec::new(),
             readings: 10_000,
             depth: 0,

@@ -15,7 +15,7 @@ use crate::ast::{self, Argument, Ident, Value as Written, ValueKind};
 use crate::closed_form::{Recurrence, Sequence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Need, Relation, Sort, Value};
+use crate::value::{Relation, Sort, Value};
 
 /// The most first values of one sequence.
 const MOST_ORDER: usize = 128;
@@ -106,23 +106,19 @@ impl Lowerer<'_> {
             Some(find) => self.find(find, &lengths, &recurrence).map(|(find, asked)| (Some(find), asked))?,
             None => (None, None),
         };
-        notes.extend(self.counted(&recurrence, find.as_ref()));
+        notes.extend(self.counted(&recurrence));
         Some(Question { recurrence, find, asked, conditions: std::mem::take(&mut self.conditions), notes })
     }
 
-    /// Exponents that are parameters, and not known to be natural.
-    fn counted(&self, recurrence: &Recurrence, find: Option<&(Relation, Value, Value)>) -> Vec<String> {
+    /// Exponents with parameters in them that are not known to be natural.
+    fn counted(&self, recurrence: &Recurrence) -> Vec<String> {
         let known = &self.environment.assumptions;
-        let sides = find.into_iter().flat_map(|(_, left, right)| [left, right]);
-        let sequences = recurrence.sequences.iter().flat_map(|one| one.start.iter().chain([&one.next]));
-        let needs: BTreeSet<Need> = sequences.chain(sides).flat_map(Value::needs).collect();
-        let parameter = |need: Need| match need {
-            Need::Natural(exponent) if known.is_natural(&exponent) != Some(true) => exponent.as_variable().cloned(),
-            _ => None,
-        };
         let terms = recurrence.terms();
-        let free = |name: &Name| *name != recurrence.index && !terms.iter().any(|(term, ..)| term == name);
-        let names = needs.into_iter().filter_map(parameter).filter(free);
+        let open = |name: &&Name| {
+            let term = **name == recurrence.index || terms.iter().any(|(term, ..)| term == *name);
+            !term && known.is_natural(&Value::variable(name)) != Some(true)
+        };
+        let names = self.exponents.iter().filter(open);
         names.map(|name| format!("{name} is taken to be a natural number: it is an exponent")).collect()
     }
 

@@ -112,7 +112,15 @@ impl Lowerer<'_> {
         let reads = |value: &Value| value.mentions(index) || terms.iter().any(|name| value.mentions(name));
         let cases = OnceCell::new();
         for Needed { need, span, guards } in needed {
-            if matches!(need, Need::Natural(_)) || need.value().sort() != Sort::Real {
+            if need.value().sort() != Sort::Real {
+                continue;
+            }
+            if let Need::Natural(exponent) = &need {
+                if !exponent.is_whole() && known.is_natural(exponent) != Some(true) {
+                    return self.fail(no_exponent(exponent, span));
+                }
+                let names = exponent.variables().into_iter();
+                self.exponents.extend(names.filter(|name| name != index && !terms.contains(name)));
                 continue;
             }
             let divides = matches!(need, Need::Nonzero(_));
@@ -329,6 +337,13 @@ fn lost(divides: bool, value: &Value, span: Span) -> Diagnostic {
         false => format!("{advice}, if that is what is meant"),
     };
     Diagnostic::error("P0402", what).label(span, format!("{where_it_is} the equation has no value")).help(help)
+}
+
+/// That an exponent may be no whole number.
+fn no_exponent(exponent: &Value, span: Span) -> Diagnostic {
+    Diagnostic::error("P0402", format!("an exponent must be a whole number, and `{exponent}` need not be one"))
+        .label(span, "in this value")
+        .help("half a power is a root: `sqrt(2)^n`; a part of an index is rounded: `2^floor(n/2)`")
 }
 
 /// The sequence of vectors of which this names a component, and the place of that from 1.

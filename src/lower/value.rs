@@ -54,8 +54,8 @@ impl Lowerer<'_> {
                 }
                 if exponent.as_rational().is_some_and(|exponent| exponent.is_negative()) {
                     self.never_nothing(&base, written.span);
-                    self.needs(Need::Nonzero(base.clone()), written.span);
                 }
+                self.needs_of_power(&base, &exponent, written.span);
                 base.power(&exponent)
             }
             ValueKind::Negative(inner) => self.number(inner)?.neg(),
@@ -118,7 +118,7 @@ impl Lowerer<'_> {
     }
 
     /// Keeps what a value needs, where that is asked for.
-    fn needs(&mut self, need: Need, span: Span) {
+    pub(super) fn needs(&mut self, need: Need, span: Span) {
         if let Some(needed) = &mut self.needed {
             needed.push(Needed { need, span, guards: self.guards.clone() });
         }

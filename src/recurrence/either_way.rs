@@ -12,6 +12,8 @@ use crate::value::{Need, Relation, Value};
 /// The most cases, and the most comparisons that one may depend on where nothing else is said.
 const MOST_CASES: usize = 12;
 const MOST_ASKED: usize = 4;
+/// The most that may follow from the rest beside them.
+const MOST_BESIDE: usize = 2;
 
 /// One case: what is assumed in it, what is known then, and what was found.
 #[derive(Clone, Debug)]
@@ -85,7 +87,9 @@ impl<T> Split<'_, T> {
     /// What is open, if it is of parameters alone and there is room for its cases.
     fn askable(&self, unknown: &Unknown) -> Option<Comparison> {
         let open = unknown.open.as_deref()?;
-        let full = self.assumed.len() >= self.most || self.cases.len() >= MOST_CASES || (self.stop)();
+        let asked = self.kept().into_iter().filter(|kept| *kept).count();
+        let many = asked >= self.most || self.assumed.len() >= self.most + MOST_BESIDE;
+        let full = many || self.cases.len() >= MOST_CASES || (self.stop)();
         let free = open.1.variables().iter().chain(&open.2.variables()).all(|name| (self.free)(name));
         let settled = || {
             let known = self.assuming(|_| true);

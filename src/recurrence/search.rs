@@ -158,8 +158,7 @@ impl Entry<'_> {
         let point = low.as_ref().filter(|_| self.interval.is_point()).map(|(wanted, _)| (Relation::Eq, wanted));
         let above = low.as_ref().map(|(low, strict)| (if *strict { Relation::Gtr } else { Relation::Gte }, low));
         let below = high.as_ref().map(|(high, strict)| (if *strict { Relation::Lss } else { Relation::Lte }, high));
-        let undecided =
-            |(relation, bound): &(Relation, &Value)| self.known.decide(*relation, value, bound).is_none();
+        let undecided = |(relation, bound): &(Relation, &Value)| self.known.decide(*relation, value, bound).is_none();
         // Of two bounds the first that is not known.
         let bound = point.or_else(|| [above, below].into_iter().flatten().find(undecided));
         let open = bound.map(|(relation, bound)| Box::new((relation, value.clone(), bound.clone())));

@@ -1,5 +1,7 @@
 //! What a closed form leaves out: where it needs `a != b`, the recurrence is solved once more with b in place of a.
 
+use std::collections::BTreeMap;
+
 use num_rational::BigRational;
 use num_traits::Zero;
 
@@ -7,7 +9,7 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::name::Name;
 use crate::univariate::Univariate;
-use crate::value::{Atom, Relation, Value, View};
+use crate::value::{Atom, Need, Relation, Value, View};
 
 use super::solve_until;
 
@@ -51,7 +53,7 @@ pub fn special_cases(solved: &Solved, known: &Assumptions, stop: &dyn Fn() -> bo
                 if known.contradictory() {
                     continue;
                 }
-                let Some(special) = with(general.recurrence(), &images) else { continue };
+                let Some(special) = with(general.recurrence(), &images, &known) else { continue };
                 // One recurrence may come of several equations in turn, and of two values of one parameter.
                 let known_already = |other: &Special| {
                     let alone = other.equations.len() == 1 && equations.len() == 1;
@@ -158,10 +160,29 @@ fn roots(polynomial: &Value) -> Vec<(Name, Value)> {
     linear.map(|(factor, _)| (name.clone(), Value::rational(root(factor)))).collect()
 }
 
+/// A value with others in place of parameters; `None` where it may then have none: `1/0^n` is not 1.
+fn put_in<'i>(
+    value: &Value,
+    images: impl IntoIterator<Item = (&'i Name, &'i Value)>,
+    known: &Assumptions,
+) -> Option<Value> {
+    let one = |value: Value, (name, image): (&Name, &Value)| {
+        let images = BTreeMap::from([(name.clone(), image.clone())]);
+        let (needs, image) = (value.needs_with(&images).ok()?, value.substitute(&images).ok()?);
+        let shown = image.needs();
+        // Where it divides by 0 and yet has a value, a condition has excluded the division. Exponents count.
+        let kept = |need: &Need| {
+            let counts = matches!(need, Need::Natural(_)) || need.value().is_zero();
+            counts || need.follows_from(&shown) || known.grants(need) == Some(true)
+        };
+        needs.iter().all(kept).then_some(image)
+    };
+    images.into_iter().try_fold(value.clone(), one)
+}
+
 /// A recurrence with values in place of parameters.
-fn with(recurrence: &Recurrence, images: &[(Name, Value)]) -> Option<Recurrence> {
-    let put_in =
-        |value: &Value| images.iter().try_fold(value.clone(), |value, (name, image)| value.with(name, image).ok());
+fn with(recurrence: &Recurrence, images: &[(Name, Value)], known: &Assumptions) -> Option<Recurrence> {
+    let put_in = |value: &Value| put_in(value, images.iter().map(|(name, image)| (name, image)), known);
     let mut special = recurrence.clone();
     for sequence in &mut special.sequences {
         sequence.next = put_in(&sequence.next)?;
@@ -182,10 +203,7 @@ impl Special {
     /// A value with what is equal here.
     pub fn put_in(&self, value: &Value) -> Option<Value> {
         let images = self.equations.iter().map(|(name, image)| Some((name.as_variable()?, image)));
-        images
-            .collect::<Option<Vec<_>>>()?
-            .into_iter()
-            .try_fold(value.clone(), |value, (name, image)| value.with(name, image).ok())
+        put_in(value, images.collect::<Option<Vec<_>>>()?, self.solved.known())
     }
 
     /// What must hold beyond that.

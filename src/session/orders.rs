@@ -72,15 +72,33 @@ pub(super) fn in_orders(
         without?;
         // Of those sequences alone that the question reads.
         let recurrence = recurrence.only(&read_by(recurrence, &[left, right])?);
+        let fewer = recurrence.sequences.len() < question.recurrence.sequences.len();
         let question = Question { recurrence, ..question.clone() };
         let recurrence = &question.recurrence;
         let solved = solve_until(recurrence.clone(), known, stop);
+        // With fewer sequences, or it is the same question.
         match reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop) {
-            Reach::Unknown(unknown) => in_orders(&question, solved.as_ref(), (&unknown, levels), known, stop),
+            Reach::Unknown(unknown) if fewer => in_orders(&question, solved.as_ref(), (&unknown, levels), known, stop),
             _ => None,
         }
     };
-    by_order.or_else(in_cases).or_else(of_those_read).or_else(where_solved)
+    by_order.or_else(|| best(&[&of_those_read, &in_cases, &where_solved], stop))
+}
+
+/// The first answer that is known in each case, or else the first.
+fn best(answers: &[&dyn Fn() -> Option<InOrders>], stop: &dyn Fn() -> bool) -> Option<InOrders> {
+    let known = |answer: &InOrders| !answer.found.iter().any(|(found, _)| matches!(found, Reach::Unknown(_)));
+    let mut open = None;
+    for answer in answers {
+        match answer() {
+            Some(answer) if known(&answer) => return Some(answer),
+            answer => open = open.or(answer),
+        }
+        if stop() {
+            break;
+        }
+    }
+    open
 }
 
 /// The answer in either case of what would have to be known for it; it may be open in some of them.

@@ -1,5 +1,7 @@
 //! Powers, with integer or symbolic exponent. A symbolic exponent, and each variable in it, stands for a natural number.
 
+mod whole;
+
 use std::sync::LazyLock;
 
 use num_bigint::BigInt;

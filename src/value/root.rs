@@ -167,8 +167,7 @@ impl Atom {
         match self {
             Atom::Floor(_) | Atom::Positive(_) => true,
             Atom::Power(base, exponent) => {
-                let natural = exponent.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_)));
-                natural && base.as_rational().is_some_and(|base| base.is_integer())
+                exponent.counts() && base.as_rational().is_some_and(|base| base.is_integer())
             }
             _ => false,
         }

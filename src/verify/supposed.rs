@@ -29,6 +29,8 @@ pub struct Supposed {
     pub index: Name,
     /// The sequences that have no closed form: what each is called, its first value and the next, of those at the index.
     pub sequences: Vec<(Name, Value, Value)>,
+    /// What is not equal after any round but the last, one after that at the index.
+    apart: Vec<(Value, Value)>,
 }
 
 /// What would follow if every phase of the run ended.
@@ -45,7 +47,7 @@ pub struct Supposing {
 impl Supposed {
     /// What is supposed, in words.
     pub fn line(&self) -> String {
-        let Supposed { count, when, index, sequences } = self;
+        let Supposed { count, when, index, sequences, .. } = self;
         let said =
             |(name, start, next): &(Name, Value, Value)| format!("{name}(0) = {start}, {name}({index}+1) = {next}");
         let sequences: Vec<String> = sequences.iter().map(said).collect();
@@ -79,6 +81,11 @@ pub(super) fn supposing(
     for one in &supposed {
         known.assume_natural(&one.count);
         known.assume(Relation::Gte, &Value::variable(&one.count), &Value::one());
+    }
+    // Where it is asked in which round something is shown, and nowhere else: it is not so of the last round.
+    let mut run = run;
+    for (left, right) in supposed.iter().flat_map(|one| &one.apart) {
+        run.assumptions.assume(Relation::Neq, left, right);
     }
     let outcome = judge(wanted, run);
     matches!(outcome.verdict, Verdict::Proved).then_some(Supposing { supposed, known, outcome })
@@ -139,9 +146,9 @@ impl Walker<'_> {
         });
         let shown = Some(shown.collect());
         let apart = said.substitute(values).is_ok_and(|first| first.decide(&self.assumptions) == Some(true));
-        self.assume_counted((&count, &when), &called, &maps, apart)?;
+        let apart = self.assume_counted((&count, &when), &called, &maps, apart)?;
         let stays = Value::variable(&count).sub(&Value::one()).ok()?;
-        let supposed = Supposed { count, when, index: self.index.clone(), sequences };
+        let supposed = Supposed { count, when, index: self.index.clone(), sequences, apart };
         self.supposed.as_mut()?.push(supposed);
         let reason = "it is supposed to end".to_string();
         let (conditions, learned) = (Vec::new(), Some(said.negated()));
@@ -163,32 +170,35 @@ impl Walker<'_> {
         open
     }
 
-    /// That there is at least one round; that after none but the last the test fails; and that a value which alone tells
-    /// what follows does not come back to its first, for then the rounds would go on for ever. `apart`: the first keeps to
-    /// the test, so that the last is another.
+    /// Assumes that there is at least one round. What is not equal after any round but the last: what the test tells apart,
+    /// and, of a value which alone tells what follows, that and its first, for then the rounds would go on for ever. `apart`:
+    /// the first keeps to the test, so that the last is another.
     fn assume_counted(
         &mut self,
         (count, when): (&Name, &Test),
         called: &[(Name, Name, Value)],
         maps: &Values,
         apart: bool,
-    ) -> Option<()> {
+    ) -> Option<Vec<(Value, Value)>> {
         self.assumptions.assume_natural(count);
         self.assumptions.assume(Relation::Gte, &Value::variable(count), &Value::one());
         let later = Value::variable(&self.index).add(&Value::one()).ok()?;
         let at = |value: &Value| value.with(&self.index, &later).ok();
         let kept = when.negated();
-        self.assumptions.assume(kept.relation, &at(&kept.left)?, &at(&kept.right)?);
-        if let ([(_, own, start)], 1) = (called, maps.len()) {
-            let value = Value::apply(own, std::slice::from_ref(&later)).ok()?;
-            self.assumptions.assume(Relation::Neq, &value, start);
-            // Nor is it the first after one round, where the last is another than the first.
-            if apart {
-                let one = Value::apply(own, &[Value::one()]).ok()?;
-                self.assumptions.assume(Relation::Neq, &one, start);
-            }
+        let mut all = Vec::new();
+        if matches!(kept.relation, Relation::Neq | Relation::Lss | Relation::Gtr) {
+            all.push((at(&kept.left)?, at(&kept.right)?));
         }
-        Some(())
+        if let ([(_, own, start)], 1, true) = (called, maps.len(), apart) {
+            all.push((Value::apply(own, std::slice::from_ref(&later)).ok()?, start.clone()));
+            // Nor is it the first after one round, where the last is another than the first.
+            let one = Value::apply(own, &[Value::one()]).ok()?;
+            self.assumptions.assume(Relation::Neq, &one, start);
+        }
+        // Of what has a form more would follow: that is asked by itself.
+        let own = |value: &Value| called.iter().any(|(_, own, _)| mentions(value, own));
+        all.retain(|(left, right)| own(left) || own(right));
+        Some(all)
     }
 
     fn own_name(&mut self, base: &Name, number: usize) -> Name {
@@ -202,6 +212,14 @@ impl Walker<'_> {
 /// Whether a function of which nothing is known stands in a value.
 fn applies(value: &Value) -> bool {
     value.atoms().iter().any(|atom| matches!(atom, Atom::Apply(..)) || atom.parts().into_iter().any(applies))
+}
+
+/// Whether one of the sequences stands in a value.
+fn mentions(value: &Value, sequence: &Name) -> bool {
+    value.atoms().iter().any(|atom| {
+        matches!(atom, Atom::Apply(name, _) if name == sequence)
+            || atom.parts().into_iter().any(|part| mentions(part, sequence))
+    })
 }
 
 fn kept(round: &Edge, name: &Name) -> bool {

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use num_traits::{Signed, Zero};
+
 use super::super::scope::Lowerer;
 use crate::assumption::Assumptions;
 use crate::ast::Value as Written;
@@ -48,6 +50,18 @@ impl Lowerer<'_> {
         let other = self.where_holds(guard(relation.negated()), |lowerer| lowerer.number(other));
         let (left, right) = (sides.0?, sides.1?);
         Some(Value::choose(relation, &left, &right, &then?, &other?))
+    }
+
+    /// Keeps what a power needs: that its exponent counts, and that its base is not 0 where that may be negative.
+    pub(super) fn needs_of_power(&mut self, base: &Value, exponent: &Value, span: Span) {
+        let number = exponent.as_rational();
+        if number.is_none() {
+            self.needs(Need::Natural(exponent.clone()), span);
+        }
+        let divides = number.is_some_and(|number| number.is_negative()) || exponent.may_be_negative();
+        if divides && base.as_rational().is_none_or(|base| base.is_zero()) {
+            self.needs(Need::Nonzero(base.clone()), span);
+        }
     }
 
     /// Keeps what the body of a function needs with these arguments, where its own conditions ask for it.
