@@ -35,7 +35,9 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
     warnings.append(&mut failures);
     let mismatch = closed.balance().err();
     if strict && mismatch.is_some() && closed.rests_on_equations() {
-        return Err(mismatch.into_iter().collect());
+        let mut all = livelocks(&groups, &components, run)?;
+        all.extend(mismatch);
+        return Err(all);
     }
     warnings.extend(mismatch.clone());
     let drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
@@ -54,7 +56,9 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
     if strict && !period.repeats() {
         // Of all that waits for ever it is the reason.
         if let Some(mismatch) = mismatch {
-            return Err(vec![mismatch]);
+            let mut all = livelocks(&groups, &period.components, run)?;
+            all.push(mismatch);
+            return Err(all);
         }
         // Parts without communication may each have a period; where every run ends, there is none.
         if groups.len() > 1 {
@@ -62,6 +66,23 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
         }
     }
     Ok(period)
+}
+
+/// What goes round in no time, of the groups that share no port: with it time stops for all.
+fn livelocks(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>) -> Result<Vec<Failure>, Vec<Failure>> {
+    let mut found = Vec::new();
+    for group in groups {
+        let own: Vec<Term> = group.iter().filter_map(|place| components.get(*place).cloned()).collect();
+        match explore(&own, &ports::System::of(&own, run.definitions), run) {
+            Err(Failure::Interrupted) => return Err(vec![Failure::Interrupted]),
+            Ok(graph) => {
+                let ends = stuck::ends(&graph.initial, &graph.phases).into_iter();
+                found.extend(ends.filter(|end| matches!(end, Failure::Livelock { .. })));
+            }
+            Err(_) => {}
+        }
+    }
+    Ok(found)
 }
 
 /// The period of these components, with what waits for ever among the warnings.

@@ -3,9 +3,10 @@
 use super::claim::Found;
 use crate::closed_form::compared;
 use crate::lower::Environment;
+use crate::name::Name;
 use crate::period::Failure;
 use crate::report::Verdict;
-use crate::value::{Relation, Value};
+use crate::value::{Relation, Sort, Value};
 
 /// Orders that are looked at inside one another, and of a claim.
 pub(crate) const MOST_ORDERS: usize = 3;
@@ -58,7 +59,8 @@ pub(crate) fn told(title: &str, lines: Vec<String>) -> impl Iterator<Item = Stri
 
 impl Found {
     /// What came of a claim in each order, if it was settled in one of them: refuted where it is in one, for that is a run of
-    /// what was declared. `together`: proved where it is proved in each.
+    /// what was declared. `together`: proved where it is proved in each; else where its names stand for values that are, as
+    /// they are written for all orders, equal to those in each.
     pub(super) fn in_each(orders: &[Order], cases: Vec<Found>, together: bool) -> Option<Found> {
         // Of no order nothing would be said, and so anything of each.
         if orders.is_empty() || cases.len() != orders.len() {
@@ -66,13 +68,17 @@ impl Found {
         }
         let all = |verdict: Verdict| cases.iter().all(|case| case.verdict == Some(verdict));
         let some = |verdict: Verdict| cases.iter().any(|case| case.verdict == Some(verdict));
+        let of = |chosen: fn(&Found) -> &Values| in_all(orders, &cases.iter().map(chosen).collect::<Vec<_>>());
+        let same = || of(|case| &case.values).zip(of(|case| &case.steady));
+        let named = if together || !all(Verdict::Proved) { None } else { same() };
         let verdict = match () {
             () if some(Verdict::Refuted) => Some(Verdict::Refuted),
-            () if together && all(Verdict::Proved) => Some(Verdict::Proved),
+            () if (together || named.is_some()) && all(Verdict::Proved) => Some(Verdict::Proved),
             () if some(Verdict::Proved) => None,
             () => return None,
         };
-        let mut found = Found { verdict, ..Found::default() };
+        let (values, steady) = named.unwrap_or_default();
+        let mut found = Found { verdict, values, steady, ..Found::default() };
         if verdict.is_none() && all(Verdict::Proved) {
             found.remains = vec![
                 "it is proved in each order, but with other durations in each, so that no one theorem says it"
@@ -102,4 +108,43 @@ impl Found {
         }
         Some(found)
     }
+}
+
+/// What names stand for.
+type Values = Vec<(Name, Value)>;
+
+/// What names stand for in all orders: of each a value that is in every order what it is there. Where one of two delays ends
+/// first that is often the greater or the lesser of two.
+fn in_all(orders: &[Order], cases: &[&Values]) -> Option<Values> {
+    let first = cases.first()?;
+    if cases.iter().any(|case| case.len() != first.len()) {
+        return None;
+    }
+    let all = |name: &Name| {
+        let own = |case: &&Values| case.iter().find(|(other, _)| other == name).map(|(_, value)| value.clone());
+        let own: Vec<Value> = cases.iter().map(own).collect::<Option<_>>()?;
+        let fits = |value: &Value| {
+            let equal = |(order, here): (&Order, &Value)| {
+                order.environment.assumptions.decide(Relation::Eq, value, here) == Some(true)
+            };
+            orders.iter().zip(&own).all(equal)
+        };
+        // Where both are equal one may be written as neither is elsewhere.
+        let pairs = own.iter().enumerate().flat_map(|(place, one)| own[..place].iter().map(move |other| [one, other]));
+        let ends =
+            pairs.flat_map(|pair| [greatest(&pair), least(&pair)]).chain([greatest(&own.iter().collect::<Vec<_>>())]);
+        own.iter().cloned().chain(ends.flatten()).find(fits)
+    };
+    first.iter().map(|(name, _)| Some((name.clone(), all(name)?))).collect()
+}
+
+fn greatest(values: &[&Value]) -> Option<Value> {
+    let real = values.iter().all(|value| value.sort() == Sort::Real);
+    let values: Vec<Value> = values.iter().map(|value| (*value).clone()).collect();
+    Value::maximum(&values).ok().filter(|_| real)
+}
+
+fn least(values: &[&Value]) -> Option<Value> {
+    let negative: Option<Vec<Value>> = values.iter().map(|value| value.neg().ok()).collect();
+    greatest(&negative?.iter().collect::<Vec<_>>())?.neg().ok()
 }

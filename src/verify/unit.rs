@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
 use super::count::one_difference;
@@ -15,6 +16,8 @@ use crate::value::{Relation, Sort, Value, ValueError};
 
 /// Rounds that are looked at one by one.
 const MOST_ROUNDS: i64 = 2_000;
+/// The same where two observations are to meet.
+const MOST_TOGETHER: i64 = 10_000;
 
 /// A stretch of a run.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -225,7 +228,7 @@ fn first_in(
     wanted: &[Term],
     assumptions: &Assumptions,
 ) -> Round {
-    let mut number: Option<Value> = None;
+    let mut firsts: Vec<Value> = Vec::new();
     for one in wanted {
         let mut reached = None;
         let mut why = None;
@@ -237,14 +240,21 @@ fn first_in(
             }
         }
         let Some(reached) = reached else { return Round::Never(why) };
-        number = Some(match number {
-            None => reached,
-            Some(other) if other.is_zero() => reached,
-            Some(other) if reached.is_zero() || reached == other => other,
-            Some(_) => return Round::Unknown("whether two observations are shown together".to_string()),
-        });
+        // What is shown in every round does not choose one.
+        let changes = |shown: &Term| shown.values().any(|value| value.mentions(index));
+        let chooses = segment.observed.iter().any(|shown| same_observer(shown, one) && changes(shown));
+        if chooses && !firsts.contains(&reached) {
+            firsts.push(reached);
+        }
     }
-    let number = number.unwrap_or_else(Value::zero);
+    let number = match firsts.as_slice() {
+        [] => Value::zero(),
+        [only] => only.clone(),
+        several => match first_together((count, index), segment, wanted, several, assumptions) {
+            Round::At(number, _) => number,
+            other => return other,
+        },
+    };
     match count.map(|count| assumptions.decide(Relation::Lss, &number, count)) {
         None | Some(Some(true)) => Round::At(number, 0),
         Some(Some(false)) => Round::Never(None),
@@ -254,6 +264,58 @@ fn first_in(
 
 pub(super) fn same_observer(shown: &Term, wanted: &Term) -> bool {
     matches!((shown.node(), wanted.node()), (Node::Observe(a, x), Node::Observe(b, y)) if a == b && x.len() == y.len())
+}
+
+/// The first round in which observations meet that are first shown in these: not before the last of them, and looked for
+/// round by round from there on.
+fn first_together(
+    (count, index): (Option<&Value>, &Name),
+    segment: &Segment,
+    wanted: &[Term],
+    firsts: &[Value],
+    assumptions: &Assumptions,
+) -> Round {
+    let unknown = || Round::Unknown("whether two observations are shown together".to_string());
+    let numbers: Option<Vec<BigRational>> = firsts.iter().map(Value::as_rational).collect();
+    let last = numbers.and_then(|numbers| numbers.into_iter().max()).and_then(|last| last.to_integer().to_i64());
+    let Some(last) = last else { return unknown() };
+    let rounds = count.map(|count| count.as_rational().and_then(|count| count.to_integer().to_i64()));
+    let until = rounds.flatten().unwrap_or(i64::MAX).min(last.saturating_add(MOST_TOGETHER));
+    for at in (last..until).map(Value::integer) {
+        let mut all = Some(true);
+        for one in wanted {
+            let here = segment.observed.iter().filter(|shown| same_observer(shown, one));
+            let shown = here.map(|shown| shows_at(shown, one, (index, &at), assumptions));
+            let any = shown.reduce(|all, one| if all == Some(true) || one == Some(false) { all } else { one });
+            match any.flatten() {
+                Some(true) => {}
+                Some(false) => {
+                    all = Some(false);
+                    break;
+                }
+                None => all = None,
+            }
+        }
+        match all {
+            Some(true) => return Round::At(at, 0),
+            Some(false) => {}
+            None => return unknown(),
+        }
+    }
+    if rounds.flatten() == Some(until) { Round::Never(None) } else { unknown() }
+}
+
+/// Whether an observation has the wanted values in a round.
+fn shows_at(shown: &Term, wanted: &Term, (index, at): (&Name, &Value), assumptions: &Assumptions) -> Option<bool> {
+    let mut all = Some(true);
+    for (form, value) in shown.values().zip(wanted.values()) {
+        match assumptions.decide(Relation::Eq, &form.with(index, at).ok()?, value) {
+            Some(true) => {}
+            Some(false) => return Some(false),
+            None => all = None,
+        }
+    }
+    all
 }
 
 /// The first round in which one observation has the wanted values. Values that count must agree with those that do not.
