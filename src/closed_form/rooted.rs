@@ -3,6 +3,7 @@
 
 use super::first::Question;
 use super::stretches::Stretch;
+use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -37,6 +38,9 @@ impl Question<'_> {
         if positive(&known.simplify(&line.div(&difference).ok()?)) {
             return Some(defined());
         }
+        if self.below_the_lesser_root(&rounded, &difference, &known) == Some(true) {
+            return Some(defined());
+        }
         let (factor, rest, under) = root_of(&rounded.exact, &positive)?;
         let rising = beyond.sub(&rest).and_then(|beyond| beyond.div(&factor)).ok()?;
         let square = rising.mul(&rising).and_then(|square| square.sub(&under)).ok()?;
@@ -50,6 +54,32 @@ impl Question<'_> {
                 && positive(&factor)
                 && positive(&known.simplify(&square.div(&difference).ok()?))
                 && defined(),
+        )
+    }
+
+    /// Whether what is compared is a square less and less above 0, `a*(n-m)^2 + s` with a below 0, that is 0 at E and E is not
+    /// behind m: before E it only rises, so it is below 0.
+    fn below_the_lesser_root(&self, rounded: &Rounded, difference: &Value, known: &Assumptions) -> Option<bool> {
+        let index = &self.compared.recurrence.index;
+        let at = |place: &Value| difference.with(index, place).ok();
+        let number = |number: i64| at(&Value::integer(number));
+        let (zeroth, first, second) = (number(0)?, number(1)?, number(2)?);
+        let step = first.sub(&zeroth).ok()?;
+        let bend = second.sub(&first).and_then(|later| later.sub(&step)).ok()?;
+        // bend/2*n^2 + (step - bend/2)*n + zeroth
+        let half = bend.div(&Value::integer(2)).ok()?;
+        let (linear, count) = (step.sub(&half).ok()?, Value::variable(index));
+        let whole = half.mul(&count).and_then(|sum| sum.add(&linear)).and_then(|sum| sum.mul(&count)).ok()?;
+        let quadratic = whole.add(&zeroth).ok()? == *difference;
+        let middle = linear.neg().and_then(|linear| linear.div(&bend)).ok()?;
+        let exact = rounded.exact.add(&rounded.rest).ok()?;
+        let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero()) == Some(true);
+        Some(
+            quadratic
+                && known.gives_meaning(&exact)
+                && is(Relation::Lss, &half)
+                && is(Relation::Eq, &known.simplify(&at(&exact)?))
+                && is(Relation::Gte, &middle.sub(&exact).ok()?),
         )
     }
 
@@ -69,9 +99,13 @@ impl Question<'_> {
         let bound = rest.neg().and_then(|rest| rest.div(&factor)).ok()?;
         let known = &self.compared.known;
         let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero()) == Some(true);
-        // Above a bound that is not negative a root is where what stands under it is above the square.
-        let plain = is(Relation::Gtr, &factor) && is(Relation::Gte, &bound);
-        plain.then(|| Some((relation, inner.sub(&bound.mul(&bound).ok()?).ok()?))).flatten()
+        // Above a bound that is not negative a root is where what stands under it is above the square, and below it below.
+        let over = inner.sub(&bound.mul(&bound).ok()?).ok().filter(|_| is(Relation::Gte, &bound))?;
+        match (is(Relation::Gtr, &factor), is(Relation::Lss, &factor)) {
+            (true, _) => Some((relation, over)),
+            (_, true) => Some((relation, over.neg().ok()?)),
+            _ => None,
+        }
     }
 }
 

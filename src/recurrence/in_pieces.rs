@@ -5,7 +5,7 @@ use super::sequences::{Found, found};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Recurrence, Sequence};
 use crate::name::Name;
-use crate::value::Value;
+use crate::value::{Relation, Value};
 
 /// The most pieces that are gone through.
 const MOST_PIECES: usize = 16;
@@ -62,18 +62,51 @@ fn piece_by_piece(
         conditions.extend(more);
         let since = count.sub(&piece.from)?;
         for ((form, here), all) in own.iter().zip(&mut now.sequences).zip(&mut forms) {
-            let value = form.value(index).ok_or_else(|| no_value(&here.name))?;
-            if let Some(until) = &piece.until {
-                here.start = vec![value.with(index, &until.sub(&piece.from)?)?];
+            let length = piece.until.as_ref().map(|until| until.sub(&piece.from)).transpose()?;
+            let parts = up_to(form, index, length.as_ref(), known).ok_or_else(|| no_value(&here.name))?;
+            if let (Some(length), Some(next)) = (&length, parts.last()) {
+                here.start = vec![next.form.with(index, length)?];
             }
-            let (from, until, form) = (piece.from.clone(), piece.until.clone(), value.with(index, &since)?);
-            match all.last_mut().filter(|before| before.form == form) {
-                Some(before) => before.until = until,
-                None => all.push(Piece { from, until, form }),
+            let inside = parts.len() - usize::from(length.is_some());
+            for part in &parts[..inside] {
+                let until = part.until.as_ref().map(|until| until.add(&piece.from)).transpose()?;
+                let (from, form) = (part.from.add(&piece.from)?, part.form.with(index, &since)?);
+                match all.last_mut().filter(|before| before.form == form) {
+                    Some(before) => before.until = until,
+                    None => all.push(Piece { from, until, form }),
+                }
             }
         }
     }
     Ok((forms.into_iter().map(Form::Pieces).collect(), conditions))
+}
+
+/// The pieces of a form up to a length, and behind them the one that the term at that index is told by; all of them where it
+/// has none. `None` where it is not known which these are.
+fn up_to(form: &Form, index: &Name, length: Option<&Value>, known: &Assumptions) -> Option<Vec<Piece>> {
+    let parts = match form.value(index) {
+        Some(form) => vec![Piece { from: Value::zero(), until: None, form }],
+        None => form.by_pieces(index, 0)?,
+    };
+    let Some(length) = length else { return Some(parts) };
+    let mut found = Vec::new();
+    for part in parts {
+        let ends = part.until.as_ref().map(|until| known.decide(Relation::Lss, length, until));
+        match ends {
+            // It goes on behind the length.
+            None | Some(Some(true)) => {
+                if known.decide(Relation::Gte, length, &part.from)? {
+                    let starts = known.decide(Relation::Gtr, length, &part.from) != Some(false);
+                    found.extend(starts.then(|| Piece { until: Some(length.clone()), ..part.clone() }));
+                }
+                found.push(part);
+                return Some(found);
+            }
+            Some(Some(false)) => found.push(part),
+            Some(None) => return None,
+        }
+    }
+    None
 }
 
 fn no_value(name: &Name) -> Unknown {

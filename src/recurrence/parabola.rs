@@ -29,10 +29,14 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
             let plainly = known.decide(relation, value, &zero);
             plainly.or_else(|| known.decide(relation, &with_known_parts(value, known)?, &zero))
         };
-        if decided(&start, above.negated()) != Some(true) {
-            return None;
-        }
         let [constant, linear, square] = coefficients(&form, index).ok().flatten()?;
+        match decided(&start, above.negated()) {
+            Some(true) => {}
+            None if place == 0 && known.decide(Relation::Lss, &square, &zero) == Some(true) => {
+                return Some(Reach::undecided(above, &start, &zero));
+            }
+            _ => return None,
+        }
         // Of one line the shape says more.
         if pieces.len() == 1 && square.is_zero() {
             return None;
@@ -41,6 +45,13 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         // No step is greater than the first one.
         if pieces.len() == 1 && is(Relation::Lte, &square) && is(Relation::Lte, &square.add(&linear).ok()?) {
             return Some(Reach::Never("it does not rise from where it begins".to_string()));
+        }
+        if is(Relation::Lss, &square) {
+            let curve = Curve { form: &form, coefficients: [&constant, &linear, &square], above, index, known };
+            match curve.within(piece.until.as_ref())? {
+                Some(found) => return Some(found),
+                None => continue,
+            }
         }
         let rises = is(Relation::Gtr, &square) || square.is_zero() && is(Relation::Gtr, &linear);
         if !rises {
@@ -61,6 +72,57 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
     None
 }
 
+/// What rises less and less, and then falls.
+struct Curve<'a> {
+    form: &'a Value,
+    coefficients: [&'a Value; 3],
+    above: Relation,
+    index: &'a Name,
+    known: &'a Assumptions,
+}
+
+impl Curve<'_> {
+    /// The first index, before the end of its piece, at which it is above 0: behind the lesser of its roots, if it is above 0
+    /// there still. `Some(None)`: it rises up to the end, and is not.
+    fn within(&self, until: Option<&Value>) -> Option<Option<Reach>> {
+        let zero = Value::zero();
+        let decided = |relation: Relation, value: &Value| {
+            let plainly = self.known.decide(relation, value, &zero);
+            plainly.or_else(|| self.known.decide(relation, &with_known_parts(value, self.known)?, &zero))
+        };
+        let at = |index: &Value| self.form.with(self.index, index).ok();
+        let [constant, linear, square] = self.coefficients;
+        if let Some(until) = until {
+            let end = at(until)?;
+            match decided(self.above, &end) {
+                Some(true) => {}
+                Some(false) => {
+                    let step = end.sub(&at(&until.sub(&Value::one()).ok()?)?).ok()?;
+                    return (decided(Relation::Gte, &step) == Some(true)).then_some(None);
+                }
+                None => return Some(Some(Reach::undecided(self.above, &end, &zero))),
+            }
+        }
+        let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
+        match decided(Relation::Gte, &under) {
+            Some(true) => {}
+            Some(false) => return Some(Some(Reach::Never("it turns back before it comes so far".to_string()))),
+            None => return Some(Some(Reach::undecided(Relation::Gte, &under, &zero))),
+        }
+        let first = self.known.simplify(&behind(&[constant.clone(), linear.clone(), square.clone()], self.above).ok()?);
+        // Up to an end at which it is above 0 it is so from there on.
+        if until.is_some() {
+            return Some(Some(Reach::At(first, Vec::new())));
+        }
+        let there = self.known.simplify(&at(&first)?);
+        Some(Some(match decided(self.above, &there) {
+            Some(true) => Reach::At(first, Vec::new()),
+            Some(false) => Reach::Never(format!("it turns back between {} = {first} and the one before", self.index)),
+            None => Reach::At(first, vec![(self.above, there, zero)]),
+        }))
+    }
+}
+
 /// The most pieces that are looked at.
 const MOST_PIECES: usize = 4;
 
@@ -75,7 +137,8 @@ fn coefficients(form: &Value, index: &Name) -> Result<Option<[Value; 3]>, ValueE
     Ok((whole == *form).then_some([zeroth, linear, square]))
 }
 
-/// The first index behind the greater root, `(-b + sqrt(b^2 - 4*a*c)) / (2*a)`, or that of a line, `-c/b`.
+/// The first index behind the root `(-b + sqrt(b^2 - 4*a*c)) / (2*a)`, the greater one for a above 0 and else the lesser, or
+/// that of a line, `-c/b`.
 fn behind([constant, linear, square]: &[Value; 3], relation: Relation) -> Result<Value, ValueError> {
     let root = if square.is_zero() {
         constant.neg()?.div(linear)?

@@ -104,7 +104,14 @@ pub(super) fn reach(
             let by_squares = squares.as_ref().map(|[left, right]| found((relation, left, right)));
             match by_squares {
                 Some(told @ (Reach::At(..) | Reach::Never(_))) => told,
-                _ => found((relation, left, right)),
+                other => match (found((relation, left, right)), other) {
+                    (Reach::Unknown(one), Some(told @ Reach::Unknown(Unknown { open: Some(_), .. })))
+                        if one.open.is_none() =>
+                    {
+                        told
+                    }
+                    (found, _) => found,
+                },
             }
         }
         Err(error) => Reach::unknown(error.to_string()),
