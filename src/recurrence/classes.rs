@@ -8,7 +8,7 @@ use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Solved, in_class};
 use crate::exponential_polynomial::ExponentialPolynomial;
-use crate::exponential_polynomial::tail::{Tail, tail};
+use crate::exponential_polynomial::tail::{Tail, tail, tail_of_all};
 use crate::name::Name;
 use crate::value::{Relation, Value};
 
@@ -192,6 +192,30 @@ impl<'a> Classes<'a> {
         }
         Some((sum.plus(&ExponentialPolynomial::of(&rest, &self.solved.recurrence().index)?).ok()?, early))
     }
+}
+
+/// From which index on not all values compare so with 0, of terms whose forms come in turn: where that is so in each class.
+pub(super) fn late_in_classes(solved: &Solved, values: &[Value], relation: Relation) -> Option<Tail> {
+    let zero = Value::zero();
+    let turns = |form: &Form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None };
+    let count = solved.forms().iter().find_map(turns).filter(|count| *count > 0)?;
+    let mut latest = (0, String::new());
+    for class in 0..count {
+        let (mut sums, mut from) = (Vec::new(), 0);
+        for value in values {
+            let wanted = (relation, value, &zero);
+            let used = used(solved, wanted);
+            let (sum, early) = Classes { solved, wanted, used, count, alternating: false }.difference(class)?;
+            sums.push(sum);
+            from = from.max(early);
+        }
+        let Tail::Never(until, reason) = tail_of_all(&sums, relation, from) else { return None };
+        let at = solved.recurrence().from.unsigned_abs() + until * count as u64 + class as u64;
+        if at >= latest.0 {
+            latest = (at, reason);
+        }
+    }
+    Some(Tail::Never(latest.0, format!("so it is in each of the {count} turns: {}", latest.1)))
 }
 
 /// The sequences that a comparison reads: the variable of the term, with the place.

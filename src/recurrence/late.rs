@@ -8,6 +8,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
+use super::classes::late_in_classes;
 use super::product::quotient;
 use super::reach::Wanted;
 use crate::closed_form::{Form, Solved, product, sum_of};
@@ -64,7 +65,7 @@ fn of_quotients(solved: &Solved, relation: Relation, difference: &Value) -> Opti
 pub(super) fn late_in_turns(solved: &Solved, values: &[Value], relation: Relation) -> Option<Tail> {
     let (mut sums, mut from) = (Vec::new(), 0);
     for value in values {
-        let (sum, early) = sum_of(solved, value)?;
+        let Some((sum, early)) = sum_of(solved, value) else { return late_in_classes(solved, values, relation) };
         sums.push(sum);
         from = from.max(early);
     }
