@@ -106,7 +106,9 @@ fn apart(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>) -> 
         let own: Vec<Term> = group.iter().filter_map(|index| components.get(*index)).cloned().collect();
         let closed = ports::System::of(&own, run.definitions);
         let graph = explore(&own, &closed, run).map_err(|failure| vec![failure])?;
-        rounds.extend(drift::round(&graph.initial, &graph.phases).map(|time| (closed.names.join(" with "), time)));
+        let time = drift::round(&graph.initial, &graph.phases)
+            .or_else(|| drift::round_of_values(&graph.initial, &graph.phases, run.assumptions));
+        rounds.extend(time.map(|time| (closed.names.join(" with "), time)));
     }
     Ok(drifting(&rounds, run.assumptions))
 }

@@ -1,10 +1,12 @@
 //! Parts that never come back together: rounds whose durations have no rational ratio.
 
+use std::collections::BTreeMap;
+
 use num_bigint::BigInt;
 
 use super::run::Run;
 use super::step::inspect;
-use super::{Edge, Failure, Next, Phase};
+use super::{Edge, Failure, Next, Phase, Test};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value, View};
@@ -80,6 +82,9 @@ pub(super) fn apart<'a>(delays: impl Iterator<Item = &'a Value>, known: &Assumpt
     delays.any(|delay| !commensurable(first, delay, known))
 }
 
+/// The most rounds that are gone through with their values.
+const MOST_ROUNDS: usize = 500;
+
 /// How long one round takes, where these phases are gone through in one way only and take the same time for ever.
 pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
     let mut ways: &[Edge] = initial;
@@ -100,6 +105,35 @@ pub(super) fn round(initial: &[Edge], phases: &[Phase]) -> Option<Value> {
         entered[number] = Some(time.clone());
         ways = &phase.edges;
     }
+}
+
+/// How long it takes until all values come again, where they decide each branch: rounds may differ by these.
+pub(super) fn round_of_values(initial: &[Edge], phases: &[Phase], known: &Assumptions) -> Option<Value> {
+    let mut ways: &[Edge] = initial;
+    let mut values: BTreeMap<Name, Value> = BTreeMap::new();
+    let mut entered: Vec<(usize, BTreeMap<Name, Value>, Value)> = Vec::new();
+    let mut time = Value::zero();
+    while entered.len() <= MOST_ROUNDS {
+        let holds = |test: &Test| test.substitute(&values).ok().and_then(|test| test.decide(known));
+        let mut taken = None;
+        for edge in ways {
+            let decided: Option<Vec<bool>> = edge.tests.iter().map(holds).collect();
+            if decided?.into_iter().all(|holds| holds) && taken.replace(edge).is_some() {
+                return None;
+            }
+        }
+        let edge = taken.filter(|edge| edge.draws.is_empty())?;
+        let Next::Phase(number) = edge.next else { return None };
+        time = time.add(&edge.duration().ok()?.substitute(&values).ok()?).ok()?;
+        let next = edge.map.iter().map(|(name, value)| Some((name.clone(), value.substitute(&values).ok()?)));
+        values = next.collect::<Option<_>>()?;
+        if let Some((.., before)) = entered.iter().find(|(phase, then, _)| *phase == number && *then == values) {
+            return time.sub(before).ok();
+        }
+        entered.push((number, values.clone(), time.clone()));
+        ways = &phases.get(number)?.edges;
+    }
+    None
 }
 
 /// Why parts that do not communicate drift, if they do: their names with the durations of their rounds.
