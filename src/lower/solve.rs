@@ -18,7 +18,7 @@ use crate::name::Name;
 use crate::value::{Relation, Sort, Value};
 
 /// The most first values of one sequence.
-const MOST_ORDER: usize = 128;
+const MOST_ORDER: usize = 64;
 
 /// The most equations, first values among them.
 const MOST_EQUATIONS: usize = 400;
@@ -34,6 +34,8 @@ pub struct Question {
     /// A comparison of expressions in the terms [`Recurrence::term`] of offset 0, whose first index is looked for: of
     /// numbers, or `=` and `!=` of vectors of the same length.
     pub find: Option<(Relation, Value, Value)>,
+    /// Where one of several is to hold, each of these by itself.
+    pub either: Vec<(Relation, Value, Value)>,
     /// The same as it was asked, where several comparisons have become one.
     pub asked: Option<String>,
     /// What must hold of parameters for the equations to mean something: `v != 0` of `r(n)/v*v`.
@@ -102,12 +104,15 @@ impl Lowerer<'_> {
         let mut recurrence = Recurrence { index: index.name.clone(), from, sequences };
         let mut notes = self.given_instead(&equations, &recurrence, &lengths);
         self.known_terms(&mut recurrence, &spans)?;
-        let (find, asked) = match &solve.find {
-            Some(find) => self.find(find, &lengths, &recurrence).map(|(find, asked)| (Some(find), asked))?,
-            None => (None, None),
+        let (find, either, asked) = match &solve.find {
+            Some(find) => {
+                let find::Found { sought, either, asked } = self.find(find, &lengths, &recurrence)?;
+                (Some(sought), either, asked)
+            }
+            None => (None, Vec::new(), None),
         };
         notes.extend(self.counted(&recurrence));
-        Some(Question { recurrence, find, asked, conditions: std::mem::take(&mut self.conditions), notes })
+        Some(Question { recurrence, find, either, asked, conditions: std::mem::take(&mut self.conditions), notes })
     }
 
     /// Exponents with parameters in them that are not known to be natural.

@@ -83,7 +83,13 @@ impl Lowerer<'_> {
             })
         };
         let natural = |name: &Name| self.environment.assumptions.is_natural(&Value::variable(name)) == Some(true);
-        names.is_empty() || (names.len() == 1 && single()) || names.iter().all(natural)
+        // What is left of the power says that it counts: of `(-1)^(2*q)` nothing is.
+        let kept = || {
+            let power = Value::integer(-1).power(exponent);
+            exponent.is_whole() && power.is_ok_and(|power| power.needs().contains(&Need::Natural(exponent.clone())))
+        };
+        let one = names.len() == 1 && (single() || kept());
+        names.is_empty() || one || exponent.is_always_whole() || names.iter().all(natural)
     }
 
     pub(super) fn no_count<T>(&mut self, exponent: &Value, span: Span) -> Option<T> {

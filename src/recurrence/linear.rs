@@ -19,7 +19,7 @@ use crate::univariate::Univariate;
 use crate::value::{Value, ValueError};
 
 /// The most variables of a system, and the most terms that are needed of it.
-pub(super) const MOST_VARIABLES: usize = 128;
+pub(super) const MOST_VARIABLES: usize = 64;
 
 /// A system `s(n+1) = A s(n) + b(n)`, where the state s has as many places for each sequence as its order.
 pub(super) struct System {

@@ -56,7 +56,7 @@ pub(super) fn in_orders(
             let mut known = known.clone();
             known.assume(order, one, other);
             let solved = solve_until(recurrence.clone(), &known, stop).ok()?;
-            let found = reach(recurrence, Some(&solved), (*relation, left, right), &known, stop);
+            let found = first_index(question, Some(&solved), (*relation, left, right), &known, stop);
             if stop() || matches!(found, Reach::Unknown(_)) {
                 return None;
             }
@@ -77,7 +77,7 @@ pub(super) fn in_orders(
         let recurrence = &question.recurrence;
         let solved = solve_until(recurrence.clone(), known, stop);
         // With fewer sequences, or it is the same question.
-        match reach(recurrence, solved.as_ref().ok(), (*relation, left, right), known, stop) {
+        match first_index(&question, solved.as_ref().ok(), (*relation, left, right), known, stop) {
             Reach::Unknown(unknown) if fewer => in_orders(&question, solved.as_ref(), (&unknown, levels), known, stop),
             _ => None,
         }
@@ -149,7 +149,44 @@ fn asked_there(
     stop: &dyn Fn() -> bool,
 ) -> Option<Reach> {
     let (relation, left, right) = question.find.as_ref()?;
-    Some(reach(&question.recurrence, solved, (*relation, left, right), known, stop))
+    Some(first_index(question, solved, (*relation, left, right), known, stop))
+}
+
+/// The first index of what is looked for. Where one of several is to hold and it is not found of all at once it is the first of
+/// theirs.
+pub(super) fn first_index(
+    question: &Question,
+    solved: Option<&Solved>,
+    goal: (Relation, &Value, &Value),
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Reach {
+    let recurrence = solved.map_or(&question.recurrence, Solved::recurrence);
+    let found = reach(recurrence, solved, goal, known, stop);
+    let own = question.find.as_ref().is_some_and(|(relation, left, right)| goal == (*relation, left, right));
+    if !matches!(found, Reach::Unknown(_)) || question.either.is_empty() || !own {
+        return found;
+    }
+    let (mut first, mut reasons): (Option<Value>, Vec<String>) = (None, Vec::new());
+    for (relation, left, right) in &question.either {
+        match reach(recurrence, solved, (*relation, left, right), known, stop) {
+            Reach::Never(why) => reasons.push(why),
+            Reach::At(at, conditions) if conditions.is_empty() => {
+                first = match first {
+                    None => Some(at),
+                    Some(other) if known.decide(Relation::Lte, &other, &at) == Some(true) => Some(other),
+                    Some(other) if known.decide(Relation::Lte, &at, &other) == Some(true) || other == at => Some(at),
+                    Some(other) => Value::minimum(&[other, at]).ok(),
+                };
+                if first.is_none() {
+                    return found;
+                }
+            }
+            Reach::Unknown(unknown) if unknown.open.is_some() => return Reach::Unknown(unknown),
+            _ => return found,
+        }
+    }
+    first.map_or_else(|| Reach::Never(reasons.join("; ")), |at| Reach::At(at, Vec::new()))
 }
 
 /// The forms and what is found with them, or what is open.

@@ -14,7 +14,7 @@ use layout::{is_title, proof, with_needs};
 use otherwise::MOST_LEVELS;
 pub(super) use otherwise::{Asked, with_otherwise};
 
-use super::orders::in_orders;
+use super::orders::{first_index, in_orders};
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, in_cases, needed, with_known_parts};
@@ -117,7 +117,7 @@ fn answered(
 ) -> (Vec<String>, Vec<Expected>) {
     let recurrence = &question.recurrence;
     let asked = question.find.as_ref().map(|(relation, left, right)| (*relation, left, right));
-    let found = asked.map(|goal| reach(recurrence, solved.as_ref().ok(), goal, known, stop));
+    let found = asked.map(|goal| first_index(question, solved.as_ref().ok(), goal, known, stop));
     if let Some(Reach::Unknown(unknown)) = &found
         && let Some(found) = in_orders(question, solved.as_ref(), (unknown, MOST_LEVELS), known, stop)
     {

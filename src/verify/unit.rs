@@ -17,7 +17,7 @@ use crate::value::{Relation, Sort, Value, ValueError};
 /// Rounds that are looked at one by one.
 const MOST_ROUNDS: i64 = 2_000;
 /// The same where two observations are to meet.
-const MOST_TOGETHER: i64 = 10_000;
+const MOST_TOGETHER: i64 = 3_000;
 
 /// A stretch of a run.
 #[derive(Clone, PartialEq, Eq, Debug)]

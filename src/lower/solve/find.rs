@@ -15,8 +15,14 @@ use crate::value::{Need, Relation, Sort, Value, ValueError};
 /// A comparison of two values.
 type Sides = (Relation, Value, Value);
 
-/// What is looked for, and how it was asked where it is another comparison.
-pub(super) type Found = (Sides, Option<String>);
+/// What is looked for.
+pub(super) struct Found {
+    pub(super) sought: Sides,
+    /// Where one of several is to hold, each of these by itself.
+    pub(super) either: Vec<Sides>,
+    /// How it was asked, where it is another comparison.
+    pub(super) asked: Option<String>,
+}
 
 impl Lowerer<'_> {
     pub(super) fn find(&mut self, find: &ast::Find, names: &Lengths, recurrence: &Recurrence) -> Option<Found> {
@@ -46,7 +52,7 @@ impl Lowerer<'_> {
         if let [together] = all.as_mut_slice()
             && together.len() == 1
         {
-            return together.pop().map(|only| (only, None));
+            return together.pop().map(|sought| Found { sought, either: Vec::new(), asked: None });
         }
         let span = find.either.comparisons().map(|one| one.span).reduce(Span::to)?;
         let text = |together: &Vec<Sides>| together.iter().map(as_it_stands).collect::<Vec<_>>().join(" and ");
@@ -55,8 +61,14 @@ impl Lowerer<'_> {
         let always = self.conditions.iter().filter(|one| one.ways.is_none()).map(|one| &one.comparison);
         always.for_each(|(relation, left, right)| known.assume(*relation, left, right));
         let open = recurrence.terms().into_iter().map(|(name, ..)| name).chain([index.clone()]).collect();
-        match as_one(&all, &Told { known, open }) {
-            Ok(sought) => Some((sought, Some(asked))),
+        let told = Told { known, open };
+        let each = |together: &Vec<Sides>| match together.as_slice() {
+            [only] => Ok(only.clone()),
+            _ => as_one(std::slice::from_ref(together), &told),
+        };
+        let either = if all.len() > 1 { all.iter().map(each).collect() } else { Ok(Vec::new()) };
+        match as_one(&all, &told).and_then(|sought| Ok((sought, either?))) {
+            Ok((sought, either)) => Some(Found { sought, either, asked: Some(asked) }),
             Err(error) => self.fail(Diagnostic::error("P0402", error.0).label(span, "in this condition")),
         }
     }

@@ -88,6 +88,9 @@ fn replaced(question: &Question, images: &mut dyn FnMut(&Atom) -> Option<Value>)
     if let Some((relation, left, right)) = &question.find {
         settled.asked = Some(question.goal((*relation, left, right)));
         settled.find = Some((*relation, left.replace(images).ok()?, right.replace(images).ok()?));
+        for (_, left, right) in &mut settled.either {
+            (*left, *right) = (left.replace(images).ok()?, right.replace(images).ok()?);
+        }
     }
     Some(settled)
 }

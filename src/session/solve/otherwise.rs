@@ -1,12 +1,12 @@
 //! What is asked of where a condition of an index fails.
 
-use super::super::orders::in_orders;
+use super::super::orders::{first_index, in_orders};
 use super::checked::no_earlier;
 use super::{also, found_lines, proof};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Solved, as_it_stands};
 use crate::lower::Question;
-use crate::recurrence::{Reach, reach, solve_until};
+use crate::recurrence::{Reach, solve_until};
 use crate::value::{Relation, Value};
 
 /// How often what a case leaves out is asked anew.
@@ -57,7 +57,7 @@ fn is_never_otherwise(found: &Reach, asked: &Asked<'_>, known: &Assumptions, sto
             asked.forms.conditions().contains(condition) || known.decide(*relation, left, right) == Some(true)
         };
         needed.into_iter().all(granted)
-            && matches!(reach(recurrence, solved.as_ref().ok(), asked.goal, &known, stop), Reach::Never(_))
+            && matches!(first_index(asked.question, solved.as_ref().ok(), asked.goal, &known, stop), Reach::Never(_))
     };
     !conditions.is_empty() && conditions.iter().all(fails)
 }
@@ -100,7 +100,7 @@ fn answer_there(asked: &Asked<'_>, known: &Assumptions, stop: &dyn Fn() -> bool)
         ..asked.question.clone()
     };
     let solved = solve_until(recurrence.clone(), known, stop);
-    let found = reach(recurrence, solved.as_ref().ok(), asked.goal, known, stop);
+    let found = first_index(&question, solved.as_ref().ok(), asked.goal, known, stop);
     let lines = match (&found, &solved) {
         (Reach::Unknown(unknown), _) => in_orders(&question, solved.as_ref(), (unknown, asked.levels - 1), known, stop)
             .map_or_else(|| found_lines(&found, recurrence, &question.goal(asked.goal)), |found| found.lines),

@@ -18,6 +18,12 @@ impl Value {
         self.in_binomials(&whole).is_some_and(|all| all.iter().all(BigRational::is_integer))
     }
 
+    /// Whether it is a whole number whatever its variables are: made of integer parts and conditions.
+    pub(crate) fn is_always_whole(&self) -> bool {
+        let rounded = |atom: &Atom| matches!(atom, Atom::Floor(_) | Atom::Positive(_));
+        self.in_binomials(&rounded).is_some_and(|all| all.iter().all(BigRational::is_integer))
+    }
+
     /// Whether it is known to be a natural number wherever its variables are.
     pub(crate) fn counts(&self) -> bool {
         let natural = |atom: &Atom| matches!(atom, Atom::Variable(_) | Atom::Positive(_));
