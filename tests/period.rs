@@ -201,6 +201,10 @@ fn straight_networks_do_what_the_analysis_says() {
                     assert!(failures.iter().any(ends), "{}\n{failures:?}", about());
                     "no communication, and no period"
                 }
+                Some(Failure::Livelock { .. }) => {
+                    assert_eq!(plain, Ran::Livelock, "{}\n{failures:?}", about());
+                    "livelock"
+                }
                 other => panic!("{other:?}\n{}", about()),
             },
         };
@@ -235,6 +239,10 @@ fn a_looping_writer_serves_any_number_of_readers() {
                 Some(Failure::RateMismatch { .. }) => {
                     assert!(!matches!(plain, Ran::Round { .. }), "{}\n{failures:?}", about());
                     "rate mismatch"
+                }
+                Some(Failure::Livelock { .. }) => {
+                    assert_eq!(plain, Ran::Livelock, "{}\n{failures:?}", about());
+                    "livelock"
                 }
                 other => panic!("{other:?}\n{}", about()),
             },
@@ -296,6 +304,10 @@ fn rounds_are_counted_in_networks_of_any_shape_and_rates_that_do_not_match_have_
                 Some(Failure::NoCommunication { .. } | Failure::Unmatched(_)) => {
                     assert!(!matches!(plain, Ran::Round { .. }), "{}\n{failures:?}", about());
                     "no communication"
+                }
+                Some(Failure::Livelock { .. }) => {
+                    assert_eq!(plain, Ran::Livelock, "{}\n{failures:?}", about());
+                    "livelock"
                 }
                 other => panic!("{other:?}\n{}", about()),
             },
