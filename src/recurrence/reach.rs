@@ -30,7 +30,7 @@ use super::squares::late_products;
 use super::terms::put_in;
 use super::{Reach, Unknown};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Recurrence, Solved};
+use crate::closed_form::{Comparison, Recurrence, Solved};
 use crate::exponential_polynomial::tail::Tail;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -185,7 +185,11 @@ fn without_terms(
     if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
         return Ok(found);
     }
-    if reason.is_some()
+    // Where something of parameters alone is asked already that is asked first.
+    let of_parameters =
+        |(_, left, right): &Comparison| ![left, right].iter().any(|side| side.mentions(&recurrence.index));
+    let asked = |why: &Unknown| why.open.as_deref().is_some_and(of_parameters);
+    if reason.as_ref().is_some_and(|why| !asked(why))
         && let Some(found) = solved.and_then(|solved| Classes::even_and_odd(solved, wanted)?.first(known))
     {
         match found {
