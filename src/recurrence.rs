@@ -100,6 +100,7 @@ pub use at_rest::at_rest;
 pub use either_way::InCase;
 pub(crate) use either_way::{either_way, in_each_case};
 pub use kept::bounds;
+pub(crate) use maxima::lesser;
 pub(crate) use needed::read_by;
 pub use nonlinear::{Behaviour, behaviour, near};
 pub use orders::solve_in_cases;

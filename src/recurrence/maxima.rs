@@ -99,7 +99,8 @@ fn both_sides(parts: &[Value], relation: Relation) -> Vec<Comparison> {
     all
 }
 
-fn lesser(one: Value, other: Value, known: &Assumptions) -> Option<Value> {
+/// The lesser of two indices.
+pub(crate) fn lesser(one: Value, other: Value, known: &Assumptions) -> Option<Value> {
     match known.decide(Relation::Lte, &one, &other) {
         Some(true) => Some(one),
         Some(false) => Some(other),

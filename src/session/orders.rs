@@ -6,7 +6,8 @@ use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, Solved, compared};
 use crate::lower::Question;
 use crate::recurrence::{
-    InCase, MOST_PAIRS, Reach, Unknown, either_way, pairs, parameters, reach, read_by, solve_in_cases, solve_until,
+    InCase, MOST_PAIRS, Reach, Unknown, either_way, lesser, pairs, parameters, reach, read_by, solve_in_cases,
+    solve_until,
 };
 use crate::value::{Relation, Value};
 use crate::verify::Merge;
@@ -174,9 +175,7 @@ pub(super) fn first_index(
             Reach::At(at, conditions) if conditions.is_empty() => {
                 first = match first {
                     None => Some(at),
-                    Some(other) if known.decide(Relation::Lte, &other, &at) == Some(true) => Some(other),
-                    Some(other) if known.decide(Relation::Lte, &at, &other) == Some(true) || other == at => Some(at),
-                    Some(other) => Value::minimum(&[other, at]).ok(),
+                    Some(other) => lesser(other, at, known),
                 };
                 if first.is_none() {
                     return found;
