@@ -157,7 +157,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         sorted: TermSet::default(),
         counts: BTreeSet::new(),
         needs: HashMap::new(),
-        meaning: Meaning::of(statement, steps, theory, names.partial),
+        meaning: Meaning::of(statement, steps, theory, (&names.read, names.partial)),
     };
     for (number, step) in steps.iter().enumerate() {
         let found = checker.step(step).and_then(|derived| checker.gate(derived));
@@ -176,7 +176,7 @@ fn derive(theory: &Theory, proved: &[(Name, Thm)], statement: &Statement, steps:
         return Err(reject(Reason::Weaker(last.connective, statement.connective)));
     }
     let Checker { laws, lemmas, trusted, reads, advanced, meaning, .. } = checker;
-    let needs = meaning.needed_by(statement, theory, &names.read);
+    let needs = meaning.needed_by();
     Ok(Thm { statement: statement.clone(), laws, lemmas, trusted, needs, reads, advanced })
 }
 
@@ -213,7 +213,7 @@ struct Checker<'a> {
     /// Of each law used, what its instances must meet.
     needs: HashMap<Name, Needs>,
     /// What the values of all steps need to have a meaning.
-    meaning: Meaning,
+    meaning: Meaning<'a>,
 }
 
 impl Checker<'_> {

@@ -94,6 +94,17 @@ impl Assumptions {
         })
     }
 
+    /// Whether no integers make a polynomial 0, as `3*n-17`: its terms are multiples of a number of which the constant is
+    /// none.
+    pub(super) fn has_no_whole_zero(&self, form: &Form) -> bool {
+        let constant = form.constant_term();
+        let rest = form.minus(&Polynomial::constant(constant.clone()));
+        !constant.is_zero()
+            && !rest.is_zero()
+            && unknowns(form).all(|(unknown, _)| self.all_integral(unknown))
+            && !(constant / rest.content()).is_integer()
+    }
+
     /// What the facts of a system say of its integers alone; empty where no integer part stands in it.
     pub(super) fn of_integers(&self, system: &[Constraint]) -> Vec<Constraint> {
         let parts = |one: &Constraint| one.form.atoms().into_iter().any(|atom| matches!(atom, Atom::Floor(_)));
@@ -135,12 +146,7 @@ impl Assumptions {
             return constraint;
         }
         let Constraint { form, bound } = self.tightened(constraint);
-        let constant = form.constant_term();
-        let rest = form.minus(&Polynomial::constant(constant.clone()));
-        let unsolved = bound == Bound::Zero
-            && !rest.is_zero()
-            && unknowns(&form).all(|(unknown, _)| self.all_integral(unknown))
-            && !(constant / rest.content()).is_integer();
+        let unsolved = bound == Bound::Zero && self.has_no_whole_zero(&form);
         Constraint { form: if unsolved { Polynomial::one() } else { form }, bound }
     }
 }

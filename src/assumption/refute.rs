@@ -168,7 +168,7 @@ impl Assumptions {
     /// Whether it contradicts the assumptions that the polynomial has this sign.
     pub(super) fn refutes_form(&self, form: &Form, sign: Signs, splits: usize, systems: &mut usize) -> bool {
         let divides = |other: &Form| other.divide(form, &mut Budget::new(DIVISION_BUDGET)).is_some();
-        if sign == Signs::ZERO && self.nonzero.iter().any(divides) {
+        if sign == Signs::ZERO && (self.has_no_whole_zero(form) || self.nonzero.iter().any(divides)) {
             return true;
         }
         let goal = match sign {

@@ -18,7 +18,11 @@ const MOST_SETS: usize = 64;
 /// How many answers are remembered under one set.
 const MOST_ANSWERS: usize = 1_000;
 
-type Answers = HashMap<(Signs, Value), Signs>;
+#[derive(Default)]
+struct Answers {
+    signs: HashMap<(Signs, Value), Signs>,
+    simple: HashMap<Value, Value>,
+}
 
 thread_local! {
     static KNOWN: RefCell<HashMap<Assumptions, Answers>> = RefCell::new(HashMap::new());
@@ -41,7 +45,8 @@ impl Assumptions {
             return signs;
         }
         let question = (wanted, value.clone());
-        let known = KNOWN.with_borrow(|known| known.get(self).and_then(|answers| answers.get(&question).copied()));
+        let known =
+            KNOWN.with_borrow(|known| known.get(self).and_then(|answers| answers.signs.get(&question).copied()));
         if let Some(signs) = known {
             return signs;
         }
@@ -70,15 +75,37 @@ impl Assumptions {
 
     /// Keeps what took a search.
     fn remember(&self, question: (Signs, Value), signs: Signs) {
-        KNOWN.with_borrow_mut(|known| {
-            if let Some(answers) = known.get_mut(self).filter(|answers| answers.len() < MOST_ANSWERS) {
-                answers.insert(question, signs);
-                return;
+        self.answers(|answers| {
+            if answers.signs.len() >= MOST_ANSWERS {
+                answers.signs.clear();
             }
-            if known.len() >= MOST_SETS {
+            answers.signs.insert(question, signs);
+        });
+    }
+
+    /// A value as `find` simplifies it, which is asked once.
+    pub(super) fn simplified_once(&self, value: &Value, find: impl FnOnce() -> Value) -> Value {
+        let known = KNOWN.with_borrow(|known| known.get(self).and_then(|answers| answers.simple.get(value).cloned()));
+        if let Some(simple) = known {
+            return simple;
+        }
+        let simple = find();
+        self.answers(|answers| {
+            if answers.simple.len() >= MOST_ANSWERS {
+                answers.simple.clear();
+            }
+            answers.simple.insert(value.clone(), simple.clone());
+        });
+        simple
+    }
+
+    /// What is remembered under these assumptions; when there are too many sets of them, all is forgotten.
+    fn answers(&self, keep: impl FnOnce(&mut Answers)) {
+        KNOWN.with_borrow_mut(|known| {
+            if !known.contains_key(self) && known.len() >= MOST_SETS {
                 known.clear();
             }
-            known.insert(self.clone(), Answers::from([(question, signs)]));
+            keep(known.entry(self.clone()).or_default());
         });
     }
 }

@@ -29,6 +29,13 @@ impl Assumptions {
 
     /// The value with `min`, `max`, `abs`, `if`, `floor` and roots resolved where the assumptions decide them.
     pub fn simplify(&self, value: &Value) -> Value {
+        if value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_))) {
+            return value.clone();
+        }
+        self.simplified_once(value, || self.gone_through(value))
+    }
+
+    fn gone_through(&self, value: &Value) -> Value {
         let mut simple = value.clone();
         for _ in 0..MOST_PASSES {
             match self.resolved(&simple) {

@@ -1,6 +1,7 @@
 //! That what stands in a proof has a value: an equation says nothing where one of its sides has none, so nothing may be
 //! chained through a term that has no value where the claim has one.
 
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::{Reason, Theory};
@@ -20,8 +21,12 @@ const LARGEST: usize = 100;
 
 /// What the values of a proof need to have a meaning: it must follow from the assumptions, or be needed by the claim
 /// itself, which says nothing where it fails.
-#[derive(Default)]
-pub(super) struct Meaning {
+pub(super) struct Meaning<'a> {
+    claim: (&'a Statement, &'a Theory),
+    /// The names that the definitions read.
+    defined: &'a BTreeSet<Name>,
+    /// The names that the claim, the definitions and the assumptions read but as indices of rounds.
+    outside: OnceCell<BTreeSet<Name>>,
     /// What the claim needs, what is taken on trust, or a process that they call.
     claimed: BTreeSet<Need>,
     /// Indices of rounds that the claim counts: an exponent may read them in what is said of one round.
@@ -34,9 +39,14 @@ pub(super) struct Meaning {
     looked: HashSet<(Term, Vec<Name>)>,
 }
 
-impl Meaning {
-    /// What the claim of a proof needs; `partial` tells whether some value in a definition needs anything.
-    pub(super) fn of(statement: &Statement, steps: &[Step], theory: &Theory, partial: bool) -> Meaning {
+impl<'a> Meaning<'a> {
+    /// What the claim of a proof needs; the names that definitions read, and whether some value in one needs anything.
+    pub(super) fn of(
+        statement: &'a Statement,
+        steps: &[Step],
+        theory: &'a Theory,
+        (defined, partial): (&'a BTreeSet<Name>, bool),
+    ) -> Meaning<'a> {
         let mut claimed: BTreeSet<Need> = theory.assumptions.iter().flat_map(|(_, value)| value.needs()).collect();
         let mut open = vec![statement.left.clone(), statement.right.clone()];
         for hypothesis in &statement.hypotheses {
@@ -71,7 +81,16 @@ impl Meaning {
                 }
             }
         }
-        Meaning { claimed, indices, ..Meaning::default() }
+        Meaning {
+            claim: (statement, theory),
+            defined,
+            outside: OnceCell::new(),
+            claimed,
+            indices,
+            met: BTreeSet::new(),
+            known: HashMap::new(),
+            looked: HashSet::new(),
+        }
     }
 
     /// What was needed, and does not follow from the assumptions.
@@ -81,31 +100,12 @@ impl Meaning {
 
     /// What an instance of the claim needs. That an index of rounds is a natural number was needed of what is said of one
     /// round; it says nothing of a claim, and of a definition, that reads the index in its rounds alone: there it is one.
-    /// `defined` are the names that the definitions read.
-    pub(super) fn needed_by(&self, statement: &Statement, theory: &Theory, defined: &BTreeSet<Name>) -> BTreeSet<Need> {
+    pub(super) fn needed_by(&self) -> BTreeSet<Need> {
         if self.met.is_empty() {
             return BTreeSet::new();
         }
-        let mut outside: BTreeSet<Name> = defined.clone();
-        for hypothesis in &statement.hypotheses {
-            let (terms, values, names) = condition_parts(hypothesis);
-            outside.extend(terms.into_iter().flat_map(read_names));
-            outside.extend(values.into_iter().flat_map(Value::variables).chain(names.into_iter().cloned()));
-        }
-        outside.extend(theory.assumptions.iter().flat_map(|(_, value)| value.variables()));
-        let mut open = vec![(&statement.left, BTreeSet::new()), (&statement.right, BTreeSet::new())];
-        while let Some((term, indices)) = open.pop() {
-            let read = term.values().flat_map(Value::variables);
-            outside.extend(read.filter(|name| !indices.contains(name)));
-            let mut inside = indices;
-            if let Node::Power(_, _, Some(index)) = term.node() {
-                inside.insert(index.clone());
-            }
-            open.extend(term.children().map(|child| (child, inside.clone())));
-        }
-        let index_alone = |name: &Name| self.indices.contains(name) && !outside.contains(name);
         let kept = |need: &&Need| match need {
-            Need::Natural(value) => !value.variables().iter().all(index_alone),
+            Need::Natural(value) => !value.variables().is_disjoint(self.outside()),
             _ => true,
         };
         self.met.iter().filter(kept).cloned().collect()
@@ -160,6 +160,7 @@ impl Meaning {
                 self.met.insert(need);
                 Ok(())
             }
+            None if self.has_value_in_rounds(&need, known) => Ok(()),
             _ => Err(Reason::Undefined(Box::new(need))),
         }
     }
@@ -175,10 +176,35 @@ impl Meaning {
         }
     }
 
-    /// The names that exponents read as indices of rounds: nothing else may bind them.
+    /// Whether it follows where what the claim does not read is natural, as `1/(3*i-17)` has a value then; that is needed.
+    fn has_value_in_rounds(&mut self, need: &Need, known: &Assumptions) -> bool {
+        let indices = self.counted_alone(need);
+        let follows = !matches!(need, Need::Natural(_)) && follows_within(need, &indices, known);
+        if follows {
+            self.met.extend(indices.iter().map(|index| Need::Natural(Value::variable(index))));
+        }
+        follows
+    }
+
+    /// The names in a need that the claim does not read but as indices of rounds, if at all: whatever is said of one round
+    /// on the way, they are natural numbers in it.
+    fn counted_alone(&self, need: &Need) -> Vec<Name> {
+        need.value().variables().difference(self.outside()).cloned().collect()
+    }
+
+    fn is_counted(&self, name: &Name) -> bool {
+        self.indices.contains(name) || !self.outside().contains(name)
+    }
+
+    fn outside(&self) -> &BTreeSet<Name> {
+        let (statement, theory) = self.claim;
+        self.outside.get_or_init(|| read_outside_of_rounds(statement, theory, self.defined))
+    }
+
+    /// The names that are read as indices of rounds: nothing else may bind them.
     pub(super) fn counted(&self) -> impl Iterator<Item = Name> + '_ {
         let exponents = self.met.iter().filter(|need| matches!(need, Need::Natural(_)));
-        exponents.flat_map(|need| need.value().variables()).filter(|name| self.indices.contains(name))
+        exponents.flat_map(|need| need.value().variables()).filter(|name| self.is_counted(name))
     }
 
     /// In the claim itself such a name is an index.
@@ -198,6 +224,29 @@ impl Meaning {
         }
         Ok(())
     }
+}
+
+/// The names that a claim reads but as indices of the rounds around them, with those that the definitions and the
+/// assumptions read.
+fn read_outside_of_rounds(statement: &Statement, theory: &Theory, defined: &BTreeSet<Name>) -> BTreeSet<Name> {
+    let mut outside: BTreeSet<Name> = defined.clone();
+    for hypothesis in &statement.hypotheses {
+        let (terms, values, names) = condition_parts(hypothesis);
+        outside.extend(terms.into_iter().flat_map(read_names));
+        outside.extend(values.into_iter().flat_map(Value::variables).chain(names.into_iter().cloned()));
+    }
+    outside.extend(theory.assumptions.iter().flat_map(|(_, value)| value.variables()));
+    let mut open = vec![(&statement.left, BTreeSet::new()), (&statement.right, BTreeSet::new())];
+    while let Some((term, indices)) = open.pop() {
+        let read = term.values().flat_map(Value::variables);
+        outside.extend(read.filter(|name| !indices.contains(name)));
+        let mut inside = indices;
+        if let Node::Power(_, _, Some(index)) = term.node() {
+            inside.insert(index.clone());
+        }
+        open.extend(term.children().map(|child| (child, inside.clone())));
+    }
+    outside
 }
 
 /// Whether a need follows where these are natural numbers.

@@ -3,6 +3,8 @@
 //! Before any remainder is formed, an image modulo a prime tells most coprime pairs apart: where the images have no
 //! common factor in an unknown, neither have the polynomials (the leading coefficients do not vanish there).
 
+use std::collections::BTreeSet;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
@@ -46,9 +48,11 @@ fn divisor<A: Clone + Ord>(
     if left_atoms.len() > MOST_ATOMS || right_atoms.len() > MOST_ATOMS {
         return None;
     }
-    let lone = |atoms: &std::collections::BTreeSet<&A>, others: &std::collections::BTreeSet<&A>| {
-        atoms.difference(others).next().map(|atom| (*atom).clone())
-    };
+    if let Some(true) = coprime(&left, &right, (&left_atoms, &right_atoms), budget) {
+        return Some(shared);
+    }
+    let lone =
+        |atoms: &BTreeSet<&A>, others: &BTreeSet<&A>| atoms.difference(others).next().map(|atom| (*atom).clone());
     // A divisor of both is free of an unknown that only one of them has: it divides each coefficient there.
     let found = if let Some(atom) = lone(&left_atoms, &right_atoms) {
         divisor(&content_in(&left, &atom, budget, depth)?, &right, budget, depth + 1)?
@@ -149,6 +153,24 @@ fn pseudo_remainder<A: Clone + Ord>(
     Some(rest)
 }
 
+/// Whether the images modulo the prime prove that no common divisor depends on any unknown; none beyond the budget.
+fn coprime<A: Clone + Ord>(
+    left: &Polynomial<A>,
+    right: &Polynomial<A>,
+    (left_atoms, right_atoms): (&BTreeSet<&A>, &BTreeSet<&A>),
+    budget: &mut Budget,
+) -> Option<bool> {
+    let atoms: Vec<A> = left_atoms.union(right_atoms).map(|atom| (*atom).clone()).collect();
+    for atom in left_atoms.intersection(right_atoms) {
+        budget.spend((left.terms().len() + right.terms().len()) as u64)?;
+        let low = left.degree_in(atom).max(right.degree_in(atom)) <= MOST_GCD_DEGREE;
+        if !low || !coprime_in(left, right, atom, &atoms) {
+            return Some(false);
+        }
+    }
+    Some(true)
+}
+
 /// Whether the images modulo the prime prove that no common divisor depends on this unknown.
 fn coprime_in<A: Clone + Ord>(left: &Polynomial<A>, right: &Polynomial<A>, main: &A, atoms: &[A]) -> bool {
     let (Some(left), Some(right)) = (image(left, main, atoms), image(right, main, atoms)) else {
@@ -185,11 +207,14 @@ fn image<A: Clone + Ord>(polynomial: &Polynomial<A>, main: &A, atoms: &[A]) -> O
     let degree = polynomial.degree_in(main) as usize;
     let mut image = vec![0u64; degree + 1];
     for (monomial, number) in polynomial.terms() {
-        let denominator = residue(number.denom())?;
-        if denominator.is_zero() {
-            return None;
+        let mut product = residue(number.numer())?;
+        if !number.denom().is_one() {
+            let denominator = residue(number.denom())?;
+            if denominator.is_zero() {
+                return None;
+            }
+            product = multiply(product, inverse(denominator));
         }
-        let mut product = multiply(residue(number.numer())?, inverse(denominator));
         for (atom, exponent) in monomial.factors().iter().filter(|(atom, _)| atom != main) {
             let place = atoms.binary_search(atom).unwrap_or(0) as u64;
             let point = (place + 2).wrapping_mul(6_364_136_223_846_793_005) % PRIME;

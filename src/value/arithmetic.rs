@@ -1,10 +1,13 @@
 //! The four operations, on numbers and componentwise on vectors, and the normal form of fractions.
 
+mod quotients;
+
 use std::cmp::Ordering;
 
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
+use self::quotients::found_once;
 use super::denominator::{divided_beside_length, free_denominator, leading_root, without_lengths};
 use super::fixed::coarse_order;
 use super::squares::sums_squares;
@@ -15,6 +18,8 @@ use crate::polynomial::{Budget, MOST_TERMS, Monomial, Polynomial};
 pub(super) const DIVISOR_BUDGET: u64 = 100_000;
 /// A numerator of no more terms is divided by a linear denominator without asking first whether that divides it.
 const FEW_TERMS: usize = 32;
+/// Terms of a fraction from which on its normal form is remembered.
+const MANY_TERMS: usize = 7;
 
 impl Value {
     /// The sum, of numbers or of vectors of the same length.
@@ -167,6 +172,14 @@ impl Value {
         if denominator.is_one() {
             return Value::whole(relations(numerator)?);
         }
+        if numerator.terms().len() + denominator.terms().len() < MANY_TERMS {
+            return Value::reduced(numerator, denominator);
+        }
+        found_once((numerator, denominator), |(numerator, denominator)| Value::reduced(numerator, denominator))
+    }
+
+    /// A fraction in lowest terms.
+    fn reduced(numerator: Real, denominator: Real) -> Outcome {
         let (numerator, denominator) = free_denominator(relations(numerator)?, relations(denominator)?)?;
         if denominator.is_zero() {
             return Err(ValueError::new("division by zero"));

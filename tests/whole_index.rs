@@ -1,0 +1,64 @@
+//! What is said of one round of many, on the way of a proof, is said of a natural number: `1/(3*i-17)` has a value in each
+//! round, though not for each i.
+
+use std::collections::BTreeMap;
+
+use pars::kernel::{Reason, Thm, check};
+use pars::law::Connective;
+use pars::lower::Environment;
+use pars::name::Name;
+use pars::proof::{Proof, Statement, Step};
+use pars::substitution::Substitution;
+
+mod texts;
+
+fn declared() -> Environment {
+    texts::declared("param i, k\nobserver A(x), B(x)")
+}
+
+/// A claim that says of a process that it is itself, after these steps.
+fn claimed(environment: &Environment, claim: &str, mut steps: Vec<Step>) -> Result<Thm, Reason> {
+    let side = texts::term(environment, claim);
+    let statement =
+        Statement { hypotheses: Vec::new(), left: side.clone(), connective: Connective::Equal, right: side.clone() };
+    steps.push(Step::Reflexive(side));
+    check(&texts::theory(environment), &Proof { lemmas: Vec::new(), statement, steps })
+        .map_err(|rejected| rejected.reason)
+}
+
+fn itself(environment: &Environment, text: &str) -> Step {
+    Step::Reflexive(texts::term(environment, text))
+}
+
+#[test]
+fn an_index_that_the_claim_does_not_read_is_natural() {
+    let environment = declared();
+    let one = || vec![itself(&environment, "A_{1/(3*i-17)}")];
+    for claim in ["A_1", "(B_i)^{i<6}"] {
+        assert!(claimed(&environment, claim, one()).is_ok(), "{claim}");
+    }
+    for claim in ["A_i", "A_i ; (B_i)^{i<6}", "(B_i)^{k<i}"] {
+        let found = claimed(&environment, claim, one());
+        assert!(matches!(found, Err(Reason::Undefined(_))), "{claim}: {found:?}");
+    }
+    // For i = 6 it has none.
+    let sixth = vec![itself(&environment, "A_{1/(3*i-18)}")];
+    assert!(matches!(claimed(&environment, "A_1", sixth), Err(Reason::Undefined(_))));
+}
+
+#[test]
+fn nothing_else_binds_it_or_is_put_in_for_it() {
+    let environment = declared();
+    let steps = vec![itself(&environment, "A_{1/(3*i-17)}"), itself(&environment, "In_p<i> ; A_i")];
+    assert!(matches!(claimed(&environment, "A_1", steps), Err(Reason::Name(name)) if name == Name::new("i")));
+
+    let at = |text: &str| {
+        let values = BTreeMap::from([(Name::new("?i"), texts::value(&environment, text))]);
+        Step::Instance(0, Substitution { values, ..Substitution::default() })
+    };
+    let meta = || itself(&environment, "A_{1/(3*?i-17)}");
+    assert!(claimed(&environment, "A_1", vec![meta(), at("5")]).is_ok());
+    for other in ["1/2", "k", "17/3"] {
+        assert!(claimed(&environment, "A_1", vec![meta(), at(other)]).is_err(), "{other}");
+    }
+}
