@@ -3,7 +3,7 @@
 use super::{Comparison, Piece, Unknown};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// The forms of `x := c*x + d` from a start, and the conditions under which they are right.
 pub(super) fn affine_pieces(
@@ -90,8 +90,18 @@ pub(super) fn shape(value: &Value, index: &Name) -> Result<Shape, Unknown> {
     }
     let ratio = next(&step)?.div(&step)?;
     if ratio.mentions(index) {
-        return Err(Unknown::because(format!("{value} is not known to be linear or geometric in {index}")));
+        return Err(Unknown::because(of_no_shape(value, index)));
     }
     let factor = step.with(index, &Value::zero())?.div(&ratio.sub(&Value::one())?)?;
     Ok(Shape::Geometric { limit: base.sub(&factor)?, factor, ratio })
+}
+
+/// Why it is not known where a sequence comes to a bound that is neither linear nor geometric.
+fn of_no_shape(value: &Value, index: &Name) -> String {
+    let grows = |atom: &Atom| matches!(atom, Atom::Power(_, exponent) if exponent.mentions(index));
+    let symbolic = value.variables().iter().any(|name| name != index);
+    match value.atoms().iter().any(grows) && symbolic {
+        true => format!("where a sum of several powers, as {value}, comes to 0 is not solved for symbols"),
+        false => format!("{value} is not known to be linear or geometric in {index}"),
+    }
 }

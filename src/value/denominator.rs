@@ -118,14 +118,17 @@ pub(super) fn divided_beside_length(numerator: &Real, denominator: &Real) -> Res
         let (Some(constant), Some(factor), true) = (parts.remove(&0), parts.remove(&1), parts.is_empty()) else {
             continue;
         };
-        let root = Polynomial::atom(atom.clone());
-        let conjugate = relations(constant.minus(&product(&factor, &root)?))?;
+        let mut budget = Budget::new(DIVISOR_BUDGET);
+        let Some(shared) = constant.common_divisor(&factor, &mut budget) else { continue };
+        let parts = constant.divide(&shared, &mut budget).zip(factor.divide(&shared, &mut budget));
+        let Some((constant, factor)) = parts else { continue };
+        let beside = product(&factor, &Polynomial::atom(atom.clone()))?;
         let below = relations(product(&constant, &constant)?.minus(&product(&product(&factor, &factor)?, square)?))?;
-        let (above, below) = super::arithmetic::cancel(relations(product(numerator, &conjugate)?)?, below);
+        let above = relations(product(numerator, &relations(constant.minus(&beside))?)?)?;
         // What comes of it is the same wherever both have a value, if it is when the rest of the denominator is put back.
-        let Some(rest) = denominator.divide(&below, &mut Budget::new(DIVISOR_BUDGET)) else { continue };
-        if relations(product(&above, &rest)?)? == *numerator {
-            return Ok(Some((above, below)));
+        let Some(above) = above.divide(&below, &mut budget) else { continue };
+        if relations(product(&above, &constant.plus(&beside))?)? == *numerator {
+            return Ok(Some((above, shared)));
         }
     }
     Ok(None)
