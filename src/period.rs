@@ -95,6 +95,8 @@ pub enum Failure {
     Unmatched(Blocked),
     /// The same where nothing waits for it: something beside it ends it each time, or the run never comes to it.
     Unanswered(Blocked),
+    /// The same where it is not known whether anything waits: the system was not followed to its end.
+    Lonely(Blocked),
     /// The same in a part of the system that a run may never come to.
     MayWait {
         /// Who waits there.
@@ -168,10 +170,8 @@ impl fmt::Display for Failure {
                 write!(f, "no communication: {} share no port", told::groups(groups))
             }
             Failure::Unmatched(blocked) => write!(f, "unmatched communication: {blocked}"),
-            Failure::Unanswered(Blocked { component, port, reads, .. }) => {
-                let (does, other) = if *reads { ("reads", "writes") } else { ("writes", "reads") };
-                write!(f, "{component} {does} port {port}, which nobody {other}; nothing waits for that")
-            }
+            Failure::Unanswered(blocked) => write!(f, "{}; nothing waits for that", blocked.unanswered()),
+            Failure::Lonely(blocked) => write!(f, "{}", blocked.unanswered()),
             Failure::MayWait { blocked, phases } => {
                 let phases: Vec<String> = phases.iter().map(|phase| format!("phase {}", phase + 1)).collect();
                 let place = if phases.is_empty() { "the start".to_string() } else { phases.join(" or ") };

@@ -14,7 +14,7 @@ use crate::script::{Printer, complain};
 use crate::session::beside::BESIDE;
 use crate::session::course::{Known, course_of};
 use crate::session::delays::{MOST_ORDERS, Order, in_orders, told};
-use crate::session::parts::{Part, Together, headline, in_all, parted};
+use crate::session::parts::{Part, Together, headline, in_all, parted, parted_after};
 use crate::transition_system::{MOST_DRAWN, TransitionSystem, dot, svg, svg_of_each};
 
 /// How the phases are written.
@@ -222,7 +222,16 @@ fn analysed(system: &System, environment: &Environment, most: usize, interrupted
             let (orders, found) = in_orders(&failures, environment, most, each);
             let some = found.iter().any(|one| !matches!(one, Analysed::Nothing(_)));
             let titled = || orders.into_iter().map(|order| order.title).zip(found).collect();
-            if some { Analysed::Orders(titled()) } else { Analysed::Nothing(failures) }
+            if some {
+                return Analysed::Orders(titled());
+            }
+            match parted_after(&failures, system, environment, interrupted) {
+                Some((parts, ways)) => {
+                    let all = in_all(&parts, environment, interrupted);
+                    Analysed::Parts(parts, ways, all)
+                }
+                None => Analysed::Nothing(failures),
+            }
         }
     }
 }

@@ -31,6 +31,14 @@ pub enum Before {
     Always,
 }
 
+impl Blocked {
+    /// That nobody else comes to the port.
+    pub(super) fn unanswered(&self) -> String {
+        let (does, other) = if self.reads { ("reads", "writes") } else { ("writes", "reads") };
+        format!("{} {does} port {}, which nobody {other}", self.component, self.port)
+    }
+}
+
 impl fmt::Display for Blocked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (does, other) = if self.reads { ("reads", "writes") } else { ("writes", "reads") };

@@ -12,7 +12,7 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
     let closed = ports::System::of(&components, definitions);
     let mut failures = closed.unmatched();
     let groups = closed.groups();
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<Failure> = Vec::new();
     if groups.len() > 1 {
         let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
         let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
@@ -26,9 +26,10 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
             failures = failures.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
         }
         Some(Err(Failure::Interrupted)) => return Err(vec![Failure::Interrupted]),
-        _ => {}
+        Some(Err(_)) => failures = failures.into_iter().map(lonely::unjudged).collect(),
+        None => {}
     }
-    if strict && !others_go_on && failures.iter().any(|failure| !matches!(failure, Failure::Unanswered(_))) {
+    if strict && !others_go_on && failures.iter().any(|failure| matches!(failure, Failure::Unmatched(_))) {
         failures.splice(0..0, warnings);
         return Err(failures);
     }
@@ -48,9 +49,14 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
         return Err(failures);
     }
     let found = explored.unwrap_or_else(|| explore(&components, &closed, run));
-    let graph = found.map_err(|failure| match drift {
-        Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
-        _ => vec![failure],
+    let graph = found.map_err(|failure| -> Vec<Failure> {
+        match drift {
+            Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
+            _ => {
+                let lonely = warnings.drain(..).filter(|warning| matches!(warning, Failure::Lonely(_)));
+                [failure].into_iter().chain(lonely).collect()
+            }
+        }
     })?;
     let period = made(components, closed.names, graph, warnings);
     if strict && !period.repeats() {

@@ -12,7 +12,7 @@ use self::delays::First;
 use super::control::Control;
 use super::held::{Held, Together, absorbed, first_held, name_variables, places};
 use super::instant::{Clock, Moment};
-use super::lonely::Waiting;
+use super::lonely::{Ended, Waiting};
 use super::merge::merge;
 use super::ports::System;
 use super::rest::Tails;
@@ -133,7 +133,8 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     // Beside reads and writes stand calls and delays.
     let room = |wanted: usize| wanted.min(MOST_PHASES);
     let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations)));
-    let settler = Settler { definitions, reserved: &reserved, tails, durations: RefCell::default() };
+    let (durations, ended) = (RefCell::default(), Ended::default());
+    let settler = Settler { definitions, reserved: &reserved, tails, durations, ended };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };
     let (found, explorer) = Explorer::new(clock, assumptions, Kept::Delays).graph(components);

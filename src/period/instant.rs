@@ -244,6 +244,7 @@ impl Clock<'_> {
             let (draws, exits) = (moment.path.draws.len(), moment.path.exits);
             moment.path.unfolded.clear();
             moment.path.open.clear();
+            self.settler.ended.component.set(component);
             let settled = match self.settler.settle(run, &wanted, &mut moment.path, 0) {
                 Ok(settled) => settled,
                 Err(Halt::Failed(failure)) => {
@@ -303,6 +304,7 @@ impl Clock<'_> {
             let mut known = true;
             for (index, run) in few {
                 // What cannot be told here comes up again when that communication is made.
+                self.settler.ended.component.set(index);
                 match self.settler.settle(run, &wanted, &mut moment.path, 0) {
                     Ok(run) => offers(&run, &mut Place { component: index, branches: Vec::new() }, &mut standing)?,
                     Err(_) => known = false,
@@ -331,6 +333,7 @@ impl Clock<'_> {
         };
         for Cut { place, depth, run, beside } in &besides.cuts {
             let mark = moment.path.mark();
+            self.settler.ended.component.set(place.component);
             let settled = self.settler.settle(run.clone(), &BTreeSet::new(), &mut moment.path, 0);
             moment.path.back_to(mark);
             if !matches!(settled?, Run::Done(_) | Run::Aborted) {

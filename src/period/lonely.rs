@@ -1,5 +1,6 @@
 //! Reads and writes that nobody answers, and whether anything waits for them.
 
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
 use super::rest::NOTHING;
@@ -21,6 +22,14 @@ pub(super) fn judged(failure: Failure, waiting: &Waiting) -> Failure {
     }
 }
 
+/// A failure as far as it is known where no run of the system is: that nobody answers.
+pub(super) fn unjudged(failure: Failure) -> Failure {
+    match failure {
+        Failure::Unmatched(blocked) => Failure::Lonely(blocked),
+        other => other,
+    }
+}
+
 /// Adds who waits where a run ends.
 pub(super) fn at_the_end(edge: &Edge, waiting: &mut Waiting) {
     if let Next::End(End::Silent { blocked, .. }) = &edge.next {
@@ -28,23 +37,60 @@ pub(super) fn at_the_end(edge: &Edge, waiting: &mut Waiting) {
     }
 }
 
-/// Adds the ports of the reads and writes that wait in a part when an instant is over, and that no delay beside them
-/// will end: what is under `#` with a delay waits for that delay alone.
-pub(super) fn waits(run: &Run, found: &mut BTreeSet<Name>) {
-    match run {
-        Run::Wait(term, _) => {
-            if let Node::In(port, _) | Node::Out(port, _) = term.node() {
-                found.insert(port.clone());
+/// What waits when an instant is over.
+#[derive(Default)]
+pub(super) struct Open {
+    /// The ports of reads and writes that nothing ends.
+    pub(super) alone: BTreeSet<Name>,
+    /// The same beside what may end them: in a branch of `#`, where no other is sure to end by itself.
+    pub(super) beside: BTreeSet<Name>,
+}
+
+impl Open {
+    /// Of a part; what is under `#` with a delay waits for that delay alone.
+    pub(super) fn of(run: &Run) -> Open {
+        let mut open = Open::default();
+        open.add(run, false);
+        open
+    }
+
+    fn add(&mut self, run: &Run, beside: bool) {
+        match run {
+            Run::Wait(term, _) => {
+                if let Node::In(port, _) | Node::Out(port, _) = term.node() {
+                    let found = if beside { &mut self.beside } else { &mut self.alone };
+                    found.insert(port.clone());
+                }
             }
-        }
-        Run::Seq(part, ..) | Run::Else(part, ..) | Run::New(_, part) | Run::Only(_, part) => waits(part, found),
-        Run::Par(parts) => parts.iter().for_each(|part| waits(part, found)),
-        Run::Disable(parts) => {
-            if !parts.iter().any(ends_by_itself) {
-                parts.iter().for_each(|part| waits(part, found));
+            Run::Seq(part, ..) | Run::Else(part, ..) | Run::New(_, part) | Run::Only(_, part) => self.add(part, beside),
+            Run::Par(parts) => parts.iter().for_each(|part| self.add(part, beside)),
+            Run::Disable(parts) if !parts.iter().any(ends_by_itself) => {
+                parts.iter().for_each(|part| self.add(part, true));
             }
+            Run::Disable(_) | Run::Done(_) | Run::Aborted | Run::Fresh(..) | Run::Delay(_) => {}
         }
-        Run::Done(_) | Run::Aborted | Run::Fresh(..) | Run::Delay(_) => {}
+    }
+}
+
+/// The reads and writes that a run has ended as another branch of their `#` ended first.
+#[derive(Default)]
+pub(crate) struct Ended {
+    /// The component that is being settled.
+    pub(super) component: Cell<usize>,
+    found: RefCell<BTreeSet<(usize, Name)>>,
+}
+
+impl Ended {
+    /// Notes what waits in the branches of a `#` that ends.
+    pub(super) fn note(&self, branches: &[Run]) {
+        let mut open = Open::default();
+        branches.iter().for_each(|branch| open.add(branch, true));
+        self.found.borrow_mut().extend(open.beside.into_iter().map(|port| (self.component.get(), port)));
+    }
+
+    /// Whether what this component waits for on this port was ended so, here or there.
+    pub(super) fn has(&self, component: usize, port: &Name) -> bool {
+        self.found.borrow().contains(&(component, port.clone()))
     }
 }
 

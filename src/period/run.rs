@@ -10,6 +10,7 @@ use std::rc::Rc;
 
 use super::call::cycle_of;
 pub(crate) use super::env::{Called, Env, one, restrict};
+use super::lonely::Ended;
 use super::rest::{NOTHING, Rest, Tails};
 use super::suppose::surely;
 use super::{Failure, Test};
@@ -183,6 +184,8 @@ pub(crate) struct Settler<'a> {
     pub(crate) tails: RefCell<Tails>,
     /// The first durations met that are values which processes hold.
     pub(crate) durations: RefCell<BTreeSet<Value>>,
+    /// What was ended while it waited.
+    pub(crate) ended: Ended,
 }
 
 /// A process at its start.
@@ -282,6 +285,7 @@ impl Settler<'_> {
             Run::Disable(parts) => {
                 let parts = self.settle_all(parts, wanted, path, depth)?;
                 if parts.iter().any(Run::ended) {
+                    self.ended.note(&parts);
                     return Ok(joint_end(&parts));
                 }
                 Ok(Run::Disable(parts))

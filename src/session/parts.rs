@@ -43,12 +43,32 @@ pub(crate) fn parted(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Option<(Vec<Part>, usize)> {
-    let passes = |part: &Part| {
+    let found = separate(system, environment, interrupted)?;
+    (found.1 > MOST_TOGETHER && leave_each_other(&found.0, environment)).then_some(found)
+}
+
+/// The same of a system that was followed as a whole, and no period found: its parts may have one each, as those do that
+/// go round in 1 and in 40009.
+pub(crate) fn parted_after(
+    failures: &[Failure],
+    system: &System,
+    environment: &Environment,
+    interrupted: &dyn Fn() -> bool,
+) -> Option<(Vec<Part>, usize)> {
+    let given_up = |failure: &Failure| matches!(failure, Failure::NoPeriod { .. });
+    let open = |failure: &Failure| given_up(failure) || matches!(failure, Failure::NoCommunication { .. } | Failure::Lonely(_));
+    if !failures.iter().any(given_up) || !failures.iter().all(open) {
+        return None;
+    }
+    separate(system, environment, interrupted).filter(|(parts, _)| leave_each_other(parts, environment))
+}
+
+/// Whether nothing in one part matters to another.
+fn leave_each_other(parts: &[Part], environment: &Environment) -> bool {
+    parts.iter().all(|part| {
         let components = &part.system.components;
         means_something(components, environment) && time_passes_in(components, Some(&part.period), environment)
-    };
-    let found = separate(system, environment, interrupted)?;
-    (found.1 > MOST_TOGETHER && found.0.iter().all(passes)).then_some(found)
+    })
 }
 
 /// The same, however few they are, and whether or not their values have a meaning and time passes in them.
@@ -91,10 +111,11 @@ pub(super) fn large_part(
 
 /// What is said of parts before they are told one by one.
 pub(crate) fn headline(parts: &[Part], ways: usize) -> String {
-    format!(
-        "{} parts without a common port, told one by one: side by side they have {ways} ways from phase to phase",
-        parts.len()
-    )
+    let why = match ways > MOST_TOGETHER {
+        true => format!("they have {ways} ways from phase to phase"),
+        false => "they are not followed to the end".to_string(),
+    };
+    format!("{} parts without a common port, told one by one: side by side {why}", parts.len())
 }
 
 /// What parts make together.

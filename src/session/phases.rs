@@ -4,7 +4,7 @@ use super::beside::BESIDE;
 use super::course::{Known, Unsettled, course_of};
 use super::delays::{self, MOST_ORDERS, Order, in_orders};
 use super::digits::rational;
-use super::parts::{Part, Together, headline, parted, steady, together};
+use super::parts::{Part, Together, headline, parted, parted_after, steady, together};
 use super::reading::{Run, Waiting};
 use super::rounds::checked;
 use super::satisfies::components;
@@ -76,6 +76,9 @@ fn told_of(
             let (orders, cases) = in_orders(failures, environment, most, each);
             if cases.iter().any(|case| case.answer != UNKNOWN) {
                 return in_each(&orders, cases);
+            }
+            if let Some((parts, ways)) = parted_after(failures, system, environment, interrupted) {
+                return by_parts(&parts, ways, environment, wanted, interrupted);
             }
             (failures.iter().map(ToString::to_string).collect(), Ok(None))
         }
@@ -245,8 +248,8 @@ pub(crate) fn whole(course: &Course, moving: bool) -> String {
 /// Whether a period comes again.
 fn answer(period: &Result<Period, Vec<Failure>>, course: Option<&Course>) -> &'static str {
     let repeats = period.as_ref().is_ok_and(|period| period.comes_again(course));
-    // That parts share no port is no reason: side by side they may have a period all the same.
-    let reason = |failure: &&Failure| !matches!(failure, Failure::NoCommunication { .. });
+    // That parts share no port, or nobody answers, is no reason: side by side they may have a period all the same.
+    let reason = |failure: &&Failure| !matches!(failure, Failure::NoCommunication { .. } | Failure::Lonely(_));
     let open = match period {
         Ok(period) => period.repeats() && course.is_none(),
         Err(failures) => failures.iter().filter(reason).all(Failure::is_open),

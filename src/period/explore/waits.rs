@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::super::lonely::{self, Waiting};
+use super::super::lonely::{self, Open, Waiting};
 use super::super::step::{Place, inspect, offers};
 use super::super::{Blocked, Edge, Failure, stuck};
 use super::{Explorer, Target, Way, failure_of};
@@ -16,10 +16,10 @@ impl Explorer<'_> {
         }
         edges.for_each(|edge| lonely::at_the_end(edge, &mut waiting));
         for spot in self.spots.iter().filter(|spot| !spot.ways.is_empty()) {
-            for (run, name) in spot.control.runs.iter().zip(self.clock.names) {
-                let mut ports = BTreeSet::new();
-                lonely::waits(run, &mut ports);
-                let lonely = ports.into_iter().filter(|port| self.clock.is_lonely(port));
+            for (component, (run, name)) in spot.control.runs.iter().zip(self.clock.names).enumerate() {
+                let Open { alone, beside } = Open::of(run);
+                let beside = beside.into_iter().filter(|port| !self.clock.settler.ended.has(component, port));
+                let lonely = alone.into_iter().chain(beside).filter(|port| self.clock.is_lonely(port));
                 waiting.extend(lonely.map(|port| (name.clone(), port)));
             }
         }
