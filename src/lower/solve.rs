@@ -12,7 +12,7 @@ use super::scope::Lowerer;
 use super::terms::components;
 use super::value::Requirement;
 use crate::ast::{self, Argument, Ident, Value as Written, ValueKind};
-use crate::closed_form::{Recurrence, Sequence, as_it_stands};
+use crate::closed_form::{Comparison, Recurrence, Sequence, as_it_stands};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
 use crate::value::{Relation, Sort, Value};
@@ -40,6 +40,8 @@ pub struct Question {
     pub asked: Option<String>,
     /// What must hold of parameters for the equations to mean something: `v != 0` of `r(n)/v*v`.
     pub conditions: Vec<Requirement>,
+    /// Those of them that are known to be required, and are said.
+    pub required: Vec<Comparison>,
     /// What is to be said of the equations.
     pub notes: Vec<String>,
 }
@@ -112,7 +114,8 @@ impl Lowerer<'_> {
             None => (None, Vec::new(), None),
         };
         notes.extend(self.counted(&recurrence));
-        Some(Question { recurrence, find, either, asked, conditions: std::mem::take(&mut self.conditions), notes })
+        let (conditions, required) = (std::mem::take(&mut self.conditions), Vec::new());
+        Some(Question { recurrence, find, either, asked, conditions, required, notes })
     }
 
     /// Exponents with parameters in them that are not known to be natural.

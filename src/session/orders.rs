@@ -215,7 +215,7 @@ fn in_each(
         let (solved, found) = &case.found;
         let asked = Asked { question, goal, forms: solved, levels };
         let own = with_otherwise(found, &asked, Vec::new(), &case.known, stop);
-        let own = solved.lines().into_iter().chain(own).chain(left_out(solved, Some(question), &case.known, stop));
+        let own = solved.lines().into_iter().chain(own).chain(left_out(solved, (question, true), &case.known, stop));
         told.push((format!("if {}:", case.title()), own.collect()));
     }
     let forms = cases.first().map(|case| case.found.0.lines().len());

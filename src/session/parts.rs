@@ -56,7 +56,9 @@ pub(crate) fn parted_after(
     interrupted: &dyn Fn() -> bool,
 ) -> Option<(Vec<Part>, usize)> {
     let given_up = |failure: &Failure| matches!(failure, Failure::NoPeriod { .. });
-    let open = |failure: &Failure| given_up(failure) || matches!(failure, Failure::NoCommunication { .. } | Failure::Lonely(_));
+    let open = |failure: &Failure| {
+        given_up(failure) || matches!(failure, Failure::NoCommunication { .. } | Failure::Lonely(_))
+    };
     if !failures.iter().any(given_up) || !failures.iter().all(open) {
         return None;
     }

@@ -21,8 +21,8 @@ use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, i
 use crate::lower::{Expectation, Question};
 use crate::name::Name;
 use crate::recurrence::{
-    Behaviour, InCase, Part, Reach, Stationary, Term, Unknown, at_rest, behaviour, near, parts, reach, read_by,
-    solve_in_cases, solve_until, special_cases,
+    Behaviour, InCase, Part, Reach, Special, Stationary, Term, Unknown, at_rest, behaviour, near, parts, reach,
+    read_by, solve_in_cases, solve_until, special_cases,
 };
 use crate::report::Expected;
 use crate::value::{Relation, Value};
@@ -155,11 +155,11 @@ fn answered(
         Ok(solved) => {
             let mut lines = solved.lines();
             lines.push(proof(recurrence));
-            lines.extend(left_out(solved, Some(question), known, stop));
+            lines.extend(left_out(solved, (question, true), known, stop));
             lines
         }
-        Err(_) if in_all => each_order(recurrence, orders.clone(), "", stop),
-        Err(reason) => unsolved(recurrence, reason, known, stop),
+        Err(_) if in_all => each_order(question, (recurrence, ""), orders.clone(), stop),
+        Err(reason) => unsolved(question, reason, known, stop),
     };
     if let (Some(goal), Some(found)) = (asked, &found) {
         lines.extend(match &solved {
@@ -200,7 +200,7 @@ fn left_out_of_all(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Vec<String> {
-    let beside = left_out(solved, Some(question), known, stop);
+    let beside = left_out(solved, (question, true), known, stop);
     let told = |title: &String| cases.iter().any(|line| line.trim_start() == title);
     if beside.first().is_some_and(told) { Vec::new() } else { beside }
 }
@@ -208,7 +208,7 @@ fn left_out_of_all(
 /// The forms for the parameters that the conditions leave out, with the first index that is looked for.
 pub(super) fn left_out(
     solved: &Solved,
-    question: Option<&Question>,
+    (question, goal): (&Question, bool),
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Vec<String> {
@@ -217,8 +217,8 @@ pub(super) fn left_out(
         let (recurrence, forms) = (special.solved.recurrence(), &special.solved);
         let mut own = forms.lines();
         own.push(proof(recurrence));
-        if let Some(question) = question
-            && let Some((relation, left, right)) = &question.find
+        own = with_needs(own, &still_required(&question.required, &special));
+        if let (true, Some((relation, left, right))) = (goal, &question.find)
             && let [Some(left), Some(right)] = [left, right].map(|side| special.put_in(side))
         {
             let goal = (*relation, &left, &right);
@@ -230,6 +230,17 @@ pub(super) fn left_out(
         lines.extend(own.into_iter().map(|line| format!("    {line}")));
     }
     lines
+}
+
+/// What the equations need beyond what is equal here, where it says anything.
+fn still_required(required: &[Comparison], special: &Special) -> Vec<Comparison> {
+    let here = |(relation, left, right): &Comparison| {
+        let (left, right) = (special.put_in(left)?, special.put_in(right)?);
+        Some((*relation, left, right))
+    };
+    let says =
+        |(relation, left, right): &Comparison| Assumptions::default().decide(*relation, left, right) != Some(true);
+    required.iter().map(|need| here(need).unwrap_or_else(|| need.clone())).filter(says).collect()
 }
 
 /// What the forms need, from which an index was found, beyond what was assumed and what is said of the index itself.
@@ -247,22 +258,30 @@ fn also(solved: &Solved, found: &Reach, known: &Assumptions) -> Vec<String> {
 }
 
 /// The forms in each order of two values.
-fn each_order(recurrence: &Recurrence, orders: Vec<InCase<Solved>>, of: &str, stop: &dyn Fn() -> bool) -> Vec<String> {
+fn each_order(
+    question: &Question,
+    (recurrence, of): (&Recurrence, &str),
+    orders: Vec<InCase<Solved>>,
+    stop: &dyn Fn() -> bool,
+) -> Vec<String> {
     let mut lines = vec![format!("one closed form{of} in each case:")];
     for case in orders {
         lines.push(format!("if {}:", case.title()));
         lines.extend(case.found.lines().into_iter().map(|line| format!("    {line}")));
         lines.push(format!("    {}", proof(recurrence)));
-        lines.extend(left_out(&case.found, None, &case.known, stop).into_iter().map(|line| format!("    {line}")));
+        lines.extend(
+            left_out(&case.found, (question, false), &case.known, stop).into_iter().map(|line| format!("    {line}")),
+        );
     }
     lines
 }
 
 /// That there are no forms, and what is known without.
-fn unsolved(recurrence: &Recurrence, reason: &Unknown, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
+fn unsolved(question: &Question, reason: &Unknown, known: &Assumptions, stop: &dyn Fn() -> bool) -> Vec<String> {
+    let recurrence = &question.recurrence;
     let behaviour = behaviour(recurrence, known, stop);
     let parts = parts(recurrence, reason, known, stop);
-    let told: Vec<Option<Vec<String>>> = parts.iter().map(|part| part_lines(part, recurrence, known, stop)).collect();
+    let told: Vec<Option<Vec<String>>> = parts.iter().map(|part| part_lines(part, question, known, stop)).collect();
     if told.iter().all(Option::is_none) {
         let mut lines = vec![format!("no closed form is known: {}", reason.reason)];
         lines.extend(without_form(recurrence, &behaviour, |_| true));
@@ -283,12 +302,8 @@ fn unsolved(recurrence: &Recurrence, reason: &Unknown, known: &Assumptions, stop
 }
 
 /// The forms of some sequences, in each case if not at once; nothing where these have none.
-fn part_lines(
-    part: &Part,
-    recurrence: &Recurrence,
-    known: &Assumptions,
-    stop: &dyn Fn() -> bool,
-) -> Option<Vec<String>> {
+fn part_lines(part: &Part, question: &Question, known: &Assumptions, stop: &dyn Fn() -> bool) -> Option<Vec<String>> {
+    let recurrence = &question.recurrence;
     match &part.found {
         Ok(solved) => {
             let mut lines = solved.lines_of(&part.names);
@@ -301,7 +316,8 @@ fn part_lines(
             let alone = recurrence.only(&read_by(recurrence, &terms.iter().collect::<Vec<_>>())?);
             let cases = solve_in_cases(&alone, reason, known, stop);
             let names: Vec<&str> = alone.sequences.iter().map(|one| one.name.as_str()).collect();
-            (!cases.is_empty()).then(|| each_order(&alone, cases, &format!(" of {}", names.join(", ")), stop))
+            (!cases.is_empty())
+                .then(|| each_order(question, (&alone, &format!(" of {}", names.join(", "))), cases, stop))
         }
     }
 }

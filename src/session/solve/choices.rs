@@ -66,6 +66,7 @@ pub(super) fn required(question: &mut Question, known: &mut Assumptions, all: bo
         }
         !asked
     });
+    question.required.extend(needs.iter().cloned());
     needs
 }
 
