@@ -1,10 +1,14 @@
 //! Factors that the normal form of a polynomial hides.
 
+use num_rational::BigRational;
+use num_traits::{One, Signed};
+
 use super::Assumptions;
 use super::refute::{DIVISION_BUDGET, Form};
+use super::sign::Signs;
 use crate::polynomial::{Budget, Polynomial};
-use crate::value::Atom;
 use crate::value::squares::square_of;
+use crate::value::{Atom, Value};
 
 impl Assumptions {
     /// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`
@@ -31,6 +35,76 @@ impl Assumptions {
             }
         }
         Some((factor, 1, rest))
+    }
+
+    /// The signs of `a*x^2 + b*x + c` with a number a, by the square that is hidden in it: it is `a*(x + b/(2*a))^2` with what
+    /// is left, `c - b^2/(4*a)`.
+    pub(super) fn signs_by_square(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+        form.atoms().into_iter().filter(|atom| form.degree_in(atom) == 2).find_map(|atom| {
+            let mut parts = form.coefficients_in(atom);
+            let (first, mixed) = (parts.remove(&2)?.as_constant()?, parts.remove(&1)?);
+            let fourth = (&first * BigRational::from_integer(4.into())).recip();
+            let rest = parts.remove(&0).unwrap_or_else(Form::zero).minus(&mixed.times(&mixed)?.scale(&fourth));
+            let square = if first.is_positive() { Signs::NONNEGATIVE } else { Signs::NONNEGATIVE.flipped() };
+            let signs = square.plus(self.signs_of_form(&rest, Signs::ZERO, depth - 1, systems));
+            (signs != Signs::ANY).then_some(signs)
+        })
+    }
+}
+
+impl Assumptions {
+    /// The signs of `a*s + r` with a root s, by those of `(a*s)^2 - r^2`, which tell which of both is farther from 0.
+    pub(super) fn signs_by_conjugate(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+        form.atoms().into_iter().find_map(|atom| {
+            let Atom::Root(inner) = atom else { return None };
+            let (radicand, below) = inner.polynomials()?;
+            let mut parts = form.coefficients_in(atom);
+            let (factor, rest) = (parts.remove(&1)?, parts.remove(&0)?);
+            if !below.is_one() || !parts.is_empty() || !self.has_root(inner, std::iter::once(form)) {
+                return None;
+            }
+            let squares = factor.times(&factor)?.times(radicand)?.minus(&rest.times(&rest)?);
+            let farther = self.signs_of_form(&squares, Signs::ZERO, depth - 1, systems);
+            let mut of = |part: &Form| self.signs_of_form(part, Signs::ZERO, depth - 1, systems);
+            match () {
+                () if farther.within(Signs::POSITIVE) => Some(of(&factor)).filter(|signs| signs.within(Signs::NONZERO)),
+                () if farther.within(Signs::NONNEGATIVE) => Some(of(&factor).or(Signs::ZERO)),
+                () if farther.within(Signs::NEGATIVE) => Some(of(&rest)),
+                () => None,
+            }
+        })
+    }
+}
+
+impl Assumptions {
+    /// The signs of an integer part beside a whole number: `floor(y) - m` is below 0 just where y is below m, and above 0
+    /// where y is not below m+1.
+    pub(super) fn signs_by_floor(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+        let mut atoms = form.atoms().into_iter();
+        let (Some(atom @ Atom::Floor(inner)), None) = (atoms.next(), atoms.next()) else { return None };
+        let mut parts = form.coefficients_in(atom);
+        let factor = parts.remove(&1)?.as_constant()?;
+        let bound = -(parts.remove(&0).unwrap_or_else(Form::zero).as_constant()? / &factor);
+        if !bound.is_integer() || !parts.is_empty() {
+            return None;
+        }
+        let mut beyond = |bound: BigRational| {
+            let over = inner.sub(&Value::rational(bound)).ok()?;
+            Some(self.signs_of_value(&over, Signs::NONNEGATIVE, depth - 1, systems))
+        };
+        let (own, next) = (beyond(bound.clone())?, beyond(bound + BigRational::one())?);
+        let least = match () {
+            () if next.within(Signs::NONNEGATIVE) => Signs::POSITIVE,
+            () if own.within(Signs::NONNEGATIVE) => Signs::NONNEGATIVE,
+            () => Signs::ANY,
+        };
+        let most = match () {
+            () if own.within(Signs::NEGATIVE) => Signs::NEGATIVE,
+            () if next.within(Signs::NEGATIVE) => Signs::NONNEGATIVE.flipped(),
+            () => Signs::ANY,
+        };
+        let signs = least.and(most);
+        Some(if factor.is_positive() { signs } else { signs.flipped() }).filter(|signs| *signs != Signs::ANY)
     }
 }
 

@@ -136,7 +136,11 @@ impl Assumptions {
             signs = signs.and(known.times(self.signs_of_form(&quotient, wanted.beside(known), depth - 1, systems)));
         }
         if depth > 0
-            && let Some(sum) = self.signs_by_powers(form, depth, systems)
+            && let Some(sum) = self
+                .signs_by_powers(form, depth, systems)
+                .or_else(|| self.signs_by_square(form, depth, systems))
+                .or_else(|| self.signs_by_conjugate(form, depth, systems))
+                .or_else(|| self.signs_by_floor(form, depth, systems))
         {
             signs = signs.and(sum);
         }

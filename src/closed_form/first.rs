@@ -218,8 +218,10 @@ impl Question<'_> {
     /// Whether the sides, as they are written, have a value at the index.
     pub(super) fn defined_at(&self, stretch: &Stretch, at: &Value, known: &Assumptions) -> bool {
         let image = BTreeMap::from([(self.compared.recurrence.index.clone(), at.clone())]);
-        let granted = |need: &Need| known.grants(&need.substitute(&image).ok()?);
-        stretch.needs.iter().all(|need| granted(need) == Some(true))
+        let here = |need: &Need| Some(known.grants(&need.substitute(&image).ok()?) == Some(true));
+        // Late powers are too long to be written out: `10^n` is 0 for no n.
+        let anywhere = |need: &Need| self.compared.anywhere().grants(need) == Some(true);
+        stretch.needs.iter().all(|need| here(need).unwrap_or(false) || anywhere(need))
     }
 
     /// Whether what is compared moves one way only, and is not there at the index before.
@@ -234,11 +236,9 @@ impl Question<'_> {
                 return None;
             }
             let moves = |way: Relation| known.decide(way, &step, &Value::zero()) == Some(true);
-            let before = difference.with(index, &self.at.sub(&Value::one()).ok()?).ok()?;
-            let stands =
-                |relation: Relation| self.compared.known.decide(relation, &before, &Value::zero()) == Some(true);
-            let below = stands(Relation::Lss) || self.compared.wanted.0 == Relation::Gtr && stands(Relation::Lte);
-            let above = stands(Relation::Gtr) || self.compared.wanted.0 == Relation::Lss && stands(Relation::Gte);
+            let before = |relation: Relation| self.stands_before(&difference, relation) == Some(true);
+            let below = before(Relation::Lss) || self.compared.wanted.0 == Relation::Gtr && before(Relation::Lte);
+            let above = before(Relation::Gtr) || self.compared.wanted.0 == Relation::Lss && before(Relation::Gte);
             Some(match self.compared.wanted.0 {
                 Relation::Gte | Relation::Gtr => below && moves(Relation::Gte),
                 Relation::Lte | Relation::Lss => above && moves(Relation::Lte),
@@ -247,5 +247,17 @@ impl Question<'_> {
             })
         };
         told() == Some(true)
+    }
+    /// How what is compared stands to 0 at the index before. Late powers of numbers are too long to be written out.
+    fn stands_before(&self, difference: &Value, relation: Relation) -> Option<bool> {
+        let index = &self.compared.recurrence.index;
+        let late = || {
+            let place = natural(self.at)?.checked_sub(1)?;
+            stands(&ExponentialPolynomial::of(difference, index)?, relation, place)
+        };
+        late().or_else(|| {
+            let before = difference.with(index, &self.at.sub(&Value::one()).ok()?).ok()?;
+            self.compared.known.decide(relation, &before, &Value::zero())
+        })
     }
 }

@@ -1,11 +1,17 @@
 //! From which index on an exponential polynomial with rational coefficients keeps its sign, or its distance from 0:
 //! where one real root outgrows all others, by exact rational bounds.
 
+mod outgrown;
+
 use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::{One, Signed, ToPrimitive, Zero};
+use num_traits::{One, Signed, Zero};
+
+use outgrown::{is_matched, outgrown};
+
+pub(super) use outgrown::rounded_up;
 
 use super::dominant::{between, dominant, with_squared_roots};
 use super::enclosed::Enclosed;
@@ -294,11 +300,15 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
     if !never {
         return Err("it holds for late terms, or for some of them");
     }
+    // What is to be more than 0 need not be less.
+    let larger = !matches!(relation, Relation::Gtr | Relation::Lss);
     let mut at = from.max(1);
     while at <= MOST {
-        if outgrown(parts, place, at) {
+        if is_matched(parts, place, at, larger) {
             let (verb, what) = match (relation, positive) {
                 (Relation::Eq, _) => ("is never", "their difference"),
+                (Relation::Gtr, _) => ("is never more than", "the difference of both sides"),
+                (Relation::Lss, _) => ("is never less than", "the difference of both sides"),
                 (_, Some(true)) => ("stays above", "the difference of both sides"),
                 _ => ("stays below", "the difference of both sides"),
             };
@@ -308,7 +318,11 @@ fn outgrowing(parts: &[Part], place: usize, relation: Relation, from: u64) -> Re
                     let root = bound_text(&main.size);
                     let others = parts.iter().enumerate().filter(|(other, _)| *other != place);
                     let alike = others.into_iter().any(|(_, part)| part.size == main.size && part.power == main.power);
-                    let how = if alike { "is more than all others together" } else { "outgrows all others" };
+                    let how = match alike {
+                        true if larger => "is more than all others together",
+                        true => "is as much as all others together, or more",
+                        false => "outgrows all others",
+                    };
                     format!("from there on {what} {verb} 0: its part with the root of size {root} {how}")
                 }
             };
@@ -326,35 +340,6 @@ fn bound_text(size: &(BigRational, BigRational)) -> String {
     let thousand = BigRational::from_integer(1000.into());
     let rounded = (&size.0 * &thousand).round() / thousand;
     format!("about {rounded}")
-}
-
-/// Whether from an index on one part is larger than the sum of all others.
-fn outgrown(parts: &[Part], main: usize, at: u64) -> bool {
-    let own = &parts[main];
-    let (count, next) = (BigRational::from_integer(at.into()), BigRational::from_integer((at + 1).into()));
-    let Some(exponent) = at.to_i32().filter(|_| own.size.0.is_positive()) else { return false };
-    let mut sum = BigRational::zero();
-    for (_, part) in parts.iter().enumerate().filter(|(place, _)| *place != main) {
-        let ratio = &part.size.1 / &own.size.0;
-        let degree = part.power as i32 - own.power as i32;
-        // Their quotient must fall from here on: `((n+1)/n)^degree * ratio` is at most 1 here, and at all later indices,
-        // where it comes down to the ratio, or up to it.
-        if ratio > BigRational::one() || (&next / &count).pow(degree) * &ratio > BigRational::one() {
-            return false;
-        }
-        sum += &part.weight.1 * count.pow(degree) * rounded_up(&ratio).pow(exponent);
-        if sum >= own.weight.0 {
-            return false;
-        }
-    }
-    sum < own.weight.0
-}
-
-/// A number that is not less, with a short numerator; no more than 1 for a number that is not.
-pub(super) fn rounded_up(number: &BigRational) -> BigRational {
-    let scale = BigInt::one() << PRECISION;
-    let up = BigRational::new((number * BigRational::from_integer(scale.clone())).ceil().to_integer(), scale);
-    if *number <= BigRational::one() { up.min(BigRational::one()) } else { up }
 }
 
 fn parts(sum: &ExponentialPolynomial) -> Option<Vec<Part>> {

@@ -47,8 +47,10 @@ impl Entry<'_> {
         let (above, below) = (surely(Relation::Gtr, factor, &zero), surely(Relation::Lss, factor, &zero));
         // By how much the bound is away from the limit, and whether it is excluded.
         let (far, strict) = match (&self.interval.low, &self.interval.high) {
-            (Some((low, false)), Some((high, false))) if falls && limit.sub(low)? == high.sub(limit)? => {
-                (high.sub(limit)?, false)
+            (Some((low, strict)), Some((high, other)))
+                if falls && strict == other && limit.sub(low)? == high.sub(limit)? =>
+            {
+                (high.sub(limit)?, *strict)
             }
             (None, Some((high, strict))) if falls && above => (high.sub(limit)?, *strict),
             (Some((low, strict)), None) if falls && below => (limit.sub(low)?, *strict),
