@@ -10,6 +10,9 @@ use crate::polynomial::{Budget, Polynomial};
 use crate::value::squares::square_of;
 use crate::value::{Atom, Value};
 
+/// Systems that are refuted on behalf of one form.
+const FEW_SYSTEMS: usize = 12;
+
 impl Assumptions {
     /// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`
     /// the root `s = norm((a,b))`, as `s*s` is written `a^2+b^2`.
@@ -37,15 +40,28 @@ impl Assumptions {
         Some((factor, 1, rest))
     }
 
+    /// The signs that a form has by what it is made of, where what is known does not tell them.
+    pub(super) fn signs_by_form(&self, form: &Form, depth: usize) -> Signs {
+        let mut systems = FEW_SYSTEMS;
+        self.signs_by_square(form, depth, &mut systems)
+            .or_else(|| self.signs_of_root(form, depth, &mut systems))
+            .or_else(|| self.signs_by_conjugate(form, depth, &mut systems))
+            .or_else(|| self.signs_by_floor(form, depth, &mut systems))
+            .unwrap_or(Signs::ANY)
+    }
+
     /// The signs of `a*x^2 + b*x + c` with a number a, by the square that is hidden in it: it is `a*(x + b/(2*a))^2` with what
     /// is left, `c - b^2/(4*a)`.
-    pub(super) fn signs_by_square(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+    fn signs_by_square(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
         form.atoms().into_iter().filter(|atom| form.degree_in(atom) == 2).find_map(|atom| {
             let mut parts = form.coefficients_in(atom);
             let (first, mixed) = (parts.remove(&2)?.as_constant()?, parts.remove(&1)?);
             let fourth = (&first * BigRational::from_integer(4.into())).recip();
             let rest = parts.remove(&0).unwrap_or_else(Form::zero).minus(&mixed.times(&mixed)?.scale(&fourth));
-            let square = if first.is_positive() { Signs::NONNEGATIVE } else { Signs::NONNEGATIVE.flipped() };
+            let twice = Polynomial::atom(atom.clone()).scale(&(&first + &first)).plus(&mixed);
+            let apart = self.signs_of_form(&twice, Signs::NONZERO, depth - 1, systems).within(Signs::NONZERO);
+            let square = if apart { Signs::POSITIVE } else { Signs::NONNEGATIVE };
+            let square = if first.is_positive() { square } else { square.flipped() };
             let signs = square.plus(self.signs_of_form(&rest, Signs::ZERO, depth - 1, systems));
             (signs != Signs::ANY).then_some(signs)
         })
@@ -53,8 +69,17 @@ impl Assumptions {
 }
 
 impl Assumptions {
+    /// The signs of a root: it is 0 just where what it is taken of is.
+    fn signs_of_root(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+        let [(monomial, factor)] = form.terms() else { return None };
+        let [(Atom::Root(inner), 1)] = monomial.factors() else { return None };
+        let under = self.signs_of_value(inner, Signs::POSITIVE, depth - 1, systems);
+        let signs = if under.within(Signs::NONZERO) { Signs::POSITIVE } else { Signs::NONNEGATIVE };
+        Some(if factor.is_positive() { signs } else { signs.flipped() })
+    }
+
     /// The signs of `a*s + r` with a root s, by those of `(a*s)^2 - r^2`, which tell which of both is farther from 0.
-    pub(super) fn signs_by_conjugate(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+    fn signs_by_conjugate(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
         form.atoms().into_iter().find_map(|atom| {
             let Atom::Root(inner) = atom else { return None };
             let (radicand, below) = inner.polynomials()?;
@@ -79,7 +104,7 @@ impl Assumptions {
 impl Assumptions {
     /// The signs of an integer part beside a whole number: `floor(y) - m` is below 0 just where y is below m, and above 0
     /// where y is not below m+1.
-    pub(super) fn signs_by_floor(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
+    fn signs_by_floor(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
         let mut atoms = form.atoms().into_iter();
         let (Some(atom @ Atom::Floor(inner)), None) = (atoms.next(), atoms.next()) else { return None };
         let mut parts = form.coefficients_in(atom);

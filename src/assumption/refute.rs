@@ -136,11 +136,7 @@ impl Assumptions {
             signs = signs.and(known.times(self.signs_of_form(&quotient, wanted.beside(known), depth - 1, systems)));
         }
         if depth > 0
-            && let Some(sum) = self
-                .signs_by_powers(form, depth, systems)
-                .or_else(|| self.signs_by_square(form, depth, systems))
-                .or_else(|| self.signs_by_conjugate(form, depth, systems))
-                .or_else(|| self.signs_by_floor(form, depth, systems))
+            && let Some(sum) = self.signs_by_powers(form, depth, systems)
         {
             signs = signs.and(sum);
         }
@@ -148,6 +144,9 @@ impl Assumptions {
             if !decided(signs) && sign.within(signs) && self.refutes_form(form, sign, MOST_SPLITS, systems) {
                 signs = signs.without(sign);
             }
+        }
+        if depth > 1 && !decided(signs) {
+            signs = signs.and(self.signs_by_form(form, depth));
         }
         signs
     }

@@ -108,14 +108,27 @@ impl Motion<'_> {
         }
         let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
         let Some(main) = steps.values().find(|step| moves(step)).cloned() else { return self.towards() };
+        match self.along_the_step(&steps, &main) {
+            found @ Ok(Some(_)) => found,
+            other => match self.towards() {
+                found @ Ok(Some(_)) => found,
+                _ => other,
+            },
+        }
+    }
+
+    /// The same where the first step leads somewhere: the line through the start that it is on.
+    fn along_the_step(&self, steps: &BTreeMap<&Name, Value>, main: &Value) -> Forms {
+        let Motion { maps, starts, known, .. } = self;
+        let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
         let name = Name::new("[way]");
         let way = Value::variable(&name);
         let mut line = BTreeMap::new();
-        for (variable, step) in &steps {
-            let slope = known.simplify(&step.div(&main)?);
+        for (variable, step) in steps {
+            let slope = known.simplify(&step.div(main)?);
             line.insert((*variable).clone(), starts[*variable].add(&way.mul(&slope)?)?);
         }
-        let Some(centre) = centre(maps, &line)? else { return self.towards() };
+        let Some(centre) = centre(maps, &line)? else { return Ok(None) };
         if !moves(&centre) {
             return Ok(None);
         }
@@ -155,10 +168,9 @@ impl Motion<'_> {
             let mut known = self.known.clone();
             known.assume(Relation::Gtr, &distance, &Value::zero());
             let Some(mut found) = (Motion { known: &known, ..*self }).straight(&goals)? else { continue };
-            if apart.is_none() {
-                let condition = (Relation::Gtr, distance, Value::zero());
-                found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
-            }
+            // It is stated also where it follows: the check of the forms reads it.
+            let condition = (Relation::Gtr, distance, Value::zero());
+            found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
             return Ok(Some(found));
         }
         Ok(None)
