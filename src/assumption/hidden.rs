@@ -62,7 +62,10 @@ impl Assumptions {
             let apart = self.signs_of_form(&twice, Signs::NONZERO, depth - 1, systems).within(Signs::NONZERO);
             let square = if apart { Signs::POSITIVE } else { Signs::NONNEGATIVE };
             let square = if first.is_positive() { square } else { square.flipped() };
-            let signs = square.plus(self.signs_of_form(&rest, Signs::ZERO, depth - 1, systems));
+            let squares = |rest: &Form| Value::from_polynomials(rest.clone(), Form::one()).ok()?.squares();
+            let nowhere_negative = if squares(&rest).is_some() { Signs::NONNEGATIVE } else { Signs::ANY };
+            let rest = self.signs_of_form(&rest, Signs::ZERO, depth - 1, systems).and(nowhere_negative);
+            let signs = square.plus(rest);
             (signs != Signs::ANY).then_some(signs)
         })
     }
@@ -73,6 +76,10 @@ impl Assumptions {
     fn signs_of_root(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
         let [(monomial, factor)] = form.terms() else { return None };
         let [(Atom::Root(inner), 1)] = monomial.factors() else { return None };
+        // What moves with an index is asked where it is 0.
+        let of_names =
+            inner.atoms().iter().all(|atom| matches!(atom, Atom::Variable(name) if !self.naturals.contains(name)));
+        of_names.then_some(())?;
         let under = self.signs_of_value(inner, Signs::POSITIVE, depth - 1, systems);
         let signs = if under.within(Signs::NONZERO) { Signs::POSITIVE } else { Signs::NONNEGATIVE };
         Some(if factor.is_positive() { signs } else { signs.flipped() })

@@ -108,7 +108,11 @@ impl Assumptions {
         if depth > 0 && !shared.factors().is_empty() {
             let mut known = Signs::POSITIVE;
             for (atom, exponent) in shared.factors() {
-                let own = self.signs_of_form(&Polynomial::atom(atom.clone()), Signs::ZERO, 0, systems);
+                let factor = Polynomial::atom(atom.clone());
+                let mut own = self.signs_of_form(&factor, Signs::ZERO, 0, systems);
+                if !own.within(Signs::NONZERO) {
+                    own = own.and(self.signs_by_form(&factor, depth));
+                }
                 known = known.times(own.power(*exponent));
             }
             let mut rest = self.signs_of_form(&form.without(&shared), wanted.beside(known), depth - 1, systems);
@@ -145,7 +149,7 @@ impl Assumptions {
                 signs = signs.without(sign);
             }
         }
-        if depth > 1 && !decided(signs) {
+        if depth > 0 && !decided(signs) {
             signs = signs.and(self.signs_by_form(form, depth));
         }
         signs

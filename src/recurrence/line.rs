@@ -108,7 +108,8 @@ impl Motion<'_> {
         }
         let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
         let Some(main) = steps.values().find(|step| moves(step)).cloned() else { return self.towards() };
-        match self.along_the_step(&steps, &main) {
+        let one = self.along_the_step(&steps, &main);
+        match one {
             found @ Ok(Some(_)) => found,
             other => match self.towards() {
                 found @ Ok(Some(_)) => found,
@@ -168,9 +169,11 @@ impl Motion<'_> {
             let mut known = self.known.clone();
             known.assume(Relation::Gtr, &distance, &Value::zero());
             let Some(mut found) = (Motion { known: &known, ..*self }).straight(&goals)? else { continue };
-            // It is stated also where it follows: the check of the forms reads it.
-            let condition = (Relation::Gtr, distance, Value::zero());
-            found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
+            // With symbols it is stated also where it follows: the check of the forms reads it.
+            if !distance.variables().is_empty() {
+                let condition = (Relation::Gtr, distance, Value::zero());
+                found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
+            }
             return Ok(Some(found));
         }
         Ok(None)

@@ -67,7 +67,7 @@ impl Walker<'_> {
         let mut count = Count {
             stays: None,
             reason: "every round is followed by another".to_string(),
-            conditions: conditions_of(&forms.closed),
+            conditions: self.still_open(conditions_of(&forms.closed)),
             closed: forms.closed.clone(),
             learned: None,
             shown: None,
@@ -76,6 +76,12 @@ impl Walker<'_> {
             self.limit(&mut count, test, after.as_ref(), &forms)?;
         }
         Ok(count)
+    }
+
+    /// The conditions of which it is not known that they hold.
+    fn still_open(&self, mut conditions: Vec<Test>) -> Vec<Test> {
+        conditions.retain(|test| test.decide(&self.assumptions) != Some(true));
+        conditions
     }
 
     /// Lowers the count to the first round after which a test fails.
@@ -161,14 +167,37 @@ impl Walker<'_> {
             let (_, closed) = forms.closed.iter().find(|(other, _)| other == *name).ok_or_else(unsure)?;
             all.push(if later { self.one_later(closed)? } else { closed.clone() });
         }
-        let failed = said.negated();
         let all: Vec<Vec<Piece>> = all.into_iter().map(|closed| closed.pieces).collect();
+        let told = |measure: Measure| self.first_of_differences(&said.negated(), names, &all, measure);
+        let vector = matches!(said.left.sort(), Sort::Vector(_)) && said.relation == Relation::Neq;
+        let found = match told(&one_difference) {
+            Ok(Reach::Unknown(_)) | Err(_) if vector => match told(&distance) {
+                Ok(found @ (Reach::At(..) | Reach::Never(_))) => found,
+                _ => told(&one_difference)?,
+            },
+            found => found?,
+        };
+        Ok(match found {
+            Reach::Never(reason) => Reach::Never(format!("of {}-({}), {reason}", said.left, said.right)),
+            found => found,
+        })
+    }
+
+    /// The first index at which a test holds of what several variables are, by one number that tells in each piece of them.
+    fn first_of_differences(
+        &self,
+        test: &Test,
+        names: &[&Name],
+        all: &[Vec<Piece>],
+        measure: Measure,
+    ) -> Result<Reach, Unsure> {
+        let unsure = || Unsure::because(format!("{} compares two things that change", test.negated()));
         let mut pieces = Vec::new();
-        for cell in cells(&all, Value::zero(), &self.assumptions).map_err(Unsure::because)? {
+        for cell in cells(all, Value::zero(), &self.assumptions).map_err(Unsure::because)? {
             let images: Values =
                 names.iter().zip(&cell.forms).map(|(name, form)| ((*name).clone(), (*form).clone())).collect();
             let piece = Piece { from: cell.from.clone(), until: cell.until.clone(), form: Value::zero() };
-            let difference = failed.left.sub(&failed.right)?.substitute(&images)?;
+            let difference = test.left.sub(&test.right)?.substitute(&images)?;
             let mut known = self.assumptions.clone();
             let index = Value::variable(&self.index);
             known.assume_natural(&self.index);
@@ -176,19 +205,16 @@ impl Walker<'_> {
             if let Some(until) = &piece.until {
                 known.assume(Relation::Lss, &index, until);
             }
-            let form = one_difference(&difference, &self.index, &known).ok_or_else(unsure)?;
+            let form = measure(&difference, &self.index, &known).ok_or_else(unsure)?;
             pieces.push(Piece { form: known.simplify(&form), ..piece.clone() });
         }
         let variable = Name::new("[difference]");
-        let goal = match failed.relation {
+        let goal = match test.relation {
             Relation::Eq => Goal::Equals(Value::zero()),
             relation => Goal::Holds(relation, Value::variable(&variable), Value::zero()),
         };
         let closed = Closed { variable, pieces, conditions: Vec::new() };
-        Ok(match first(&closed, &self.index, &goal, &self.assumptions) {
-            Reach::Never(reason) => Reach::Never(format!("of {}-({}), {reason}", said.left, said.right)),
-            found => found,
-        })
+        Ok(first(&closed, &self.index, &goal, &self.assumptions))
     }
 
     /// A test that does not change from round to round.
@@ -224,6 +250,14 @@ pub(super) fn of_one_component(said: Test, known: &Assumptions) -> Result<Test, 
         (Some(only), []) => Test { relation: said.relation, left: only.clone(), right: Value::zero() },
         _ => said,
     })
+}
+
+/// One number that is 0 just where the difference of two values is.
+type Measure<'a> = &'a dyn Fn(&Value, &Name, &Assumptions) -> Option<Value>;
+
+/// How long the difference of two places is.
+fn distance(difference: &Value, _: &Name, known: &Assumptions) -> Option<Value> {
+    difference.norm().ok().map(|length| known.simplify(&length))
 }
 
 /// A number that is 0 where a difference is; of a vector, a component that all others are multiples of.
