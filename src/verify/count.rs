@@ -253,10 +253,10 @@ pub(super) fn of_one_component(said: Test, known: &Assumptions) -> Result<Test, 
 }
 
 /// One number that is 0 just where the difference of two values is.
-type Measure<'a> = &'a dyn Fn(&Value, &Name, &Assumptions) -> Option<Value>;
+pub(super) type Measure<'a> = &'a dyn Fn(&Value, &Name, &Assumptions) -> Option<Value>;
 
 /// How long the difference of two places is.
-fn distance(difference: &Value, _: &Name, known: &Assumptions) -> Option<Value> {
+pub(super) fn distance(difference: &Value, _: &Name, known: &Assumptions) -> Option<Value> {
     difference.norm().ok().map(|length| known.simplify(&length))
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
-use super::count::one_difference;
+use super::count::{Measure, distance, one_difference};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::period::{Segment, stretch};
@@ -370,16 +370,14 @@ fn first_of_form(
     (count, index): (Option<&Value>, &Name),
     assumptions: &Assumptions,
 ) -> Reach {
-    let one = form.sub(value).ok().and_then(|difference| one_difference(&difference, index, assumptions));
-    let Some(difference) = one else { return Reach::unknown(format!("whether ever {form} = {value}")) };
-    let variable = Name::new("[difference]");
-    // Of a number the form itself is asked, so that a reason speaks of it and not of a difference.
-    let number = !matches!(form.sort(), Sort::Vector(_));
-    let (form_asked, goal) = if number { (form.clone(), value.clone()) } else { (difference, Value::zero()) };
-    let pieces = vec![Piece { from: Value::zero(), until: count.cloned(), form: form_asked }];
-    let closed = Closed { variable, pieces, conditions: Vec::new() };
-    let found = match first(&closed, index, &Goal::Equals(goal), assumptions) {
-        Reach::Never(reason) if !number => Reach::Never(format!("of what lies between them, {reason}")),
+    let found = first_of_difference(form, value, (count, index), (assumptions, &one_difference));
+    let found = match found {
+        Reach::Unknown(_) if matches!(form.sort(), Sort::Vector(_)) => {
+            match first_of_difference(form, value, (count, index), (assumptions, &distance)) {
+                Reach::Unknown(_) => found,
+                by_distance => by_distance,
+            }
+        }
         found => found,
     };
     let number = count.and_then(Value::as_rational).and_then(|count| count.to_integer().to_i64());
@@ -395,6 +393,27 @@ fn first_of_form(
         }
     }
     Reach::Never("in no round".to_string())
+}
+
+/// The first round in which a form has a value, of two places by one number that tells how they differ.
+fn first_of_difference(
+    form: &Value,
+    value: &Value,
+    (count, index): (Option<&Value>, &Name),
+    (assumptions, measure): (&Assumptions, Measure),
+) -> Reach {
+    let one = form.sub(value).ok().and_then(|difference| measure(&difference, index, assumptions));
+    let Some(difference) = one else { return Reach::unknown(format!("whether ever {form} = {value}")) };
+    let variable = Name::new("[difference]");
+    // Of a number the form itself is asked, so that a reason speaks of it and not of a difference.
+    let number = !matches!(form.sort(), Sort::Vector(_));
+    let (form_asked, goal) = if number { (form.clone(), value.clone()) } else { (difference, Value::zero()) };
+    let pieces = vec![Piece { from: Value::zero(), until: count.cloned(), form: form_asked }];
+    let closed = Closed { variable, pieces, conditions: Vec::new() };
+    match first(&closed, index, &Goal::Equals(goal), assumptions) {
+        Reach::Never(reason) if !number => Reach::Never(format!("of what lies between them, {reason}")),
+        found => found,
+    }
 }
 
 /// Where a value that grows by a fixed number is equal to another: nowhere, or at a number; nothing if that is not clear.
