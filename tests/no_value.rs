@@ -222,3 +222,15 @@ fn an_exponent_of_which_it_is_not_known_that_it_counts_is_named() {
     let told = told("param p > 0, m : natural\nsolve x(n+1) = x(n)+mod(2^(m*p),1), x(0) = 0\n");
     assert!(told.contains("p is taken to be a natural number: it is an exponent"), "{told}");
 }
+
+#[test]
+fn a_case_says_what_the_equation_needs_there() {
+    for (script, case, need) in [
+        ("param a, b, z\nsolve r(n+1) = b*r(n)+1/a, r(0) = z\n", "where b = 1:", "if a != 0"),
+        ("param a, b, p\nsolve r(n+1) = (a/b)*r(n)+1, r(0) = p\n", "where a = b:", "if b != 0"),
+    ] {
+        let told = told(script);
+        let lines: Vec<&str> = told.lines().map(str::trim).skip_while(|line| *line != case).collect();
+        assert!(lines.contains(&need), "{told}");
+    }
+}

@@ -159,7 +159,7 @@ fn of_the_variables_of_a_phase_those_are_told_that_depend_on_none_without_a_form
 
 #[test]
 fn what_is_assumed_of_no_value_is_said() {
-    let script = "param n : natural, 2*n = 3\nproc W_r = (Delay_1 # At_r) ; W_{r+n}\nsystem S = W_0\n\
+    let script = "param n : natural, n*n = 7\nproc W_r = (Delay_1 # At_r) ; W_{r+n}\nsystem S = W_0\n\
         property G = (Delay_{?t1} # At_1) ; G\nprove S satisfies G\n";
     says(script, &["no run was looked at: no values found for n that meet what is assumed"]);
 }
