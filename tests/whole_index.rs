@@ -7,7 +7,7 @@ use pars::kernel::{Reason, Thm, check};
 use pars::law::Connective;
 use pars::lower::Environment;
 use pars::name::Name;
-use pars::proof::{Proof, Statement, Step};
+use pars::proof::{Lemma, Proof, Statement, Step};
 use pars::substitution::Substitution;
 
 mod texts;
@@ -61,4 +61,35 @@ fn nothing_else_binds_it_or_is_put_in_for_it() {
     for other in ["1/2", "k", "17/3"] {
         assert!(claimed(&environment, "A_1", vec![meta(), at(other)]).is_err(), "{other}");
     }
+}
+
+/// Of m nothing is assumed, but the claim reads it; a result that a definition binds means another thing there.
+#[test]
+fn cases_are_told_apart_by_what_the_claim_reads() {
+    let environment = texts::declared("param m\nproc B_w = In_p<y> ; Out_{c,y+w}");
+    let of = |name: &str, read: &str| {
+        let term = |text: &str| texts::term(&environment, text);
+        let side = format!("Out_{{c,max({name},0)+min({name},0)}}");
+        let claim = |order: Option<&str>| Statement {
+            hypotheses: order
+                .map(|order| texts::condition(&environment, &format!("{name} {order}")))
+                .into_iter()
+                .collect(),
+            left: term(&side),
+            connective: Connective::Equal,
+            right: term(&format!("Out_{{c,{name}}}")),
+        };
+        let lemma = |order: &str| Lemma {
+            name: Name::new(if order == "> 0" { "above" } else { "below" }),
+            statement: claim(Some(order)),
+            steps: vec![Step::Arithmetic(term(&side), term(&format!("Out_{{c,{name}}}")))],
+        };
+        let when = texts::condition(&environment, &format!("{read} > 0"));
+        let steps = vec![Step::Cases { when, holds: 0, fails: 1 }];
+        let proof = Proof { lemmas: ["> 0", "<= 0"].map(lemma).to_vec(), statement: claim(None), steps };
+        check(&texts::theory(&environment), &proof).map_err(|rejected| rejected.reason)
+    };
+    assert!(of("m", "m").is_ok());
+    assert!(matches!(of("m", "k"), Err(Reason::Unspoken(name)) if name == Name::new("k")));
+    assert!(of("y", "y").is_err());
 }

@@ -78,7 +78,8 @@ impl Checker<'_> {
     }
 
     /// Two lemmas of the same: one where a comparison of numbers holds, and one where it does not. Of what is compared
-    /// something is assumed already, so that it means the same everywhere; and it has a value wherever the claim has one.
+    /// something is assumed already, or the claim reads it and nothing binds it, so that it means the same everywhere; and it
+    /// has a value wherever the claim has one.
     pub(super) fn cases(&mut self, when: &Condition, of: [usize; 2]) -> Result<Derived, Reason> {
         let Condition::Compare(relation, one, other) = when else {
             return Err(Reason::Condition(Box::new(when.clone())));
@@ -87,8 +88,8 @@ impl Checker<'_> {
             if value.sort() != Sort::Real {
                 return Err(Reason::Sort(Box::new(value.clone())));
             }
-            if let Some(name) = value.variables().into_iter().find(|name| !self.fixed.contains(name)) {
-                return Err(Reason::Name(name));
+            if let Some(name) = value.variables().into_iter().find(|name| !self.is_of_the_claim(name)) {
+                return Err(Reason::Unspoken(name));
             }
             value.needs().into_iter().try_for_each(|need| self.meaning.require(need, &self.context.assumptions))?;
         }
@@ -116,6 +117,13 @@ impl Checker<'_> {
             self.rests_on(name, theorem);
         }
         found.ok_or(Reason::Empty)
+    }
+
+    /// Whether a name means the same everywhere: something is assumed of it, or it is read by the claim, or by a definition, and
+    /// no definition binds it. The lemmas of the cases suppose something of it, so that nothing in them binds it.
+    fn is_of_the_claim(&self, name: &Name) -> bool {
+        let read = || !name.is_meta() && self.meaning.outside().contains(name);
+        self.fixed.contains(name) || read() && !self.context.defined.names.bound.contains(name)
     }
 
     /// What a theorem rests on, whatever uses it rests on.

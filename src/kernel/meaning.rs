@@ -196,7 +196,8 @@ impl<'a> Meaning<'a> {
         self.indices.contains(name) || !self.outside().contains(name)
     }
 
-    fn outside(&self) -> &BTreeSet<Name> {
+    /// The names that the claim, the definitions and the assumptions read but as indices of rounds.
+    pub(super) fn outside(&self) -> &BTreeSet<Name> {
         let (statement, theory) = self.claim;
         self.outside.get_or_init(|| read_outside_of_rounds(statement, theory, self.defined))
     }

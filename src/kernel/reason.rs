@@ -49,6 +49,8 @@ pub enum Reason {
     Untimed(Box<Term>),
     /// A value that may have no meaning where those of the claim have.
     Undefined(Box<Need>),
+    /// Cases are told apart by a name that nothing gives a meaning here.
+    Unspoken(Name),
     /// What is wrong with the lemma of this name.
     Lemma(Name, Box<Reason>),
 }
@@ -76,6 +78,7 @@ impl fmt::Display for Reason {
             Reason::Unguarded(_) => write!(f, "the loop may go round without waiting or communicating"),
             Reason::Weaker(given, needed) => write!(f, "it needs `{needed}` and has `{given}`"),
             Reason::Name(name) => write!(f, "{name} has a fixed meaning here and may not be bound"),
+            Reason::Unspoken(name) => write!(f, "cases are told apart by {name}, of which nothing is said here"),
             Reason::Unbound(name) => write!(f, "the metavariable {name} is left without a meaning"),
             Reason::Stuck(why) => write!(f, "a substitution cannot be carried out: {why}"),
             Reason::Hypothesis(..) => write!(f, "an induction hypothesis is used outside its induction"),
