@@ -343,7 +343,7 @@ impl Checker<'_> {
         let known = &self.context.assumptions;
         self.meaning.put_in(substitution, known)?;
         let own = [&law.left, &law.right].into_iter().flat_map(subterms).flat_map(Term::values).flat_map(Value::needs);
-        self.meaning.instance(&own.collect(), &substitution.values, known)?;
+        self.meaning.instance(&own.collect(), &substitution.read(), known)?;
         let stuck = |stuck: Stuck| Reason::Stuck(stuck.0);
         for condition in &law.conditions {
             let instance = substitution.condition(condition, &self.context).map_err(stuck)?;

@@ -95,7 +95,8 @@ pub enum Failure {
     Unmatched(Blocked),
     /// The same where nothing waits for it: something beside it ends it each time, or the run never comes to it.
     Unanswered(Blocked),
-    /// The same where it is not known whether anything waits: the system was not followed to its end.
+    /// The same where it is not known whether anything waits: the system was not followed to its end, or something beside
+    /// it ends it here or there.
     Lonely(Blocked),
     /// The same in a part of the system that a run may never come to.
     MayWait {

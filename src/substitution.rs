@@ -88,11 +88,16 @@ impl Substitution {
         if value.as_rational().is_some() {
             return Ok(value.clone());
         }
+        Ok(context.assumptions.put_in_powers(value, &self.read())?)
+    }
+
+    /// What is put in where a value reads a metavariable: a value, or another name.
+    pub fn read(&self) -> BTreeMap<Name, Value> {
         let mut map = self.values.clone();
         for (meta, name) in &self.names {
             map.entry(meta.clone()).or_insert_with(|| Value::variable(name));
         }
-        Ok(context.assumptions.put_in_powers(value, &map)?)
+        map
     }
 
     fn set(&self, names: &BTreeSet<Name>) -> BTreeSet<Name> {

@@ -93,3 +93,12 @@ fn cases_are_told_apart_by_what_the_claim_reads() {
     assert!(matches!(of("m", "k"), Err(Reason::Unspoken(name)) if name == Name::new("k")));
     assert!(of("y", "y").is_err());
 }
+
+/// What was shown of a metavariable that is natural, or not negative, is not shown of a name that is put in for it: one of
+/// these proves `Out_{c,k} = Out_{c,max(k,0)}`.
+#[test]
+fn another_name_needs_what_the_first_needed() {
+    for text in [include_str!("proofs/renamed_index.json"), include_str!("proofs/renamed_root.json")] {
+        assert!(pars::proof_file::check_file(text.as_bytes()).is_err());
+    }
+}

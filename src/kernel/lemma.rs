@@ -44,7 +44,7 @@ impl Checker<'_> {
         self.may_replace(substitution, &kept)?;
         let (known, before) = (&self.context.assumptions, self.meaning.met().clone());
         self.meaning.put_in(substitution, known)?;
-        self.meaning.instance(&before, &substitution.values, known)?;
+        self.meaning.instance(&before, &substitution.read(), known)?;
         let derived = self.earlier(of)?;
         let (left, right) = self.images([&derived.left, &derived.right], substitution)?;
         Ok(Derived { left, connective: derived.connective, right, supposed: BTreeSet::new() })
@@ -65,7 +65,7 @@ impl Checker<'_> {
         }
         let known = &self.context.assumptions;
         self.meaning.put_in(substitution, known)?;
-        self.meaning.instance(&theorem.needs, &substitution.values, known)?;
+        self.meaning.instance(&theorem.needs, &substitution.read(), known)?;
         if theorem.advanced {
             self.binds_none(substitution, [&statement.left, &statement.right])?;
         }

@@ -2,7 +2,7 @@
 
 use super::explore::{Graph, explore};
 use super::ports;
-use super::{Failure, Period, Surroundings, drift, drifting, lonely, repeats, stuck};
+use super::{Blocked, Failure, Period, Surroundings, drift, drifting, lonely, repeats, stuck};
 use crate::term::Term;
 
 /// The period; `strict`: what plainly leaves none is looked for first.
@@ -94,6 +94,11 @@ fn livelocks(groups: &[Vec<usize>], components: &[Term], run: &Surroundings<'_>)
 /// The period of these components, with what waits for ever among the warnings.
 fn made(components: Vec<Term>, names: Vec<String>, graph: Graph, mut warnings: Vec<Failure>) -> Period {
     let Graph { initial, phases, stuck, in_every_order, along_the_run, .. } = graph;
+    let waits = |blocked: &Blocked| {
+        stuck.iter().any(|own: &Blocked| own.component == blocked.component && own.port == blocked.port)
+    };
+    // What the run shows is said in place of what may be.
+    warnings.retain(|warning| !matches!(warning, Failure::Lonely(one) | Failure::Unanswered(one) if waits(one)));
     warnings.extend(stuck.into_iter().map(Failure::Unmatched));
     warnings.extend(stuck::ends(&initial, &phases));
     let mut once = Vec::new();

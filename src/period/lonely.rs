@@ -9,14 +9,23 @@ use super::{Blocked, Edge, End, Failure, Next};
 use crate::name::Name;
 use crate::term::Node;
 
-/// Components with the ports on which they wait.
-pub(super) type Waiting = BTreeSet<(String, Name)>;
+/// Components with the ports on which they wait: for ever, and perhaps, beside what has ended such a wait here or there.
+#[derive(Default)]
+pub(super) struct Waiting {
+    pub(super) surely: BTreeSet<(String, Name)>,
+    pub(super) perhaps: BTreeSet<(String, Name)>,
+}
 
 /// A failure as it is, knowing who waits.
 pub(super) fn judged(failure: Failure, waiting: &Waiting) -> Failure {
     match failure {
-        Failure::Unmatched(blocked) if !waiting.contains(&(blocked.component.clone(), blocked.port.clone())) => {
-            Failure::Unanswered(blocked)
+        Failure::Unmatched(blocked) => {
+            let one = (blocked.component.clone(), blocked.port.clone());
+            match waiting.surely.contains(&one) {
+                true => Failure::Unmatched(blocked),
+                false if waiting.perhaps.contains(&one) => Failure::Lonely(blocked),
+                false => Failure::Unanswered(blocked),
+            }
         }
         other => other,
     }
@@ -33,7 +42,7 @@ pub(super) fn unjudged(failure: Failure) -> Failure {
 /// Adds who waits where a run ends.
 pub(super) fn at_the_end(edge: &Edge, waiting: &mut Waiting) {
     if let Next::End(End::Silent { blocked, .. }) = &edge.next {
-        waiting.extend(blocked.iter().map(|Blocked { component, port, .. }| (component.clone(), port.clone())));
+        waiting.surely.extend(blocked.iter().map(|Blocked { component, port, .. }| (component.clone(), port.clone())));
     }
 }
 

@@ -6,11 +6,12 @@ use super::super::lonely::{self, Open, Waiting};
 use super::super::step::{Place, inspect, offers};
 use super::super::{Blocked, Edge, Failure, stuck};
 use super::{Explorer, Target, Way, failure_of};
+use crate::name::Name;
 
 impl Explorer<'_> {
     /// Who waits for a read or a write at the end of some instant, with no delay to end the waiting.
     pub(super) fn waiting<'e>(&self, edges: impl Iterator<Item = &'e Edge>) -> Waiting {
-        let mut waiting = Waiting::new();
+        let mut waiting = Waiting::default();
         if !self.clock.users.keys().any(|port| self.clock.is_lonely(port)) {
             return waiting;
         }
@@ -18,9 +19,11 @@ impl Explorer<'_> {
         for spot in self.spots.iter().filter(|spot| !spot.ways.is_empty()) {
             for (component, (run, name)) in spot.control.runs.iter().zip(self.clock.names).enumerate() {
                 let Open { alone, beside } = Open::of(run);
-                let beside = beside.into_iter().filter(|port| !self.clock.settler.ended.has(component, port));
-                let lonely = alone.into_iter().chain(beside).filter(|port| self.clock.is_lonely(port));
-                waiting.extend(lonely.map(|port| (name.clone(), port)));
+                let own = |port: Name| self.clock.is_lonely(&port).then(|| (name.clone(), port));
+                let ended = |port: &Name| self.clock.settler.ended.has(component, port);
+                let (perhaps, surely): (Vec<Name>, Vec<Name>) = beside.into_iter().partition(ended);
+                waiting.surely.extend(alone.into_iter().chain(surely).filter_map(own));
+                waiting.perhaps.extend(perhaps.into_iter().filter_map(own));
             }
         }
         waiting
