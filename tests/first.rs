@@ -180,3 +180,15 @@ fn what_it_needs_is_said_with_the_index() {
             .into_owned();
     assert!(!told.contains("if v"), "{told}");
 }
+
+/// Of these it is shown apart from the search that no earlier index does.
+#[test]
+fn signs_by_what_forms_are_made_of_prove_first_indices() {
+    let script = include_str!("cases/recurrences/by_parts_of_forms.pars");
+    let told = String::from_utf8_lossy(&ran(script).stdout).into_owned();
+    assert!(!told.contains("the search alone"), "{told}");
+    // Two solves of a line, two that are never, one by a late power.
+    assert_eq!(told.matches("checked by the forms").count(), 5, "{told}");
+    let strictly = "abs(p)*(1/2)^n < 1/10: 0 if abs(p) < 1/10, else floor(log(1/10/(abs(p)))/log(1/2))+1";
+    assert!(told.contains(strictly), "{told}");
+}

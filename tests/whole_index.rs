@@ -59,7 +59,8 @@ fn nothing_else_binds_it_or_is_put_in_for_it() {
     let meta = || itself(&environment, "A_{1/(3*?i-17)}");
     assert!(claimed(&environment, "A_1", vec![meta(), at("5")]).is_ok());
     for other in ["1/2", "k", "17/3"] {
-        assert!(claimed(&environment, "A_1", vec![meta(), at(other)]).is_err(), "{other}");
+        let found = claimed(&environment, "A_1", vec![meta(), at(other)]);
+        assert!(matches!(found, Err(Reason::Undefined(_))), "{other}: {found:?}");
     }
 }
 
@@ -91,14 +92,21 @@ fn cases_are_told_apart_by_what_the_claim_reads() {
     };
     assert!(of("m", "m").is_ok());
     assert!(matches!(of("m", "k"), Err(Reason::Unspoken(name)) if name == Name::new("k")));
-    assert!(of("y", "y").is_err());
+    match of("y", "y") {
+        Err(Reason::Lemma(_, reason)) => assert_eq!(*reason, Reason::Name(Name::new("y"))),
+        other => panic!("{other:?}"),
+    }
 }
 
 /// What was shown of a metavariable that is natural, or not negative, is not shown of a name that is put in for it: one of
 /// these proves `Out_{c,k} = Out_{c,max(k,0)}`.
 #[test]
 fn another_name_needs_what_the_first_needed() {
-    for text in [include_str!("proofs/renamed_index.json"), include_str!("proofs/renamed_root.json")] {
-        assert!(pars::proof_file::check_file(text.as_bytes()).is_err());
+    for (text, why) in [
+        (include_str!("proofs/renamed_index.json"), "k, an exponent, need not be a natural number"),
+        (include_str!("proofs/renamed_root.json"), "k, of which it takes the root, may be negative"),
+    ] {
+        let rejected = pars::proof_file::check_file(text.as_bytes()).expect_err("a falsehood");
+        assert!(rejected.to_string().contains(why), "{rejected}");
     }
 }

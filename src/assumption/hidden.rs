@@ -1,4 +1,4 @@
-//! Factors that the normal form of a polynomial hides.
+//! Factors that the normal form of a polynomial hides, and signs by what it is made of: squares, roots, integer parts.
 
 use num_rational::BigRational;
 use num_traits::{One, Signed};
@@ -69,9 +69,7 @@ impl Assumptions {
             (signs != Signs::ANY).then_some(signs)
         })
     }
-}
 
-impl Assumptions {
     /// The signs of a root: it is 0 just where what it is taken of is.
     fn signs_of_root(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
         let [(monomial, factor)] = form.terms() else { return None };
@@ -98,17 +96,18 @@ impl Assumptions {
             let squares = factor.times(&factor)?.times(radicand)?.minus(&rest.times(&rest)?);
             let farther = self.signs_of_form(&squares, Signs::ZERO, depth - 1, systems);
             let mut of = |part: &Form| self.signs_of_form(part, Signs::ZERO, depth - 1, systems);
-            match () {
-                () if farther.within(Signs::POSITIVE) => Some(of(&factor)).filter(|signs| signs.within(Signs::NONZERO)),
-                () if farther.within(Signs::NONNEGATIVE) => Some(of(&factor).or(Signs::ZERO)),
-                () if farther.within(Signs::NEGATIVE) => Some(of(&rest)),
-                () => None,
+            if farther.within(Signs::POSITIVE) {
+                Some(of(&factor)).filter(|signs| signs.within(Signs::NONZERO))
+            } else if farther.within(Signs::NONNEGATIVE) {
+                Some(of(&factor).or(Signs::ZERO))
+            } else if farther.within(Signs::NEGATIVE) {
+                Some(of(&rest))
+            } else {
+                None
             }
         })
     }
-}
 
-impl Assumptions {
     /// The signs of an integer part beside a whole number: `floor(y) - m` is below 0 just where y is below m, and above 0
     /// where y is not below m+1.
     fn signs_by_floor(&self, form: &Form, depth: usize, systems: &mut usize) -> Option<Signs> {
@@ -125,17 +124,14 @@ impl Assumptions {
             Some(self.signs_of_value(&over, Signs::NONNEGATIVE, depth - 1, systems))
         };
         let (own, next) = (beyond(bound.clone())?, beyond(bound + BigRational::one())?);
-        let least = match () {
-            () if next.within(Signs::NONNEGATIVE) => Signs::POSITIVE,
-            () if own.within(Signs::NONNEGATIVE) => Signs::NONNEGATIVE,
-            () => Signs::ANY,
-        };
-        let most = match () {
-            () if own.within(Signs::NEGATIVE) => Signs::NEGATIVE,
-            () if next.within(Signs::NEGATIVE) => Signs::NONNEGATIVE.flipped(),
-            () => Signs::ANY,
-        };
-        let signs = least.and(most);
+        // Each says something of one side: below m, from m on, below m+1, from m+1 on.
+        let told = [
+            (own.within(Signs::NEGATIVE), Signs::NEGATIVE),
+            (own.within(Signs::NONNEGATIVE), Signs::NONNEGATIVE),
+            (next.within(Signs::NEGATIVE), Signs::NONNEGATIVE.flipped()),
+            (next.within(Signs::NONNEGATIVE), Signs::POSITIVE),
+        ];
+        let signs = told.into_iter().filter(|(so, _)| *so).fold(Signs::ANY, |signs, (_, own)| signs.and(own));
         Some(if factor.is_positive() { signs } else { signs.flipped() }).filter(|signs| *signs != Signs::ANY)
     }
 }

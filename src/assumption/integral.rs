@@ -98,11 +98,11 @@ impl Assumptions {
     /// none.
     pub(super) fn has_no_whole_zero(&self, form: &Form) -> bool {
         let constant = form.constant_term();
+        if constant.is_zero() || !unknowns(form).all(|(unknown, _)| self.all_integral(unknown)) {
+            return false;
+        }
         let rest = form.minus(&Polynomial::constant(constant.clone()));
-        !constant.is_zero()
-            && !rest.is_zero()
-            && unknowns(form).all(|(unknown, _)| self.all_integral(unknown))
-            && !(constant / rest.content()).is_integer()
+        !rest.is_zero() && !(constant / rest.content()).is_integer()
     }
 
     /// What the facts of a system say of its integers alone; empty where no integer part stands in it.

@@ -14,7 +14,7 @@ use super::sign::Signs;
 use crate::value::Value;
 
 /// How many sets of assumptions are remembered with what was found under them.
-const MOST_SETS: usize = 4_096;
+const MOST_SETS: usize = 512;
 /// How many answers are remembered under one set.
 const MOST_ANSWERS: usize = 1_000;
 

@@ -218,10 +218,10 @@ impl Question<'_> {
     /// Whether the sides, as they are written, have a value at the index.
     pub(super) fn defined_at(&self, stretch: &Stretch, at: &Value, known: &Assumptions) -> bool {
         let image = BTreeMap::from([(self.compared.recurrence.index.clone(), at.clone())]);
-        let here = |need: &Need| Some(known.grants(&need.substitute(&image).ok()?) == Some(true));
+        let here = |need: &Need| need.substitute(&image).is_ok_and(|need| known.grants(&need) == Some(true));
         // Late powers are too long to be written out: `10^n` is 0 for no n.
         let anywhere = |need: &Need| self.compared.anywhere().grants(need) == Some(true);
-        stretch.needs.iter().all(|need| here(need).unwrap_or(false) || anywhere(need))
+        stretch.needs.iter().all(|need| here(need) || anywhere(need))
     }
 
     /// Whether what is compared moves one way only, and is not there at the index before.

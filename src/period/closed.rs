@@ -12,7 +12,7 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
     let closed = ports::System::of(&components, definitions);
     let mut failures = closed.unmatched();
     let groups = closed.groups();
-    let mut warnings: Vec<Failure> = Vec::new();
+    let mut warnings = Vec::new();
     if groups.len() > 1 {
         let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
         let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
@@ -41,7 +41,16 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
         return Err(all);
     }
     warnings.extend(mismatch.clone());
-    let drift = if strict && groups.len() > 1 { apart(&groups, &components, run)? } else { None };
+    // Beside a reason why there is none, that nobody answers is said.
+    let lonely: Vec<Failure> =
+        warnings.iter().filter(|warning| matches!(warning, Failure::Lonely(_))).cloned().collect();
+    let with_lonely = |mut failures: Vec<Failure>| {
+        if !failures.contains(&Failure::Interrupted) {
+            failures.extend(lonely.iter().cloned());
+        }
+        failures
+    };
+    let drift = if strict && groups.len() > 1 { apart(&groups, &components, run).map_err(with_lonely)? } else { None };
     // Where how often each goes round depends on a number of times, phases in every order may tell.
     if let Some(Failure::Drift { rational: None, .. }) = &drift {
         failures.extend(drift);
@@ -49,14 +58,9 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
         return Err(failures);
     }
     let found = explored.unwrap_or_else(|| explore(&components, &closed, run));
-    let graph = found.map_err(|failure| -> Vec<Failure> {
-        match drift {
-            Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
-            _ => {
-                let lonely = warnings.drain(..).filter(|warning| matches!(warning, Failure::Lonely(_)));
-                [failure].into_iter().chain(lonely).collect()
-            }
-        }
+    let graph = found.map_err(|failure| match drift {
+        Some(drift) if failure != Failure::Interrupted => [drift].into_iter().chain(warnings.drain(..)).collect(),
+        _ => with_lonely(vec![failure]),
     })?;
     let period = made(components, closed.names, graph, warnings);
     if strict && !period.repeats() {

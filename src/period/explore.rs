@@ -133,7 +133,7 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
     // Beside reads and writes stand calls and delays.
     let room = |wanted: usize| wanted.min(MOST_PHASES);
     let tails = RefCell::new(Tails::with_capacity(room(components.len()), room(2 * system.operations)));
-    let (durations, ended) = (RefCell::default(), Ended::default());
+    let (durations, ended) = (RefCell::default(), Ended::of(&system.users));
     let settler = Settler { definitions, reserved: &reserved, tails, durations, ended };
     let (names, users, operations) = (system.names.as_slice(), &system.users, system.operations);
     let clock = Clock { settler, names, users, operations, interrupted };

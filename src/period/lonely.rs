@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
+use super::ports::Users;
 use super::rest::NOTHING;
 use super::run::{Kind, Run};
 use super::{Blocked, Edge, End, Failure, Next};
@@ -84,14 +85,25 @@ impl Open {
 /// The reads and writes that a run has ended as another branch of their `#` ended first.
 #[derive(Default)]
 pub(crate) struct Ended {
+    /// Whether it is asked for: somebody is answered by nobody.
+    asked: bool,
     /// The component that is being settled.
     pub(super) component: Cell<usize>,
     found: RefCell<BTreeSet<(usize, Name)>>,
 }
 
 impl Ended {
+    /// Nothing so far, in a system of which the ports are used so.
+    pub(super) fn of(users: &Users) -> Ended {
+        let asked = users.values().any(|(readers, writers)| readers.is_empty() || writers.is_empty());
+        Ended { asked, ..Ended::default() }
+    }
+
     /// Notes what waits in the branches of a `#` that ends.
     pub(super) fn note(&self, branches: &[Run]) {
+        if !self.asked {
+            return;
+        }
         let mut open = Open::default();
         branches.iter().for_each(|branch| open.add(branch, true));
         self.found.borrow_mut().extend(open.beside.into_iter().map(|port| (self.component.get(), port)));

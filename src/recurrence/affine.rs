@@ -100,8 +100,8 @@ pub(super) fn shape(value: &Value, index: &Name) -> Result<Shape, Unknown> {
 fn of_no_shape(value: &Value, index: &Name) -> String {
     let grows = |atom: &Atom| matches!(atom, Atom::Power(_, exponent) if exponent.mentions(index));
     let symbolic = value.variables().iter().any(|name| name != index);
-    match value.atoms().iter().any(grows) && symbolic {
-        true => format!("where a sum of several powers, as {value}, comes to 0 is not solved for symbols"),
-        false => format!("{value} is not known to be linear or geometric in {index}"),
+    if value.atoms().iter().any(grows) && symbolic {
+        return format!("where a sum of several powers, as {value}, comes to 0 is not solved for symbols");
     }
+    format!("{value} is not known to be linear or geometric in {index}")
 }

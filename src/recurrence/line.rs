@@ -108,8 +108,7 @@ impl Motion<'_> {
         }
         let moves = |step: &Value| known.decide(Relation::Neq, step, &Value::zero()) == Some(true);
         let Some(main) = steps.values().find(|step| moves(step)).cloned() else { return self.towards() };
-        let one = self.along_the_step(&steps, &main);
-        match one {
+        match self.along_the_step(&steps, &main) {
             found @ Ok(Some(_)) => found,
             other => match self.towards() {
                 found @ Ok(Some(_)) => found,
@@ -170,7 +169,7 @@ impl Motion<'_> {
             known.assume(Relation::Gtr, &distance, &Value::zero());
             let Some(mut found) = (Motion { known: &known, ..*self }).straight(&goals)? else { continue };
             // With symbols it is stated also where it follows: the check of the forms reads it.
-            if !distance.variables().is_empty() {
+            if apart.is_none() || !distance.variables().is_empty() {
                 let condition = (Relation::Gtr, distance, Value::zero());
                 found.iter_mut().for_each(|(_, closed)| closed.conditions.insert(0, condition.clone()));
             }

@@ -113,9 +113,10 @@ pub(super) fn large_part(
 
 /// What is said of parts before they are told one by one.
 pub(crate) fn headline(parts: &[Part], ways: usize) -> String {
-    let why = match ways > MOST_TOGETHER {
-        true => format!("they have {ways} ways from phase to phase"),
-        false => "they are not followed to the end".to_string(),
+    let why = if ways > MOST_TOGETHER {
+        format!("they have {ways} ways from phase to phase")
+    } else {
+        "they are not followed to the end".to_string()
     };
     format!("{} parts without a common port, told one by one: side by side {why}", parts.len())
 }

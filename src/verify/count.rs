@@ -170,13 +170,10 @@ impl Walker<'_> {
         let all: Vec<Vec<Piece>> = all.into_iter().map(|closed| closed.pieces).collect();
         let told = |measure: Measure| self.first_of_differences(&said.negated(), names, &all, measure);
         let vector = matches!(said.left.sort(), Sort::Vector(_)) && said.relation == Relation::Neq;
-        let found = match told(&one_difference) {
-            Ok(Reach::Unknown(_)) | Err(_) if vector => match told(&distance) {
-                Ok(found @ (Reach::At(..) | Reach::Never(_))) => found,
-                _ => told(&one_difference)?,
-            },
-            found => found?,
-        };
+        let tells = |found: &Result<Reach, Unsure>| matches!(found, Ok(Reach::At(..) | Reach::Never(_)));
+        let by_components = told(&one_difference);
+        let by_distance = (vector && !tells(&by_components)).then(|| told(&distance)).filter(tells);
+        let found = by_distance.unwrap_or(by_components)?;
         Ok(match found {
             Reach::Never(reason) => Reach::Never(format!("of {}-({}), {reason}", said.left, said.right)),
             found => found,
