@@ -10,25 +10,11 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
     let definitions = run.definitions;
     let components = ports::flatten(components, definitions);
     let closed = ports::System::of(&components, definitions);
-    let mut failures = closed.unmatched();
     let groups = closed.groups();
-    let mut warnings = Vec::new();
-    if groups.len() > 1 {
-        let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
-        let groups = groups.iter().map(|group| group.iter().map(name).collect()).collect();
-        warnings.push(Failure::NoCommunication { groups });
-    }
-    let explored = (!failures.is_empty()).then(|| explore(&components, &closed, run));
-    let mut others_go_on = false;
-    match &explored {
-        Some(Ok(graph)) => {
-            others_go_on = repeats(&graph.phases);
-            failures = failures.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
-        }
-        Some(Err(Failure::Interrupted)) => return Err(vec![Failure::Interrupted]),
-        Some(Err(_)) => failures = failures.into_iter().map(lonely::unjudged).collect(),
-        None => {}
-    }
+    let mut warnings: Vec<Failure> = no_communication(&closed, &groups).into_iter().collect();
+    let unmatched = closed.unmatched();
+    let explored = (!unmatched.is_empty()).then(|| explore(&components, &closed, run));
+    let (mut failures, others_go_on) = told(unmatched, explored.as_ref())?;
     if strict && !others_go_on && failures.iter().any(|failure| matches!(failure, Failure::Unmatched(_))) {
         failures.splice(0..0, warnings);
         return Err(failures);
@@ -76,6 +62,29 @@ pub(super) fn analysed(components: &[Term], run: &Surroundings<'_>, strict: bool
         }
     }
     Ok(period)
+}
+
+/// That groups share no port, where there are several.
+fn no_communication(closed: &ports::System, groups: &[Vec<usize>]) -> Option<Failure> {
+    let name = |index: &usize| closed.names.get(*index).cloned().unwrap_or_default();
+    let named = || groups.iter().map(|group| group.iter().map(name).collect()).collect();
+    (groups.len() > 1).then(|| Failure::NoCommunication { groups: named() })
+}
+
+/// What is said of ports that nobody answers as far as the run of the system tells, if it was asked, and whether that repeats.
+fn told(
+    unmatched: Vec<Failure>,
+    explored: Option<&Result<Graph, Failure>>,
+) -> Result<(Vec<Failure>, bool), Vec<Failure>> {
+    match explored {
+        None => Ok((unmatched, false)),
+        Some(Ok(graph)) => {
+            let judged = unmatched.into_iter().map(|failure| lonely::judged(failure, &graph.waiting)).collect();
+            Ok((judged, repeats(&graph.phases)))
+        }
+        Some(Err(Failure::Interrupted)) => Err(vec![Failure::Interrupted]),
+        Some(Err(_)) => Ok((unmatched.into_iter().map(lonely::unjudged).collect(), false)),
+    }
 }
 
 /// What goes round in no time, of the groups that share no port: with it time stops for all.

@@ -157,15 +157,8 @@ fn without_terms(
 ) -> Result<Reach, (Tail, Option<Unknown>)> {
     let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
     let mut reason = None;
-    // Where all are numbers the first few terms cost less than any reasoning about them.
-    let quickly = Numeric::of(recurrence, wanted)
-        .and_then(|mut numbers| counted(&mut numbers, recurrence, &Tail::Unknown(String::new()), stop, VERY_FEW_TERMS));
-    if let Some(found @ Reach::At(..)) = quickly {
+    if let Some(found) = plainly(recurrence, wanted, stop) {
         return Ok(found);
-    }
-    // Of the terms nothing is known here but that they are numbers.
-    if Assumptions::default().decide(wanted.0, wanted.1, wanted.2) == Some(false) {
-        return Ok(Reach::Never("it is false whatever the terms are".to_string()));
     }
     if let Some(solved) = solved.filter(|_| recurrence.from >= 0) {
         match exactly(solved, wanted, known) {
@@ -186,10 +179,7 @@ fn without_terms(
         return Ok(found);
     }
     // Where something of parameters alone is asked already that is asked first.
-    let of_parameters =
-        |(_, left, right): &Comparison| ![left, right].iter().any(|side| side.mentions(&recurrence.index));
-    let asked = |why: &Unknown| why.open.as_deref().is_some_and(of_parameters);
-    if reason.as_ref().is_some_and(|why| !asked(why))
+    if reason.as_ref().is_some_and(|why| !asks_of_parameters(why, &recurrence.index))
         && let Some(found) = solved.and_then(|solved| Classes::even_and_odd(solved, wanted)?.first(known))
     {
         match found {
@@ -218,6 +208,25 @@ fn without_terms(
             .map(|tail| (tail.unwrap_or(Tail::Unknown(why)), reason))
             .map_or_else(Ok, Err),
     }
+}
+
+/// The first index among the first few terms, where all are numbers: they cost less than any reasoning about them; or that
+/// there is none, whatever the terms are.
+fn plainly(recurrence: &Recurrence, wanted: Wanted<'_>, stop: &dyn Fn() -> bool) -> Option<Reach> {
+    let quickly = Numeric::of(recurrence, wanted)
+        .and_then(|mut numbers| counted(&mut numbers, recurrence, &Tail::Unknown(String::new()), stop, VERY_FEW_TERMS));
+    if let Some(Reach::At(..)) = quickly {
+        return quickly;
+    }
+    // Of the terms nothing is known here but that they are numbers.
+    let false_of_all = Assumptions::default().decide(wanted.0, wanted.1, wanted.2) == Some(false);
+    false_of_all.then(|| Reach::Never("it is false whatever the terms are".to_string()))
+}
+
+/// Whether what would have to be known says nothing of an index.
+fn asks_of_parameters(why: &Unknown, index: &Name) -> bool {
+    let of_parameters = |(_, left, right): &Comparison| ![left, right].iter().any(|side| side.mentions(index));
+    why.open.as_deref().is_some_and(of_parameters)
 }
 
 /// The same where the forms as they are say nothing of late terms.

@@ -14,7 +14,7 @@ use layout::{is_title, proof, with_needs};
 use otherwise::MOST_LEVELS;
 pub(super) use otherwise::{Asked, with_otherwise};
 
-use super::orders::{first_index, in_orders};
+use super::orders::{InOrders, first_index, in_orders};
 use super::reading::Waiting;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, in_cases, needed, with_known_parts};
@@ -121,30 +121,7 @@ fn answered(
     if let Some(Reach::Unknown(unknown)) = &found
         && let Some(found) = in_orders(question, solved.as_ref(), (unknown, MOST_LEVELS), known, stop)
     {
-        let mut lines = found.lines;
-        // It is told with the forms: behind them where they are the same in each case, or behind all cases.
-        let forms = lines.iter().position(|line| is_title(line)).filter(|before| *before > 0);
-        lines.insert(forms.unwrap_or(lines.len()), proof(&found.recurrence));
-        if let Ok(solved) = &solved {
-            lines.extend(left_out_of_all(&lines, solved, question, known, stop));
-        }
-        let met = |(expectation, text): &(Expectation, String)| {
-            let met = match expectation {
-                Expectation::Never => found.found.iter().all(|(found, _)| matches!(found, Reach::Never(_))),
-                Expectation::Proved => found.found.iter().all(|(found, _)| !matches!(found, Reach::Unknown(_))),
-                Expectation::Open => found.found.iter().any(|(found, _)| matches!(found, Reach::Unknown(_))),
-                Expectation::Values(values) => values.iter().all(|(name, value)| {
-                    let met = |found: Option<&Reach>, known: &Assumptions| {
-                        is_met(name, value, recurrence, solved.as_ref().ok(), found, known)
-                    };
-                    let in_each = || found.found.iter().all(|(found, known)| met(Some(found), known));
-                    met(found.merged.as_ref(), known) || *name == recurrence.index && in_each()
-                }),
-                _ => false,
-            };
-            Expected { text: text.clone(), met }
-        };
-        return (lines, waiting.iter().map(met).collect());
+        return in_each_order(found, question, solved.as_ref().ok(), (waiting, known), stop);
     }
     let orders = match &solved {
         Ok(_) => Vec::new(),
@@ -185,6 +162,38 @@ fn answered(
             let met = |solved, known| is_met(name, value, recurrence, solved, found.as_ref(), known);
             let in_each = || orders.iter().all(|case| met(Some(&case.found), &case.known));
             met(solved.as_ref(), known) || in_all && in_each()
+        }),
+        _ => false,
+    };
+    let expected = waiting.iter().map(|(expectation, text)| Expected { text: text.clone(), met: met(expectation) });
+    (lines, expected.collect())
+}
+
+/// The same where an index was found in each order of two values, or in each case of something else.
+fn in_each_order(
+    found: InOrders,
+    question: &Question,
+    solved: Option<&Solved>,
+    (waiting, known): Given<'_>,
+    stop: &dyn Fn() -> bool,
+) -> (Vec<String>, Vec<Expected>) {
+    let InOrders { mut lines, recurrence: asked, found, merged } = found;
+    // It is told with the forms: behind them where they are the same in each case, or behind all cases.
+    let forms = lines.iter().position(|line| is_title(line)).filter(|before| *before > 0);
+    lines.insert(forms.unwrap_or(lines.len()), proof(&asked));
+    if let Some(solved) = solved {
+        lines.extend(left_out_of_all(&lines, solved, question, known, stop));
+    }
+    let recurrence = &question.recurrence;
+    let met = |expectation: &Expectation| match expectation {
+        Expectation::Never => found.iter().all(|(found, _)| matches!(found, Reach::Never(_))),
+        Expectation::Proved => found.iter().all(|(found, _)| !matches!(found, Reach::Unknown(_))),
+        Expectation::Open => found.iter().any(|(found, _)| matches!(found, Reach::Unknown(_))),
+        Expectation::Values(values) => values.iter().all(|(name, value)| {
+            let met =
+                |found: Option<&Reach>, known: &Assumptions| is_met(name, value, recurrence, solved, found, known);
+            let in_each = || found.iter().all(|(found, known)| met(Some(found), known));
+            met(merged.as_ref(), known) || *name == recurrence.index && in_each()
         }),
         _ => false,
     };
