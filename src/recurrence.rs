@@ -54,6 +54,7 @@ mod over;
 mod overlap;
 mod parabola;
 mod parts;
+mod piece_by_piece;
 mod pieces;
 mod powers;
 mod product;
@@ -89,13 +90,14 @@ use cut_off::cut_off;
 use going_round::in_one_round;
 use interval::Interval;
 use overlap::overlapping;
+use piece_by_piece::piece_by_piece;
 use pieces::Pieces;
 use region::solutions;
 use search::NO_VALUE;
 use search::{Entry, enter};
 
 pub use crate::closed_form::{Comparison, Piece};
-use crate::closed_form::{Solved, with_known_parts};
+use crate::closed_form::Solved;
 pub use at_rest::at_rest;
 pub use either_way::InCase;
 pub(crate) use either_way::{either_way, in_each_case};
@@ -305,63 +307,6 @@ fn by_shape(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> 
     }
 }
 
-/// The same of the pieces as they are.
-fn piece_by_piece(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Reach {
-    let mut reason = "there is no piece".to_string();
-    for (place, piece) in closed.pieces.iter().enumerate() {
-        // Whether the first index behind the piece has it.
-        let next = closed.pieces.get(place + 1);
-        let value = next.and_then(|next| next.form.with(index, &next.from).ok());
-        let holds = |value: &Value| meets(value, closed, goal, known) == Some(true);
-        let by_parts = |value: &Value| with_known_parts(value, known).is_some_and(|value| holds(&value));
-        let at_end = value.is_some_and(|value| holds(&value) || by_parts(&value));
-        match in_piece((piece, at_end), closed, index, goal, known) {
-            Ok(Reach::Never(why)) => reason = why,
-            Err(unknown) => return Reach::Unknown(unknown),
-            Ok(Reach::At(at, conditions)) => {
-                let later = || {
-                    let (rest, [condition]) = (closed.pieces.get(place + 1..)?, conditions.as_slice()) else {
-                        return None;
-                    };
-                    if_not_whole(
-                        &at,
-                        condition,
-                        &Closed { pieces: rest.to_vec(), ..closed.clone() },
-                        index,
-                        goal,
-                        known,
-                    )
-                };
-                return later().unwrap_or(Reach::At(at, conditions));
-            }
-            Ok(found) => return found,
-        }
-    }
-    Reach::Never(reason)
-}
-
-/// Where a goal is met at `at` if that is a whole number, and if not, at the next whole number by a later piece: at `ceil(at)`.
-fn if_not_whole(
-    at: &Value,
-    (relation, floor, value): &Comparison,
-    later: &Closed,
-    index: &Name,
-    goal: &Goal,
-    known: &Assumptions,
-) -> Option<Reach> {
-    if (*relation, value) != (Relation::Eq, at)
-        || known.simplify(&at.floor().ok()?) != *floor
-        || later.pieces.is_empty()
-    {
-        return None;
-    }
-    let mut between = known.clone();
-    between.assume(Relation::Gtr, at, floor);
-    let Reach::At(next, conditions) = piece_by_piece(later, index, goal, &between) else { return None };
-    let follows = between.decide(Relation::Eq, &next, &floor.add(&Value::one()).ok()?) == Some(true);
-    (follows && conditions.is_empty()).then(|| Some(Reach::At(at.ceiling().ok()?, Vec::new()))).flatten()
-}
-
 /// The first index at which the goal is decided to hold, where it is decided not to at all earlier ones.
 fn tried(closed: &Closed, index: &Name, goal: &Goal, known: &Assumptions) -> Option<Reach> {
     let from = closed.pieces.first()?.from.as_rational()?.to_integer().to_i64()?;
@@ -411,6 +356,9 @@ fn in_piece(
     };
     if relation == Relation::Neq {
         return differs(&difference.with(&closed.variable, &piece.form)?, piece, index, known);
+    }
+    if !piece.form.mentions(index) {
+        return entry(difference.with(&closed.variable, &piece.form)?, Interval::of(relation));
     }
     if difference.linear_in(&closed.variable).is_some() {
         let value = difference.with(&closed.variable, &piece.form)?;

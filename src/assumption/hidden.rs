@@ -1,17 +1,22 @@
 //! Factors that the normal form of a polynomial hides, and signs by what it is made of: squares, roots, integer parts.
 
+use std::collections::BTreeSet;
+
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
 use super::Assumptions;
+use super::linear::Bound;
 use super::refute::{DIVISION_BUDGET, Form};
 use super::sign::Signs;
-use crate::polynomial::{Budget, Polynomial};
+use crate::polynomial::{Budget, Monomial, Polynomial};
 use crate::value::squares::square_of;
 use crate::value::{Atom, Value};
 
 /// Systems that are refuted on behalf of one form.
 const FEW_SYSTEMS: usize = 12;
+/// What is assumed of which multiples are looked for in a form.
+const MOST_BOUNDS: usize = 8;
 
 impl Assumptions {
     /// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`
@@ -47,6 +52,7 @@ impl Assumptions {
             .or_else(|| self.signs_of_root(form, depth, &mut systems))
             .or_else(|| self.signs_by_conjugate(form, depth, &mut systems))
             .or_else(|| self.signs_by_floor(form, depth, &mut systems))
+            .or_else(|| self.signs_by_bound(form))
             .unwrap_or(Signs::ANY)
     }
 
@@ -133,6 +139,34 @@ impl Assumptions {
         ];
         let signs = told.into_iter().filter(|(so, _)| *so).fold(Signs::ANY, |signs, (_, own)| signs.and(own));
         Some(if factor.is_positive() { signs } else { signs.flipped() }).filter(|signs| *signs != Signs::ANY)
+    }
+}
+
+
+impl Assumptions {
+    /// The signs of what is a multiple of something assumed with squares added to it, or taken from it: `2500 - (4*p-3*q)^2` is
+    /// `25*(100-p^2-q^2) + (3*p+4*q)^2`.
+    fn signs_by_bound(&self, form: &Form) -> Option<Signs> {
+        let bent = |form: &Form| form.terms().iter().any(|(monomial, _)| monomial.degree() > 1);
+        if !bent(form) {
+            return None;
+        }
+        let assumed = self.constraints.iter().filter(|one| one.bound != Bound::Zero && bent(&one.form));
+        assumed.take(MOST_BOUNDS).find_map(|one| {
+            let own = if one.bound == Bound::Positive { Signs::POSITIVE } else { Signs::NONNEGATIVE };
+            let of = |form: &Form, wanted: &Monomial<Atom>| {
+                form.terms().iter().find(|(monomial, _)| monomial == wanted).map(|(_, number)| number.clone())
+            };
+            let ratios: BTreeSet<BigRational> =
+                one.form.terms().iter().filter_map(|(monomial, number)| Some(of(form, monomial)? / number)).collect();
+            ratios.into_iter().find_map(|ratio| {
+                let rest = form.minus(&one.form.scale(&ratio));
+                let rest = if ratio.is_negative() { Form::zero().minus(&rest) } else { rest };
+                let squares = || Some(Value::from_polynomials(rest.clone(), Form::one()).ok()?.is_sum_of_squares());
+                (rest.as_constant().is_none() && squares() == Some(true))
+                    .then(|| if ratio.is_negative() { own.flipped() } else { own })
+            })
+        })
     }
 }
 

@@ -56,7 +56,7 @@ pub fn first(
     let divisors = divisors(&[at, wanted.1, wanted.2], recurrence, &known);
     let check = |known: Assumptions| {
         let mut how = Earlier::None;
-        for (at, known) in each_case(at, known) {
+        for (at, known) in each_case(&known.simplify(at), known) {
             how = how.max(Question { compared: Compared { recurrence, wanted, known }, at: &at }.answered(solved)?);
         }
         Ok(how)
@@ -67,7 +67,7 @@ pub fn first(
 /// An index that is the greatest of several, in each case of which of them it is.
 fn each_case(at: &Value, known: Assumptions) -> Vec<(Value, Assumptions)> {
     let all = || {
-        let atom = at.atoms().into_iter().find(|atom| matches!(atom, Atom::Maximum(_)))?;
+        let atom = maximum_in(at)?;
         let elements = with_zero(&atom)?;
         let mut cases = Vec::new();
         for one in &elements {
@@ -76,12 +76,22 @@ fn each_case(at: &Value, known: Assumptions) -> Vec<(Value, Assumptions)> {
                 known.assume(Relation::Gte, one, other);
             }
             if !known.contradictory() {
-                cases.push((at.with_atom(&atom, one).ok()?, known));
+                let image = at.replace(&mut |other| (*other == atom).then(|| one.clone())).ok()?;
+                cases.push((known.simplify(&image), known));
             }
         }
         Some(cases)
     };
     all().unwrap_or_else(|| vec![(at.clone(), known.clone())])
+}
+
+/// A maximum in a value, or in what is rounded in it.
+fn maximum_in(value: &Value) -> Option<Atom> {
+    value.atoms().into_iter().find_map(|atom| match &atom {
+        Atom::Maximum(_) => Some(atom),
+        Atom::Floor(inner) => maximum_in(inner),
+        _ => None,
+    })
 }
 
 impl Question<'_> {
@@ -149,10 +159,11 @@ impl Question<'_> {
         if !self.holds_at(&stretches, self.at, self.compared.recurrence.from)? {
             return None;
         }
-        if stretches
-            .iter()
-            .all(|stretch| self.compared.never_within(stretch, self.compared.recurrence.from, Some(self.at)))
-        {
+        let from = self.compared.recurrence.from;
+        let never = |compared: &Compared<'_>, stretch: &Stretch| {
+            compared.never_within(stretch, from, Some(self.at))
+        };
+        if self.compared.in_none(&stretches, (from, Some(self.at)), &never) {
             return Some(Earlier::Forms);
         }
         let [only] = stretches.as_slice() else { return None };
@@ -177,9 +188,13 @@ impl Question<'_> {
             return self.compared.holds(&stretch.sides, &Assumptions::default(), &late).filter(|_| defined);
         }
         // Of which stretch it lies in it may not be known: then it holds in either.
-        let mut known = self.compared.known.clone();
+        let (mut known, mut at) = (self.compared.known.clone(), at);
         for stretch in stretches {
             let mut here = known.clone();
+            // Not before where it begins, nor behind that: it is that.
+            if known.decide(Relation::Eq, at, &stretch.from) == Some(true) {
+                at = &stretch.from;
+            }
             if let Some(until) = &stretch.until {
                 match known.decide(Relation::Lss, at, until) {
                     Some(true) => return self.holds_in(stretch, at, &known),

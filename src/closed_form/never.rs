@@ -101,7 +101,8 @@ impl Compared<'_> {
     fn by_forms(&self, solved: &Solved, from: i64) -> Option<Never> {
         let never = |known: Assumptions| {
             let compared = self.knowing(known);
-            compared.stretches(solved)?.iter().all(|stretch| compared.away(stretch, from)).then_some(())
+            let away = |compared: &Compared<'_>, stretch: &Stretch| compared.away(stretch, from);
+            compared.in_none(&compared.stretches(solved)?, (from, None), &away).then_some(())
         };
         let in_orders = || self.orders(solved)?.into_iter().map(never).collect::<Option<Vec<_>>>();
         let told =

@@ -22,7 +22,8 @@ impl Question<'_> {
     /// it is that is less than at the start, as it rises. At the index it is not below E.
     pub(super) fn behind_the_root(&self, stretch: &Stretch) -> Option<bool> {
         let compared = &self.compared;
-        let (from, index) = (&stretch.from, Value::variable(&compared.recurrence.index));
+        let (from, index_name) = (&stretch.from, &compared.recurrence.index);
+        let index = Value::variable(index_name);
         if stretch.until.is_some() || compared.known.is_natural(&self.at.sub(from).ok()?) != Some(true) {
             return Some(false);
         }
@@ -38,7 +39,11 @@ impl Question<'_> {
         if positive(&known.simplify(&line.div(&difference).ok()?)) {
             return Some(defined());
         }
-        if self.below_the_lesser_root(&rounded, &difference, &known) == Some(true) {
+        let exact = rounded.exact.add(&rounded.rest).ok()?;
+        if let Some(bent) = Bent::of(&difference, index_name)
+            && (bent.below_the_lesser_root(&exact, &known) == Some(true)
+                || bent.before_the_greater_root((from, &exact), relation, &known) == Some(true))
+        {
             return Some(defined());
         }
         let (factor, rest, under) = root_of(&rounded.exact, &positive)?;
@@ -54,32 +59,6 @@ impl Question<'_> {
                 && positive(&factor)
                 && positive(&known.simplify(&square.div(&difference).ok()?))
                 && defined(),
-        )
-    }
-
-    /// Whether what is compared is a square less and less above 0, `a*(n-m)^2 + s` with a below 0, that is 0 at E and E is not
-    /// behind m: before E it only rises, so it is below 0.
-    fn below_the_lesser_root(&self, rounded: &Rounded, difference: &Value, known: &Assumptions) -> Option<bool> {
-        let index = &self.compared.recurrence.index;
-        let at = |place: &Value| difference.with(index, place).ok();
-        let number = |number: i64| at(&Value::integer(number));
-        let (zeroth, first, second) = (number(0)?, number(1)?, number(2)?);
-        let step = first.sub(&zeroth).ok()?;
-        let bend = second.sub(&first).and_then(|later| later.sub(&step)).ok()?;
-        // bend/2*n^2 + (step - bend/2)*n + zeroth
-        let half = bend.div(&Value::integer(2)).ok()?;
-        let (linear, count) = (step.sub(&half).ok()?, Value::variable(index));
-        let whole = half.mul(&count).and_then(|sum| sum.add(&linear)).and_then(|sum| sum.mul(&count)).ok()?;
-        let quadratic = whole.add(&zeroth).ok()? == *difference;
-        let middle = linear.neg().and_then(|linear| linear.div(&bend)).ok()?;
-        let exact = rounded.exact.add(&rounded.rest).ok()?;
-        let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero()) == Some(true);
-        Some(
-            quadratic
-                && known.gives_meaning(&exact)
-                && is(Relation::Lss, &half)
-                && is(Relation::Eq, &known.simplify(&at(&exact)?))
-                && is(Relation::Gte, &middle.sub(&exact).ok()?),
         )
     }
 
@@ -106,6 +85,62 @@ impl Question<'_> {
             (_, true) => Some((relation, over.neg().ok()?)),
             _ => None,
         }
+    }
+}
+
+/// What is quadratic in the index, `half*n^2 + linear*n + c`, or linear.
+struct Bent<'a> {
+    form: &'a Value,
+    index: &'a Name,
+    half: Value,
+    linear: Value,
+}
+
+impl<'a> Bent<'a> {
+    fn of(form: &'a Value, index: &'a Name) -> Option<Bent<'a>> {
+        let number = |number: i64| form.with(index, &Value::integer(number)).ok();
+        let (zeroth, first, second) = (number(0)?, number(1)?, number(2)?);
+        let step = first.sub(&zeroth).ok()?;
+        let bend = second.sub(&first).and_then(|later| later.sub(&step)).ok()?;
+        let half = bend.div(&Value::integer(2)).ok()?;
+        let (linear, count) = (step.sub(&half).ok()?, Value::variable(index));
+        let whole = half.mul(&count).and_then(|sum| sum.add(&linear)).and_then(|sum| sum.mul(&count)).ok()?;
+        (whole.add(&zeroth).ok()? == *form).then_some(Bent { form, index, half, linear })
+    }
+
+    /// Whether it is 0 at a place that has a value.
+    fn is_zero_at(&self, place: &Value, known: &Assumptions) -> bool {
+        let there = || Some(known.simplify(&self.form.with(self.index, place).ok()?));
+        known.gives_meaning(place)
+            && there().is_some_and(|there| known.decide(Relation::Eq, &there, &Value::zero()) == Some(true))
+    }
+
+    /// Whether it is a square less and less above 0, `a*(n-m)^2 + s` with a below 0, that is 0 at a place not behind m: before
+    /// that it only rises, so it is below 0.
+    fn below_the_lesser_root(&self, place: &Value, known: &Assumptions) -> Option<bool> {
+        let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero()) == Some(true);
+        let middle = || self.linear.neg()?.div(&self.half.add(&self.half)?);
+        Some(
+            is(Relation::Lss, &self.half)
+                && self.is_zero_at(place, known)
+                && is(Relation::Gte, &middle().ok()?.sub(place).ok()?),
+        )
+    }
+
+    /// Whether it does not bend downwards, is 0 at a place, and is not as wanted at the start: between both it lies below the
+    /// line that joins them.
+    fn before_the_greater_root(
+        &self,
+        (from, place): (&Value, &Value),
+        wanted: Relation,
+        known: &Assumptions,
+    ) -> Option<bool> {
+        let start = self.form.with(self.index, from).ok()?;
+        Some(
+            known.decide(Relation::Gte, &self.half, &Value::zero()) == Some(true)
+                && known.decide(wanted.negated(), &start, &Value::zero()) == Some(true)
+                && self.is_zero_at(place, known),
+        )
     }
 }
 

@@ -209,6 +209,65 @@ impl<'a> Compared<'a> {
     }
 }
 
+impl Compared<'_> {
+    /// Whether it holds in none of these stretches, from one index on and before another, as `never` tells of each, where it is
+    /// known as well that it does not hold in those before.
+    pub(super) fn in_none(
+        &self,
+        stretches: &[Stretch],
+        (from, before): (i64, Option<&Value>),
+        never: &dyn Fn(&Compared<'_>, &Stretch) -> bool,
+    ) -> bool {
+        let mut compared = self.clone();
+        for stretch in stretches {
+            if !never(&compared, stretch) {
+                return false;
+            }
+            let longer = stretch.longer().filter(|longer| never(&compared, longer));
+            compared.learn_the_end(longer.as_ref().unwrap_or(stretch), (from, before));
+        }
+        true
+    }
+
+    /// Learns of a stretch in which it does not hold that it does not at the last indices.
+    fn learn_the_end(&mut self, stretch: &Stretch, (from, before): (i64, Option<&Value>)) {
+        let (index, [left, right]) = (&self.recurrence.index, &stretch.sides);
+        let Some(until) = stretch.symbolic_end().filter(|_| self.recurrence.from >= 0) else { return };
+        if left.sort() != Sort::Real || right.sort() != Sort::Real || self.known.is_natural(until) != Some(true) {
+            return;
+        }
+        for back in 1..=LAST {
+            let Ok(at) = until.sub(&Value::integer(back)) else { return };
+            let known = &self.known;
+            let lies = [&stretch.from, &Value::integer(from)]
+                .iter()
+                .all(|first| known.decide(Relation::Gte, &at, first) == Some(true))
+                && before.is_none_or(|before| known.decide(Relation::Lss, &at, before) == Some(true));
+            let there = || left.sub(right)?.with(index, &at);
+            let there = there().ok().filter(|there| lies && known.gives_meaning(there));
+            if let Some(there) = there.map(|there| known.simplify(&there)) {
+                self.known.assume(self.wanted.0.negated(), &there, &Value::zero());
+            }
+        }
+    }
+}
+
+impl Stretch {
+    /// Its end, if that is none that is written as a number.
+    fn symbolic_end(&self) -> Option<&Value> {
+        self.until.as_ref().filter(|until| until.as_rational().is_none())
+    }
+
+    /// One with an end of symbols, and with the first index behind it, as its sides give it there.
+    fn longer(&self) -> Option<Stretch> {
+        let until = Some(self.symbolic_end()?.add(&Value::one()).ok()?);
+        Some(Stretch { until, from: self.from.clone(), sides: self.sides.clone(), needs: self.needs.clone() })
+    }
+}
+
+/// The last indices of a stretch of which it is learned that it does not hold there.
+const LAST: i64 = 2;
+
 /// After how many indices forms that come in turn are the same again: two, where there is none but powers of a negative
 /// number are in one.
 pub(super) fn turns(solved: &Solved) -> Option<i64> {

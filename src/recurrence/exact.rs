@@ -56,9 +56,21 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     if let Some(found) = past(&pieces, &recurrence.index, relation, &natural) {
         return Some(found);
     }
-    let closed = Closed { variable: variable.clone(), pieces, conditions };
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
-    match by_shape(&closed, &recurrence.index, &goal, &natural) {
+    let of = |pieces: Vec<Piece>| {
+        let closed = Closed { variable: variable.clone(), pieces, conditions: conditions.clone() };
+        by_shape(&closed, &recurrence.index, &goal, &natural)
+    };
+    let simpler = || pieces.iter().map(|piece| Piece { form: natural.simplify(&piece.form), ..piece.clone() }).collect();
+    let found = match of(pieces.clone()) {
+        // What is known of its parameters may be all that there is to it.
+        Reach::Unknown(why) if why.open.is_none() => match of(simpler()) {
+            Reach::Unknown(_) => Reach::Unknown(why),
+            found => found,
+        },
+        found => found,
+    };
+    match found {
         Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
         other => Some(other),
     }

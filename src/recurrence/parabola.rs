@@ -32,9 +32,7 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         let [constant, linear, square] = coefficients(&form, index).ok().flatten()?;
         match decided(&start, above.negated()) {
             Some(true) => {}
-            None if place == 0 && known.decide(Relation::Lss, &square, &zero) == Some(true) => {
-                return Some(Reach::undecided(above, &start, &zero));
-            }
+            None if place == 0 => return asked(above, &start, &square, known),
             _ => return None,
         }
         // Of one line the shape says more.
@@ -44,25 +42,34 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         let is = |relation, value: &Value| decided(value, relation) == Some(true);
         // No step is greater than the first one.
         if pieces.len() == 1 && is(Relation::Lte, &square) && is(Relation::Lte, &square.add(&linear).ok()?) {
-            return Some(Reach::Never("it does not rise from where it begins".to_string()));
+            let way = if above == relation { "rise" } else { "fall" };
+            return Some(Reach::Never(format!("it does not {way} from where it begins")));
         }
-        if is(Relation::Lss, &square) {
+        let rises = is(Relation::Gtr, &square) || square.is_zero() && is(Relation::Gtr, &linear);
+        let falls = is(Relation::Lss, &square);
+        if !rises && !falls {
+            return None;
+        }
+        // Up to the index behind the piece, where its form holds there still.
+        let last = match piece.until.as_ref().zip(pieces.get(place + 1)) {
+            None => None,
+            Some((until, next)) => {
+                let (end, other) = (form.with(index, until).ok()?, side(&next.form.with(index, until).ok()?).ok()?);
+                let same = known.simplify(&end.sub(&other).ok()?).is_zero()
+                    || known.decide(Relation::Eq, &end, &other) == Some(true);
+                Some(if same { until.clone() } else { until.sub(&Value::one()).ok()? })
+            }
+        };
+        if falls {
             let curve = Curve { form: &form, coefficients: [&constant, &linear, &square], above, index, known };
-            match curve.within(piece.until.as_ref())? {
+            match curve.within(&piece.from, last.as_ref())? {
                 Some(found) => return Some(found),
                 None => continue,
             }
         }
-        let rises = is(Relation::Gtr, &square) || square.is_zero() && is(Relation::Gtr, &linear);
-        if !rises {
-            return None;
-        }
         let behind = || Some(Reach::At(known.simplify(&behind(&[constant, linear, square], above).ok()?), Vec::new()));
-        let Some((until, next)) = piece.until.as_ref().zip(pieces.get(place + 1)) else { return behind() };
-        let (end, other) = (form.with(index, until).ok()?, side(&next.form.with(index, until).ok()?).ok()?);
-        if !known.simplify(&end.sub(&other).ok()?).is_zero() && known.decide(Relation::Eq, &end, &other) != Some(true) {
-            return None;
-        }
+        let Some(last) = last else { return behind() };
+        let end = form.with(index, &last).ok()?;
         match decided(&end, above) {
             Some(true) => return behind(),
             Some(false) => {}
@@ -70,6 +77,18 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         }
     }
     None
+}
+
+/// Where a parabola begins, if it bends; else whether it does, where its coefficient is a square or a sum of some.
+fn asked(above: Relation, start: &Value, square: &Value, known: &Assumptions) -> Option<Reach> {
+    let zero = Value::zero();
+    let bends = |relation| known.decide(relation, square, &zero) == Some(true);
+    if bends(Relation::Neq) {
+        return Some(Reach::undecided(above, start, &zero));
+    }
+    let open = |part: &Value| known.decide(Relation::Eq, part, &zero).is_none();
+    let part = square.squares()?.into_iter().find(open)?;
+    Some(Reach::undecided(Relation::Eq, &part, &zero))
 }
 
 /// What rises less and less, and then falls.
@@ -82,9 +101,9 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// The first index, before the end of its piece, at which it is above 0: behind the lesser of its roots, if it is above 0
-    /// there still. `Some(None)`: it rises up to the end, and is not.
-    fn within(&self, until: Option<&Value>) -> Option<Option<Reach>> {
+    /// The first index, from the start of its piece on and up to the last of which it tells, at which it is above 0: behind the
+    /// lesser of its roots, if it is above 0 there still, and rises at the start. `Some(None)`: it rises up to the last, and is not.
+    fn within(&self, from: &Value, last: Option<&Value>) -> Option<Option<Reach>> {
         let zero = Value::zero();
         let decided = |relation: Relation, value: &Value| {
             let plainly = self.known.decide(relation, value, &zero);
@@ -92,15 +111,24 @@ impl Curve<'_> {
         };
         let at = |index: &Value| self.form.with(self.index, index).ok();
         let [constant, linear, square] = self.coefficients;
-        if let Some(until) = until {
-            let end = at(until)?;
+        if let Some(last) = last {
+            let end = at(last)?;
             match decided(self.above, &end) {
                 Some(true) => {}
                 Some(false) => {
-                    let step = end.sub(&at(&until.sub(&Value::one()).ok()?)?).ok()?;
+                    let step = end.sub(&at(&last.sub(&Value::one()).ok()?)?).ok()?;
                     return (decided(Relation::Gte, &step) == Some(true)).then_some(None);
                 }
                 None => return Some(Some(Reach::undecided(self.above, &end, &zero))),
+            }
+        }
+        // Where it is above 0 at the end it rises at the start.
+        if last.is_none() {
+            let slope = square.mul(from).and_then(|half| half.add(&half)).and_then(|twice| twice.add(linear)).ok()?;
+            match decided(Relation::Gtr, &slope) {
+                Some(true) => {}
+                Some(false) => return Some(Some(Reach::Never("it moves away from where it begins".to_string()))),
+                None => return Some(Some(Reach::undecided(Relation::Gtr, &slope, &zero))),
             }
         }
         let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
@@ -110,8 +138,8 @@ impl Curve<'_> {
             None => return Some(Some(Reach::undecided(Relation::Gte, &under, &zero))),
         }
         let first = self.known.simplify(&behind(&[constant.clone(), linear.clone(), square.clone()], self.above).ok()?);
-        // Up to an end at which it is above 0 it is so from there on.
-        if until.is_some() {
+        // Up to a last one at which it is above 0 it is so from there on.
+        if last.is_some() {
             return Some(Some(Reach::At(first, Vec::new())));
         }
         let there = self.known.simplify(&at(&first)?);

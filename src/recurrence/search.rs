@@ -283,7 +283,7 @@ impl Entry<'_> {
 
     fn geometric(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Reach, Unknown> {
         if self.known.decide(Relation::Eq, factor, &Value::zero()) == Some(true) {
-            return self.constant();
+            return Entry { value: limit.clone(), interval: self.interval.clone(), ..*self }.constant();
         }
         if self.known.decide(Relation::Eq, ratio, &Value::one()) == Some(true) {
             let start = self.value.with(self.index, self.from)?;
@@ -292,6 +292,9 @@ impl Entry<'_> {
                 Some(false) => Ok(Reach::Never(format!("it stays {}", self.form.with(self.index, self.from)?))),
                 None => Ok(Reach::Unknown(self.question(&start))),
             };
+        }
+        if *ratio == Value::integer(-1) {
+            return self.back_and_forth();
         }
         if let Some(never) = self.between_start_and_limit(limit, factor, ratio)? {
             return Ok(never);
@@ -325,6 +328,22 @@ impl Entry<'_> {
         let start = self.value.with(self.index, self.from)?;
         let open = if self.interval.holds(&start, self.known).is_none() { &start } else { &self.value };
         Ok(Reach::Unknown(self.question(open)))
+    }
+
+    /// Of what goes back and forth between two values: the one that it begins at, or the other.
+    fn back_and_forth(&self) -> Result<Reach, Unknown> {
+        let mut values = Vec::new();
+        for later in [0, 1] {
+            let at = self.from.add(&Value::integer(later))?;
+            let value = self.known.simplify(&self.value.with(self.index, &at)?);
+            match self.interval.holds(&value, self.known) {
+                Some(true) => return self.before_end(at, Vec::new()),
+                Some(false) => values.push(self.form.with(self.index, &at)?),
+                None => return Ok(Reach::Unknown(self.question(&value))),
+            }
+        }
+        let told: Vec<String> = values.iter().map(ToString::to_string).collect();
+        Ok(Reach::Never(format!("it is {} in turn for ever", told.join(" and "))))
     }
 
     /// What would have to be known of a ratio: its sign, and whether the powers grow or fall.
@@ -398,10 +417,6 @@ impl Entry<'_> {
             if !falls {
                 return self.moving_away();
             }
-        } else if (-ratio).is_one() {
-            let values = [from, from + 1].map(|at| self.form.with(self.index, &whole(at)));
-            let [one, other] = [values[0].clone()?, values[1].clone()?];
-            return Ok(format!("it is {one} and {other} in turn for ever"));
         }
         self.closes_in(limit, &Value::rational(ratio.clone()))
     }

@@ -27,7 +27,6 @@ pub(super) struct InOrders {
 struct Case {
     order: Relation,
     known: Assumptions,
-    title: String,
     solved: Solved,
     found: Reach,
 }
@@ -44,7 +43,9 @@ pub(super) fn in_orders(
     let recurrence = &question.recurrence;
     let (relation, left, right) = question.find.as_ref()?;
     let pairs = pairs(recurrence, left, right, known);
-    if pairs.is_empty() && parameters(recurrence, left, right).is_empty() {
+    let mut starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
+    let of_numbers = starts.all(|start| start.variables().is_empty());
+    if pairs.is_empty() && of_numbers && parameters(recurrence, left, right).is_empty() {
         return None;
     }
     let by_order = pairs.iter().take(MOST_PAIRS).find_map(|(one, other)| {
@@ -61,7 +62,7 @@ pub(super) fn in_orders(
             if stop() || matches!(found, Reach::Unknown(_)) {
                 return None;
             }
-            cases.push(Case { order, known, title: compared(&(order, one.clone(), other.clone())), solved, found });
+            cases.push(Case { order, known, solved, found });
         }
         told(&cases, (question, levels), (one, other), stop)
     });
@@ -216,10 +217,10 @@ fn in_each(
         let asked = Asked { question, goal, forms: solved, levels };
         let own = with_otherwise(found, &asked, Vec::new(), &case.known, stop);
         let own = solved.lines().into_iter().chain(own).chain(left_out(solved, (question, true), &case.known, stop));
-        told.push((format!("if {}:", case.title()), own.collect()));
+        told.push((case.assumed.clone(), own.collect()));
     }
     let forms = cases.first().map(|case| case.found.0.lines().len());
-    let lines = in_layout(told, forms);
+    let lines = in_layout(joined(told).into_iter().map(|(case, own)| (title(&case), own)).collect(), forms);
     let found: Vec<(Reach, Assumptions)> = cases.into_iter().map(|case| (case.found.1, case.known)).collect();
     let known = found.iter().any(|(found, _)| !matches!(found, Reach::Unknown(_)));
     known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None })
@@ -240,7 +241,8 @@ fn told(
         case.solved.lines().into_iter().chain(own).collect()
     };
     let forms = cases.first().map(|case| case.solved.lines().len());
-    let mut lines = in_layout(cases.iter().map(|case| (format!("if {}:", case.title), own(case))).collect(), forms);
+    let told = cases.iter().map(|case| (vec![(case.order, one.clone(), other.clone())], own(case))).collect();
+    let mut lines = in_layout(joined(told).into_iter().map(|(case, own)| (title(&case), own)).collect(), forms);
     let merged = merged(cases, one, other);
     if let Some(found) = &merged {
         let all = found_lines(found, recurrence, &question.goal(goal));
@@ -258,6 +260,38 @@ fn told(
         found: cases.iter().map(|case| (case.found.clone(), case.known.clone())).collect(),
         merged,
     })
+}
+
+/// What is told of each case, where that is the same of `=` and of one side as one: of `>=` or `<=`.
+fn joined(told: Vec<(Vec<Comparison>, Vec<String>)>) -> Vec<(Vec<Comparison>, Vec<String>)> {
+    let mut all: Vec<(Vec<Comparison>, Vec<String>)> = Vec::new();
+    for (case, lines) in told {
+        let both = all.last().filter(|(_, before)| *before == lines).and_then(|(before, _)| either(before, &case));
+        match (both, all.last_mut()) {
+            (Some(both), Some(last)) => last.0 = both,
+            _ => all.push((case, lines)),
+        }
+    }
+    all
+}
+
+/// Two cases that differ in one relation, which is `=` in one of them, as one.
+fn either(before: &[Comparison], case: &[Comparison]) -> Option<Vec<Comparison>> {
+    let mut other = before.iter().zip(case).filter(|(one, other)| one != other);
+    let (Some((one, two)), None, true) = (other.next(), other.next(), before.len() == case.len()) else { return None };
+    let relation = match (one.0, two.0) {
+        (Relation::Lss, Relation::Eq) | (Relation::Eq, Relation::Lss) => Relation::Lte,
+        (Relation::Gtr, Relation::Eq) | (Relation::Eq, Relation::Gtr) => Relation::Gte,
+        _ => return None,
+    };
+    let whole = (relation, one.1.clone(), one.2.clone());
+    ((&one.1, &one.2) == (&two.1, &two.2))
+        .then(|| before.iter().map(|own| if own == one { whole.clone() } else { own.clone() }).collect())
+}
+
+/// `if r0 < 3 and g > 2*a:`
+fn title(case: &[Comparison]) -> String {
+    format!("if {}:", case.iter().map(compared).collect::<Vec<_>>().join(" and "))
 }
 
 /// What was found in all orders, as one: it must be what was found in each, under what is assumed there.

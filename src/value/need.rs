@@ -6,7 +6,7 @@ use std::fmt;
 use super::squares::over_length;
 use super::{Atom, Content, Real, Value, ValueError};
 use crate::name::Name;
-use crate::polynomial::Budget;
+use crate::polynomial::{Budget, Monomial};
 
 /// The work that may go into one division of polynomials.
 const DIVISION_BUDGET: u64 = 5_000;
@@ -148,6 +148,15 @@ impl Value {
         found
     }
 
+    /// Whether it is a sum of multiples of integer parts, and so a whole number wherever it has a value.
+    fn is_whole_by_form(&self) -> bool {
+        let Content::Real(sum, denominator) = &self.0.content else { return false };
+        let rounded = |monomial: &Monomial<Atom>| {
+            monomial.factors().iter().all(|(atom, _)| matches!(atom, Atom::Floor(_)))
+        };
+        denominator.is_one() && sum.terms().iter().all(|(monomial, number)| number.is_integer() && rounded(monomial))
+    }
+
     fn collect_needs(&self, found: &mut BTreeSet<Need>) {
         let (numerator, denominator) = match &self.0.content {
             Content::Real(numerator, denominator) => (numerator, denominator),
@@ -168,7 +177,8 @@ impl Value {
                 Atom::Root(inner) if inner.as_rational().is_none() && atom.square().is_none() => {
                     found.insert(Need::Nonnegative(inner.clone()));
                 }
-                Atom::Power(_, exponent) => {
+                // A power of -1 has a value for each whole number.
+                Atom::Power(_, exponent) if !(atom.is_sign() && exponent.is_whole_by_form()) => {
                     found.insert(Need::Natural(exponent.clone()));
                 }
                 _ => {}
