@@ -431,16 +431,30 @@ impl Assumptions {
             _ => {
                 let quick = self.quick_signs(&form);
                 if !quick.within(Signs::NONNEGATIVE) {
-                    self.nonzero.push(form.primitive());
+                    self.note_nonzero(&form);
                     return;
                 }
                 Bound::Positive
             }
         };
+        // What is not 0 and not below it is above it.
+        let apart = |other: &Polynomial<Atom>| is_multiple(other, &form.primitive());
+        let bound = if bound == Bound::Nonnegative && self.nonzero.iter().any(apart) { Bound::Positive } else { bound };
         if bound == Bound::Positive {
             self.nonzero.push(form.primitive());
         }
         self.constraints.push(self.tightened(Constraint { form, bound }));
+    }
+
+    /// Notes that it is not 0; what it is on one side of it is on that side strictly.
+    fn note_nonzero(&mut self, form: &Polynomial<Atom>) {
+        let form = form.primitive();
+        let same = |one: &Constraint| one.bound == Bound::Nonnegative && is_multiple(&one.form.primitive(), &form);
+        if let Some(place) = self.constraints.iter().position(same) {
+            let strict = Constraint { bound: Bound::Positive, form: self.constraints[place].form.clone() };
+            self.constraints[place] = self.tightened(strict);
+        }
+        self.nonzero.push(form);
     }
 
     /// A sum without the factors of its terms that are certainly positive.
@@ -461,4 +475,9 @@ impl Assumptions {
         });
         crate::polynomial::Monomial::of(positive).map_or_else(|| form.clone(), |known| form.without(&known))
     }
+}
+
+/// Whether a primitive polynomial is another one, or its opposite.
+fn is_multiple(one: &Polynomial<Atom>, other: &Polynomial<Atom>) -> bool {
+    one == other || *one == other.negated()
 }

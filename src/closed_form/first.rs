@@ -56,7 +56,12 @@ pub fn first(
     let divisors = divisors(&[at, wanted.1, wanted.2], recurrence, &known);
     let check = |known: Assumptions| {
         let mut how = Earlier::None;
-        for (at, known) in each_case(&known.simplify(at), known) {
+        for (at, mut known) in each_case(&known.simplify(at), known) {
+            // What is the greatest of several in them may be known here.
+            for (relation, left, right) in conditions {
+                let [left, right] = [left, right].map(|side| known.simplify(side));
+                known.assume(*relation, &left, &right);
+            }
             how = how.max(Question { compared: Compared { recurrence, wanted, known }, at: &at }.answered(solved)?);
         }
         Ok(how)
@@ -156,7 +161,9 @@ impl Question<'_> {
     /// By the forms: in each stretch before the index it never holds, or what is compared moves one way only.
     fn by_forms(&self, solved: &Solved) -> Option<Earlier> {
         let stretches = self.compared.stretches(solved)?;
-        if !self.holds_at(&stretches, self.at, self.compared.recurrence.from)? {
+        let holds = self.holds_at(&stretches, self.at, self.compared.recurrence.from);
+        let behind = || matches!(stretches.as_slice(), [only] if self.holds_behind_the_root(only) == Some(true));
+        if !holds.unwrap_or_else(behind) {
             return None;
         }
         let from = self.compared.recurrence.from;

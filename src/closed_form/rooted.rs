@@ -62,6 +62,24 @@ impl Question<'_> {
         )
     }
 
+    /// Whether what is compared bends upwards and is 0 at E, behind where it is least: it is not below 0 from E on, and above 0 behind
+    /// it.
+    pub(super) fn holds_behind_the_root(&self, stretch: &Stretch) -> Option<bool> {
+        let compared = &self.compared;
+        if compared.known.is_natural(&self.at.sub(&stretch.from).ok()?) != Some(true) {
+            return None;
+        }
+        let (relation, difference) = self.above_zero(stretch)?;
+        let rounded = rounded(self.at).filter(|rounded| rounded.up == (relation == Relation::Gte))?;
+        let bent = Bent::of(&difference, &compared.recurrence.index)?;
+        let exact = rounded.exact.add(&rounded.rest).ok()?;
+        Some(
+            bent.least_before(&exact, &compared.known) == Some(true)
+                && bent.is_zero_at(&exact, &compared.known)
+                && self.defined_at(stretch, self.at, &compared.known),
+        )
+    }
+
     /// What is compared as a difference that is to be above 0, or at least 0; of a root the square.
     fn above_zero(&self, stretch: &Stretch) -> Option<(Relation, Value)> {
         let (relation, [left, right]) = (self.compared.wanted.0, &stretch.sides);
@@ -125,6 +143,13 @@ impl<'a> Bent<'a> {
                 && self.is_zero_at(place, known)
                 && is(Relation::Gte, &middle().ok()?.sub(place).ok()?),
         )
+    }
+
+    /// Whether it bends upwards, and is least not behind a place.
+    fn least_before(&self, place: &Value, known: &Assumptions) -> Option<bool> {
+        let middle = self.linear.neg().and_then(|linear| linear.div(&self.half.add(&self.half)?)).ok()?;
+        let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero()) == Some(true);
+        Some(is(Relation::Gtr, &self.half) && is(Relation::Gte, &known.simplify(&place.sub(&middle).ok()?)))
     }
 
     /// Whether it does not bend downwards, is 0 at a place, and is not as wanted at the start: between both it lies below the

@@ -1,15 +1,72 @@
 //! A comparison of parameters without what is known to have one sign: `(2*a-3)/(a-1) < 0` is `a < 3/2` where a > 1.
 
-use num_traits::{One, Signed};
+use num_rational::BigRational;
+use num_traits::{One, Signed, Zero};
 
 use super::Comparison;
 use crate::assumption::Assumptions;
+use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
-/// A comparison that holds where this one does, if what is known holds: without divisors and factors of one sign, and
-/// with a name alone on the left where the rest is a number. Unchanged where it is none of numbers.
+/// A comparison that holds where this one does, if what is known holds: without divisors and factors of one sign, without a
+/// maximum of which one part counts, or an integer part beside a number, and with a name alone on the left where the rest is a
+/// number. Unchanged where it is none of numbers.
 pub(crate) fn simpler(comparison: &Comparison, known: &Assumptions) -> Comparison {
-    without_signs(comparison, known).unwrap_or_else(|| comparison.clone())
+    let mut simple = comparison.clone();
+    // The parts of a maximum are no maxima of it.
+    for _ in 0..MOST_PARTS {
+        match of_one_part(&simple, known).or_else(|| of_what_is_rounded(&simple)) {
+            Some(simpler) => simple = simpler,
+            None => break,
+        }
+    }
+    without_signs(&simple, known).unwrap_or(simple)
+}
+
+/// How many maxima and integer parts in one another are opened.
+const MOST_PARTS: usize = 4;
+
+/// `E < b` of `max(0,E) < b` where b is above 0.
+fn of_one_part(comparison: &Comparison, known: &Assumptions) -> Option<Comparison> {
+    let (atom, relation, bound) = atom_and_bound(comparison, &|atom| matches!(atom, Atom::Maximum(_)))?;
+    let Atom::Maximum(elements) = &atom else { return None };
+    let zero = Value::zero();
+    let is = |relation: Relation, part: &Value| known.decide(relation, part, &bound) == Some(true);
+    let parts = std::iter::once(&zero).chain(elements.iter());
+    // It is below a bound where each part is, and above where one is.
+    let open: Vec<&Value> = match relation {
+        Relation::Lss | Relation::Lte => parts.filter(|part| !is(relation, part)).collect(),
+        Relation::Gtr | Relation::Gte => parts.filter(|part| !is(relation.negated(), part)).collect(),
+        Relation::Eq | Relation::Neq => parts.filter(|part| !is(Relation::Lss, part)).collect(),
+    };
+    if let [part] = open.as_slice() { Some((relation, (*part).clone(), bound)) } else { None }
+}
+
+/// `y < 3` of `floor(y) < 3`.
+fn of_what_is_rounded(comparison: &Comparison) -> Option<Comparison> {
+    let (atom, relation, bound) = atom_and_bound(comparison, &|atom| matches!(atom, Atom::Floor(_)))?;
+    let (Atom::Floor(inner), Some(bound)) = (&atom, bound.as_rational()) else { return None };
+    let (relation, bound) = match relation {
+        Relation::Lss | Relation::Gte => (relation, bound.ceil()),
+        Relation::Lte => (Relation::Lss, bound.floor() + BigRational::one()),
+        Relation::Gtr => (Relation::Gte, bound.floor() + BigRational::one()),
+        Relation::Eq | Relation::Neq => return None,
+    };
+    Some((relation, inner.clone(), Value::rational(bound)))
+}
+
+/// Such an atom alone on the left of a comparison in which it stands with a number as its factor.
+fn atom_and_bound(
+    (relation, left, right): &Comparison,
+    wanted: &dyn Fn(&Atom) -> bool,
+) -> Option<(Atom, Relation, Value)> {
+    let difference = left.sub(right).ok()?;
+    let atom = difference.atoms().into_iter().find(wanted)?;
+    let part = Name::new("[part]");
+    let (factor, rest) = difference.with_atom(&atom, &Value::variable(&part)).ok()?.linear_in(&part)?;
+    let number = factor.as_rational().filter(|number| !number.is_zero())?;
+    let relation = if number.is_negative() { relation.mirrored() } else { *relation };
+    Some((atom, relation, rest.neg().ok()?.div(&factor).ok()?))
 }
 
 fn without_signs((relation, left, right): &Comparison, known: &Assumptions) -> Option<Comparison> {

@@ -7,6 +7,7 @@ use num_traits::ToPrimitive;
 use super::cells::cells;
 use super::comparing::{Leaf, stands_to_zero, throughout_or_never};
 use super::first::Wanted;
+use super::pieces::for_all_signs;
 use super::whole_parts::with_known_parts;
 use super::{Form, Piece, Recurrence, Solved, with_first_round};
 use crate::assumption::Assumptions;
@@ -63,7 +64,9 @@ impl<'a> Compared<'a> {
             let by_parts = || with_known_parts(value, known).and_then(|value| decided(&value));
             decided(value).or_else(by_parts).or_else(|| otherwise(value, relation))
         };
-        stands_to_zero(&left.sub(right).ok()?, relation, &leaf, MOST_SPLITS)
+        let stands = |value: &Value| stands_to_zero(value, relation, &leaf, MOST_SPLITS);
+        let difference = left.sub(right).ok()?;
+        stands(&difference).or_else(|| for_all_signs(&difference, &stands))
     }
 
     pub(super) fn sides(&self, images: &BTreeMap<Name, Value>) -> Option<[Value; 2]> {

@@ -25,9 +25,12 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         && !right.mentions(&recurrence.index)
     {
         let pieces = solved.forms()[*place].by_pieces(&recurrence.index, recurrence.from)?;
-        let closed = Closed { variable: name.clone(), pieces, conditions };
         let goal = Goal::Holds(relation, left.clone(), right.clone());
-        let found = by_shape(&closed, &recurrence.index, &goal, &natural);
+        let shaped = |pieces: &[Piece]| {
+            let closed = Closed { variable: name.clone(), pieces: pieces.to_vec(), conditions: conditions.clone() };
+            by_shape(&closed, &recurrence.index, &goal, &natural)
+        };
+        let found = or_at_rest(shaped(&pieces), &pieces, &recurrence.index, &natural, &shaped);
         return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
             (Reach::Unknown(_), Some(pieces)) => past(&pieces, &recurrence.index, relation, &natural).unwrap_or(found),
             _ => found,
@@ -57,22 +60,37 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         return Some(found);
     }
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
-    let of = |pieces: Vec<Piece>| {
-        let closed = Closed { variable: variable.clone(), pieces, conditions: conditions.clone() };
+    let shaped = |pieces: &[Piece]| {
+        let closed = Closed { variable: variable.clone(), pieces: pieces.to_vec(), conditions: conditions.clone() };
         by_shape(&closed, &recurrence.index, &goal, &natural)
     };
-    let simpler = || pieces.iter().map(|piece| Piece { form: natural.simplify(&piece.form), ..piece.clone() }).collect();
-    let found = match of(pieces.clone()) {
-        // What is known of its parameters may be all that there is to it.
-        Reach::Unknown(why) if why.open.is_none() => match of(simpler()) {
-            Reach::Unknown(_) => Reach::Unknown(why),
-            found => found,
-        },
-        found => found,
-    };
+    let found = or_at_rest(shaped(&pieces), &pieces, &recurrence.index, &natural, &shaped);
     match found {
         Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
         other => Some(other),
+    }
+}
+
+/// What is found of pieces, or where that is nothing of these where all that is known not to move is written so.
+fn or_at_rest(
+    found: Reach,
+    pieces: &[Piece],
+    index: &Name,
+    known: &Assumptions,
+    shaped: &dyn Fn(&[Piece]) -> Reach,
+) -> Reach {
+    let Reach::Unknown(_) = &found else { return found };
+    let still = |piece: &Piece| {
+        let form = Some(known.with_equations(piece.form.clone())).filter(|form| piece.form.mentions(index) && !form.mentions(index));
+        form.map(|form| Piece { form, ..piece.clone() })
+    };
+    if pieces.iter().all(|piece| still(piece).is_none()) {
+        return found;
+    }
+    let settled: Vec<Piece> = pieces.iter().map(|piece| still(piece).unwrap_or_else(|| piece.clone())).collect();
+    match shaped(&settled) {
+        Reach::Unknown(why) if why.open.is_none() => found,
+        other => other,
     }
 }
 

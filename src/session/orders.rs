@@ -3,7 +3,7 @@
 
 use super::solve::{Asked, found_lines, in_layout, left_out, with_otherwise};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Recurrence, Solved, compared};
+use crate::closed_form::{Comparison, Recurrence, Solved, compared, simpler};
 use crate::lower::Question;
 use crate::recurrence::{
     InCase, MOST_PAIRS, Reach, Unknown, either_way, lesser, pairs, parameters, reach, read_by, solve_in_cases,
@@ -164,7 +164,7 @@ pub(super) fn first_index(
     stop: &dyn Fn() -> bool,
 ) -> Reach {
     let recurrence = solved.map_or(&question.recurrence, Solved::recurrence);
-    let found = reach(recurrence, solved, goal, known, stop);
+    let found = as_simple(reach(recurrence, solved, goal, known, stop), known);
     let own = question.find.as_ref().is_some_and(|(relation, left, right)| goal == (*relation, left, right));
     if !matches!(found, Reach::Unknown(_)) || question.either.is_empty() || !own {
         return found;
@@ -187,6 +187,17 @@ pub(super) fn first_index(
         }
     }
     first.map_or_else(|| Reach::Never(reasons.join("; ")), |at| Reach::At(at, Vec::new()))
+}
+
+/// An index and its conditions as simple as what is known makes them, and the conditions the index.
+fn as_simple(found: Reach, known: &Assumptions) -> Reach {
+    let Reach::At(at, conditions) = found else { return found };
+    let conditions: Vec<Comparison> = conditions.iter().map(|condition| simpler(condition, known)).collect();
+    let mut there = known.clone();
+    conditions.iter().for_each(|(relation, left, right)| there.assume(*relation, left, right));
+    let simple = there.simplify(&at);
+    let shorter = simple.size() < at.size() && !there.contradictory();
+    Reach::At(if shorter { simple } else { at }, conditions)
 }
 
 /// The forms and what is found with them, or what is open.
