@@ -15,8 +15,9 @@ use crate::value::{Atom, Value};
 
 /// Systems that are refuted on behalf of one form.
 const FEW_SYSTEMS: usize = 12;
-/// What is assumed of which multiples are looked for in a form.
+/// What is assumed of which multiples are looked for in a form, and the most terms of that.
 const MOST_BOUNDS: usize = 8;
+const MOST_BENT: usize = 40;
 
 impl Assumptions {
     /// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`
@@ -99,7 +100,12 @@ impl Assumptions {
             if !below.is_one() || !parts.is_empty() || !self.has_root(inner, std::iter::once(form)) {
                 return None;
             }
-            let squares = factor.times(&factor)?.times(radicand)?.minus(&rest.times(&rest)?);
+            // As values: a square of the root of a number is one.
+            let square = |form: &Form| {
+                let value = Value::from_polynomials(form.clone(), Form::one()).ok()?;
+                value.mul(&value).ok()?.polynomials().map(|(square, _)| square.clone())
+            };
+            let squares = square(&factor)?.times(radicand)?.minus(&square(&rest)?);
             let farther = self.signs_of_form(&squares, Signs::ZERO, depth - 1, systems);
             let mut of = |part: &Form| self.signs_of_form(part, Signs::ZERO, depth - 1, systems);
             if farther.within(Signs::POSITIVE) {
@@ -144,30 +150,47 @@ impl Assumptions {
 
 
 impl Assumptions {
-    /// The signs of what is a multiple of something assumed with squares added to it, or taken from it: `2500 - (4*p-3*q)^2` is
-    /// `25*(100-p^2-q^2) + (3*p+4*q)^2`.
+    /// The signs of what is a multiple of something assumed with squares added to it, or taken from it: `(w^2+1)*25 - (p-a*w)^2`
+    /// is `(w^2+1)*(25-a^2-p^2) + (a+p*w)^2`.
     fn signs_by_bound(&self, form: &Form) -> Option<Signs> {
         let bent = |form: &Form| form.terms().iter().any(|(monomial, _)| monomial.degree() > 1);
-        if !bent(form) {
+        if !bent(form) || form.terms().len() > MOST_BENT {
             return None;
         }
         let assumed = self.constraints.iter().filter(|one| one.bound != Bound::Zero && bent(&one.form));
         assumed.take(MOST_BOUNDS).find_map(|one| {
             let own = if one.bound == Bound::Positive { Signs::POSITIVE } else { Signs::NONNEGATIVE };
-            let of = |form: &Form, wanted: &Monomial<Atom>| {
-                form.terms().iter().find(|(monomial, _)| monomial == wanted).map(|(_, number)| number.clone())
-            };
-            let ratios: BTreeSet<BigRational> =
-                one.form.terms().iter().filter_map(|(monomial, number)| Some(of(form, monomial)? / number)).collect();
-            ratios.into_iter().find_map(|ratio| {
-                let rest = form.minus(&one.form.scale(&ratio));
-                let rest = if ratio.is_negative() { Form::zero().minus(&rest) } else { rest };
-                let squares = || Some(Value::from_polynomials(rest.clone(), Form::one()).ok()?.is_sum_of_squares());
-                (rest.as_constant().is_none() && squares() == Some(true))
-                    .then(|| if ratio.is_negative() { own.flipped() } else { own })
+            let multiples: BTreeSet<Form> =
+                one.form.terms().iter().filter_map(|(monomial, number)| multiple(form, &one.form, monomial, number)).collect();
+            multiples.into_iter().find_map(|multiple| {
+                let rest = form.minus(&multiple.times(&one.form)?);
+                let squares = |form: Form| {
+                    Value::from_polynomials(form, Form::one()).is_ok_and(|value| value.is_sum_of_squares())
+                };
+                let signs = match self.quick_signs(&multiple) {
+                    Signs::ANY if squares(multiple.clone()) => Signs::NONNEGATIVE,
+                    Signs::ANY if squares(multiple.negated()) => Signs::NONNEGATIVE.flipped(),
+                    signs => signs,
+                };
+                let signs = signs.times(own);
+                let rest = if signs.within(Signs::NONNEGATIVE) { rest } else { rest.negated() };
+                let one_sided = signs.within(Signs::NONNEGATIVE) || signs.within(Signs::NONNEGATIVE.flipped());
+                (one_sided && rest.as_constant().is_none() && squares(rest)).then_some(signs)
             })
         })
     }
+}
+
+/// The polynomial by which one is multiplied where a term of it stands in a form, in names that it does not have itself.
+fn multiple(form: &Form, one: &Form, monomial: &Monomial<Atom>, number: &BigRational) -> Option<Form> {
+    let own = one.atoms();
+    let over = |(term, factor): &(Monomial<Atom>, BigRational)| {
+        let rest = term.over(monomial)?;
+        let apart = rest.factors().iter().all(|(atom, _)| !own.contains(&atom));
+        apart.then(|| (rest, factor / number))
+    };
+    let multiple = Form::of(form.terms().iter().filter_map(over));
+    (!multiple.is_zero()).then_some(multiple)
 }
 
 /// What is left of a polynomial without a root that is a factor of it, as a square of it is written without the root.

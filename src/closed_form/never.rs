@@ -128,6 +128,7 @@ impl Compared<'_> {
         self.never_within(stretch, from, None)
             || self.moves_away(stretch, from) == Some(true)
             || self.steps_over(stretch) == Some(true)
+            || self.is_below_its_bound(stretch) == Some(true)
     }
 
     /// Whether two sides could be equal at one index alone, which is none: no whole number.

@@ -2,7 +2,7 @@
 //! behind the greater root, `ceil(E)` or `floor(E)+1`.
 
 use super::first::Question;
-use super::stretches::Stretch;
+use super::stretches::{Compared, Stretch};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
@@ -27,7 +27,7 @@ impl Question<'_> {
         if stretch.until.is_some() || compared.known.is_natural(&self.at.sub(from).ok()?) != Some(true) {
             return Some(false);
         }
-        let (relation, difference) = self.above_zero(stretch)?;
+        let (relation, difference) = compared.above_zero(stretch)?;
         let rounded = rounded(self.at).filter(|rounded| rounded.up == (relation == Relation::Gte))?;
         let known = compared.within(stretch, []);
         let positive = |value: &Value| {
@@ -69,7 +69,7 @@ impl Question<'_> {
         if compared.known.is_natural(&self.at.sub(&stretch.from).ok()?) != Some(true) {
             return None;
         }
-        let (relation, difference) = self.above_zero(stretch)?;
+        let (relation, difference) = compared.above_zero(stretch)?;
         let rounded = rounded(self.at).filter(|rounded| rounded.up == (relation == Relation::Gte))?;
         let bent = Bent::of(&difference, &compared.recurrence.index)?;
         let exact = rounded.exact.add(&rounded.rest).ok()?;
@@ -79,22 +79,33 @@ impl Question<'_> {
                 && self.defined_at(stretch, self.at, &compared.known),
         )
     }
+}
+
+impl Compared<'_> {
+    /// Whether what is compared bends downwards and is 0 at no number: it is below 0 everywhere.
+    pub(super) fn is_below_its_bound(&self, stretch: &Stretch) -> Option<bool> {
+        let (_, difference) = self.above_zero(stretch)?;
+        let bent = Bent::of(&difference, &self.recurrence.index)?;
+        let known = self.within(stretch, []);
+        let is = |value: &Value| known.decide(Relation::Lss, value, &Value::zero()) == Some(true);
+        Some(is(&bent.half) && known.gives_meaning(&difference) && is(&bent.under_root()?))
+    }
 
     /// What is compared as a difference that is to be above 0, or at least 0; of a root the square.
     fn above_zero(&self, stretch: &Stretch) -> Option<(Relation, Value)> {
-        let (relation, [left, right]) = (self.compared.wanted.0, &stretch.sides);
+        let (relation, [left, right]) = (self.wanted.0, &stretch.sides);
         let (relation, difference) = match relation {
             Relation::Gtr | Relation::Gte => (relation, left.sub(right).ok()?),
             Relation::Lss | Relation::Lte => (relation.mirrored(), right.sub(left).ok()?),
             Relation::Eq | Relation::Neq => return None,
         };
-        let index = &self.compared.recurrence.index;
+        let index = &self.recurrence.index;
         let root = difference.atoms().into_iter().find(|atom| matches!(atom, Atom::Root(_)) && atom.mentions(index));
         let Some(Atom::Root(inner)) = &root else { return Some((relation, difference)) };
         let part = Name::new("[part]");
         let (factor, rest) = difference.with_atom(root.as_ref()?, &Value::variable(&part)).ok()?.linear_in(&part)?;
         let bound = rest.neg().and_then(|rest| rest.div(&factor)).ok()?;
-        let known = &self.compared.known;
+        let known = &self.known;
         let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero()) == Some(true);
         // Above a bound that is not negative a root is where what stands under it is above the square, and below it below.
         let over = inner.sub(&bound.mul(&bound).ok()?).ok().filter(|_| is(Relation::Gte, &bound))?;
@@ -106,12 +117,13 @@ impl Question<'_> {
     }
 }
 
-/// What is quadratic in the index, `half*n^2 + linear*n + c`, or linear.
+/// What is quadratic in the index, `half*n^2 + linear*n + constant`, or linear.
 struct Bent<'a> {
     form: &'a Value,
     index: &'a Name,
     half: Value,
     linear: Value,
+    constant: Value,
 }
 
 impl<'a> Bent<'a> {
@@ -123,7 +135,13 @@ impl<'a> Bent<'a> {
         let half = bend.div(&Value::integer(2)).ok()?;
         let (linear, count) = (step.sub(&half).ok()?, Value::variable(index));
         let whole = half.mul(&count).and_then(|sum| sum.add(&linear)).and_then(|sum| sum.mul(&count)).ok()?;
-        (whole.add(&zeroth).ok()? == *form).then_some(Bent { form, index, half, linear })
+        (whole.add(&zeroth).ok()? == *form).then_some(Bent { form, index, half, linear, constant: zeroth })
+    }
+
+    /// What stands under the root where it is 0: below 0 where it is 0 nowhere.
+    fn under_root(&self) -> Option<Value> {
+        let product = self.half.mul(&self.constant).and_then(|product| product.mul(&Value::integer(4))).ok()?;
+        self.linear.mul(&self.linear).and_then(|square| square.sub(&product)).ok()
     }
 
     /// Whether it is 0 at a place that has a value.

@@ -30,32 +30,23 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
             let closed = Closed { variable: name.clone(), pieces: pieces.to_vec(), conditions: conditions.clone() };
             by_shape(&closed, &recurrence.index, &goal, &natural)
         };
-        let found = or_at_rest(shaped(&pieces), &pieces, &recurrence.index, &natural, &shaped);
+        let found = or_with_equations(shaped(&pieces), &pieces, &natural, &shaped);
         return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
             (Reach::Unknown(_), Some(pieces)) => past(&pieces, &recurrence.index, relation, &natural).unwrap_or(found),
             _ => found,
         });
     }
     let variable = Name::new("[difference]");
-    if let Some((one, [left, right])) = through_one((left, right), &used, &variable)
-        && let Some(pieces) = of_difference(solved, &one, &used, &natural)
-    {
+    let mut open = None;
+    for bent in [bent_in_one(solved, (left, right), &used, &natural), folded_in(solved, (left, right), &used, &natural)] {
+        let Some((pieces, left, right)) = bent else { continue };
         let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
         match by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural) {
-            Reach::Unknown(_) => {}
+            Reach::Unknown(why) => open = open.or(why.open.is_some().then_some(why)),
             found => return Some(found),
         }
     }
     let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
-    let smooth = joined(&pieces, &recurrence.index, &natural);
-    if let Some((pieces, rest)) = folded(&smooth, &recurrence.index, &natural) {
-        let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
-        let goal = Goal::Holds(relation, Value::variable(&variable).abs().ok()?, rest.neg().ok()?);
-        match by_shape(&closed, &recurrence.index, &goal, &natural) {
-            Reach::Unknown(_) => {}
-            found => return Some(found),
-        }
-    }
     if let Some(found) = past(&pieces, &recurrence.index, relation, &natural) {
         return Some(found);
     }
@@ -64,30 +55,50 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         let closed = Closed { variable: variable.clone(), pieces: pieces.to_vec(), conditions: conditions.clone() };
         by_shape(&closed, &recurrence.index, &goal, &natural)
     };
-    let found = or_at_rest(shaped(&pieces), &pieces, &recurrence.index, &natural, &shaped);
-    match found {
-        Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
-        other => Some(other),
-    }
+    Some(match or_with_equations(shaped(&pieces), &pieces, &natural, &shaped) {
+        Reach::Never(why) => Reach::Never(format!("of the difference of both sides: {why}")),
+        Reach::Unknown(why) if why.open.is_none() => Reach::Unknown(open.unwrap_or(why)),
+        other => other,
+    })
 }
 
-/// What is found of pieces, or where that is nothing of these where all that is known not to move is written so.
-fn or_at_rest(
+/// What both sides are bent in, by pieces, and both as functions of it.
+fn bent_in_one(
+    solved: &Solved,
+    sides: (&Value, &Value),
+    used: &[(Name, usize)],
+    known: &Assumptions,
+) -> Option<(Vec<Piece>, Value, Value)> {
+    let (one, [left, right]) = through_one(sides, used, &Name::new("[difference]"))?;
+    Some((of_difference(solved, &one, used, known)?, left, right))
+}
+
+/// The difference of both sides as a size beside what is the same everywhere.
+fn folded_in(
+    solved: &Solved,
+    (left, right): (&Value, &Value),
+    used: &[(Name, usize)],
+    known: &Assumptions,
+) -> Option<(Vec<Piece>, Value, Value)> {
+    let index = &solved.recurrence().index;
+    let pieces = of_difference(solved, &left.sub(right).ok()?, used, known)?;
+    let (pieces, rest) = folded(&joined(&pieces, index, known), index, known)?;
+    Some((pieces, Value::variable(&Name::new("[difference]")).abs().ok()?, rest.neg().ok()?))
+}
+
+/// What is found of pieces, or where that is nothing of these as what is known of parameters makes them: `p+a*n` is p where a is 0.
+fn or_with_equations(
     found: Reach,
     pieces: &[Piece],
-    index: &Name,
     known: &Assumptions,
     shaped: &dyn Fn(&[Piece]) -> Reach,
 ) -> Reach {
     let Reach::Unknown(_) = &found else { return found };
-    let still = |piece: &Piece| {
-        let form = Some(known.with_equations(piece.form.clone())).filter(|form| piece.form.mentions(index) && !form.mentions(index));
-        form.map(|form| Piece { form, ..piece.clone() })
-    };
-    if pieces.iter().all(|piece| still(piece).is_none()) {
+    let settled: Vec<Piece> =
+        pieces.iter().map(|piece| Piece { form: known.with_equations(piece.form.clone()), ..piece.clone() }).collect();
+    if settled == pieces {
         return found;
     }
-    let settled: Vec<Piece> = pieces.iter().map(|piece| still(piece).unwrap_or_else(|| piece.clone())).collect();
     match shaped(&settled) {
         Reach::Unknown(why) if why.open.is_none() => found,
         other => other,

@@ -3,7 +3,7 @@
 use crate::assumption::Assumptions;
 use crate::closed_form::{Piece, with_known_parts};
 use crate::name::Name;
-use crate::value::{Relation, Value, ValueError};
+use crate::value::{Atom, Relation, Value, ValueError};
 
 use super::Reach;
 
@@ -23,7 +23,7 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
     }
     let zero = Value::zero();
     for (place, piece) in pieces.iter().enumerate() {
-        let form = side(&piece.form).ok()?;
+        let form = side(&known.with_equations(piece.form.clone())).ok()?;
         let start = form.with(index, &piece.from).ok()?;
         let decided = |value: &Value, relation| {
             let plainly = known.decide(relation, value, &zero);
@@ -48,7 +48,7 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         let rises = is(Relation::Gtr, &square) || square.is_zero() && is(Relation::Gtr, &linear);
         let falls = is(Relation::Lss, &square);
         if !rises && !falls {
-            return None;
+            return bend(&square, known).filter(|_| place == 0);
         }
         // Up to the index behind the piece, where its form holds there still.
         let last = match piece.until.as_ref().zip(pieces.get(place + 1)) {
@@ -67,7 +67,7 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
                 None => continue,
             }
         }
-        let behind = || Some(Reach::At(known.simplify(&behind(&[constant, linear, square], above).ok()?), Vec::new()));
+        let behind = || Some(Reach::At(known.simplify(&behind(&[constant, linear, square], above, known).ok()?), Vec::new()));
         let Some(last) = last else { return behind() };
         let end = form.with(index, &last).ok()?;
         match decided(&end, above) {
@@ -79,16 +79,27 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
     None
 }
 
-/// Where a parabola begins, if it bends; else whether it does, where its coefficient is a square or a sum of some.
+/// Where a parabola begins, if it bends; else whether it does.
 fn asked(above: Relation, start: &Value, square: &Value, known: &Assumptions) -> Option<Reach> {
     let zero = Value::zero();
-    let bends = |relation| known.decide(relation, square, &zero) == Some(true);
-    if bends(Relation::Neq) {
+    if known.decide(Relation::Neq, square, &zero) == Some(true) {
         return Some(Reach::undecided(above, start, &zero));
     }
-    let open = |part: &Value| known.decide(Relation::Eq, part, &zero).is_none();
-    let part = square.squares()?.into_iter().find(open)?;
-    Some(Reach::undecided(Relation::Eq, &part, &zero))
+    bend(square, known)
+}
+
+/// Which way a parabola bends, where that is not known: of a square, or a sum of some, whether a part of it is 0.
+fn bend(square: &Value, known: &Assumptions) -> Option<Reach> {
+    let zero = Value::zero();
+    let open = |relation: Relation, part: &Value| known.decide(relation, part, &zero).is_none();
+    if known.decide(Relation::Gte, square, &zero) == Some(true) {
+        let part = square.squares()?.into_iter().find(|part| open(Relation::Eq, part))?;
+        return Some(Reach::undecided(Relation::Eq, &part, &zero));
+    }
+    [Relation::Gtr, Relation::Eq]
+        .into_iter()
+        .find(|relation| open(*relation, square))
+        .map(|relation| Reach::undecided(relation, square, &zero))
 }
 
 /// What rises less and less, and then falls.
@@ -137,7 +148,7 @@ impl Curve<'_> {
             Some(false) => return Some(Some(Reach::Never("it turns back before it comes so far".to_string()))),
             None => return Some(Some(Reach::undecided(Relation::Gte, &under, &zero))),
         }
-        let first = self.known.simplify(&behind(&[constant.clone(), linear.clone(), square.clone()], self.above).ok()?);
+        let first = self.known.simplify(&behind(&[constant.clone(), linear.clone(), square.clone()], self.above, self.known).ok()?);
         // Up to a last one at which it is above 0 it is so from there on.
         if last.is_some() {
             return Some(Some(Reach::At(first, Vec::new())));
@@ -167,15 +178,36 @@ fn coefficients(form: &Value, index: &Name) -> Result<Option<[Value; 3]>, ValueE
 
 /// The first index behind the root `(-b + sqrt(b^2 - 4*a*c)) / (2*a)`, the greater one for a above 0 and else the lesser, or
 /// that of a line, `-c/b`.
-fn behind([constant, linear, square]: &[Value; 3], relation: Relation) -> Result<Value, ValueError> {
+fn behind(
+    [constant, linear, square]: &[Value; 3],
+    relation: Relation,
+    known: &Assumptions,
+) -> Result<Value, ValueError> {
     let root = if square.is_zero() {
         constant.neg()?.div(linear)?
     } else {
         let under = linear.mul(linear)?.sub(&square.mul(constant)?.mul(&Value::integer(4))?)?;
-        under.sqrt()?.sub(linear)?.div(&square.mul(&Value::integer(2))?)?
+        root_of(&under, known)?.sub(linear)?.div(&square.mul(&Value::integer(2))?)?
     };
     match relation {
         Relation::Gte => root.ceiling(),
         _ => root.floor()?.add(&Value::one()),
     }
+}
+
+/// The root of a value, with names that are not 0 and stand in it as squares before it: `v*sqrt(100-q^2)` of `100*v^2-q^2*v^2`.
+fn root_of(value: &Value, known: &Assumptions) -> Result<Value, ValueError> {
+    let (mut inner, mut before) = (value.clone(), Value::one());
+    let shared = value.polynomials().map(|(top, _)| top.monomial_content());
+    for (atom, exponent) in shared.iter().flat_map(|shared| shared.factors()) {
+        let Atom::Variable(name) = atom else { continue };
+        let name = Value::variable(name);
+        if known.decide(Relation::Neq, &name, &Value::zero()) == Some(true) {
+            for _ in 0..exponent / 2 {
+                inner = inner.div(&name.mul(&name)?)?;
+                before = before.mul(&known.simplify(&name.abs()?))?;
+            }
+        }
+    }
+    inner.sqrt()?.mul(&before)
 }

@@ -192,7 +192,10 @@ pub(super) fn first_index(
 /// An index and its conditions as simple as what is known makes them, and the conditions the index.
 fn as_simple(found: Reach, known: &Assumptions) -> Reach {
     let Reach::At(at, conditions) = found else { return found };
-    let conditions: Vec<Comparison> = conditions.iter().map(|condition| simpler(condition, known)).collect();
+    // That something is whole is read as it is written.
+    let ordered = |relation: Relation| !matches!(relation, Relation::Eq | Relation::Neq);
+    let simple = |one: &Comparison| if ordered(one.0) { simpler(one, known) } else { one.clone() };
+    let conditions: Vec<Comparison> = conditions.iter().map(simple).collect();
     let mut there = known.clone();
     conditions.iter().for_each(|(relation, left, right)| there.assume(*relation, left, right));
     let simple = there.simplify(&at);
