@@ -96,8 +96,8 @@ use region::solutions;
 use search::NO_VALUE;
 use search::{Entry, enter};
 
-pub use crate::closed_form::{Comparison, Piece};
 use crate::closed_form::Solved;
+pub use crate::closed_form::{Comparison, Piece};
 pub use at_rest::at_rest;
 pub use either_way::InCase;
 pub(crate) use either_way::{either_way, in_each_case};

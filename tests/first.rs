@@ -192,3 +192,21 @@ fn signs_by_what_forms_are_made_of_prove_first_indices() {
     let strictly = "abs(p)*(1/2)^n < 1/10: 0 if abs(p) < 1/10, else floor(log(1/10/(abs(p)))/log(1/2))+1";
     assert!(told.contains(strictly), "{told}");
 }
+
+/// Of none of these does it rest on the search that no earlier index does, or none at all, and none is open.
+#[test]
+fn squares_in_symbols_are_proved_in_every_case() {
+    for asked in [
+        "param p, a\nsolve x(n+1) = x(n)+a, x(0) = p find n with x(n)^2 > 10\n",
+        "param p, a\nsolve x(n+1) = x(n)+n+a, x(0) = p find n with x(n) <= 0\n",
+        "param p, v\nsolve r(n+1) = r(n)+(v,0), r(0) = (p,5) find n with norm(r(n)) >= 10\n",
+        "param p, w > 0\nsolve r(n+1) = r(n)+(w,1), r(0) = (p,0) find n with norm(r(n)) <= 10\n",
+        "param a, g > 0, w > 0\nsolve x(n+1) = x(n)+w, x(0) = 0, y(n+1) = y(n)+a, y(0) = g find n with x(n)*y(n) >= 20\n",
+        "param w > 0\nsolve r(n+1) = r(n)+w*unit((3,4)-r(n)), r(0) = (0,0) find n with norm(r(n)-(3,4)) <= 1/2\n",
+        "param w > 0, e > 0, g > 0\nsolve r(n+1) = r(n)+w*unit(g-r(n)), r(0) = 0 find n with abs(r(n)-g) <= e\n",
+    ] {
+        let told = String::from_utf8_lossy(&ran(asked).stdout).into_owned();
+        assert!(!told.contains("the search alone") && !told.contains("not known"), "{told}");
+        assert!(told.contains("checked by the forms: there, and at no earlier n"), "{told}");
+    }
+}

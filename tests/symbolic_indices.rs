@@ -81,8 +81,7 @@ fn cases(question: &Question, known: &Assumptions, case: &[Comparison], found: &
         let mut known = known.clone();
         known.assume(relation, &left, &right);
         if !known.contradictory() {
-            let case: Vec<Comparison> =
-                case.iter().cloned().chain([(relation, left.clone(), right.clone())]).collect();
+            let case: Vec<Comparison> = case.iter().cloned().chain([(relation, left.clone(), right.clone())]).collect();
             cases(question, &known, &case, found);
         }
     }
@@ -142,9 +141,9 @@ fn compared(asked: &str) -> usize {
         let here = all.iter().filter(|(case, _)| case.iter().all(|one| holds(one, &numbers) == Some(true)));
         for (case, found) in here {
             let told = match found {
-                Reach::At(at, conditions) if conditions.iter().all(|one| holds(one, &numbers) == Some(true)) => {
-                    Some(at.substitute(&numbers).unwrap_or_else(|error| panic!("{asked}: {at} at {numbers:?}: {error:?}")))
-                }
+                Reach::At(at, conditions) if conditions.iter().all(|one| holds(one, &numbers) == Some(true)) => Some(
+                    at.substitute(&numbers).unwrap_or_else(|error| panic!("{asked}: {at} at {numbers:?}: {error:?}")),
+                ),
                 Reach::At(..) => continue,
                 _ => None,
             };

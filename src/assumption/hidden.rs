@@ -6,6 +6,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed};
 
 use super::Assumptions;
+use super::atoms::root_between;
 use super::linear::Bound;
 use super::refute::{DIVISION_BUDGET, Form};
 use super::sign::Signs;
@@ -54,6 +55,7 @@ impl Assumptions {
             .or_else(|| self.signs_by_conjugate(form, depth, &mut systems))
             .or_else(|| self.signs_by_floor(form, depth, &mut systems))
             .or_else(|| self.signs_by_bound(form))
+            .or_else(|| self.signs_beyond_root(form, depth))
             .unwrap_or(Signs::ANY)
     }
 
@@ -74,6 +76,39 @@ impl Assumptions {
             let rest = self.signs_of_form(&rest, Signs::ZERO, depth - 1, systems).and(nowhere_negative);
             let signs = square.plus(rest);
             (signs != Signs::ANY).then_some(signs)
+        })
+    }
+
+    /// The signs of `a*(x + b)^2 - c` with numbers a and c of one sign, by how x+b lies to the root of c/a, or to numbers near it.
+    fn signs_beyond_root(&self, form: &Form, depth: usize) -> Option<Signs> {
+        let mut systems = FEW_SYSTEMS;
+        form.atoms().into_iter().filter(|atom| form.degree_in(atom) == 2).find_map(|atom| {
+            let mut parts = form.coefficients_in(atom);
+            let (first, mixed) = (parts.remove(&2)?.as_constant()?, parts.remove(&1)?);
+            let half = mixed.scale(&(&first + &first).recip());
+            let square = half.times(&half)?.scale(&first);
+            let rest = parts.remove(&0).unwrap_or_else(Form::zero).minus(&square).as_constant()?;
+            let (low, high) = root_between(&-(rest / &first)).filter(|(_, high)| high.is_positive())?;
+            let middle = Polynomial::atom(atom.clone()).plus(&half);
+            // The root itself is no number that is near it.
+            let exact = low == high;
+            let mut over = |side: &Form, bound: &BigRational| {
+                let over = side.minus(&Polynomial::constant(bound.clone()));
+                let wanted = if exact { Signs::POSITIVE } else { Signs::NONNEGATIVE };
+                let signs = self.signs_of_form(&over, wanted, depth - 1, &mut systems);
+                if !exact && signs.within(Signs::NONNEGATIVE) { Signs::POSITIVE } else { signs }
+            };
+            let sides = [middle.clone(), middle.negated()];
+            let outside = sides.iter().map(|side| over(side, &high)).find(|signs| signs.within(Signs::NONNEGATIVE));
+            let mut inside = || {
+                let under = sides.clone().map(|side| over(&side.negated(), &-&low));
+                let within = |most: Signs| under.iter().all(|signs| signs.within(most));
+                let strictly = within(Signs::POSITIVE);
+                let both = strictly || within(Signs::NONNEGATIVE);
+                both.then_some(if strictly { Signs::NEGATIVE } else { Signs::NONNEGATIVE.flipped() })
+            };
+            let signs = outside.or_else(&mut inside)?;
+            Some(if first.is_positive() { signs } else { signs.flipped() })
         })
     }
 
@@ -148,7 +183,6 @@ impl Assumptions {
     }
 }
 
-
 impl Assumptions {
     /// The signs of what is a multiple of something assumed with squares added to it, or taken from it: `(w^2+1)*25 - (p-a*w)^2`
     /// is `(w^2+1)*(25-a^2-p^2) + (a+p*w)^2`.
@@ -160,8 +194,12 @@ impl Assumptions {
         let assumed = self.constraints.iter().filter(|one| one.bound != Bound::Zero && bent(&one.form));
         assumed.take(MOST_BOUNDS).find_map(|one| {
             let own = if one.bound == Bound::Positive { Signs::POSITIVE } else { Signs::NONNEGATIVE };
-            let multiples: BTreeSet<Form> =
-                one.form.terms().iter().filter_map(|(monomial, number)| multiple(form, &one.form, monomial, number)).collect();
+            let multiples: BTreeSet<Form> = one
+                .form
+                .terms()
+                .iter()
+                .filter_map(|(monomial, number)| multiple(form, &one.form, monomial, number))
+                .collect();
             multiples.into_iter().find_map(|multiple| {
                 let rest = form.minus(&multiple.times(&one.form)?);
                 let squares = |form: Form| {

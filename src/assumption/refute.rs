@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use num_rational::BigRational;
 use num_traits::One;
 
+use super::atoms::root_between;
 use super::linear::{Bound, Constraint, contradictory};
 use super::sign::Signs;
 use super::{Assumptions, Relation};
@@ -301,6 +302,7 @@ impl Assumptions {
         }
         let mut found = Vec::new();
         for monomial in monomials.into_iter().filter(|monomial| !monomial.factors().is_empty()) {
+            found.extend(root_of_number(monomial).into_iter().flatten());
             let signs = self.monomial_signs(monomial);
             let (sign, known) = if signs.within(Signs::NONNEGATIVE) {
                 (BigRational::one(), signs)
@@ -459,6 +461,19 @@ fn replaced(form: &Form, atom: &Atom, (top, below): (&Form, &Form)) -> Option<Fo
         sum = sum.plus(&part.times(&top.power(exponent)?)?.times(&scale)?);
     }
     Some(sum)
+}
+
+/// Numbers that a product of several roots of numbers, `sqrt(2)*sqrt(5)`, lies between.
+fn root_of_number(monomial: &Monomial<Atom>) -> Option<[Constraint; 2]> {
+    let square = |(atom, exponent): &(Atom, u32)| match atom {
+        Atom::Root(inner) if *exponent == 1 => inner.as_rational(),
+        _ => None,
+    };
+    let squares: Vec<BigRational> = monomial.factors().iter().map(square).collect::<Option<_>>()?;
+    let (low, high) = root_between(&squares.iter().product()).filter(|_| squares.len() > 1)?;
+    let own = Polynomial::term(monomial.clone(), BigRational::one());
+    let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
+    Some([least(own.minus(&Polynomial::constant(low))), least(Polynomial::constant(high).minus(&own))])
 }
 
 fn spend(systems: &mut usize) -> bool {

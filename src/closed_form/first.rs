@@ -161,23 +161,20 @@ impl Question<'_> {
     /// By the forms: in each stretch before the index it never holds, or what is compared moves one way only.
     fn by_forms(&self, solved: &Solved) -> Option<Earlier> {
         let stretches = self.compared.stretches(solved)?;
-        let holds = self.holds_at(&stretches, self.at, self.compared.recurrence.from);
-        let behind = || matches!(stretches.as_slice(), [only] if self.holds_behind_the_root(only) == Some(true));
-        if !holds.unwrap_or_else(behind) {
+        if !self.holds_at(&stretches, self.at, self.compared.recurrence.from)? {
             return None;
         }
         let from = self.compared.recurrence.from;
         let never = |compared: &Compared<'_>, stretch: &Stretch| {
             compared.never_within(stretch, from, Some(self.at))
+                || compared.is_below_up_to_the_end(stretch) == Some(true)
+                || self.behind_the_root(stretch) == Some(true)
         };
         if self.compared.in_none(&stretches, (from, Some(self.at)), &never) {
             return Some(Earlier::Forms);
         }
         let [only] = stretches.as_slice() else { return None };
-        if self.one_way(only) {
-            return Some(Earlier::OneWay);
-        }
-        (self.behind_the_root(only) == Some(true)).then_some(Earlier::Forms)
+        self.one_way(only).then_some(Earlier::OneWay)
     }
 
     /// Whether it holds at the index, which must be a whole number that is not before the first.
@@ -234,7 +231,9 @@ impl Question<'_> {
         let [left, right] = &stretch.sides;
         let sides = [put_in(left)?, put_in(right)?];
         let defined = self.defined_at(stretch, at, known);
-        self.compared.holds(&sides, known, &|_, _| None).filter(|_| defined)
+        let told = self.compared.holds(&sides, known, &|_, _| None).filter(|_| defined);
+        let behind = || (at == self.at).then(|| self.holds_behind_the_root(stretch)).flatten().filter(|holds| *holds);
+        told.or_else(behind)
     }
 
     /// Whether the sides, as they are written, have a value at the index.

@@ -129,6 +129,7 @@ impl Compared<'_> {
             || self.moves_away(stretch, from) == Some(true)
             || self.steps_over(stretch) == Some(true)
             || self.is_below_its_bound(stretch) == Some(true)
+            || self.is_below_up_to_the_end(stretch) == Some(true)
     }
 
     /// Whether two sides could be equal at one index alone, which is none: no whole number.

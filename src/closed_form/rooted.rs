@@ -3,6 +3,7 @@
 
 use super::first::Question;
 use super::stretches::{Compared, Stretch};
+use super::whole_parts::with_known_parts;
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
@@ -15,7 +16,7 @@ struct Rounded {
 }
 
 impl Question<'_> {
-    /// Whether the index is the first in a stretch without an end, as what is compared there has the sign of `n-k-E`, or of
+    /// Whether in a stretch it does not hold before the index, as what is compared there has the sign of `n-k-E`, or of
     /// `T(n)^2 - S` for `E = a*sqrt(S)+b` and `T(n) = (n-k-b)/a` with a above 0.
     ///
     /// Before the index `n-k` is below E, so that T is below `sqrt(S)`: where it is not negative its square is below S, and where
@@ -24,7 +25,7 @@ impl Question<'_> {
         let compared = &self.compared;
         let (from, index_name) = (&stretch.from, &compared.recurrence.index);
         let index = Value::variable(index_name);
-        if stretch.until.is_some() || compared.known.is_natural(&self.at.sub(from).ok()?) != Some(true) {
+        if compared.known.is_natural(&self.at.sub(from).ok()?) != Some(true) {
             return Some(false);
         }
         let (relation, difference) = compared.above_zero(stretch)?;
@@ -89,6 +90,30 @@ impl Compared<'_> {
         let known = self.within(stretch, []);
         let is = |value: &Value| known.decide(Relation::Lss, value, &Value::zero()) == Some(true);
         Some(is(&bent.half) && known.gives_meaning(&difference) && is(&bent.under_root()?))
+    }
+
+    /// Whether it holds nowhere in a stretch with an end, as what is compared bends upwards and it does not hold at both ends, or bends
+    /// downwards and rises still at the last index, where it does not hold.
+    pub(super) fn is_below_up_to_the_end(&self, stretch: &Stretch) -> Option<bool> {
+        let until = stretch.until.as_ref().filter(|until| self.known.is_natural(until) == Some(true))?;
+        let last = until.sub(&Value::one()).ok()?;
+        let (relation, difference) = self.above_zero(stretch)?;
+        let bent = Bent::of(&difference, &self.recurrence.index)?;
+        let is = |relation: Relation, value: &Value| {
+            let decided = |value: &Value| self.known.decide(relation, value, &Value::zero());
+            decided(value).or_else(|| decided(&with_known_parts(value, &self.known)?)) == Some(true)
+        };
+        let fails_at = |place: &Value| {
+            difference.with(&self.recurrence.index, place).is_ok_and(|value| is(relation.negated(), &value))
+        };
+        let slope =
+            bent.half.mul(&last).and_then(|half| half.add(&half)).and_then(|twice| twice.add(&bent.linear)).ok()?;
+        let stands = if is(Relation::Gte, &bent.half) {
+            fails_at(&stretch.from)
+        } else {
+            is(Relation::Lss, &bent.half) && is(Relation::Gte, &slope)
+        };
+        Some(stands && fails_at(&last) && self.within(stretch, []).gives_meaning(&difference))
     }
 
     /// What is compared as a difference that is to be above 0, or at least 0; of a root the square.

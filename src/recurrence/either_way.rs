@@ -198,9 +198,8 @@ impl<T> Split<'_, T> {
             others.for_each(|(_, (relation, left, right))| known.assume(*relation, left, right));
             needed[place] = simpler(&needed[place], &known);
         }
-        let always = |(relation, left, right): &Comparison| {
-            Assumptions::default().decide(*relation, left, right) == Some(true)
-        };
+        let always =
+            |(relation, left, right): &Comparison| Assumptions::default().decide(*relation, left, right) == Some(true);
         needed.retain(|comparison| !always(comparison));
         needed
     }

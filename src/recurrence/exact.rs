@@ -38,7 +38,8 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     }
     let variable = Name::new("[difference]");
     let mut open = None;
-    for bent in [bent_in_one(solved, (left, right), &used, &natural), folded_in(solved, (left, right), &used, &natural)] {
+    for bent in [bent_in_one(solved, (left, right), &used, &natural), folded_in(solved, (left, right), &used, &natural)]
+    {
         let Some((pieces, left, right)) = bent else { continue };
         let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
         match by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural) {
@@ -87,12 +88,7 @@ fn folded_in(
 }
 
 /// What is found of pieces, or where that is nothing of these as what is known of parameters makes them: `p+a*n` is p where a is 0.
-fn or_with_equations(
-    found: Reach,
-    pieces: &[Piece],
-    known: &Assumptions,
-    shaped: &dyn Fn(&[Piece]) -> Reach,
-) -> Reach {
+fn or_with_equations(found: Reach, pieces: &[Piece], known: &Assumptions, shaped: &dyn Fn(&[Piece]) -> Reach) -> Reach {
     let Reach::Unknown(_) = &found else { return found };
     let settled: Vec<Piece> =
         pieces.iter().map(|piece| Piece { form: known.with_equations(piece.form.clone()), ..piece.clone() }).collect();

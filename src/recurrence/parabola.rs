@@ -7,10 +7,10 @@ use crate::value::{Atom, Relation, Value, ValueError};
 
 use super::Reach;
 
-/// The first index at which a value compares with 0, where its forms are linear or quadratic piece by piece, each begins on the
-/// other side and bends this way, and in the end lies on this one for ever: behind the greater of its roots. Below 0 for ever
-/// where nothing of one whole form rises. Between the ends of a piece nothing is greater than at both of them, and each
-/// form holds also where the next one begins.
+/// The first index at which a value compares with 0, where its forms are linear or quadratic piece by piece, and each begins on
+/// the other side: one that bends this way is there behind the greater of its roots, and between its ends it is nowhere greater
+/// than at both of them. One that bends the other way is there behind the lesser, if it has not turned back before. Below 0 for
+/// ever where nothing of one whole form rises.
 pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
     let above = match relation {
         Relation::Gtr | Relation::Gte => relation,
@@ -21,14 +21,10 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
     if pieces.len() > MOST_PIECES || pieces.first().is_none_or(|piece| !piece.from.is_zero()) {
         return None;
     }
-    let zero = Value::zero();
     for (place, piece) in pieces.iter().enumerate() {
         let form = side(&known.with_equations(piece.form.clone())).ok()?;
         let start = form.with(index, &piece.from).ok()?;
-        let decided = |value: &Value, relation| {
-            let plainly = known.decide(relation, value, &zero);
-            plainly.or_else(|| known.decide(relation, &with_known_parts(value, known)?, &zero))
-        };
+        let decided = |value: &Value, relation| decided(relation, value, known);
         let [constant, linear, square] = coefficients(&form, index).ok().flatten()?;
         match decided(&start, above.negated()) {
             Some(true) => {}
@@ -38,6 +34,12 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         // Of one line the shape says more.
         if pieces.len() == 1 && square.is_zero() {
             return None;
+        }
+        if square.is_zero() && linear.is_zero() {
+            match piece.until {
+                Some(_) => continue,
+                None => return Some(Reach::Never(format!("it stays {}", piece.form))),
+            }
         }
         let is = |relation, value: &Value| decided(value, relation) == Some(true);
         // No step is greater than the first one.
@@ -50,33 +52,33 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         if !rises && !falls {
             return bend(&square, known).filter(|_| place == 0);
         }
-        // Up to the index behind the piece, where its form holds there still.
-        let last = match piece.until.as_ref().zip(pieces.get(place + 1)) {
+        let last = match pieces.get(place + 1) {
             None => None,
-            Some((until, next)) => {
-                let (end, other) = (form.with(index, until).ok()?, side(&next.form.with(index, until).ok()?).ok()?);
-                let same = known.simplify(&end.sub(&other).ok()?).is_zero()
-                    || known.decide(Relation::Eq, &end, &other) == Some(true);
-                Some(if same { until.clone() } else { until.sub(&Value::one()).ok()? })
-            }
+            Some(next) => Some(last_told(piece, &form, &side(&next.form).ok()?, index, known)?),
         };
-        if falls {
-            let curve = Curve { form: &form, coefficients: [&constant, &linear, &square], above, index, known };
-            match curve.within(&piece.from, last.as_ref())? {
-                Some(found) => return Some(found),
-                None => continue,
-            }
-        }
-        let behind = || Some(Reach::At(known.simplify(&behind(&[constant, linear, square], above, known).ok()?), Vec::new()));
-        let Some(last) = last else { return behind() };
-        let end = form.with(index, &last).ok()?;
-        match decided(&end, above) {
-            Some(true) => return behind(),
-            Some(false) => {}
-            None => return Some(Reach::undecided(above, &end, &zero)),
+        let curve = Curve { form: &form, coefficients: [&constant, &linear, &square], above, index, known };
+        let found = if falls { curve.within(&piece.from, last.as_ref())? } else { curve.passed(last.as_ref())? };
+        if found.is_some() {
+            return found;
         }
     }
     None
+}
+
+/// How a value compares with 0, where what is rounded in it may be known.
+fn decided(relation: Relation, value: &Value, known: &Assumptions) -> Option<bool> {
+    let zero = Value::zero();
+    let plainly = known.decide(relation, value, &zero);
+    plainly.or_else(|| known.decide(relation, &with_known_parts(value, known)?, &zero))
+}
+
+/// The last index of which the form of a piece tells: the one behind it, where the next form gives the same, else its own last.
+fn last_told(piece: &Piece, form: &Value, next: &Value, index: &Name, known: &Assumptions) -> Option<Value> {
+    let until = piece.until.as_ref()?;
+    let (end, other) = (form.with(index, until).ok()?, next.with(index, until).ok()?);
+    let same =
+        known.simplify(&end.sub(&other).ok()?).is_zero() || known.decide(Relation::Eq, &end, &other) == Some(true);
+    if same { Some(until.clone()) } else { until.sub(&Value::one()).ok() }
 }
 
 /// Where a parabola begins, if it bends; else whether it does.
@@ -102,7 +104,7 @@ fn bend(square: &Value, known: &Assumptions) -> Option<Reach> {
         .map(|relation| Reach::undecided(relation, square, &zero))
 }
 
-/// What rises less and less, and then falls.
+/// A parabola, or a line.
 struct Curve<'a> {
     form: &'a Value,
     coefficients: [&'a Value; 3],
@@ -112,14 +114,26 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// The first index, from the start of its piece on and up to the last of which it tells, at which it is above 0: behind the
+    /// The first index at which one that bends upwards, or rises, is above 0, before the last of which it tells: behind the greater of
+    /// its roots. `Some(None)`: it is not up to the last.
+    fn passed(&self, last: Option<&Value>) -> Option<Option<Reach>> {
+        let [constant, linear, square] = self.coefficients.map(Value::clone);
+        let behind = behind(&[constant, linear, square], self.above, self.known);
+        let behind = || Some(Reach::At(self.known.simplify(behind.as_ref().ok()?), Vec::new()));
+        let Some(last) = last else { return behind().map(Some) };
+        let end = self.form.with(self.index, last).ok()?;
+        Some(match decided(self.above, &end, self.known) {
+            Some(true) => Some(behind()?),
+            Some(false) => None,
+            None => Some(Reach::undecided(self.above, &end, &Value::zero())),
+        })
+    }
+
+    /// Of one that bends downwards the first index, from the start of its piece on and up to the last of which it tells, at which it is above 0: behind the
     /// lesser of its roots, if it is above 0 there still, and rises at the start. `Some(None)`: it rises up to the last, and is not.
     fn within(&self, from: &Value, last: Option<&Value>) -> Option<Option<Reach>> {
         let zero = Value::zero();
-        let decided = |relation: Relation, value: &Value| {
-            let plainly = self.known.decide(relation, value, &zero);
-            plainly.or_else(|| self.known.decide(relation, &with_known_parts(value, self.known)?, &zero))
-        };
+        let decided = |relation: Relation, value: &Value| decided(relation, value, self.known);
         let at = |index: &Value| self.form.with(self.index, index).ok();
         let [constant, linear, square] = self.coefficients;
         if let Some(last) = last {
@@ -128,7 +142,8 @@ impl Curve<'_> {
                 Some(true) => {}
                 Some(false) => {
                     let step = end.sub(&at(&last.sub(&Value::one()).ok()?)?).ok()?;
-                    return (decided(Relation::Gte, &step) == Some(true)).then_some(None);
+                    let rises = || decided(Relation::Gte, &step) == Some(true);
+                    return (rises() || self.is_nowhere_within(from, last)).then_some(None);
                 }
                 None => return Some(Some(Reach::undecided(self.above, &end, &zero))),
             }
@@ -148,7 +163,9 @@ impl Curve<'_> {
             Some(false) => return Some(Some(Reach::Never("it turns back before it comes so far".to_string()))),
             None => return Some(Some(Reach::undecided(Relation::Gte, &under, &zero))),
         }
-        let first = self.known.simplify(&behind(&[constant.clone(), linear.clone(), square.clone()], self.above, self.known).ok()?);
+        let first = self
+            .known
+            .simplify(&behind(&[constant.clone(), linear.clone(), square.clone()], self.above, self.known).ok()?);
         // Up to a last one at which it is above 0 it is so from there on.
         if last.is_some() {
             return Some(Some(Reach::At(first, Vec::new())));
@@ -159,6 +176,16 @@ impl Curve<'_> {
             Some(false) => Reach::Never(format!("it turns back between {} = {first} and the one before", self.index)),
             None => Reach::At(first, vec![(self.above, there, zero)]),
         }))
+    }
+}
+
+impl Curve<'_> {
+    /// Whether it is at no index from one to another.
+    fn is_nowhere_within(&self, from: &Value, last: &Value) -> bool {
+        let (index, mut known) = (Value::variable(self.index), self.known.clone());
+        known.assume(Relation::Gte, &index, from);
+        known.assume(Relation::Lte, &index, last);
+        known.decide(self.above, self.form, &Value::zero()) == Some(false)
     }
 }
 

@@ -151,9 +151,8 @@ impl Value {
     /// Whether it is a sum of multiples of integer parts, and so a whole number wherever it has a value.
     fn is_whole_by_form(&self) -> bool {
         let Content::Real(sum, denominator) = &self.0.content else { return false };
-        let rounded = |monomial: &Monomial<Atom>| {
-            monomial.factors().iter().all(|(atom, _)| matches!(atom, Atom::Floor(_)))
-        };
+        let rounded =
+            |monomial: &Monomial<Atom>| monomial.factors().iter().all(|(atom, _)| matches!(atom, Atom::Floor(_)));
         denominator.is_one() && sum.terms().iter().all(|(monomial, number)| number.is_integer() && rounded(monomial))
     }
 
