@@ -32,6 +32,23 @@ pub(super) fn root_between(square: &BigRational) -> Option<(BigRational, BigRati
     (&low * &low <= *square && *square <= &high * &high).then_some((low, high))
 }
 
+/// Constraints without those that say less than another one of the same sum, and each once.
+fn without_weaker(constraints: Vec<Constraint>) -> Vec<Constraint> {
+    let mut kept: Vec<Constraint> = Vec::new();
+    for one in constraints {
+        let over = |other: &Constraint| {
+            let apart = one.form.minus(&other.form).as_constant()?;
+            (one.bound == other.bound && one.bound != Bound::Zero).then_some(apart)
+        };
+        match kept.iter_mut().find_map(|other| over(other).map(|apart| (other, apart))) {
+            Some((other, apart)) if apart.is_negative() => *other = one,
+            Some(_) => {}
+            None => kept.push(one),
+        }
+    }
+    kept
+}
+
 /// Whether an atom is a condition, or has one in it.
 fn has_condition(atom: &Atom) -> bool {
     atom.is_binary() || atom.parts().into_iter().any(|part| part.atoms().iter().any(has_condition))
@@ -168,11 +185,11 @@ impl Assumptions {
                     found.push(Constraint { form, bound: constraint.bound });
                 }
                 if found.len() > MOST_CONSTRAINTS {
-                    return found;
+                    return without_weaker(found);
                 }
             }
         }
-        found
+        without_weaker(found)
     }
 
     /// What is assumed of maxima and conditions of which the system does not speak, while it does of what they are made

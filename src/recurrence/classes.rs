@@ -3,14 +3,17 @@
 
 use std::collections::BTreeMap;
 
-use super::reach::Wanted;
-use super::{Closed, Goal, Reach, by_shape};
+use super::reach::{Wanted, asks_of_parameters};
+use super::{Closed, Goal, Reach, Unknown, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Form, Piece, Solved, in_class};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{Tail, tail, tail_of_all};
 use crate::name::Name;
 use crate::value::{Relation, Value};
+
+/// The most classes of which each may be told by itself.
+const MOST_OPEN: usize = 6;
 
 /// A comparison of terms whose forms come in turn.
 pub(super) struct Classes<'a> {
@@ -79,6 +82,21 @@ impl<'a> Classes<'a> {
             None if self.alternating => Reach::Never(format!("at even n and at odd n: {}", reasons.join("; "))),
             None => Reach::Never(format!("in each of the {} turns: {}", self.count, reasons.join("; "))),
         })
+    }
+
+    /// What would have to be known of parameters in the first of few classes in which it is open.
+    pub(super) fn open(&self, known: &Assumptions) -> Option<Unknown> {
+        let index = &self.solved.recurrence().index;
+        let mut natural = known.clone();
+        natural.assume_natural(index);
+        let open = |class: usize| match self.in_class(class, &natural)? {
+            Reach::Unknown(why) => why.open.is_some().then_some(why),
+            _ => None,
+        };
+        if self.count > MOST_OPEN {
+            return None;
+        }
+        (0..self.count).find_map(open).filter(|why| asks_of_parameters(why, index))
     }
 
     /// What would have to be known at the first index, if it is not: the lesser of several indices is written as such where

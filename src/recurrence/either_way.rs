@@ -87,8 +87,11 @@ impl<T> Split<'_, T> {
     /// What is open, if it is of parameters alone and there is room for its cases.
     fn askable(&self, unknown: &Unknown) -> Option<Comparison> {
         let open = unknown.open.as_deref()?;
-        let asked = self.kept().into_iter().filter(|kept| *kept).count();
-        let many = asked >= self.most || self.assumed.len() >= self.most + MOST_BESIDE;
+        // Of values that it may be equal to there may be more: a turn of five has as many.
+        let apart = |one: &Comparison| one.0 == Relation::Neq;
+        let kept = self.assumed.iter().zip(self.kept()).filter(|(one, kept)| *kept && !apart(one)).count();
+        let all = self.assumed.iter().filter(|one| !apart(one)).count();
+        let many = kept >= self.most || all >= self.most + MOST_BESIDE || self.assumed.len() >= 2 * self.most;
         let full = many || self.cases.len() >= MOST_CASES || (self.stop)();
         let free = open.1.variables().iter().chain(&open.2.variables()).all(|name| (self.free)(name));
         let settled = || {

@@ -178,6 +178,7 @@ fn without_terms(
     if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
         return Ok(found);
     }
+    reason = reason.or_else(|| classes.as_ref()?.open(known));
     // Where something of parameters alone is asked already that is asked first.
     if reason.as_ref().is_some_and(|why| !asks_of_parameters(why, &recurrence.index))
         && let Some(found) = solved.and_then(|solved| Classes::even_and_odd(solved, wanted)?.first(known))
@@ -224,7 +225,7 @@ fn plainly(recurrence: &Recurrence, wanted: Wanted<'_>, stop: &dyn Fn() -> bool)
 }
 
 /// Whether what would have to be known says nothing of an index.
-fn asks_of_parameters(why: &Unknown, index: &Name) -> bool {
+pub(super) fn asks_of_parameters(why: &Unknown, index: &Name) -> bool {
     let of_parameters = |(_, left, right): &Comparison| ![left, right].iter().any(|side| side.mentions(index));
     why.open.as_deref().is_some_and(of_parameters)
 }
