@@ -138,7 +138,9 @@ impl Assumptions {
             // As values: a square of the root of a number is one.
             let square = |form: &Form| {
                 let value = Value::from_polynomials(form.clone(), Form::one()).ok()?;
-                value.mul(&value).ok()?.polynomials().map(|(square, _)| square.clone())
+                let (square, below) =
+                    value.mul(&value).ok()?.polynomials().map(|(top, below)| (top.clone(), below.is_one()))?;
+                below.then_some(square)
             };
             let squares = square(&factor)?.times(radicand)?.minus(&square(&rest)?);
             let farther = self.signs_of_form(&squares, Signs::ZERO, depth - 1, systems);
@@ -211,9 +213,10 @@ impl Assumptions {
                     signs => signs,
                 };
                 let signs = signs.times(own);
-                let rest = if signs.within(Signs::NONNEGATIVE) { rest } else { rest.negated() };
-                let one_sided = signs.within(Signs::NONNEGATIVE) || signs.within(Signs::NONNEGATIVE.flipped());
-                (one_sided && rest.as_constant().is_none() && squares(rest)).then_some(signs)
+                let side =
+                    [Signs::NONNEGATIVE, Signs::NONNEGATIVE.flipped()].into_iter().find(|side| signs.within(*side))?;
+                let rest = if side == Signs::NONNEGATIVE { rest } else { rest.negated() };
+                (rest.as_constant().is_none() && squares(rest)).then(|| signs.plus(side))
             })
         })
     }

@@ -56,6 +56,22 @@ impl Assumptions {
         own.within(Signs::of(relation.negated())).then_some(false)
     }
 
+    /// What is stated to be 0 taken off a value with conditions: of `x != h` where `x = g` is stated, `g != h`.
+    pub(super) fn beside_stated(&self, relation: Relation, value: &Value) -> Option<bool> {
+        if !value.atoms().iter().any(Atom::is_binary) {
+            return None;
+        }
+        let zero = self
+            .stated
+            .iter()
+            .filter(|(own, stated)| *own == Relation::Eq && stated.atoms().iter().any(Atom::is_binary));
+        zero.flat_map(|(_, stated)| [value.sub(stated), value.add(stated)]).find_map(|rest| {
+            let rest =
+                rest.ok().filter(|rest| rest.size() < value.size() && !rest.atoms().iter().any(Atom::is_binary))?;
+            self.decide(relation, &rest, &Value::zero())
+        })
+    }
+
     /// The signs that the value may have; the search stops when they are all `wanted` or none is, `depth` factors deep
     /// and after so many systems.
     pub(super) fn signs_of_value(&self, value: &Value, wanted: Signs, depth: usize, systems: &mut usize) -> Signs {

@@ -38,9 +38,8 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     }
     let variable = Name::new("[difference]");
     let mut open = None;
-    for bent in [bent_in_one(solved, (left, right), &used, &natural), folded_in(solved, (left, right), &used, &natural)]
-    {
-        let Some((pieces, left, right)) = bent else { continue };
+    for bent in [bent_in_one, folded_in] {
+        let Some((pieces, left, right)) = bent(solved, (left, right), &used, &natural) else { continue };
         let closed = Closed { variable: variable.clone(), pieces, conditions: Vec::new() };
         match by_shape(&closed, &recurrence.index, &Goal::Holds(relation, left, right), &natural) {
             Reach::Unknown(why) => open = open.or(why.open.is_some().then_some(why)),
