@@ -12,6 +12,7 @@ mod barrier;
 mod bounds;
 mod classes;
 mod comes_round;
+mod convex;
 mod counted;
 mod cut_off;
 mod cycle;

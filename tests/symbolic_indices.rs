@@ -48,12 +48,16 @@ const GOALS: [&str; 9] = [
 ];
 
 /// Ways through the plane, with goals of their own.
-const WAYS: [&str; 5] = [
+const WAYS: [&str; 9] = [
     "x(n+1) = x(n)+3/5, y(n+1) = y(n)+4/5, x(0) = p, y(0) = a find n with norm((x(n),y(n))) <= 5",
     "x(n+1) = x(n)+3/5, y(n+1) = y(n)+4/5, x(0) = p, y(0) = a find n with norm((x(n),y(n))) >= 5",
     "x(n+1) = x(n)+w, y(n+1) = y(n), x(0) = p, y(0) = 3 find n with norm((x(n),y(n))) <= 7",
     "x(n+1) = x(n)+a, y(n+1) = y(n), x(0) = p, y(0) = 3 find n with norm((x(n)-1,y(n))) > 7",
     "x(n+1) = x(n)+w, y(n+1) = y(n)+a, x(0) = p, y(0) = g find n with x(n) >= y(n)",
+    "x(n+1) = x(n)+w, y(n+1) = y(n)+2, x(0) = p, y(0) = g find n with max(abs(x(n)-3),abs(y(n)-1)) <= e",
+    "x(n+1) = x(n)+1, y(n+1) = y(n)-w, x(0) = p, y(0) = g find n with abs(x(n))+abs(y(n)-1) <= e",
+    "x(n+1) = x(n)+w, y(n+1) = y(n)-1, x(0) = p, y(0) = g find n with abs(x(n))+abs(y(n)-1) > e",
+    "x(n+1) = x(n)+y(n), y(n+1) = y(n)+w, x(0) = p, y(0) = 0 find n with abs(x(n)-g) <= e",
 ];
 
 /// What is found in each case of what would have to be known.

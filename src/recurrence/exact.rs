@@ -2,6 +2,7 @@
 
 use num_traits::Zero;
 
+use super::convex::{between, convex};
 use super::parabola::past;
 use super::ranges::joined;
 use super::reach::Wanted;
@@ -32,7 +33,11 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         };
         let found = or_with_equations(shaped(&pieces), &pieces, &natural, &shaped);
         return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
-            (Reach::Unknown(_), Some(pieces)) => past(&pieces, &recurrence.index, relation, &natural).unwrap_or(found),
+            (Reach::Unknown(_), Some(pieces)) => {
+                let index = &recurrence.index;
+                let found_past = past(&pieces, index, relation, &natural);
+                found_past.or_else(|| between(&pieces, index, relation, &natural)).unwrap_or(found)
+            }
             _ => found,
         });
     }
@@ -57,7 +62,15 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     };
     Some(match or_with_equations(shaped(&pieces), &pieces, &natural, &shaped) {
         Reach::Never(why) => Reach::Never(format!("of the difference of both sides: {why}")),
-        Reach::Unknown(why) if why.open.is_none() => Reach::Unknown(open.unwrap_or(why)),
+        Reach::Unknown(why) => {
+            let index = &recurrence.index;
+            let found = convex(&pieces, index, relation, &natural);
+            match found.or_else(|| between(&pieces, index, relation, &natural)) {
+                Some(found) => found,
+                None if why.open.is_none() => Reach::Unknown(open.unwrap_or(why)),
+                None => Reach::Unknown(why),
+            }
+        }
         other => other,
     })
 }

@@ -193,7 +193,7 @@ impl Curve<'_> {
 const MOST_PIECES: usize = 4;
 
 /// The coefficients of `c + b*n + a*n^2`; none of another form.
-fn coefficients(form: &Value, index: &Name) -> Result<Option<[Value; 3]>, ValueError> {
+pub(super) fn coefficients(form: &Value, index: &Name) -> Result<Option<[Value; 3]>, ValueError> {
     let at = |number: i64| form.with(index, &Value::integer(number));
     let (zeroth, first, second) = (at(0)?, at(1)?, at(2)?);
     let square = second.sub(&first)?.sub(&first)?.add(&zeroth)?.div(&Value::integer(2))?;

@@ -166,11 +166,8 @@ fn without_terms(
             Some(found) => return Ok(found),
             None => {}
         }
-        if let Some(found) = by_roots(solved, wanted, known) {
-            return Ok(found);
-        }
         let first = |part: Wanted<'_>| reach(recurrence, Some(solved), part, known, stop);
-        if let Some(found) = jointly(solved, wanted, known, &first) {
+        if let Some(found) = by_roots(solved, wanted, known).or_else(|| jointly(solved, wanted, known, &first)) {
             return Ok(found);
         }
     }
@@ -190,8 +187,8 @@ fn without_terms(
         }
     }
     // Most first indices are early ones, and to find these nothing need be known of later terms.
-    let early = tried(recurrence, wanted, &Tail::Unknown(String::new()), known, stop, FEW_TERMS);
-    if let Reach::At(..) = early {
+    let nothing = Tail::Unknown(String::new());
+    if let early @ Reach::At(..) = tried(recurrence, wanted, &nothing, known, stop, FEW_TERMS) {
         return Ok(early);
     }
     let round = comes_round(recurrence, wanted, stop).or_else(|| in_ratio(recurrence, wanted, known, stop));
