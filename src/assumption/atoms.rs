@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::Signed;
+use num_traits::{One, Signed};
 
 use super::Assumptions;
 use super::linear::{Bound, Constraint};
 use super::refute::{Form, MOST_CONSTRAINTS};
 use super::sign::Signs;
 use crate::name::Name;
-use crate::polynomial::Polynomial;
+use crate::polynomial::{Monomial, Polynomial};
 use crate::value::{Atom, Relation, Value};
 
 /// The parts of 1 to which roots of numbers are bounded.
@@ -30,6 +30,19 @@ pub(super) fn root_between(square: &BigRational) -> Option<(BigRational, BigRati
         return Some((low.clone(), low));
     }
     (&low * &low <= *square && *square <= &high * &high).then_some((low, high))
+}
+
+/// Numbers that a product of several roots of numbers, `sqrt(2)*sqrt(5)`, lies between.
+pub(super) fn root_of_number(monomial: &Monomial<Atom>) -> Option<[Constraint; 2]> {
+    let square = |(atom, exponent): &(Atom, u32)| match atom {
+        Atom::Root(inner) if *exponent == 1 => inner.as_rational(),
+        _ => None,
+    };
+    let squares: Vec<BigRational> = monomial.factors().iter().map(square).collect::<Option<_>>()?;
+    let (low, high) = root_between(&squares.iter().product()).filter(|_| squares.len() > 1)?;
+    let own = Polynomial::term(monomial.clone(), BigRational::one());
+    let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
+    Some([least(own.minus(&Polynomial::constant(low))), least(Polynomial::constant(high).minus(&own))])
 }
 
 /// Constraints without those that say less than another one of the same sum, and each once.

@@ -15,7 +15,7 @@ use crate::value::squares::square_of;
 use crate::value::{Atom, Value};
 
 /// Systems that are refuted on behalf of one form.
-const FEW_SYSTEMS: usize = 12;
+pub(super) const FEW_SYSTEMS: usize = 12;
 /// What is assumed of which multiples are looked for in a form, and the most terms of that.
 const MOST_BOUNDS: usize = 8;
 const MOST_BENT: usize = 40;
@@ -31,11 +31,11 @@ impl Assumptions {
             Atom::Root(inner) => self.has_root(inner, std::iter::once(form)),
             _ => false,
         };
-        let (root, mut rest) = form.atoms().into_iter().filter(granted).find_map(|atom| {
-            let rest = without_root(form, atom)?;
-            // The root of a number is one of many, and no help where what is left is as long.
-            (!atom.is_root_of_number() || degree(&rest) < degree(form)).then(|| (atom.clone(), rest))
-        })?;
+        let (root, mut rest) = form
+            .atoms()
+            .into_iter()
+            .filter(granted)
+            .find_map(|atom| Some((atom.clone(), without_root(form, atom)?)))?;
         let mut factor = Polynomial::atom(root.clone());
         // The root of a number is written as those of its prime factors.
         let beside = |atom: &&Atom| atom.is_root_of_number() && root.is_root_of_number() && **atom != root;
@@ -232,11 +232,6 @@ fn multiple(form: &Form, one: &Form, monomial: &Monomial<Atom>, number: &BigRati
     };
     let multiple = Form::of(form.terms().iter().filter_map(over));
     (!multiple.is_zero()).then_some(multiple)
-}
-
-/// The most atoms in a term.
-fn degree(form: &Form) -> u64 {
-    form.terms().iter().map(|(monomial, _)| monomial.degree()).max().unwrap_or(0)
 }
 
 /// What is left of a polynomial without a root that is a factor of it, as a square of it is written without the root.

@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use num_rational::BigRational;
 use num_traits::One;
 
-use super::atoms::root_between;
+use super::atoms::root_of_number;
+use super::hidden::FEW_SYSTEMS;
 use super::linear::{Bound, Constraint, contradictory};
 use super::sign::Signs;
 use super::{Assumptions, Relation};
@@ -145,8 +146,12 @@ impl Assumptions {
         if depth > 0
             && let Some((root, exponent, rest)) = self.hidden_factor(form)
         {
-            let known = self.signs_of_form(&root, Signs::ZERO, depth - 1, systems).power(exponent);
-            signs = signs.and(known.times(self.signs_of_form(&rest, wanted.beside(known), depth - 1, systems)));
+            // The root of a number is one of many, and what is left is often as long: that may not use up what there is.
+            let number = root.atoms().into_iter().all(Atom::is_root_of_number);
+            let mut own = if number { FEW_SYSTEMS.min(*systems) } else { *systems };
+            let known = self.signs_of_form(&root, Signs::ZERO, depth - 1, &mut own).power(exponent);
+            signs = signs.and(known.times(self.signs_of_form(&rest, wanted.beside(known), depth - 1, &mut own)));
+            *systems = if number { *systems } else { own };
             if decided(signs) {
                 return signs;
             }
@@ -477,19 +482,6 @@ fn replaced(form: &Form, atom: &Atom, (top, below): (&Form, &Form)) -> Option<Fo
         sum = sum.plus(&part.times(&top.power(exponent)?)?.times(&scale)?);
     }
     Some(sum)
-}
-
-/// Numbers that a product of several roots of numbers, `sqrt(2)*sqrt(5)`, lies between.
-fn root_of_number(monomial: &Monomial<Atom>) -> Option<[Constraint; 2]> {
-    let square = |(atom, exponent): &(Atom, u32)| match atom {
-        Atom::Root(inner) if *exponent == 1 => inner.as_rational(),
-        _ => None,
-    };
-    let squares: Vec<BigRational> = monomial.factors().iter().map(square).collect::<Option<_>>()?;
-    let (low, high) = root_between(&squares.iter().product()).filter(|_| squares.len() > 1)?;
-    let own = Polynomial::term(monomial.clone(), BigRational::one());
-    let least = |form: Form| Constraint { form, bound: Bound::Nonnegative };
-    Some([least(own.minus(&Polynomial::constant(low))), least(Polynomial::constant(high).minus(&own))])
 }
 
 fn spend(systems: &mut usize) -> bool {
