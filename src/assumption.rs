@@ -261,7 +261,7 @@ impl Assumptions {
             _ if possible.is_empty() => None,
             _ if possible.within(Signs::of(relation)) => Some(true),
             _ if possible.within(Signs::of(relation.negated())) => Some(false),
-            _ => self.as_stated(relation, value).or_else(|| self.beside_stated(relation, value)),
+            _ => self.as_stated(relation, value),
         }
     }
 

@@ -45,23 +45,6 @@ pub(super) fn root_of_number(monomial: &Monomial<Atom>) -> Option<[Constraint; 2
     Some([least(own.minus(&Polynomial::constant(low))), least(Polynomial::constant(high).minus(&own))])
 }
 
-/// Constraints without those that say less than another one of the same sum, and each once.
-fn without_weaker(constraints: Vec<Constraint>) -> Vec<Constraint> {
-    let mut kept: Vec<Constraint> = Vec::new();
-    for one in constraints {
-        let over = |other: &Constraint| {
-            let apart = one.form.minus(&other.form).as_constant()?;
-            (one.bound == other.bound && one.bound != Bound::Zero).then_some(apart)
-        };
-        match kept.iter_mut().find_map(|other| over(other).map(|apart| (other, apart))) {
-            Some((other, apart)) if apart.is_negative() => *other = one,
-            Some(_) => {}
-            None => kept.push(one),
-        }
-    }
-    kept
-}
-
 /// Whether an atom is a condition, or has one in it.
 fn has_condition(atom: &Atom) -> bool {
     atom.is_binary() || atom.parts().into_iter().any(|part| part.atoms().iter().any(has_condition))
@@ -198,11 +181,11 @@ impl Assumptions {
                     found.push(Constraint { form, bound: constraint.bound });
                 }
                 if found.len() > MOST_CONSTRAINTS {
-                    return without_weaker(found);
+                    return found;
                 }
             }
         }
-        without_weaker(found)
+        found
     }
 
     /// What is assumed of maxima and conditions of which the system does not speak, while it does of what they are made

@@ -15,7 +15,7 @@ use crate::value::squares::square_of;
 use crate::value::{Atom, Value};
 
 /// Systems that are refuted on behalf of one form.
-pub(super) const FEW_SYSTEMS: usize = 12;
+const FEW_SYSTEMS: usize = 12;
 /// What is assumed of which multiples are looked for in a form, and the most terms of that.
 const MOST_BOUNDS: usize = 8;
 const MOST_BENT: usize = 40;
@@ -23,7 +23,7 @@ const MOST_BENT: usize = 40;
 impl Assumptions {
     /// A factor that the normal form hides, with its exponent and the other: `(x-1)^2` of `x^2-2*x+1`, and of `v*s-a^2-b^2`
     /// the root `s = norm((a,b))`, as `s*s` is written `a^2+b^2`.
-    pub(super) fn hidden_factor(&self, form: &Form) -> Option<(Form, u32, Form)> {
+    fn hidden_factor(&self, form: &Form) -> Option<(Form, u32, Form)> {
         if let Some((factor, root)) = square_of(form) {
             return Some((root, 2, Polynomial::constant(factor)));
         }
@@ -45,6 +45,23 @@ impl Assumptions {
             }
         }
         Some((factor, 1, rest))
+    }
+
+    /// The signs of a form by those of a factor that its normal form hides, and of the other.
+    pub(super) fn signs_by_hidden_factor(
+        &self,
+        form: &Form,
+        wanted: Signs,
+        depth: usize,
+        systems: &mut usize,
+    ) -> Option<Signs> {
+        let (root, exponent, rest) = self.hidden_factor(form)?;
+        // The root of a number is one of many, and what is left is often as long: that may not use up what there is.
+        let number = root.atoms().into_iter().all(Atom::is_root_of_number);
+        let mut few = FEW_SYSTEMS.min(*systems);
+        let systems = if number { &mut few } else { systems };
+        let known = self.signs_of_form(&root, Signs::ZERO, depth - 1, systems).power(exponent);
+        Some(known.times(self.signs_of_form(&rest, wanted.beside(known), depth - 1, systems)))
     }
 
     /// The signs that a form has by what it is made of, where what is known does not tell them.

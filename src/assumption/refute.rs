@@ -7,7 +7,6 @@ use num_rational::BigRational;
 use num_traits::One;
 
 use super::atoms::root_of_number;
-use super::hidden::FEW_SYSTEMS;
 use super::linear::{Bound, Constraint, contradictory};
 use super::sign::Signs;
 use super::{Assumptions, Relation};
@@ -55,22 +54,6 @@ impl Assumptions {
             return Some(true);
         }
         own.within(Signs::of(relation.negated())).then_some(false)
-    }
-
-    /// What is stated to be 0 taken off a value with conditions: of `x != h` where `x = g` is stated, `g != h`.
-    pub(super) fn beside_stated(&self, relation: Relation, value: &Value) -> Option<bool> {
-        if !value.atoms().iter().any(Atom::is_binary) {
-            return None;
-        }
-        let zero = self
-            .stated
-            .iter()
-            .filter(|(own, stated)| *own == Relation::Eq && stated.atoms().iter().any(Atom::is_binary));
-        zero.flat_map(|(_, stated)| [value.sub(stated), value.add(stated)]).find_map(|rest| {
-            let rest =
-                rest.ok().filter(|rest| rest.size() < value.size() && !rest.atoms().iter().any(Atom::is_binary))?;
-            self.decide(relation, &rest, &Value::zero())
-        })
     }
 
     /// The signs that the value may have; the search stops when they are all `wanted` or none is, `depth` factors deep
@@ -144,14 +127,9 @@ impl Assumptions {
             }
         }
         if depth > 0
-            && let Some((root, exponent, rest)) = self.hidden_factor(form)
+            && let Some(own) = self.signs_by_hidden_factor(form, wanted, depth, systems)
         {
-            // The root of a number is one of many, and what is left is often as long: that may not use up what there is.
-            let number = root.atoms().into_iter().all(Atom::is_root_of_number);
-            let mut own = if number { FEW_SYSTEMS.min(*systems) } else { *systems };
-            let known = self.signs_of_form(&root, Signs::ZERO, depth - 1, &mut own).power(exponent);
-            signs = signs.and(known.times(self.signs_of_form(&rest, wanted.beside(known), depth - 1, &mut own)));
-            *systems = if number { *systems } else { own };
+            signs = signs.and(own);
             if decided(signs) {
                 return signs;
             }

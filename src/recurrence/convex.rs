@@ -18,8 +18,13 @@ struct Line {
     constant: Value,
 }
 
-/// The first index at which a value of one form for all indices compares with 0.
-pub(super) fn convex(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
+/// The first index at which a value of one form for all indices compares with 0, by the parts of its maxima: lines, or parabolas.
+pub(super) fn part_by_part(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
+    convex(pieces, index, relation, known).or_else(|| between(pieces, index, relation, known))
+}
+
+/// The same of lines.
+fn convex(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
     let [Piece { from, until: None, form }] = pieces else { return None };
     if !from.is_zero() || !form.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)) && atom.mentions(index)) {
         return None;
@@ -36,9 +41,8 @@ pub(super) fn convex(pieces: &[Piece], index: &Name, relation: Relation, known: 
     }
 }
 
-/// The first index at which a value of one form for all indices, quadratic with maxima of such, is below 0 or is 0: where one of its
-/// parts is there first, under the condition that the others are.
-pub(super) fn between(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
+/// The same of parabolas below 0, or at 0: where one of its parts is there first, under the condition that the others are.
+fn between(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
     let [Piece { from, until: None, form }] = pieces else { return None };
     let all = |form: &Value, relation: Relation| {
         Some(opened(form, index, known)?.into_iter().map(|part| (relation, part)).collect::<Vec<_>>())

@@ -2,7 +2,7 @@
 
 use num_traits::Zero;
 
-use super::convex::{between, convex};
+use super::convex::part_by_part;
 use super::parabola::past;
 use super::ranges::joined;
 use super::reach::Wanted;
@@ -35,8 +35,9 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
             (Reach::Unknown(_), Some(pieces)) => {
                 let index = &recurrence.index;
-                let found_past = past(&pieces, index, relation, &natural);
-                found_past.or_else(|| between(&pieces, index, relation, &natural)).unwrap_or(found)
+                past(&pieces, index, relation, &natural)
+                    .or_else(|| part_by_part(&pieces, index, relation, &natural))
+                    .unwrap_or(found)
             }
             _ => found,
         });
@@ -62,15 +63,11 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     };
     Some(match or_with_equations(shaped(&pieces), &pieces, &natural, &shaped) {
         Reach::Never(why) => Reach::Never(format!("of the difference of both sides: {why}")),
-        Reach::Unknown(why) => {
-            let index = &recurrence.index;
-            let found = convex(&pieces, index, relation, &natural);
-            match found.or_else(|| between(&pieces, index, relation, &natural)) {
-                Some(found) => found,
-                None if why.open.is_none() => Reach::Unknown(open.unwrap_or(why)),
-                None => Reach::Unknown(why),
-            }
-        }
+        Reach::Unknown(why) => match part_by_part(&pieces, &recurrence.index, relation, &natural) {
+            Some(found) => found,
+            None if why.open.is_none() => Reach::Unknown(open.unwrap_or(why)),
+            None => Reach::Unknown(why),
+        },
         other => other,
     })
 }

@@ -129,8 +129,9 @@ impl Curve<'_> {
         })
     }
 
-    /// Of one that bends downwards the first index, from the start of its piece on and up to the last of which it tells, at which it is above 0: behind the
-    /// lesser of its roots, if it is above 0 there still, and rises at the start. `Some(None)`: it rises up to the last, and is not.
+    /// Of one that bends downwards the first index, from the start of its piece on and up to the last of which it tells, at which it
+    /// is above 0: behind the lesser of its roots, if it is above 0 there still, and rises at the start. `Some(None)`: it rises up to
+    /// the last, and is not.
     fn within(&self, from: &Value, last: Option<&Value>) -> Option<Option<Reach>> {
         let zero = Value::zero();
         let decided = |relation: Relation, value: &Value| decided(relation, value, self.known);
@@ -147,9 +148,8 @@ impl Curve<'_> {
                 }
                 None => return Some(Some(Reach::undecided(self.above, &end, &zero))),
             }
-        }
-        // Where it is above 0 at the end it rises at the start.
-        if last.is_none() {
+        } else {
+            // Where it is above 0 at the end it rises at the start.
             let slope = square.mul(from).and_then(|half| half.add(&half)).and_then(|twice| twice.add(linear)).ok()?;
             match decided(Relation::Gtr, &slope) {
                 Some(true) => {}
@@ -177,9 +177,7 @@ impl Curve<'_> {
             None => Reach::At(first, vec![(self.above, there, zero)]),
         }))
     }
-}
 
-impl Curve<'_> {
     /// Whether it is at no index from one to another.
     fn is_nowhere_within(&self, from: &Value, last: &Value) -> bool {
         let (index, mut known) = (Value::variable(self.index), self.known.clone());
