@@ -160,8 +160,8 @@ fn missions_are_proved_with_nothing_on_trust_and_their_files_check() {
         }
         assert!(files > 0, "{example} has no proof file");
     }
-    // In either order of two places, each with a proof of its own; and in the plane, to within a distance.
-    for mission in ["either_order", "plane_tolerance"] {
+    // In either order of two places, each with a proof of its own; in the plane, to within a distance, and at a symbolic speed.
+    for mission in ["either_order", "plane_tolerance", "oblique_tour"] {
         let text = pars(&["run", &format!("tests/cases/missions/{mission}.pars")]);
         assert!(text.contains("proved: ") && !text.contains("on trust"), "{mission}: {text}");
     }
