@@ -38,7 +38,7 @@ use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
 pub(crate) use apart::{Case, closures, in_cases, needs_in_cases};
-pub(crate) use cells::{Cell, cells};
+pub(crate) use cells::{Cell, NotKnown, cells, cells_or_none};
 pub use defined::first_zero;
 pub use first::{Earlier, Wanted, first};
 pub use nested::{Layer, Nested, layer};
@@ -47,6 +47,7 @@ pub(crate) use pieces::for_all_signs;
 pub(crate) use rounds::{by_place, first_lap, first_round, with_first_round};
 pub(crate) use signs::settled_by;
 pub(crate) use simpler::simpler;
+pub(crate) use stretches::remainders;
 pub(crate) use summed::sum_of;
 pub(crate) use text::{as_it_stands, bracketed, compared, needed};
 pub(crate) use whole_parts::with_known_parts;

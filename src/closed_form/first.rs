@@ -7,11 +7,12 @@ use num_traits::ToPrimitive;
 use super::comparing::with_zero;
 use super::divisors::{divisors, in_each_sign};
 use super::one_by_one::Terms;
-use super::stretches::{Compared, Stretch, natural, turns};
+use super::stretches::{Compared, Stretch, natural};
 use super::{Comparison, Recurrence, Solved, Unchecked};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::stands;
+use crate::name::Name;
 use crate::value::{Atom, Need, Relation, Value};
 
 /// So many terms are compared one by one before the forms are asked, and where these do not tell.
@@ -144,7 +145,7 @@ impl Question<'_> {
 
     /// The same of forms that come in turn: the index lies in one of the turns, and in each it never holds before.
     fn in_turns(&self, solved: &Solved) -> Option<Earlier> {
-        let (count, from) = (turns(solved)?, self.compared.recurrence.from);
+        let (count, from) = (self.compared.turns(solved)?, self.compared.recurrence.from);
         let mut met = false;
         for place in 0..count {
             let stretches = self.compared.stretches_in_turn(solved, count, place)?;
@@ -200,7 +201,7 @@ impl Question<'_> {
                 at = &stretch.from;
             }
             if let Some(until) = &stretch.until {
-                match known.decide(Relation::Lss, at, until) {
+                match is_before(at, until, &known) {
                     Some(true) => return self.holds_in(stretch, at, &known),
                     Some(false) => continue,
                     None => here.assume(Relation::Lss, at, until),
@@ -232,8 +233,9 @@ impl Question<'_> {
         let sides = [put_in(left)?, put_in(right)?];
         let defined = self.defined_at(stretch, at, known);
         let told = self.compared.holds(&sides, known, &|_, _| None).filter(|_| defined);
-        let behind = || (at == self.at).then(|| self.holds_behind_the_root(stretch)).flatten().filter(|holds| *holds);
-        told.or_else(behind)
+        let found = |told: Option<bool>| told.filter(|holds| *holds && at == self.at);
+        let behind = || found(self.holds_behind_the_root(stretch));
+        told.or_else(behind).or_else(|| found(self.holds_between_the_roots(stretch, known)))
     }
 
     /// Whether the sides, as they are written, have a value at the index.
@@ -281,4 +283,16 @@ impl Question<'_> {
             self.compared.known.decide(relation, &before, &Value::zero())
         })
     }
+}
+
+/// Whether an index is before another, or a multiple of it before the same of the other by a name that is above 0.
+fn is_before(at: &Value, until: &Value, known: &Assumptions) -> Option<bool> {
+    let decided = || known.decide(Relation::Lss, at, until);
+    let by = |name: &Name| {
+        let factor = Value::variable(name);
+        let positive = known.decide(Relation::Gtr, &factor, &Value::zero()) == Some(true);
+        let sides = at.mul(&factor).and_then(|at| Ok((at, until.mul(&factor)?))).ok().filter(|_| positive)?;
+        known.decide(Relation::Lss, &sides.0, &sides.1)
+    };
+    decided().or_else(|| at.variables().union(&until.variables()).find_map(by))
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::divisors::{divisors, in_each_sign};
 use super::first::Wanted;
 use super::one_by_one::Terms;
-use super::stretches::{Compared, Stretch, turns};
+use super::stretches::{Compared, Stretch};
 use super::{Comparison, Recurrence, Solved, Unchecked};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -112,7 +112,7 @@ impl Compared<'_> {
 
     /// The same in each turn of forms that come in turn.
     fn in_turns(&self, solved: &Solved, from: i64) -> Option<bool> {
-        let count = turns(solved)?;
+        let count = self.turns(solved)?;
         for place in 0..count {
             let later = from.checked_sub(self.recurrence.from)?.saturating_sub(place).max(0);
             let from = later.checked_add(count - 1)? / count;

@@ -82,6 +82,29 @@ impl Question<'_> {
     }
 }
 
+impl Question<'_> {
+    /// Whether what is compared bends downwards and is 0 at E, and the index is known to lie before the other place where it is 0:
+    /// between both, that is `-b/a - E` of `a*n^2 + b*n + c`, it is above 0.
+    pub(super) fn holds_between_the_roots(&self, stretch: &Stretch, known: &Assumptions) -> Option<bool> {
+        let compared = &self.compared;
+        if compared.known.is_natural(&self.at.sub(&stretch.from).ok()?) != Some(true) {
+            return None;
+        }
+        let (relation, difference) = compared.above_zero(stretch)?;
+        let rounded = rounded(self.at).filter(|rounded| rounded.up == (relation == Relation::Gte))?;
+        let bent = Bent::of(&difference, &compared.recurrence.index)?;
+        let lesser = rounded.exact.add(&rounded.rest).ok()?;
+        let greater = bent.linear.div(&bent.half).and_then(|sum| sum.neg()?.sub(&lesser)).ok()?;
+        let before = if relation == Relation::Gte { Relation::Lte } else { Relation::Lss };
+        Some(
+            known.decide(Relation::Lss, &bent.half, &Value::zero()) == Some(true)
+                && bent.is_zero_at(&lesser, known)
+                && known.decide(before, self.at, &known.simplify(&greater)) == Some(true)
+                && self.defined_at(stretch, self.at, known),
+        )
+    }
+}
+
 impl Compared<'_> {
     /// Whether what is compared bends downwards and is 0 at no number: it is below 0 everywhere.
     pub(super) fn is_below_its_bound(&self, stretch: &Stretch) -> Option<bool> {

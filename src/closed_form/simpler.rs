@@ -15,7 +15,7 @@ pub(crate) fn simpler(comparison: &Comparison, known: &Assumptions) -> Compariso
     let mut simple = comparison.clone();
     // The parts of a maximum are no maxima of it.
     for _ in 0..MOST_PARTS {
-        match of_one_part(&simple, known).or_else(|| of_what_is_rounded(&simple)) {
+        match of_a_size(&simple).or_else(|| of_one_part(&simple, known)).or_else(|| of_what_is_rounded(&simple)) {
             Some(simpler) => simple = simpler,
             None => break,
         }
@@ -25,6 +25,23 @@ pub(crate) fn simpler(comparison: &Comparison, known: &Assumptions) -> Compariso
 
 /// How many maxima and integer parts in one another are opened.
 const MOST_PARTS: usize = 4;
+
+/// `E = 0` of `abs(E) = 0`, `E != 0` of `abs(E) > 0`.
+fn of_a_size((relation, left, right): &Comparison) -> Option<Comparison> {
+    let size = left.sub(right).ok()?;
+    let maximum = size.atoms().into_iter().find(|atom| matches!(atom, Atom::Maximum(_)));
+    let Some(Atom::Maximum(elements)) = &maximum else { return None };
+    let [inner] = &**elements else { return None };
+    // abs(E) = 2*max(0,E) - E
+    let one = inner.abs().ok()?;
+    let turned = if size == one { *relation } else { (size == one.neg().ok()?).then(|| relation.mirrored())? };
+    let relation = match turned {
+        Relation::Eq | Relation::Lte => Relation::Eq,
+        Relation::Neq | Relation::Gtr => Relation::Neq,
+        Relation::Lss | Relation::Gte => return None,
+    };
+    Some((relation, inner.clone(), Value::zero()))
+}
 
 /// `E < b` of `max(0,E) < b` where b is above 0.
 fn of_one_part(comparison: &Comparison, known: &Assumptions) -> Option<Comparison> {

@@ -2,9 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use num_traits::ToPrimitive;
+use num_bigint::BigInt;
+use num_integer::Integer;
+use num_rational::BigRational;
+use num_traits::{One, ToPrimitive, Zero};
 
-use super::cells::cells;
+use super::cells::cells_or_none;
 use super::comparing::{Leaf, stands_to_zero, throughout_or_never};
 use super::first::Wanted;
 use super::pieces::for_all_signs;
@@ -13,10 +16,14 @@ use super::{Form, Piece, Recurrence, Solved, with_first_round};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::name::Name;
-use crate::value::{Need, Relation, Sort, Value};
+use crate::value::{Atom, Need, Relation, Sort, Value};
 
 /// Maxima and roots that one comparison is taken apart by.
 const MOST_SPLITS: usize = 4;
+/// Remainders of the index that are looked at one by one.
+const MOST_REMAINDERS: i64 = 12;
+/// How deep inside one another they are looked for.
+const MOST_INSIDE: usize = 6;
 /// Orders of indices, at which forms change, that are looked at.
 const MOST_ORDERS: usize = 4;
 
@@ -103,7 +110,8 @@ impl<'a> Compared<'a> {
     }
 
     /// The sides of the comparison, stretch by stretch of indices in which each sequence that it reads has one form: the first
-    /// round of those that go round, or their first lap, stands by itself.
+    /// round of those that go round, or their first lap, stands by itself. A stretch may be of no index, where it is not known that
+    /// one form changes before another.
     pub(super) fn stretches(&self, solved: &Solved) -> Option<Vec<Stretch>> {
         let index = &self.recurrence.index;
         let rounds = |pieces: Vec<Piece>| with_first_round(pieces, index, &self.known);
@@ -148,7 +156,7 @@ impl<'a> Compared<'a> {
         let first = if plain { self.recurrence.from } else { 0 };
         let all = forms.iter().map(|(_, form)| Some(apart(form.by_pieces(index, first)?)));
         let all: Vec<Vec<Piece>> = all.collect::<Option<_>>()?;
-        let cells = cells(&all, Value::integer(first), &self.known).ok()?;
+        let cells = cells_or_none(&all, Value::integer(first), &self.known).ok()?;
         let stretch = |cell: super::Cell<'_>| {
             let images = forms.iter().zip(&cell.forms);
             let mut images: BTreeMap<Name, Value> =
@@ -271,17 +279,50 @@ impl Stretch {
 /// The last indices of a stretch of which it is learned that it does not hold there.
 const LAST: i64 = 2;
 
-/// After how many indices forms that come in turn are the same again: two, where there is none but powers of a negative
-/// number are in one.
-pub(super) fn turns(solved: &Solved) -> Option<i64> {
-    let turns = |form: &Form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None };
-    let mut counts = solved.forms().iter().filter_map(turns);
-    let Some(count) = counts.next() else {
-        let index = &solved.recurrence().index;
-        return solved.forms().iter().any(|form| form.alternates(index)).then_some(2);
-    };
-    let all = count > 0 && counts.all(|other| other == count);
-    all.then(|| i64::try_from(count).ok()).flatten()
+impl Compared<'_> {
+    /// After how many indices forms that come in turn are the same again; where there is none of these two if powers of a negative
+    /// number are in one, or as many as what is compared has by remainders of the index.
+    pub(super) fn turns(&self, solved: &Solved) -> Option<i64> {
+        let turns = |form: &Form| if let Form::Turns(forms) = form { Some(forms.len()) } else { None };
+        let mut counts = solved.forms().iter().filter_map(turns);
+        let index = &self.recurrence.index;
+        let Some(count) = counts.next() else {
+            return match remainders([self.wanted.1, self.wanted.2], index) {
+                Some(count) => Some(count),
+                None => solved.forms().iter().any(|form| form.alternates(index)).then_some(2),
+            };
+        };
+        let all = count > 0 && counts.all(|other| other == count);
+        all.then(|| i64::try_from(count).ok()).flatten()
+    }
+}
+
+/// After how many indices what is rounded of the index alone, in these values, has gone on by whole numbers: 4 for `mod(n,4)`.
+/// None where nothing is, or these are too many.
+pub(crate) fn remainders(values: [&Value; 2], index: &Name) -> Option<i64> {
+    let mut steps: Vec<BigRational> = Vec::new();
+    values.into_iter().for_each(|value| rounded_steps(value, index, MOST_INSIDE, &mut steps));
+    let count = steps.iter().fold(BigInt::one(), |all, step| all.lcm(step.denom()));
+    count.to_i64().filter(|count| !steps.is_empty() && *count <= MOST_REMAINDERS)
+}
+
+/// By how much what is rounded in a value goes on with the index, so deep inside at most.
+fn rounded_steps(value: &Value, index: &Name, depth: usize, steps: &mut Vec<BigRational>) {
+    let Some(depth) = depth.checked_sub(1).filter(|_| value.mentions(index)) else { return };
+    for atom in value.atoms() {
+        match &atom {
+            Atom::Floor(inner) => {
+                let step = inner.linear_in(index).and_then(|(step, _)| step.as_rational());
+                match step {
+                    Some(step) if !step.is_zero() => steps.push(step),
+                    _ => rounded_steps(inner, index, depth, steps),
+                }
+            }
+            Atom::Maximum(elements) => elements.iter().for_each(|one| rounded_steps(one, index, depth, steps)),
+            Atom::Positive(inner) => rounded_steps(inner, index, depth, steps),
+            _ => {}
+        }
+    }
 }
 
 /// What these values need to have a meaning, with what is put in.

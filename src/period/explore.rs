@@ -3,6 +3,7 @@
 mod along;
 mod clocks;
 mod delays;
+mod general;
 mod waits;
 
 use std::cell::RefCell;
@@ -10,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use self::delays::First;
 use super::control::Control;
-use super::held::{Held, Together, absorbed, first_held, name_variables, places};
+use super::held::{Held, Together, first_held, name_variables};
 use super::instant::{Clock, Moment};
 use super::lonely::{Ended, Waiting};
 use super::merge::merge;
@@ -148,6 +149,7 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
         || matches!(&failure, Failure::Order { one, other } if drift::counted([&one.1, &other.1].into_iter(), assumptions));
     let others = [(explorer.general, Kept::Values), (counted, Kept::Nothing)];
     let drifts = explorer.grown || matches!(failure, Failure::Order { .. });
+    let follow = explorer.general && matches!(failure, Failure::NoPeriod { .. });
     let mut clock = explorer.clock;
     for kept in others.into_iter().filter_map(|(may, kept)| may.then_some(kept)) {
         let mut explorer = Explorer::new(clock, assumptions, kept);
@@ -159,6 +161,14 @@ pub(super) fn explore(components: &[Term], system: &System, run: &Surroundings<'
                 }
             }
             found => return found,
+        }
+    }
+    if follow {
+        // What a variable may be the run need not come to.
+        let (found, kept) = Explorer::alone(components, clock, assumptions);
+        match found {
+            found @ (Ok(_) | Err(Failure::Interrupted)) => return found,
+            Err(_) => clock = kept,
         }
     }
     if drifts && !counted {
@@ -344,21 +354,6 @@ impl<'a> Explorer<'a> {
         self.spots.push(Spot { control, delays, held, variables, hints, ways, explorations, together });
         work.insert(number);
         Ok(Target::Spot(number, entries))
-    }
-
-    /// Makes a phase general enough for another visit; true if it had to change.
-    fn absorb(&mut self, number: usize, entries: &[Value]) -> bool {
-        let varying: Vec<bool> = entries.iter().map(|entry| self.clock.settler.varies(entry)).collect();
-        let alike = self.spots[number].explorations > MOST_EXPLORATIONS;
-        let spot = &mut self.spots[number];
-        let alike = alike.then(|| places(&spot.control.runs, &spot.delays, &spot.hints));
-        let held = absorbed(&spot.held, entries, &varying, alike.as_deref());
-        let held = spot.together.of((&spot.held, held), spot.explorations, (entries, &varying));
-        let changed = held != spot.held;
-        spot.held = held;
-        self.general |= changed;
-        spot.variables = name_variables(&spot.held, &spot.hints, self.clock.settler.reserved);
-        changed
     }
 
     fn state_of(&self, number: usize) -> Result<Vec<Run>, Halt> {

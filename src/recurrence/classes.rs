@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::reach::{Wanted, asks_of_parameters};
 use super::{Closed, Goal, Reach, Unknown, by_shape};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Piece, Solved, in_class};
+use crate::closed_form::{Form, Piece, Solved, in_class, remainders};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{Tail, tail, tail_of_all};
 use crate::name::Name;
@@ -44,6 +44,13 @@ impl<'a> Classes<'a> {
         let (used, index) = (used(solved, wanted), &solved.recurrence().index);
         let alternating = used.iter().any(|(_, place)| solved.forms()[*place].alternates(index));
         alternating.then_some(Classes { solved, wanted, used, count: 2, alternating })
+    }
+
+    /// The classes of as many indices as what is compared has by remainders of the index: `mod(n,4) = 0 and x(n) >= 10`.
+    pub(super) fn by_remainders(solved: &'a Solved, wanted: Wanted<'a>) -> Option<Classes<'a>> {
+        let (used, index) = (used(solved, wanted), &solved.recurrence().index);
+        let count = remainders([wanted.1, wanted.2], index).and_then(|count| usize::try_from(count).ok())?;
+        (count > 1).then_some(Classes { solved, wanted, used, count, alternating: false })
     }
 
     /// The first index, where each class has a first one that is known, or none.

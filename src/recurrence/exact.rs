@@ -7,9 +7,10 @@ use super::parabola::past;
 use super::ranges::joined;
 use super::reach::Wanted;
 use super::roots::between_roots;
+use super::search::NO_VALUE;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Cell, Comparison, Piece, Recurrence, Solved, cells};
+use crate::closed_form::{Cell, Comparison, NotKnown, Piece, Recurrence, Solved, cells_or_none};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -33,10 +34,13 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         };
         let found = or_with_equations(shaped(&pieces), &pieces, &natural, &shaped);
         return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
-            (Reach::Unknown(_), Some(pieces)) => {
+            (Reach::Unknown(why), Some(pieces)) => {
+                let told = why.reason.ends_with(NO_VALUE);
+                let own = |pieces| by_its_own_shape(pieces, &recurrence.index, relation, &natural).filter(|_| !told);
                 let index = &recurrence.index;
                 past(&pieces, index, relation, &natural)
                     .or_else(|| part_by_part(&pieces, index, relation, &natural))
+                    .or_else(|| own(pieces))
                     .unwrap_or(found)
             }
             _ => found,
@@ -52,7 +56,10 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
             found => return Some(found),
         }
     }
-    let pieces = of_difference(solved, &left.sub(right).ok()?, &used, &natural)?;
+    let pieces = match by_cells(solved, &left.sub(right).ok()?, &used, &natural)? {
+        Ok(pieces) => pieces,
+        Err(NotKnown(ends)) => return ends.map(|(end, other)| Reach::undecided(Relation::Lte, &end, &other)),
+    };
     if let Some(found) = past(&pieces, &recurrence.index, relation, &natural) {
         return Some(found);
     }
@@ -70,6 +77,17 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         },
         other => other,
     })
+}
+
+/// By the shape of what is compared with 0, where that is a shape though the goal is none of the term: the square of a power.
+fn by_its_own_shape(pieces: Vec<Piece>, index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
+    let variable = Name::new("[difference]");
+    let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
+    match by_shape(&Closed { variable, pieces, conditions: Vec::new() }, index, &goal, known) {
+        Reach::Unknown(why) if why.open.is_none() && !why.reason.ends_with(NO_VALUE) => None,
+        Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
+        found => Some(found),
+    }
 }
 
 /// What both sides are bent in, by pieces, and both as functions of it.
@@ -191,13 +209,26 @@ pub(super) fn of_difference(
     used: &[(Name, usize)],
     known: &Assumptions,
 ) -> Option<Vec<Piece>> {
+    by_cells(solved, difference, used, known)?.ok()
+}
+
+/// The same, or of which indices it is not known which is sooner.
+fn by_cells(
+    solved: &Solved,
+    difference: &Value,
+    used: &[(Name, usize)],
+    known: &Assumptions,
+) -> Option<Result<Vec<Piece>, NotKnown>> {
     let recurrence = solved.recurrence();
     let own = used.iter().map(|(_, place)| solved.forms()[*place].by_pieces(&recurrence.index, recurrence.from));
     let all = own.collect::<Option<Vec<_>>>()?;
-    let cells = cells(&all, Value::integer(recurrence.from), known).ok()?;
+    let cells = match cells_or_none(&all, Value::integer(recurrence.from), known) {
+        Ok(cells) => cells,
+        Err(why) => return Some(Err(why)),
+    };
     let of = |cell: Cell<'_>| {
         let images = used.iter().zip(&cell.forms).map(|((name, _), form)| (name.clone(), (*form).clone())).collect();
         Some(Piece { from: cell.from, until: cell.until, form: difference.substitute(&images).ok()? })
     };
-    cells.into_iter().map(of).collect()
+    cells.into_iter().map(of).collect::<Option<_>>().map(Ok)
 }

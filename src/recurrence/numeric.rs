@@ -13,13 +13,15 @@ use num_traits::{One, Zero};
 use super::reach::Wanted;
 use crate::closed_form::Recurrence;
 use crate::name::Name;
-use crate::polynomial::Polynomial;
+use crate::polynomial::{Monomial, Polynomial};
 use crate::value::{Atom, Relation, Value};
 pub(super) use arithmetic::{Arithmetic, Near};
 pub(super) use number::Number;
 
-/// A quotient of polynomials in numbered numbers and in what is computed from these.
+/// A quotient of polynomials in numbered numbers and in what is computed from these, beside a polynomial.
 struct Expression<N> {
+    /// None for 0.
+    whole: Option<Vec<Summand<N>>>,
     numerator: Vec<Summand<N>>,
     /// None for 1.
     denominator: Option<Vec<Summand<N>>>,
@@ -170,17 +172,49 @@ impl<N: Arithmetic> Goal<N> {
 impl<N: Arithmetic> Expression<N> {
     fn of(value: &Value, places: &BTreeMap<Name, usize>) -> Option<Expression<N>> {
         let (numerator, denominator) = value.polynomials()?;
-        let numerator = summands(numerator, places)?;
-        let denominator = if denominator.is_one() { None } else { Some(summands(denominator, places)?) };
-        Some(Expression { numerator, denominator })
+        if denominator.is_one() {
+            return Some(Expression { whole: None, numerator: summands(numerator, places)?, denominator: None });
+        }
+        let apart = if N::ROOTS { divided(numerator, denominator) } else { None };
+        let (whole, rest) = match &apart {
+            Some((whole, rest)) => (Some(summands(whole, places)?), rest),
+            None => (None, numerator),
+        };
+        let (numerator, denominator) = (summands(rest, places)?, Some(summands(denominator, places)?));
+        Some(Expression { whole, numerator, denominator })
     }
 
     fn at(&self, state: &[N]) -> Option<N> {
         let above = total(&self.numerator, state)?;
         let Some(below) = &self.denominator else { return Some(above) };
-        above.times(&total(below, state)?.inverse()?)
+        let quotient = above.times(&total(below, state)?.inverse()?)?;
+        match &self.whole {
+            Some(whole) => total(whole, state)?.plus(&quotient),
+            None => Some(quotient),
+        }
     }
 }
+
+/// The whole part of a quotient of polynomials by one atom that stands in the divisor alone, and what is left above it: of
+/// `(x^2+1)/x` that is x and 1. Bounds of x that are read once grow less apart than those of `x^2` over those of x.
+fn divided(above: &Polynomial<Atom>, below: &Polynomial<Atom>) -> Option<(Polynomial<Atom>, Polynomial<Atom>)> {
+    let atoms = below.atoms();
+    let (Some(atom), 1) = (atoms.first(), atoms.len()) else { return None };
+    let by = below.degree_in(atom);
+    let leading = below.coefficients_in(atom).get(&by)?.as_constant().filter(|leading| !leading.is_zero())?;
+    let (mut whole, mut rest) = (Polynomial::zero(), above.clone());
+    for degree in (by..=above.degree_in(atom).min(MOST_DEGREE)).rev() {
+        let Some(coefficient) = rest.coefficients_in(atom).remove(&degree) else { continue };
+        let power = Monomial::of([((*atom).clone(), degree - by)])?;
+        let part = coefficient.times_term(&power, &leading.recip())?;
+        rest = rest.minus(&part.times(below)?);
+        whole = whole.plus(&part);
+    }
+    (!whole.is_zero() && rest.degree_in(atom) < by).then_some((whole, rest))
+}
+
+/// The highest power that is divided.
+const MOST_DEGREE: u32 = 64;
 
 fn summands<N: Arithmetic>(polynomial: &Polynomial<Atom>, places: &BTreeMap<Name, usize>) -> Option<Vec<Summand<N>>> {
     let mut all = Vec::new();

@@ -57,12 +57,26 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
             Some(next) => Some(last_told(piece, &form, &side(&next.form).ok()?, index, known)?),
         };
         let curve = Curve { form: &form, coefficients: [&constant, &linear, &square], above, index, known };
-        let found = if falls { curve.within(&piece.from, last.as_ref())? } else { curve.passed(last.as_ref())? };
+        let found = if falls {
+            let later = stands(&pieces[place + 1..], index, relation, known);
+            let alone = later.and_then(|holds| curve.up_to_rest(piece, holds));
+            alone.map_or_else(|| curve.within(&piece.from, last.as_ref()), |found| Some(Some(found)))?
+        } else {
+            curve.passed(last.as_ref())?
+        };
         if found.is_some() {
             return found;
         }
     }
     None
+}
+
+/// Whether all of these pieces, at least one, in which nothing moves, are there, or none is.
+fn stands(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<bool> {
+    let each = pieces.iter().map(|piece| decided(relation, &piece.form, known).filter(|_| !piece.form.mentions(index)));
+    let mut told = each.collect::<Option<Vec<bool>>>()?;
+    told.dedup();
+    if let [holds] = told.as_slice() { Some(*holds) } else { None }
 }
 
 /// How a value compares with 0, where what is rounded in it may be known.
@@ -137,9 +151,14 @@ impl Curve<'_> {
         let decided = |relation: Relation, value: &Value| decided(relation, value, self.known);
         let at = |index: &Value| self.form.with(self.index, index).ok();
         let [constant, linear, square] = self.coefficients;
+        let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
+        let bare = decided(Relation::Lss, &under);
         if let Some(last) = last {
             let end = at(last)?;
             match decided(self.above, &end) {
+                // It turns back before it comes so far.
+                _ if bare == Some(true) => return Some(None),
+                None if bare.is_none() => return Some(Some(Reach::undecided(Relation::Gte, &under, &zero))),
                 Some(true) => {}
                 Some(false) => {
                     let step = end.sub(&at(&last.sub(&Value::one()).ok()?)?).ok()?;
@@ -157,7 +176,6 @@ impl Curve<'_> {
                 None => return Some(Some(Reach::undecided(Relation::Gtr, &slope, &zero))),
             }
         }
-        let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
         match decided(Relation::Gte, &under) {
             Some(true) => {}
             Some(false) => return Some(Some(Reach::Never("it turns back before it comes so far".to_string()))),
@@ -176,6 +194,46 @@ impl Curve<'_> {
             Some(false) => Reach::Never(format!("it turns back between {} = {first} and the one before", self.index)),
             None => Reach::At(first, vec![(self.above, there, zero)]),
         }))
+    }
+
+    /// The same where it is not known whether it is above 0 at the last index of its piece, behind which nothing moves: the first
+    /// index behind the lesser root; where it is not above 0 at rest, and so again before the piece ends, if it is there.
+    fn up_to_rest(&self, piece: &Piece, holds_at_rest: bool) -> Option<Reach> {
+        let two = Value::integer(2);
+        let [constant, linear, square] = self.coefficients;
+        let until = piece.until.as_ref()?;
+        let end = self.form.with(self.index, &until.sub(&Value::one()).ok()?).ok()?;
+        if decided(self.above, &end, self.known).is_some() {
+            return None;
+        }
+        let slope = square.mul(&piece.from).ok()?.mul(&two).ok()?.add(linear).ok()?;
+        let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
+        let is = |relation: Relation, value: &Value| decided(relation, value, self.known) == Some(true);
+        if !is(Relation::Gtr, &slope) || !is(Relation::Gte, &under) {
+            return None;
+        }
+        // The greater root of one that bends downwards.
+        let root = root_of(&under, self.known).ok()?.add(linear).ok()?.div(&square.mul(&two).ok()?.neg().ok()?).ok()?;
+        let root = self.known.simplify(&root);
+        let all = [constant.clone(), linear.clone(), square.clone()];
+        let first = self.known.simplify(&behind(&all, self.above, self.known).ok()?);
+        let surely =
+            |relation: Relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
+        if holds_at_rest {
+            // Up to the end of the piece it is above 0 from the lesser root on.
+            let to_the_end = surely(Relation::Gtr, &root, &until.sub(&Value::one()).ok()?);
+            return (to_the_end && surely(Relation::Lte, &first, until)).then(|| Reach::At(first, Vec::new()));
+        }
+        if !surely(Relation::Lss, &root, until) {
+            return None;
+        }
+        // It is behind the lesser root, so it is above 0 if it is before the greater one.
+        let before = if self.above == Relation::Gte { Relation::Lte } else { Relation::Lss };
+        Some(match self.known.decide(before, &first, &root) {
+            Some(true) => Reach::At(first, Vec::new()),
+            Some(false) => Reach::Never(format!("it turns back between {} = {first} and the one before", self.index)),
+            None => Reach::At(first.clone(), vec![(before, first, root)]),
+        })
     }
 
     /// Whether it is at no index from one to another.

@@ -171,11 +171,14 @@ fn without_terms(
             return Ok(found);
         }
     }
-    let classes = solved.filter(|_| recurrence.from >= 0).and_then(|solved| Classes::of(solved, wanted));
-    if let Some(found) = classes.as_ref().and_then(|classes| classes.first(known)) {
+    let solved_from_0 = solved.filter(|_| recurrence.from >= 0);
+    let classes = solved_from_0.and_then(|solved| Classes::of(solved, wanted));
+    let apart = classes.is_none().then(|| Classes::by_remainders(solved_from_0?, wanted)).flatten();
+    let apart = classes.as_ref().or(apart.as_ref());
+    if let Some(found) = apart.and_then(|classes| classes.first(known)) {
         return Ok(found);
     }
-    reason = reason.or_else(|| classes.as_ref()?.open(known));
+    reason = reason.or_else(|| apart?.open(known));
     // Where something of parameters alone is asked already that is asked first.
     if reason.as_ref().is_some_and(|why| !asks_of_parameters(why, &recurrence.index))
         && let Some(found) = solved.and_then(|solved| Classes::even_and_odd(solved, wanted)?.first(known))

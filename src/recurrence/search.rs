@@ -60,7 +60,7 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, Unknown> {
     let shape = match shape(&entry.value, entry.index) {
         Ok(shape) => shape,
         Err(other) => {
-            if let Some(value) = of_size(&entry.value, entry.index) {
+            if let Some(value) = of_size(&entry.value, entry.index, entry.known) {
                 return enter(&Entry { value, interval: entry.interval.clone(), ..*entry });
             }
             return of_quotient(entry).or_else(|| outgrown(entry)).unwrap_or(Err(other));
@@ -84,7 +84,7 @@ pub(super) fn enter(entry: &Entry) -> Result<Reach, Unknown> {
 }
 
 /// `a*abs(d*c^n) + b` as `a*abs(d)*abs(c)^n + b`, where the signs of d and c need not be known.
-fn of_size(value: &Value, index: &Name) -> Option<Value> {
+fn of_size(value: &Value, index: &Name, known: &Assumptions) -> Option<Value> {
     let maxima: Vec<Atom> = value.atoms().into_iter().filter(|atom| matches!(atom, Atom::Maximum(_))).collect();
     let [atom @ Atom::Maximum(elements)] = maxima.as_slice() else { return None };
     let [inner] = &**elements else { return None };
@@ -97,8 +97,9 @@ fn of_size(value: &Value, index: &Name) -> Option<Value> {
     if rest.mentions(index) || half.mentions(index) || !limit.is_zero() {
         return None;
     }
-    let power = ratio.abs().ok()?.power(&Value::variable(index)).ok()?;
-    half.mul(&factor.abs().ok()?.mul(&power).ok()?).ok()?.add(&rest).ok()
+    let size = |value: &Value| value.abs().ok().map(|size| known.simplify(&size));
+    let power = size(&ratio)?.power(&Value::variable(index)).ok()?;
+    half.mul(&size(&factor)?.mul(&power).ok()?).ok()?.add(&rest).ok()
 }
 
 impl Entry<'_> {
@@ -302,6 +303,9 @@ impl Entry<'_> {
         if let Some(found) = self.same_power(limit, factor, ratio)? {
             return Ok(found);
         }
+        if let Some(found) = self.on_either_side(limit, factor, ratio) {
+            return found;
+        }
         let positive = match self.sign(factor) {
             Ok(positive) => positive,
             Err(_) if self.interval.is_point() => return self.point_of_unknown_side(limit, factor, ratio),
@@ -328,6 +332,26 @@ impl Entry<'_> {
         let start = self.value.with(self.index, self.from)?;
         let open = if self.interval.holds(&start, self.known).is_none() { &start } else { &self.value };
         Ok(Reach::Unknown(self.question(open)))
+    }
+
+    /// As near to its limit on one side as on the other: how far it is away, of which the side does not matter.
+    fn on_either_side(&self, limit: &Value, factor: &Value, ratio: &Value) -> Option<Result<Reach, Unknown>> {
+        let (Some((low, strict)), Some((high, other))) = (&self.interval.low, &self.interval.high) else { return None };
+        let far = self.known.simplify(&high.sub(limit).ok()?);
+        let same = strict == other && self.known.simplify(&limit.sub(low).ok()?) == far;
+        let positive = self.known.decide(Relation::Gtr, ratio, &Value::zero()) == Some(true);
+        if !same
+            || positive
+            || self.interval.is_point()
+            || ratio.as_rational().is_some_and(|_| far.as_rational().is_some())
+        {
+            return None;
+        }
+        let size = |value: &Value| value.abs().ok().map(|size| self.known.simplify(&size));
+        let power = size(ratio)?.power(&Value::variable(self.index)).ok()?;
+        let value = size(factor)?.mul(&power).ok()?;
+        let interval = Interval { low: None, high: Some((far, *strict)) };
+        Some(enter(&Entry { value, interval, ..*self }))
     }
 
     /// Of what goes back and forth between two values: the one that it begins at, or the other.

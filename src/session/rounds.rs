@@ -48,9 +48,7 @@ pub(super) fn checked(
     let Count { layers, all, why, .. } = count(period, (system, environment), FEW_FAILURES, interrupted);
     let proved = layers.iter().flatten().count();
     let ways = match period.along_the_run {
-        true => {
-            "ways that the run takes from start and phases (all that might be are too many), with their flow functions"
-        }
+        true => "ways that the run takes from start and phases (no others were looked for), with their flow functions",
         false => "ways from start and phases, with their flow functions",
     };
     let Some(why) = why else {

@@ -24,7 +24,7 @@ const MOST_PHASES: usize = 12;
 /// Values that come by turns that are listed.
 const MOST_TURNS: usize = 8;
 /// Said of phases that were followed along the run alone.
-const ALONG: &str = "the ways are those that the run takes; all that might be are too many";
+const ALONG: &str = "the ways are those that the run takes; no others were looked for";
 /// The longest closed formula that is printed whole, in characters.
 const WIDE: usize = 160;
 /// The longest reason.

@@ -10,7 +10,13 @@ use super::unit::{Unit, shows};
 use crate::name::Name;
 use crate::period::{End, Segment};
 use crate::term::Term;
-use crate::value::Value;
+use crate::value::{Relation, Value};
+
+/// Rounds of the run that one round of the property is laid along at most.
+const MOST_SPANNED: i64 = 256;
+
+/// Rounds of the system that are taken together as one.
+const MOST_TOGETHER: usize = 16;
 
 impl Matcher<'_> {
     /// A property that starts again and again.
@@ -28,17 +34,13 @@ impl Matcher<'_> {
             .is_some_and(|want| matches!(want.length, Length::Unknown(_)) && want.shown.is_empty());
         let mut first = None;
         if free && let Some((opening, later)) = in_step(trajectory, cycle) {
-            let rounds: Result<Vec<Laid>, Missed> =
-                opening.into_iter().map(|units| self.lay(units, true, (&[], trajectory))).collect();
-            let steady: Result<Vec<Laid>, Missed> =
-                later.into_iter().map(|units| self.lay(units, true, (&[], trajectory))).collect();
-            match (rounds, steady) {
-                (Ok(rounds), Ok(steady)) => {
+            match self.round_for_round(&opening, &later, trajectory) {
+                Ok((rounds, steady)) => {
                     let whole = if self.is_cut(&rounds, &steady) { self.elsewhere(trajectory, cycle) } else { None };
                     let orbit = trajectory.orbit.as_ref();
                     return Ok(whole.unwrap_or_else(|| outcome_of(rounds, steady, orbit)));
                 }
-                (Err(missed), _) | (_, Err(missed)) => first = Some(missed),
+                Err(missed) => first = Some(missed),
             }
         }
         match first {
@@ -58,13 +60,47 @@ impl Matcher<'_> {
             }
             _ => {}
         }
+        let several = || self.over_several(trajectory, cycle).filter(|_| free);
         match (self.round_by_round(trajectory, cycle), stuck(trajectory)) {
+            (Err(Missed::Never(_)), _) if let Some(found) = several() => Ok(found),
             (Err(Missed::Never(reason)), Some(leg)) => {
                 let text = format!("{reason}: phase {} never ends, its values repeat for ever", leg.phase + 1);
                 Err(Missed::Never(text))
             }
             (answer, _) => answer,
         }
+    }
+
+    /// A round of the property for each round of the system: those before it repeats, and those that come again.
+    fn round_for_round(
+        &self,
+        opening: &[Vec<Unit>],
+        later: &[Vec<Unit>],
+        trajectory: &Trajectory,
+    ) -> Result<(Vec<Laid>, Vec<Laid>), Missed> {
+        let lay = |rounds: &[Vec<Unit>]| -> Result<Vec<Laid>, Missed> {
+            rounds.iter().map(|units| self.lay(units.clone(), true, (&[], trajectory))).collect()
+        };
+        Ok((lay(opening)?, lay(later)?))
+    }
+
+    /// A round of the property for each so many rounds of the system, where what is asked for a given time takes longer than one.
+    fn over_several(&self, trajectory: &Trajectory, cycle: usize) -> Option<Outcome> {
+        let (opening, later) = in_step(trajectory, cycle).filter(|_| trajectory.orbit.is_none())?;
+        let most = self.spanned(&units_of(&trajectory.legs[cycle..]))?.checked_add(1)?;
+        (2..=most.min(MOST_TOGETHER)).find_map(|count| {
+            let round = |number: usize| {
+                opening.get(number).unwrap_or_else(|| &later[(number - opening.len()) % later.len()]).clone()
+            };
+            let together = |from: usize| (from..from + count).flat_map(round).collect::<Vec<Unit>>();
+            let first = opening.len().div_ceil(count);
+            let before: Vec<Vec<Unit>> = (0..first).map(|number| together(number * count)).collect();
+            // After as many as this the rounds of both begin together again.
+            let again = (1..=later.len()).find(|rounds| (rounds * count).is_multiple_of(later.len()))?;
+            let after: Vec<Vec<Unit>> = (first..first + again).map(|number| together(number * count)).collect();
+            let (rounds, steady) = self.round_for_round(&before, &after, trajectory).ok()?;
+            Some(outcome_of(rounds, steady, None))
+        })
     }
 
     /// Why a run that does not repeat cannot show a property that starts again for ever.
@@ -149,13 +185,33 @@ impl Matcher<'_> {
             let units = partial.iter().chain(std::iter::repeat_n(round, rounds).flatten()).cloned().collect();
             self.lay(units, false, (&[], trajectory))
         };
-        let first = along(2)?;
+        // What is asked for so long may span more of them.
+        let first = match (along(2), self.spanned(round)) {
+            (Err(Missed::Never(_)), Some(spanned)) => along(spanned + 2)?,
+            (found, _) => found?,
+        };
         if !first.rest.is_empty() {
             return Ok(first);
         }
         let later =
             (3..=self.wanted.wants.len() + 3).map(along).find(|one| matches!(one, Ok(one) if !one.rest.is_empty()));
         later.unwrap_or(Ok(first))
+    }
+
+    /// The rounds of the run that take as long as all that a round of the property asks for a given time, where there
+    /// are so few.
+    fn spanned(&self, round: &[Unit]) -> Option<usize> {
+        let given = self.wanted.wants.iter().filter_map(|want| match &want.length {
+            Length::Known(time) => Some(time),
+            _ => None,
+        });
+        let asked = given.into_iter().try_fold(Value::zero(), |sum, time| sum.add(time)).ok()?;
+        let lasting = self.durations(round).ok()?;
+        let long_enough = |rounds: &i64| {
+            let together = lasting.mul(&Value::integer(*rounds));
+            together.is_ok_and(|together| self.assumptions.decide(Relation::Lte, &asked, &together) == Some(true))
+        };
+        (1..=MOST_SPANNED).find(long_enough).and_then(|rounds| usize::try_from(rounds).ok())
     }
 
     /// Whether a round ends while something is shown that is asked for, and that goes on at the start of the next one.

@@ -4,9 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::rc::Rc;
 
+use super::super::instant::Clock;
 use super::super::run::{Env, Path, RawTest, Run};
 use super::super::{End, Failure};
 use super::{Explorer, Graph, Held, Kept, Target, Way};
+use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::term::Term;
 use crate::value::Value;
@@ -31,14 +33,26 @@ impl<'a> Explorer<'a> {
         if !self.many || matches!(found, Err(Failure::Interrupted)) {
             return (found, self);
         }
-        let mut along = Explorer::new(self.clock, self.assumptions, Kept::Delays);
-        match along.run_along(components) {
-            found @ (Ok(_) | Err(Failure::Interrupted)) => (found, along),
-            Err(_) => {
-                let mut all = Explorer::new(along.clock, self.assumptions, Kept::Delays);
+        let assumptions = self.assumptions;
+        match Explorer::alone(components, self.clock, assumptions) {
+            (found @ (Ok(_) | Err(Failure::Interrupted)), clock) => {
+                (found, Explorer::new(clock, assumptions, Kept::Delays))
+            }
+            (Err(_), clock) => {
+                let mut all = Explorer::new(clock, assumptions, Kept::Delays);
                 (all.run(components), all)
             }
         }
+    }
+
+    /// The phases along the run alone, where there is one.
+    pub(super) fn alone(
+        components: &[Term],
+        clock: Clock<'a>,
+        assumptions: &'a Assumptions,
+    ) -> (Result<Graph, Failure>, Clock<'a>) {
+        let mut along = Explorer::new(clock, assumptions, Kept::Delays);
+        (along.run_along(components), along.clock)
     }
 
     /// Whether more ways were found than are looked at before it is asked whether there is one run.

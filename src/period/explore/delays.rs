@@ -53,13 +53,13 @@ impl Explorer<'_> {
                     continue;
                 }
                 Ok(None) => return Err(Failure::not_found("nothing waits")),
-                Err((one, other)) if self.kept == Kept::Nothing => (one, other),
+                Err((one, other)) if self.kept == Kept::Nothing || self.visit.is_some() => (one, other),
                 Err((one, other)) => return Err(self.undecided(state, one, other)),
             };
             if open.len() + found.len() > MOST_WAYS {
                 return Err(Failure::not_found("too many orders of the delays that remain"));
             }
-            for relation in [Relation::Gtr, Relation::Eq, Relation::Lss] {
+            for relation in self.orders(one, other)? {
                 let (mut known, mut tests) = (known.clone(), tests.clone());
                 known.assume(relation, one, other);
                 if !known.contradictory_by_last() {
@@ -69,6 +69,17 @@ impl Explorer<'_> {
             }
         }
         Ok(found)
+    }
+
+    /// How two delays may stand to each other: in any way, or along a run as they do.
+    fn orders(&self, one: &Value, other: &Value) -> Result<Vec<Relation>, Failure> {
+        let all = [Relation::Gtr, Relation::Eq, Relation::Lss];
+        let Some(visit) = &self.visit else { return Ok(all.to_vec()) };
+        let here = |value: &Value| value.substitute(visit).map_err(super::unreduced);
+        let (left, right) = (here(one)?, here(other)?);
+        let holds = |relation: &Relation| self.assumptions.decide(*relation, &left, &right) == Some(true);
+        let found = all.into_iter().find(holds).map(|relation| vec![relation]);
+        found.ok_or_else(|| Failure::not_found(format!("it must be known whether {left} <= {right}")))
     }
 
     /// That it is not known which of two delays ends first. No assumption tells of what varies from round to round.
