@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::jointly::{Sides, of_alternatives};
 use super::reach::{Wanted, asks_of_parameters};
 use super::{Closed, Goal, Reach, Unknown, by_shape};
 use crate::assumption::Assumptions;
@@ -60,11 +61,15 @@ impl<'a> Classes<'a> {
         natural.assume_natural(index);
         let mut best: Option<Value> = None;
         let mut reasons: Vec<String> = Vec::new();
-        for class in 0..self.count {
-            match self.in_class(class, &natural)? {
+        let each = (0..self.count).map(|class| self.in_class(class, &natural)).collect::<Option<Vec<_>>>()?;
+        let alone = each.iter().filter(|found| !matches!(found, Reach::Never(_))).count() == 1;
+        let mut needed = Vec::new();
+        for (class, found) in each.into_iter().enumerate() {
+            match found {
                 // The numbers in a reason are those of a difference, and its index counts the turns.
                 Reach::Never(why) => reasons.push(why.split(": ").next().unwrap_or_default().to_string()),
-                Reach::At(round, conditions) if conditions.is_empty() => {
+                Reach::At(round, conditions) if conditions.is_empty() || alone => {
+                    needed = conditions;
                     let at = round.mul(&self.number(self.count)?).ok()?.add(&self.place(class)?).ok()?;
                     best = Some(match &best {
                         None => at,
@@ -85,7 +90,7 @@ impl<'a> Classes<'a> {
         reasons.sort();
         reasons.dedup();
         Some(match best {
-            Some(at) => Reach::At(at, Vec::new()),
+            Some(at) => Reach::At(at, needed),
             None if self.alternating => Reach::Never(format!("at even n and at odd n: {}", reasons.join("; "))),
             None => Reach::Never(format!("in each of the {} turns: {}", self.count, reasons.join("; "))),
         })
@@ -180,6 +185,7 @@ impl<'a> Classes<'a> {
         let index = &self.solved.recurrence().index;
         let (relation, left, right) = self.wanted;
         let (left, right) = (self.at_class(left, class)?, self.at_class(right, class)?);
+        let mut open = None;
         if let [(name, place)] = self.used.as_slice()
             && !left.mentions(index)
             && !right.mentions(index)
@@ -187,18 +193,55 @@ impl<'a> Classes<'a> {
             let (early, value, _) = self.form(*place, class)?;
             let pieces = Form::Value(early, value?).by_pieces(index, 0)?;
             let closed = Closed { variable: name.clone(), pieces, conditions: Vec::new() };
-            return Some(by_shape(&closed, index, &Goal::Holds(relation, left, right), natural));
+            match by_shape(&closed, index, &Goal::Holds(relation, left.clone(), right.clone()), natural) {
+                Reach::Unknown(why) => open = Some(why),
+                found => return Some(found),
+            }
         }
+        let told = self.difference_in_class((relation, &left.sub(&right).ok()?), class, natural);
+        match (told, open) {
+            (Some(Reach::Unknown(told)), Some(why)) if why.open.is_none() && told.open.is_some() => {
+                Some(Reach::Unknown(told))
+            }
+            (None | Some(Reach::Unknown(_)), Some(why)) => Some(Reach::Unknown(why)),
+            (told, _) => told,
+        }
+    }
+
+    /// The first round in which a difference compares so with 0, by its own shape in a class, or by its parts.
+    fn difference_in_class(
+        &self,
+        (relation, difference): (Relation, &Value),
+        class: usize,
+        natural: &Assumptions,
+    ) -> Option<Reach> {
+        let index = &self.solved.recurrence().index;
         let mut images = BTreeMap::new();
         for (name, place) in &self.used {
             let (early, value, _) = self.form(*place, class)?;
             images.insert(name.clone(), value.filter(|_| early.is_empty())?);
         }
-        let form = left.sub(&right).ok()?.substitute(&images).ok()?;
-        let variable = Name::new("[difference]");
-        let pieces = vec![Piece { from: Value::zero(), until: None, form }];
-        let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
-        Some(by_shape(&Closed { variable, pieces, conditions: Vec::new() }, index, &goal, natural))
+        let form = difference.substitute(&images).ok()?;
+        let pieces = |form: &Value| vec![Piece { from: Value::zero(), until: None, form: form.clone() }];
+        let first = |(relation, left, right): Wanted<'_>| {
+            let variable = Name::new("[difference]");
+            let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
+            match left.sub(right) {
+                Ok(form) => {
+                    by_shape(&Closed { variable, pieces: pieces(&form), conditions: Vec::new() }, index, &goal, natural)
+                }
+                Err(error) => Reach::unknown(error.to_string()),
+            }
+        };
+        let found = first((relation, &form, &Value::zero()));
+        let Reach::Unknown(_) = &found else { return Some(found) };
+        let sides = Sides {
+            index,
+            moving: &|value: &Value| value.mentions(index),
+            pieces: &|form: &Value| Some(pieces(form)),
+            first: &first,
+        };
+        Some(of_alternatives((relation, &form), &sides, natural).unwrap_or(found))
     }
 
     /// The difference of both sides in a class, and after how many rounds it is that.

@@ -10,7 +10,7 @@ use super::roots::between_roots;
 use super::search::NO_VALUE;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Cell, Comparison, NotKnown, Piece, Recurrence, Solved, cells_or_none};
+use crate::closed_form::{Cell, NotKnown, Piece, Recurrence, Solved, cells_or_none};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
@@ -21,30 +21,11 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     let mut natural = known.clone();
     natural.assume_natural(&recurrence.index);
     let used = compared(recurrence, left, right);
-    let conditions: Vec<Comparison> = Vec::new();
-    if let [(name, place)] = used.as_slice()
+    if let [one] = used.as_slice()
         && !left.mentions(&recurrence.index)
         && !right.mentions(&recurrence.index)
     {
-        let pieces = solved.forms()[*place].by_pieces(&recurrence.index, recurrence.from)?;
-        let goal = Goal::Holds(relation, left.clone(), right.clone());
-        let shaped = |pieces: &[Piece]| {
-            let closed = Closed { variable: name.clone(), pieces: pieces.to_vec(), conditions: conditions.clone() };
-            by_shape(&closed, &recurrence.index, &goal, &natural)
-        };
-        let found = or_with_equations(shaped(&pieces), &pieces, &natural, &shaped);
-        return Some(match (&found, of_difference(solved, &left.sub(right).ok()?, &used, &natural)) {
-            (Reach::Unknown(why), Some(pieces)) => {
-                let told = why.reason.ends_with(NO_VALUE);
-                let own = |pieces| by_its_own_shape(pieces, &recurrence.index, relation, &natural).filter(|_| !told);
-                let index = &recurrence.index;
-                past(&pieces, index, relation, &natural)
-                    .or_else(|| part_by_part(&pieces, index, relation, &natural))
-                    .or_else(|| own(pieces))
-                    .unwrap_or(found)
-            }
-            _ => found,
-        });
+        return of_one_sequence(solved, wanted, one, &natural);
     }
     let variable = Name::new("[difference]");
     let mut open = None;
@@ -65,7 +46,7 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     }
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
     let shaped = |pieces: &[Piece]| {
-        let closed = Closed { variable: variable.clone(), pieces: pieces.to_vec(), conditions: conditions.clone() };
+        let closed = Closed { variable: variable.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
         by_shape(&closed, &recurrence.index, &goal, &natural)
     };
     Some(match or_with_equations(shaped(&pieces), &pieces, &natural, &shaped) {
@@ -79,6 +60,32 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
     })
 }
 
+/// The same of one sequence, compared with values that stay.
+fn of_one_sequence(
+    solved: &Solved,
+    (relation, left, right): Wanted<'_>,
+    (name, place): &(Name, usize),
+    natural: &Assumptions,
+) -> Option<Reach> {
+    let recurrence = solved.recurrence();
+    let index = &recurrence.index;
+    let pieces = solved.forms()[*place].by_pieces(index, recurrence.from)?;
+    let goal = Goal::Holds(relation, left.clone(), right.clone());
+    let shaped = |pieces: &[Piece]| {
+        let closed = Closed { variable: name.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
+        by_shape(&closed, index, &goal, natural)
+    };
+    let found = or_with_equations(shaped(&pieces), &pieces, natural, &shaped);
+    let Reach::Unknown(why) = &found else { return Some(found) };
+    let told = why.reason.ends_with(NO_VALUE);
+    let of_both = of_difference(solved, &left.sub(right).ok()?, &[(name.clone(), *place)], natural);
+    let otherwise = of_both.and_then(|pieces| {
+        let bent = bent(&pieces, index, relation, natural);
+        bent.or_else(|| by_its_own_shape(pieces, index, relation, natural).filter(|_| !told))
+    });
+    Some(otherwise.unwrap_or(found))
+}
+
 /// By the shape of what is compared with 0, where that is a shape though the goal is none of the term: the square of a power.
 fn by_its_own_shape(pieces: Vec<Piece>, index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
     let variable = Name::new("[difference]");
@@ -88,6 +95,16 @@ fn by_its_own_shape(pieces: Vec<Piece>, index: &Name, relation: Relation, known:
         Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
         found => Some(found),
     }
+}
+
+/// By the shape of what is compared with 0, as a parabola, or by the parts of its maxima.
+pub(super) fn by_any_shape(pieces: Vec<Piece>, index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
+    bent(&pieces, index, relation, known).or_else(|| by_its_own_shape(pieces, index, relation, known))
+}
+
+/// As a parabola, or by the parts of its maxima.
+fn bent(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
+    past(pieces, index, relation, known).or_else(|| part_by_part(pieces, index, relation, known))
 }
 
 /// What both sides are bent in, by pieces, and both as functions of it.

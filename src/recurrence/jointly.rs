@@ -1,8 +1,10 @@
 //! Comparisons that are to hold together, some of which hold from some index on and some up to one: the first index of the
-//! former is the one that is looked for if the latter hold there, and there is none if they do not.
+//! former is the one that is looked for if the latter hold there, and there is none if they do not. Where it is enough that
+//! those of one alternative do, it is the least of the first indices of all.
 
 use super::absorbed::last_of_firsts;
-use super::exact::{of_difference, read};
+use super::exact::{by_any_shape, of_difference, read};
+use super::maxima::{grows, lesser};
 use super::reach::Wanted;
 use super::{Closed, Reach};
 use crate::assumption::Assumptions;
@@ -10,13 +12,24 @@ use crate::closed_form::{Comparison, Piece, Solved};
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
 
-/// The most that are to hold together.
-const MOST_PARTS: usize = 6;
+/// The most that are to hold, in all alternatives.
+const MOST_PARTS: usize = 12;
 
-/// A value that is compared with 0, by pieces, and its relation.
+/// A value that is compared with 0, and its relation.
+type Compared = (Relation, Value);
+
+/// The same with the pieces of the value.
 struct Part {
     relation: Relation,
     pieces: Vec<Piece>,
+}
+
+/// What is known of what is compared: its pieces, and the first index at which it compares so with 0.
+pub(super) struct Sides<'a> {
+    pub(super) index: &'a Name,
+    pub(super) moving: &'a dyn Fn(&Value) -> bool,
+    pub(super) pieces: &'a dyn Fn(&Value) -> Option<Vec<Piece>>,
+    pub(super) first: &'a dyn Fn(Wanted<'_>) -> Reach,
 }
 
 /// The first index, given the first one at which each of them holds.
@@ -26,32 +39,113 @@ pub(super) fn jointly(
     known: &Assumptions,
     first: &dyn Fn(Wanted<'_>) -> Reach,
 ) -> Option<Reach> {
-    let index = &solved.recurrence().index;
+    let recurrence = solved.recurrence();
+    let index = &recurrence.index;
     let mut natural = known.clone();
     natural.assume_natural(index);
-    let mut all = Vec::new();
-    apart(relation, &left.sub(right).ok()?, &natural, &mut all)?;
-    if all.len() < 2 {
+    let moving = |value: &Value| value.mentions(index) || !read(recurrence, value).is_empty();
+    let pieces = |value: &Value| of_difference(solved, value, &read(recurrence, value), &natural);
+    let sides = Sides { index, moving: &moving, pieces: &pieces, first };
+    of_alternatives((relation, &left.sub(right).ok()?), &sides, known)
+}
+
+/// The first index at which a value compares with 0, by the alternatives that it has; nothing where it has no parts.
+pub(super) fn of_alternatives(
+    (relation, value): (Relation, &Value),
+    sides: &Sides<'_>,
+    known: &Assumptions,
+) -> Option<Reach> {
+    let mut natural = known.clone();
+    natural.assume_natural(sides.index);
+    let (relation, value) = match relation {
+        Relation::Gtr | Relation::Gte => (relation, value.clone()),
+        Relation::Lss | Relation::Lte => (relation.mirrored(), value.neg().ok()?),
+        Relation::Eq | Relation::Neq => return None,
+    };
+    let all = alternatives(relation, &value, &natural, sides.moving)?;
+    if matches!(all.as_slice(), [parts] if matches!(parts.as_slice(), [(_, part)] if *part == value)) {
         return None;
     }
-    let (mut rising, mut falling) = (Vec::new(), Vec::new());
-    for (relation, value) in all {
-        let pieces = of_difference(solved, &value, &read(solved.recurrence(), &value), &natural)?;
-        let upwards = matches!(relation, Relation::Gtr | Relation::Gte);
-        let part = Part { relation, pieces };
-        if part.moves(index, &natural, upwards) {
-            rising.push((relation, value, Value::zero()));
-        } else if part.moves(index, &natural, !upwards) {
-            falling.push(part);
-        } else {
-            return None;
+    let (mut least, mut conditions, mut reasons) = (None, Vec::new(), Vec::new());
+    for parts in &all {
+        match together(parts, sides, &natural, known)? {
+            Reach::Never(why) => reasons.push(why),
+            Reach::At(at, needed) if needed.is_empty() || all.len() == 1 => {
+                conditions = needed;
+                least = Some(match least {
+                    Some(other) => lesser(other, at, known)?,
+                    None => at,
+                });
+            }
+            unknown @ Reach::Unknown(_) => return Some(unknown),
+            // Of several it is asked first whether this one is there.
+            Reach::At(_, needed) => {
+                let (relation, left, right) = needed.first()?;
+                return Some(Reach::undecided(*relation, left, right));
+            }
         }
     }
-    match last_of_firsts(&rising, &natural, first)? {
+    reasons.dedup();
+    Some(match least {
+        Some(at) => Reach::At(at, conditions),
+        None if reasons.is_empty() => Reach::Never("it is false whatever the terms are".to_string()),
+        None => Reach::Never(reasons.join("; ")),
+    })
+}
+
+/// The first index at which all of these hold.
+fn together(parts: &[Compared], sides: &Sides<'_>, natural: &Assumptions, known: &Assumptions) -> Option<Reach> {
+    let (index, zero) = (sides.index, Value::zero());
+    if let [(relation, value)] = parts {
+        return Some((sides.first)((*relation, value, &zero)));
+    }
+    let (mut rising, mut falling) = (Vec::new(), Vec::new());
+    for (relation, value) in parts {
+        let part = Part { relation: *relation, pieces: (sides.pieces)(value)? };
+        let upwards = matches!(relation, Relation::Gtr | Relation::Gte);
+        if part.moves(index, natural, upwards) {
+            rising.push((*relation, value.clone(), zero.clone()));
+        } else if part.moves(index, natural, !upwards) {
+            falling.push(part);
+        } else {
+            return behind_an_index(parts, sides, natural).or_else(|| part.way_asked(index, natural));
+        }
+    }
+    match last_of_firsts(&rising, natural, sides.first)? {
         Reach::At(at, conditions) => held(&falling, (&at, conditions), index, known),
         never @ Reach::Never(_) => Some(never),
-        Reach::Unknown(_) => None,
+        Reach::Unknown(why) => why.open.is_some().then_some(Reach::Unknown(why)),
     }
+}
+
+/// The same of one comparison, and others that hold of every index from a number on: the first index from that on.
+fn behind_an_index(parts: &[Compared], sides: &Sides<'_>, known: &Assumptions) -> Option<Reach> {
+    let (index, zero) = (sides.index, Value::zero());
+    let of_index = |(_, value): &&Compared| value.variables().iter().eq([index]);
+    let (early, others): (Vec<&Compared>, Vec<&Compared>) = parts.iter().partition(of_index);
+    let rises = |(relation, value): &&Compared| {
+        let part =
+            Part { relation: *relation, pieces: vec![Piece { from: zero.clone(), until: None, form: value.clone() }] };
+        part.moves(index, known, true)
+    };
+    let [(relation, value)] = others.as_slice() else { return None };
+    let bounds: Vec<Comparison> =
+        early.iter().map(|(relation, value)| (*relation, value.clone(), zero.clone())).collect();
+    let Reach::At(from, none) = last_of_firsts(&bounds, known, sides.first).filter(|_| early.iter().all(rises))? else {
+        return None;
+    };
+    let pieces = (sides.pieces)(value)?;
+    let ([Piece { until: None, form, .. }], true) =
+        (pieces.as_slice(), none.is_empty() && from.as_rational().is_some())
+    else {
+        return None;
+    };
+    let form = form.with(index, &Value::variable(index).add(&from).ok()?).ok()?;
+    let later = vec![Piece { from: zero.clone(), until: None, form }];
+    Some(match by_any_shape(later, index, *relation, known)? {
+        Reach::At(at, conditions) => Reach::At(at.add(&from).ok()?, conditions),
+        other => other,
+    })
 }
 
 /// The index, if all that holds up to some index holds there.
@@ -81,40 +175,81 @@ fn held(
     Some(Reach::At(at.clone(), conditions))
 }
 
-/// What must hold together for a value to stand in a relation to 0: of a minimum each of its elements, and of a choice that
-/// is below 0 where its condition fails that condition.
-fn apart(relation: Relation, value: &Value, known: &Assumptions, found: &mut Vec<(Relation, Value)>) -> Option<()> {
-    if found.len() > MOST_PARTS || !matches!(relation, Relation::Gtr | Relation::Gte) {
-        return None;
+/// The comparisons with 0 of which all of one alternative must hold for a value to be above 0: of a maximum one of its elements is,
+/// of a minimum all are, and of a choice the one that its condition chooses.
+fn alternatives(
+    relation: Relation,
+    value: &Value,
+    known: &Assumptions,
+    moving: &dyn Fn(&Value) -> bool,
+) -> Option<Vec<Vec<Compared>>> {
+    let zero = Value::zero();
+    match known.decide(relation, value, &zero) {
+        Some(true) => return Some(vec![Vec::new()]),
+        Some(false) => return Some(Vec::new()),
+        None => {}
     }
+    let of = |relation: Relation, value: &Value| alternatives(relation, value, known, moving);
+    let with = |atom: &Atom, image: &Value| value.with_atom(atom, image).ok();
+    // What the condition chooses, where it is known to hold, or to fail.
+    let chosen = |atom: &Atom, image: &Value, (side, inner): (Relation, &Value)| {
+        let mut here = known.clone();
+        here.assume(side, inner, &zero);
+        alternatives(relation, &here.simplify(&with(atom, image)?), &here, moving)
+    };
     for atom in value.atoms() {
-        let with = |image: &Value| value.with_atom(&atom, image).ok();
         match &atom {
-            Atom::Positive(inner) => {
-                let fails = with(&Value::zero())?;
-                if known.decide(relation, &fails, &Value::zero()) == Some(false) {
-                    apart(Relation::Gtr, inner, known, found)?;
-                    return apart(relation, &with(&Value::one())?, known, found);
-                }
+            Atom::Positive(inner) if moving(inner) => {
+                let (above, below) = ((Relation::Gtr, inner), (Relation::Lte, inner));
+                let holds = both(of(Relation::Gtr, inner)?, chosen(&atom, &Value::one(), above)?)?;
+                let fails = both(of(Relation::Gte, &inner.neg().ok()?)?, chosen(&atom, &zero, below)?)?;
+                return limited(holds.into_iter().chain(fails).collect());
             }
-            Atom::Maximum(elements) => {
-                let mark = Name::new("[part]");
-                let (factor, rest) = with(&Value::variable(&mark))?.linear_in(&mark)?;
-                if known.decide(Relation::Lss, &factor, &Value::zero()) == Some(true) {
-                    for element in [Value::zero()].iter().chain(elements.iter()) {
-                        apart(relation, &factor.mul(element).ok()?.add(&rest).ok()?, known, found)?;
-                    }
-                    return Some(());
-                }
+            Atom::Maximum(elements) if elements.iter().any(moving) => {
+                let Some(grows) = grows(value, &atom, known) else { continue };
+                let mut each =
+                    [&zero].into_iter().chain(elements.iter()).map(|element| of(relation, &with(&atom, element)?));
+                return if grows {
+                    limited(each.collect::<Option<Vec<_>>>()?.concat())
+                } else {
+                    each.try_fold(vec![Vec::new()], |all, one| both(all, one?))
+                };
             }
             _ => {}
         }
     }
-    found.push((relation, value.clone()));
-    Some(())
+    Some(vec![vec![(relation, value.clone())]])
+}
+
+/// The alternatives in which those of both hold.
+fn both(one: Vec<Vec<Compared>>, other: Vec<Vec<Compared>>) -> Option<Vec<Vec<Compared>>> {
+    let joined = |parts: &Vec<Compared>| other.iter().map(|more| [parts.as_slice(), more].concat()).collect::<Vec<_>>();
+    limited(one.iter().flat_map(joined).collect())
+}
+
+/// No more than there may be, each once.
+fn limited(mut all: Vec<Vec<Compared>>) -> Option<Vec<Vec<Compared>>> {
+    all.iter_mut().for_each(|parts| {
+        parts.sort();
+        parts.dedup();
+    });
+    all.sort();
+    all.dedup();
+    (all.iter().map(Vec::len).sum::<usize>() <= MOST_PARTS).then_some(all)
 }
 
 impl Part {
+    /// Of one line whether it rises, where that is not known.
+    fn way_asked(&self, index: &Name, known: &Assumptions) -> Option<Reach> {
+        let [piece] = self.pieces.as_slice() else { return None };
+        let (slope, rest) = piece.form.linear_in(index)?;
+        let open = !slope.mentions(index) && !rest.mentions(index);
+        let (slope, zero) = (known.simplify(&slope), Value::zero());
+        let asked = known.decide(Relation::Gte, &slope, &zero).is_none()
+            && known.decide(Relation::Lte, &slope, &zero).is_none();
+        (open && asked).then(|| Reach::undecided(Relation::Gte, &slope, &zero))
+    }
+
     /// Whether it never falls, or never rises, from index to index.
     fn moves(&self, index: &Name, known: &Assumptions, up: bool) -> bool {
         let relation = if up { Relation::Gte } else { Relation::Lte };

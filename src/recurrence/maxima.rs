@@ -262,7 +262,7 @@ fn alternatives(value: &Value, known: &Assumptions) -> Option<Vec<Vec<Value>>> {
 }
 
 /// Whether a value grows with an atom in it, in which it is linear, else falls; nothing where it is not known to do either.
-fn grows(value: &Value, atom: &Atom, known: &Assumptions) -> Option<bool> {
+pub(super) fn grows(value: &Value, atom: &Atom, known: &Assumptions) -> Option<bool> {
     let mark = Name::new("[maximum]");
     let (factor, rest) = value.with_atom(atom, &Value::variable(&mark)).ok()?.linear_in(&mark)?;
     let is = |relation| known.decide(relation, &factor, &Value::zero()) == Some(true);

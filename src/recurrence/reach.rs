@@ -160,7 +160,8 @@ fn without_terms(
     if let Some(found) = plainly(recurrence, wanted, stop) {
         return Ok(found);
     }
-    if let Some(solved) = solved.filter(|_| recurrence.from >= 0) {
+    let from_0 = solved.filter(|_| recurrence.from >= 0);
+    if let Some(solved) = from_0 {
         match exactly(solved, wanted, known) {
             Some(Reach::Unknown(why)) => reason = Some(why),
             Some(found) => return Ok(found),
@@ -171,9 +172,8 @@ fn without_terms(
             return Ok(found);
         }
     }
-    let solved_from_0 = solved.filter(|_| recurrence.from >= 0);
-    let classes = solved_from_0.and_then(|solved| Classes::of(solved, wanted));
-    let apart = classes.is_none().then(|| Classes::by_remainders(solved_from_0?, wanted)).flatten();
+    let classes = from_0.and_then(|solved| Classes::of(solved, wanted));
+    let apart = classes.is_none().then(|| Classes::by_remainders(from_0?, wanted)).flatten();
     let apart = classes.as_ref().or(apart.as_ref());
     if let Some(found) = apart.and_then(|classes| classes.first(known)) {
         return Ok(found);
@@ -190,8 +190,7 @@ fn without_terms(
         }
     }
     // Most first indices are early ones, and to find these nothing need be known of later terms.
-    let nothing = Tail::Unknown(String::new());
-    if let early @ Reach::At(..) = tried(recurrence, wanted, &nothing, known, stop, FEW_TERMS) {
+    if let early @ Reach::At(..) = tried(recurrence, wanted, &Tail::Unknown(String::new()), known, stop, FEW_TERMS) {
         return Ok(early);
     }
     let round = comes_round(recurrence, wanted, stop).or_else(|| in_ratio(recurrence, wanted, known, stop));
