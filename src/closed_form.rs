@@ -370,6 +370,29 @@ pub fn in_class(value: &Value, index: &Name, count: i64, offset: i64) -> Result<
     whole_parts(&value.with(index, &image)?, index)
 }
 
+/// The pieces of a form at the indices `count*n + offset`, where n counts the turns: `count*n + offset` is at least f where n is
+/// at least `(f-offset)/count`. A piece may be of no index.
+///
+/// # Errors
+/// When a result is too large.
+pub(crate) fn pieces_in_class(
+    pieces: &[Piece],
+    index: &Name,
+    count: i64,
+    offset: i64,
+) -> Result<Vec<Piece>, ValueError> {
+    let turn = |at: &Value| at.sub(&Value::integer(offset))?.div(&Value::integer(count))?.ceiling();
+    let mut from = Value::zero();
+    let mut all = Vec::new();
+    for piece in pieces {
+        let until = piece.until.as_ref().map(turn).transpose()?;
+        let next = until.clone().unwrap_or_else(Value::zero);
+        let form = in_class(&piece.form, index, count, offset)?;
+        all.push(Piece { from: std::mem::replace(&mut from, next), until, form });
+    }
+    Ok(all)
+}
+
 /// Takes integer multiples of the index out of integer parts.
 fn whole_parts(value: &Value, index: &Name) -> Result<Value, ValueError> {
     let mut result = value.clone();

@@ -125,6 +125,10 @@ impl<'a> Compared<'a> {
         let own = |name: &'a Name| {
             let form = match solved.form(name)? {
                 Form::Turns(forms) => forms.get(usize::try_from(place).ok()?)?.clone(),
+                Form::Pieces(pieces) => {
+                    let offset = self.recurrence.from.checked_add(place)?;
+                    Form::Pieces(super::pieces_in_class(pieces, index, count, offset).ok()?)
+                }
                 form => {
                     let offset = self.recurrence.from.checked_add(place)?;
                     Form::Value(Vec::new(), super::in_class(&form.value(index)?, index, count, offset).ok()?)

@@ -3,11 +3,12 @@
 
 use std::collections::BTreeMap;
 
+use super::exact::by_any_shape;
 use super::jointly::{Sides, of_alternatives};
 use super::reach::{Wanted, asks_of_parameters};
 use super::{Closed, Goal, Reach, Unknown, by_shape};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Form, Piece, Solved, in_class, remainders};
+use crate::closed_form::{Cell, Form, Piece, Solved, cells_or_none, in_class, pieces_in_class, remainders};
 use crate::exponential_polynomial::ExponentialPolynomial;
 use crate::exponential_polynomial::tail::{Tail, tail, tail_of_all};
 use crate::name::Name;
@@ -83,7 +84,8 @@ impl<'a> Classes<'a> {
                         },
                     });
                 }
-                unknown @ Reach::Unknown(_) if self.alternating => return Some(unknown),
+                // That of one turn is no first index of all.
+                Reach::Unknown(why) if self.alternating && !why.has_no_value() => return Some(Reach::Unknown(why)),
                 _ => return None,
             }
         }
@@ -180,6 +182,17 @@ impl<'a> Classes<'a> {
         }
     }
 
+    /// The pieces of a sequence in a class.
+    fn pieces(&self, place: usize, class: usize) -> Option<Vec<Piece>> {
+        let recurrence = self.solved.recurrence();
+        if let Form::Pieces(pieces) = &self.solved.forms()[place] {
+            let offset = recurrence.from.checked_add(i64::try_from(class).ok()?)?;
+            return pieces_in_class(pieces, &recurrence.index, i64::try_from(self.count).ok()?, offset).ok();
+        }
+        let (early, value, _) = self.form(place, class)?;
+        Form::Value(early, value?).by_pieces(&recurrence.index, 0)
+    }
+
     /// The first round in which a class has it.
     fn in_class(&self, class: usize, natural: &Assumptions) -> Option<Reach> {
         let index = &self.solved.recurrence().index;
@@ -190,8 +203,7 @@ impl<'a> Classes<'a> {
             && !left.mentions(index)
             && !right.mentions(index)
         {
-            let (early, value, _) = self.form(*place, class)?;
-            let pieces = Form::Value(early, value?).by_pieces(index, 0)?;
+            let pieces = self.pieces(*place, class)?;
             let closed = Closed { variable: name.clone(), pieces, conditions: Vec::new() };
             match by_shape(&closed, index, &Goal::Holds(relation, left.clone(), right.clone()), natural) {
                 Reach::Unknown(why) => open = Some(why),
@@ -216,32 +228,29 @@ impl<'a> Classes<'a> {
         natural: &Assumptions,
     ) -> Option<Reach> {
         let index = &self.solved.recurrence().index;
-        let mut images = BTreeMap::new();
-        for (name, place) in &self.used {
-            let (early, value, _) = self.form(*place, class)?;
-            images.insert(name.clone(), value.filter(|_| early.is_empty())?);
-        }
-        let form = difference.substitute(&images).ok()?;
-        let pieces = |form: &Value| vec![Piece { from: Value::zero(), until: None, form: form.clone() }];
-        let first = |(relation, left, right): Wanted<'_>| {
-            let variable = Name::new("[difference]");
-            let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
-            match left.sub(right) {
-                Ok(form) => {
-                    by_shape(&Closed { variable, pieces: pieces(&form), conditions: Vec::new() }, index, &goal, natural)
-                }
-                Err(error) => Reach::unknown(error.to_string()),
+        let own = self.used.iter().map(|(_, place)| self.pieces(*place, class)).collect::<Option<Vec<_>>>()?;
+        let pieces = |value: &Value| {
+            if self.used.is_empty() {
+                return Some(vec![Piece { from: Value::zero(), until: None, form: value.clone() }]);
             }
+            let cell = |cell: Cell<'_>| {
+                let names = self.used.iter().map(|(name, _)| name.clone());
+                let images = names.zip(cell.forms.iter().map(|form| (*form).clone())).collect();
+                Some(Piece { from: cell.from, until: cell.until, form: value.substitute(&images).ok()? })
+            };
+            cells_or_none(&own, Value::zero(), natural).ok()?.into_iter().map(cell).collect::<Option<Vec<_>>>()
         };
-        let found = first((relation, &form, &Value::zero()));
+        let first = |(relation, left, right): Wanted<'_>| {
+            let all = left.sub(right).ok().and_then(|difference| pieces(&difference));
+            let shaped = |pieces| by_any_shape(pieces, index, relation, natural);
+            all.and_then(shaped).unwrap_or_else(|| Reach::unknown("it has no shape in each of its turns"))
+        };
+        let found = first((relation, difference, &Value::zero()));
         let Reach::Unknown(_) = &found else { return Some(found) };
-        let sides = Sides {
-            index,
-            moving: &|value: &Value| value.mentions(index),
-            pieces: &|form: &Value| Some(pieces(form)),
-            first: &first,
-        };
-        Some(of_alternatives((relation, &form), &sides, natural).unwrap_or(found))
+        let used = |value: &Value| self.used.iter().any(|(name, _)| value.mentions(name));
+        let moving = |value: &Value| value.mentions(index) || used(value);
+        let sides = Sides { index, moving: &moving, pieces: &pieces, first: &first };
+        Some(of_alternatives((relation, difference), &sides, natural).unwrap_or(found))
     }
 
     /// The difference of both sides in a class, and after how many rounds it is that.

@@ -7,7 +7,6 @@ use super::parabola::past;
 use super::ranges::joined;
 use super::reach::Wanted;
 use super::roots::between_roots;
-use super::search::NO_VALUE;
 use super::{Closed, Goal, Reach, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, NotKnown, Piece, Recurrence, Solved, cells_or_none};
@@ -77,7 +76,7 @@ fn of_one_sequence(
     };
     let found = or_with_equations(shaped(&pieces), &pieces, natural, &shaped);
     let Reach::Unknown(why) = &found else { return Some(found) };
-    let told = why.reason.ends_with(NO_VALUE);
+    let told = why.has_no_value();
     let of_both = of_difference(solved, &left.sub(right).ok()?, &[(name.clone(), *place)], natural);
     let otherwise = of_both.and_then(|pieces| {
         let bent = bent(&pieces, index, relation, natural);
@@ -91,7 +90,7 @@ fn by_its_own_shape(pieces: Vec<Piece>, index: &Name, relation: Relation, known:
     let variable = Name::new("[difference]");
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
     match by_shape(&Closed { variable, pieces, conditions: Vec::new() }, index, &goal, known) {
-        Reach::Unknown(why) if why.open.is_none() && !why.reason.ends_with(NO_VALUE) => None,
+        Reach::Unknown(why) if why.open.is_none() && !why.has_no_value() => None,
         Reach::Never(why) => Some(Reach::Never(format!("of the difference of both sides: {why}"))),
         found => Some(found),
     }

@@ -2,6 +2,8 @@
 //! former is the one that is looked for if the latter hold there, and there is none if they do not. Where it is enough that
 //! those of one alternative do, it is the least of the first indices of all.
 
+use num_traits::ToPrimitive;
+
 use super::absorbed::last_of_firsts;
 use super::exact::{by_any_shape, of_difference, read};
 use super::maxima::{grows, lesser};
@@ -14,6 +16,8 @@ use crate::value::{Atom, Relation, Value};
 
 /// The most that are to hold, in all alternatives.
 const MOST_PARTS: usize = 12;
+/// The latest number before which indices are looked at one by one.
+const MOST_BEFORE: i64 = 8;
 
 /// A value that is compared with 0, and its relation.
 type Compared = (Relation, Value);
@@ -66,31 +70,72 @@ pub(super) fn of_alternatives(
     if matches!(all.as_slice(), [parts] if matches!(parts.as_slice(), [(_, part)] if *part == value)) {
         return None;
     }
-    let (mut least, mut conditions, mut reasons) = (None, Vec::new(), Vec::new());
+    let (mut there, mut reasons) = (Vec::new(), Vec::new());
     for parts in &all {
         match together(parts, sides, &natural, known)? {
             Reach::Never(why) => reasons.push(why),
-            Reach::At(at, needed) if needed.is_empty() || all.len() == 1 => {
-                conditions = needed;
-                least = Some(match least {
-                    Some(other) => lesser(other, at, known)?,
-                    None => at,
-                });
-            }
-            unknown @ Reach::Unknown(_) => return Some(unknown),
-            // Of several it is asked first whether this one is there.
-            Reach::At(_, needed) => {
-                let (relation, left, right) = needed.first()?;
-                return Some(Reach::undecided(*relation, left, right));
-            }
+            found => there.push(found),
         }
     }
     reasons.dedup();
-    Some(match least {
-        Some(at) => Reach::At(at, conditions),
-        None if reasons.is_empty() => Reach::Never("it is false whatever the terms are".to_string()),
-        None => Reach::Never(reasons.join("; ")),
-    })
+    match there.as_slice() {
+        [] if reasons.is_empty() => Some(Reach::Never("it is false whatever the terms are".to_string())),
+        [] => Some(Reach::Never(reasons.join("; "))),
+        [only] => Some(only.clone()),
+        several => first_of_several(several, known).or_else(|| before_a_number(several, &all, sides, known)),
+    }
+}
+
+/// The first index where one of the alternatives is there at a number: by the indices before it, one by one.
+fn before_a_number(several: &[Reach], all: &[Vec<Compared>], sides: &Sides<'_>, known: &Assumptions) -> Option<Reach> {
+    let numbers = several.iter().filter_map(|found| match found {
+        Reach::At(at, needed) if needed.is_empty() => at.as_rational()?.to_integer().to_i64(),
+        _ => None,
+    });
+    let last = numbers.min().filter(|last| (0..=MOST_BEFORE).contains(last))?;
+    for at in 0..last {
+        for parts in all {
+            let mut open = None;
+            let mut fails = false;
+            for (relation, value) in parts {
+                let (pieces, variable) = ((sides.pieces)(value)?, sides.index.clone());
+                let closed = Closed { variable, pieces, conditions: Vec::new() };
+                let there = known.simplify(&closed.at(sides.index, &Value::integer(at), known)?);
+                match known.decide(*relation, &there, &Value::zero()) {
+                    Some(holds) => fails |= !holds,
+                    None => open = open.or(Some(Reach::undecided(*relation, &there, &Value::zero()))),
+                }
+            }
+            match open {
+                _ if fails => {}
+                Some(open) => return Some(open),
+                None => return Some(Reach::At(Value::integer(at), Vec::new())),
+            }
+        }
+    }
+    Some(Reach::At(Value::integer(last), Vec::new()))
+}
+
+/// The least of some first indices; otherwise what would have to be known first.
+fn first_of_several(several: &[Reach], known: &Assumptions) -> Option<Reach> {
+    let mut least = None;
+    for found in several {
+        let at = match found {
+            Reach::At(at, needed) => match needed.first() {
+                None => at.clone(),
+                // It is asked whether this one is there.
+                Some((relation, left, right)) => return Some(Reach::undecided(*relation, left, right)),
+            },
+            // One that has no value may be earlier or later than the others.
+            Reach::Unknown(why) if why.open.is_some() => return Some(found.clone()),
+            _ => return None,
+        };
+        least = Some(match least {
+            Some(other) => lesser(other, at, known)?,
+            None => at,
+        });
+    }
+    least.map(|at| Reach::At(at, Vec::new()))
 }
 
 /// The first index at which all of these hold.

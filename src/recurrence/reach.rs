@@ -178,9 +178,10 @@ fn without_terms(
     if let Some(found) = apart.and_then(|classes| classes.first(known)) {
         return Ok(found);
     }
-    reason = reason.or_else(|| apart?.open(known));
     // Where something of parameters alone is asked already that is asked first.
-    if reason.as_ref().is_some_and(|why| !asks_of_parameters(why, &recurrence.index))
+    let asks = |why: &Unknown| asks_of_parameters(why, &recurrence.index);
+    reason = reason.clone().filter(asks).or_else(|| apart?.open(known)).or(reason);
+    if reason.as_ref().is_some_and(|why| !asks(why))
         && let Some(found) = solved.and_then(|solved| Classes::even_and_odd(solved, wanted)?.first(known))
     {
         match found {
@@ -193,8 +194,7 @@ fn without_terms(
     if let early @ Reach::At(..) = tried(recurrence, wanted, &Tail::Unknown(String::new()), known, stop, FEW_TERMS) {
         return Ok(early);
     }
-    let round = comes_round(recurrence, wanted, stop).or_else(|| in_ratio(recurrence, wanted, known, stop));
-    if let Some(found) = round {
+    if let Some(found) = comes_round(recurrence, wanted, stop).or_else(|| in_ratio(recurrence, wanted, known, stop)) {
         return Ok(found);
     }
     let tail = match (classes, solved) {

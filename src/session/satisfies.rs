@@ -322,7 +322,8 @@ pub(super) fn said(text: &str) -> String {
     cut(text, WIDEST)
 }
 
-fn cut(text: &str, most: usize) -> String {
+/// A text, with its beginning alone where it has more characters than these.
+pub(super) fn cut(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_string();
     }

@@ -16,6 +16,7 @@ pub(super) use otherwise::{Asked, with_otherwise};
 
 use super::orders::{InOrders, first_index, in_orders};
 use super::reading::Waiting;
+use super::satisfies::cut;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Case, Comparison, Form, Recurrence, Solved, compared, in_cases, needed, with_known_parts};
 use crate::lower::{Expectation, Question};
@@ -29,6 +30,8 @@ use crate::value::{Relation, Value};
 
 /// The most conditions of parameters of which each case is looked at by itself.
 const MOST_CHOICES: usize = 3;
+/// The longest reason that is told whole, in characters.
+const WIDEST: usize = 320;
 
 /// The lines of the answer, and what came of the expectations, where the parameters are as the equations need them.
 pub(super) fn answer(question: &Question, waiting: &Waiting, stop: &dyn Fn() -> bool) -> (Vec<String>, Vec<Expected>) {
@@ -411,11 +414,11 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: &str) ->
             let first = format!("{index} = {at} is the first with {goal}");
             std::iter::once(first).chain(conditions.iter().map(needed)).collect()
         }
-        Reach::Never(reason) => vec![format!("never {goal}: {reason}")],
+        Reach::Never(reason) => vec![format!("never {goal}: {}", cut(reason, WIDEST))],
         Reach::Unknown(reason) if reason.has_no_value() => {
             vec![format!("there is a first {index} with {goal}, but it is no value here: {reason}")]
         }
-        Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {reason}")],
+        Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {}", cut(&reason.to_string(), WIDEST))],
     }
 }
 
