@@ -50,6 +50,7 @@ use closed::analysed;
 pub use drift::drifting;
 use surroundings::Surroundings;
 pub use surroundings::analyse_each;
+pub(crate) use surroundings::parameters;
 pub(crate) use told::{in_case, in_case_after, told_after};
 
 /// A comparison of two values.

@@ -154,8 +154,9 @@ pub fn verify(
     let mut outcome = match property::Wanted::of(property.1, property.0) {
         Err(reason) => Outcome::new(Verdict::Open { remaining: vec![reason] }),
         Ok(wanted) => {
+            let parameters = period::parameters(components, definitions, assumptions);
             let look = |period: &Period| {
-                cases::in_cases(assumptions, &|known| {
+                cases::in_cases((assumptions, &parameters), &|known| {
                     let trajectory = trajectory::walk(period, (definitions, known), property.1, interrupted);
                     let told = |warning| told_of(warning, &trajectory);
                     let diagnostics = period.warnings.iter().filter_map(told).collect();

@@ -42,6 +42,11 @@ impl<'a> Surroundings<'a> {
     }
 }
 
+/// The names that have one value throughout a run of these components: parameters.
+pub(crate) fn parameters(components: &[Term], definitions: &Definitions, assumptions: &Assumptions) -> BTreeSet<Name> {
+    Surroundings::new(definitions, assumptions, &|| false).reserved(components)
+}
+
 /// The period of each of several systems of the same processes.
 ///
 /// # Errors

@@ -260,8 +260,9 @@ fn course_as_assumed(
     environment: &Environment,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Option<Known>, Unsettled> {
-    let ways = period.phases.iter().map(|phase| phase.edges.len());
-    if period.lasting().is_some() || ways.sum::<usize>() < 2 {
+    let ways = period.phases.iter().map(|phase| phase.edges.len()).sum::<usize>();
+    let first = period.initial.len().saturating_sub(1);
+    if period.lasting().is_some() || ways + first < 2 {
         return Ok(None);
     }
     let term = system.term(&environment.definitions);

@@ -1,12 +1,13 @@
 //! Two delays of which it is not known which ends first: what can be said is said in each order of them.
 
 use super::claim::Found;
-use crate::closed_form::compared;
+use crate::closed_form::{Comparison, compared};
 use crate::lower::Environment;
 use crate::name::Name;
 use crate::period::Failure;
 use crate::report::Verdict;
 use crate::value::{Relation, Sort, Value};
+use crate::verify::side;
 
 /// Orders that are looked at inside one another, and of a claim.
 pub(crate) const MOST_ORDERS: usize = 3;
@@ -37,6 +38,21 @@ fn orders(failures: &[Failure], environment: &Environment) -> Vec<Order> {
         Order { title: format!("if {}", compared(&(order, one.clone(), other.clone()))), environment }
     };
     orders.map(with).collect()
+}
+
+/// The cases of a comparison of parameters that would have to be known, and of its opposite.
+pub(super) fn either_case(open: &[Comparison], environment: &Environment) -> Vec<Order> {
+    let known = &environment.assumptions;
+    let declared = |name: &Name| environment.quantity(name).is_some();
+    let Some((relation, left, right)) = open.iter().find_map(|asked| side(asked, known, &declared)) else {
+        return Vec::new();
+    };
+    let with = |relation: Relation| {
+        let mut environment = environment.clone();
+        environment.assumptions.assume(relation, &left, &right);
+        Order { title: format!("if {}", compared(&(relation, left.clone(), right.clone()))), environment }
+    };
+    vec![with(relation), with(relation.negated())]
 }
 
 /// What comes of each order, where it is asked at all; `most`: so many orders inside one another.
@@ -83,7 +99,7 @@ impl Found {
         let mut found = Found { verdict, values, steady, trusted, ..Found::default() };
         if verdict.is_none() && all(Verdict::Proved) {
             found.remains = vec![
-                "it is proved in each order, but with other durations in each, so that no one theorem says it"
+                "it is proved in each case, but with other durations in each, so that no one theorem says it"
                     .to_string(),
             ];
         }

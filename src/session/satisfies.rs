@@ -3,7 +3,7 @@
 use super::beside::{BESIDE, relevant};
 use super::claim::Found;
 use super::contradiction::contradict;
-use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order, in_orders};
+use super::delays::{self, MOST_CLAIMED, MOST_ORDERS, Order, either_case, in_orders};
 use super::parts::{large_part, separate};
 use super::reading::{Run, Waiting};
 use crate::assumption::Assumptions;
@@ -62,12 +62,13 @@ impl Run<'_, '_> {
         if matches!(outcome.verdict, verify::Verdict::Open { .. }) {
             let each = |order: &Order| self.satisfies_under(names.0, names.1, &order.environment, most - 1);
             let (orders, cases) = in_orders(&outcome.diagnostics, environment, most, each);
-            if let Some(found) = Found::in_each(&orders, cases, false) {
+            let in_cases = || self.in_either_case(names, &outcome, environment, most);
+            if let Some(found) = Found::in_each(&orders, cases, false).or_else(in_cases) {
                 return found;
             }
         }
-        let mut trace: Vec<String> = by_turns(&outcome).into_iter().chain(outcome.remark.clone()).collect();
-        trace.extend(account(system, &outcome, environment));
+        let told = by_turns(&outcome).into_iter().chain(outcome.remark.clone());
+        let trace = told.chain(account(system, &outcome, environment)).collect();
         let mut found = Found { trace, ..Found::default() };
         found.values = outcome.values.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
         found.steady = outcome.steady.iter().map(|(name, value)| (name.clone(), value.clone())).collect();
@@ -94,6 +95,19 @@ impl Run<'_, '_> {
             }
         }
         found
+    }
+
+    /// The same in either case of what would have to be known of parameters, if it is settled in one of them.
+    fn in_either_case(
+        &mut self,
+        (system, property): (&Name, &Name),
+        outcome: &Outcome,
+        environment: &Environment,
+        most: usize,
+    ) -> Option<Found> {
+        let cases = if most > 0 { either_case(&outcome.asked, environment) } else { Vec::new() };
+        let found = |case: &Order| self.satisfies_under(system, property, &case.environment, most - 1);
+        Found::in_each(&cases, cases.iter().map(found).collect(), false)
     }
 
     pub(super) fn flow(&mut self, system: &Name, waiting: &Waiting) -> Vec<String> {

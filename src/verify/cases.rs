@@ -6,7 +6,7 @@
 //! What is written as one must be, in either case and under its assumptions, what was found there.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::sides::{equal, on_sides};
 use super::trajectory::{Leg, Rounds};
@@ -59,8 +59,11 @@ impl Outcome {
     }
 }
 
-/// The outcome under assumptions, in cases where it is open without.
-pub(super) fn in_cases(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) -> Outcome) -> Outcome {
+/// The outcome under assumptions of parameters, in cases where it is open without.
+pub(super) fn in_cases(
+    (assumptions, parameters): (&Assumptions, &BTreeSet<Name>),
+    look: &dyn Fn(&Assumptions) -> Outcome,
+) -> Outcome {
     let runs = Cell::new(0);
     let counted = |known: &Assumptions| {
         runs.set(runs.get() + 1);
@@ -68,7 +71,7 @@ pub(super) fn in_cases(assumptions: &Assumptions, look: &dyn Fn(&Assumptions) ->
     };
     let on_sides = |known: &Assumptions, whole: &Outcome| {
         let look = |known: &Assumptions| if runs.get() < MOST_RUNS { Some(counted(known)) } else { None };
-        on_sides(known, whole, &look)
+        on_sides((known, parameters), whole, &look)
     };
     split(assumptions, &counted, &on_sides, MOST_SPLITS)
 }
@@ -248,27 +251,7 @@ impl Merge {
 
     /// Two processes that differ in values alone.
     fn terms(&self, one: &Term, other: &Term) -> Option<Term> {
-        let (parts, others) = (one.children(), other.children());
-        let bare = |term: &Term, parts: &Parts<'_, Term>| {
-            let plain = if parts.is_empty() {
-                term.clone()
-            } else {
-                term.with_children(parts.clone().map(|_| Term::stop()).collect())
-            };
-            plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
-        };
-        if parts.len() != others.len() || bare(one, &parts) != bare(other, &others) {
-            return None;
-        }
-        let values = other.values();
-        let mut values = values.into_iter();
-        let merged = if parts.is_empty() {
-            one.clone()
-        } else {
-            let parts = parts.into_iter().zip(others).map(|(one, other)| self.terms(one, other));
-            one.with_children(parts.collect::<Option<Vec<_>>>()?)
-        };
-        merged.map_values(&mut |value| values.next().and_then(|other| self.values(value, other)).ok_or(())).ok()
+        as_one(one, other, &|one, other| self.values(one, other))
     }
 
     /// One value that is the first in the one case and the second in the other.
@@ -300,6 +283,31 @@ impl Merge {
         let side = above.sub(&below).ok()?.mul(&half).ok()?.with(&distance, &length).ok()?;
         middle.add(&side.mul(&self.difference.div(&length).ok()?).ok()?).ok()
     }
+}
+
+/// Two processes that differ in values alone, with one value for each two.
+pub(super) fn as_one(one: &Term, other: &Term, value: &dyn Fn(&Value, &Value) -> Option<Value>) -> Option<Term> {
+    let (parts, others) = (one.children(), other.children());
+    let bare = |term: &Term, parts: &Parts<'_, Term>| {
+        let plain = if parts.is_empty() {
+            term.clone()
+        } else {
+            term.with_children(parts.clone().map(|_| Term::stop()).collect())
+        };
+        plain.map_values(&mut |_| Ok::<_, ()>(Value::zero())).ok()
+    };
+    if parts.len() != others.len() || bare(one, &parts) != bare(other, &others) {
+        return None;
+    }
+    let values = other.values();
+    let mut values = values.into_iter();
+    let merged = if parts.is_empty() {
+        one.clone()
+    } else {
+        let parts = parts.into_iter().zip(others).map(|(one, other)| as_one(one, other, value));
+        one.with_children(parts.collect::<Option<Vec<_>>>()?)
+    };
+    merged.map_values(&mut |here| values.next().and_then(|other| value(here, other)).ok_or(())).ok()
 }
 
 /// Values that are in another case, where they have a meaning, what was found there.

@@ -1,6 +1,8 @@
 //! On which side of what a parameter lies: the comparisons on which it depends what a maximum is, or which case counts.
 
-use super::cases::{Apart, same};
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::cases::{Apart, as_one, same};
 use super::{Outcome, Verdict};
 use crate::assumption::Assumptions;
 use crate::name::Name;
@@ -23,11 +25,11 @@ enum Sides {
 /// What is proved on either side of all bounds that it is open for, if it is the same on all of them: with durations that are
 /// right on each, as `t*ceil(4/(t*v))`, which is t where t*v is 4 or more.
 pub(super) fn on_sides(
-    known: &Assumptions,
+    (known, parameters): (&Assumptions, &BTreeSet<Name>),
     whole: &Outcome,
     look: &dyn Fn(&Assumptions) -> Option<Outcome>,
 ) -> Option<Outcome> {
-    let all = sides(known, whole, look, MOST_SIDES)?;
+    let all = sides((known, parameters), whole, look, MOST_SIDES)?;
     let mut leaves = Vec::new();
     all.leaves(&mut leaves);
     let told = leaves.iter().map(|(outcome, _)| *outcome).find(|one| leaves.iter().all(|leaf| says(one, leaf)));
@@ -35,7 +37,7 @@ pub(super) fn on_sides(
 }
 
 fn sides(
-    known: &Assumptions,
+    (known, parameters): (&Assumptions, &BTreeSet<Name>),
     whole: &Outcome,
     look: &dyn Fn(&Assumptions) -> Option<Outcome>,
     most: usize,
@@ -45,13 +47,12 @@ fn sides(
         Verdict::Proved | Verdict::Open { .. } if most > 0 => {}
         _ => return None,
     }
-    let declared = known.variables();
-    let bound = whole.asked.iter().find_map(|one| side(one, known, &|name| declared.contains(name)))?;
+    let bound = whole.asked.iter().find_map(|one| side(one, known, &|name| parameters.contains(name)))?;
     let (difference, zero) = (difference(&bound, known)?, Value::zero());
     let each = |relation| {
         let mut known = known.clone();
         known.assume(relation, &difference, &zero);
-        sides(&known, &look(&known)?, look, most - 1).map(Box::new)
+        sides((&known, parameters), &look(&known)?, look, most - 1).map(Box::new)
     };
     let (above, below) = (each(Relation::Gtr)?, each(Relation::Lte)?);
     Some(Sides::Two(difference, above, below))
@@ -101,16 +102,42 @@ impl Sides {
             other.leaves(&mut leaves);
             leaves.iter().all(|leaf| says(one, leaf))
         };
+        let chosen = || {
+            let found = chosen(&difference, &above, &below)?;
+            (on_all(&found, sides[0]) && on_all(&found, sides[1])).then_some(found)
+        };
+        let by_side;
         let one = match told {
             Some(told) => told,
             None if on_all(&above, sides[1]) => &above,
             None if on_all(&below, sides[0]) => &below,
-            None => return None,
+            None => {
+                by_side = chosen()?;
+                &by_side
+            }
         };
         let mut found = Outcome { legs: Vec::new(), ..one.clone() };
         found.apart = Some(Box::new(Apart { difference: difference.clone(), above, below, otherwise: Relation::Lte }));
         Some(found)
     }
+}
+
+/// What was found on either side of 0 with durations that are chosen by the side: `if a > b then 1 else 2`.
+fn chosen(difference: &Value, above: &Outcome, below: &Outcome) -> Option<Outcome> {
+    let side = Value::truth(Relation::Gtr, difference, &Value::zero()).ok()?;
+    let value = |one: &Value, other: &Value| {
+        if one == other {
+            return Some(one.clone());
+        }
+        one.sub(other).and_then(|more| side.mul(&more)?.add(other)).ok()
+    };
+    let values = |one: &BTreeMap<Name, Value>, other: &BTreeMap<Name, Value>| {
+        let pair = |(name, here): (&Name, &Value)| Some((name.clone(), value(here, other.get(name)?)?));
+        if one.len() == other.len() { one.iter().map(pair).collect::<Option<BTreeMap<_, _>>>() } else { None }
+    };
+    let term = as_one(above.property_term.as_ref()?, below.property_term.as_ref()?, &value)?;
+    let (first, steady) = (values(&above.values, &below.values)?, values(&above.steady, &below.steady)?);
+    Some(Outcome { values: first, steady, property_term: Some(term), ..above.clone() })
 }
 
 /// A value with a number for one of its integer parts, where it is known which: 1 for `ceil(4/(t*v))` where `t*v >= 4`.
