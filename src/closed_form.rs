@@ -386,6 +386,10 @@ pub(crate) fn pieces_in_class(
     let mut all = Vec::new();
     for piece in pieces {
         let until = piece.until.as_ref().map(turn).transpose()?;
+        // A piece that ends where it begins is surely of none.
+        if until.as_ref() == Some(&from) {
+            continue;
+        }
         let next = until.clone().unwrap_or_else(Value::zero);
         let form = in_class(&piece.form, index, count, offset)?;
         all.push(Piece { from: std::mem::replace(&mut from, next), until, form });

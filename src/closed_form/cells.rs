@@ -17,7 +17,8 @@ pub(crate) struct Cell<'a> {
 /// # Errors
 /// Where it is not known which of two pieces ends first, or one form ends before the others.
 pub(crate) fn cells<'p>(all: &'p [Vec<Piece>], first: Value, known: &Assumptions) -> Result<Vec<Cell<'p>>, String> {
-    by_ends(all, first, &|end, other| known.decide(Relation::Lss, end, other)).map_err(NotKnown::told)
+    let sooner = |end: &Value, other: &Value| known.decide(Relation::Lss, end, other);
+    by_ends(all, first, &sooner, &|end, other| end == other).map_err(NotKnown::told)
 }
 
 /// The same where it is enough to know that one piece does not end later than another: a cell may then be of no index.
@@ -33,7 +34,8 @@ pub(crate) fn cells_or_none<'p>(
         let is = |relation| known.decide(relation, end, other) == Some(true);
         if is(Relation::Lte) { Some(true) } else { is(Relation::Gte).then_some(false) }
     };
-    by_ends(all, first, &sooner)
+    let same = |end: &Value, other: &Value| end == other || known.decide(Relation::Eq, end, other) == Some(true);
+    by_ends(all, first, &sooner, &same)
 }
 
 /// Why there are no cells: two ends of which it is not known which is sooner; none where the pieces have gaps.
@@ -52,6 +54,7 @@ fn by_ends<'p>(
     all: &'p [Vec<Piece>],
     first: Value,
     sooner: &dyn Fn(&Value, &Value) -> Option<bool>,
+    same: &dyn Fn(&Value, &Value) -> bool,
 ) -> Result<Vec<Cell<'p>>, NotKnown> {
     let mut rest: Vec<&'p [Piece]> = all.iter().map(Vec::as_slice).collect();
     let (mut from, mut cells) = (first, Vec::new());
@@ -70,7 +73,8 @@ fn by_ends<'p>(
         cells.push(Cell { from, until: until.cloned(), forms });
         let Some(until) = until else { return Ok(cells) };
         for pieces in &mut rest {
-            if pieces.first().is_some_and(|piece| piece.until.as_ref() == Some(until)) {
+            let ends = |piece: &Piece| piece.until.as_ref().is_some_and(|end| same(end, until));
+            if pieces.first().is_some_and(ends) {
                 *pieces = &pieces[1..];
             }
         }

@@ -3,17 +3,10 @@
 
 use super::first::Question;
 use super::stretches::{Compared, Stretch};
-use super::whole_parts::with_known_parts;
+use super::whole_parts::{rounded, with_known_parts};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Atom, Relation, Value};
-
-/// An index `ceil(E) + k` or `floor(E)+1 + k`.
-struct Rounded {
-    up: bool,
-    exact: Value,
-    rest: Value,
-}
 
 impl Question<'_> {
     /// Whether in a stretch it does not hold before the index, as what is compared there has the sign of `n-k-E`, or of
@@ -233,18 +226,6 @@ impl<'a> Bent<'a> {
                 && self.is_zero_at(place, known),
         )
     }
-}
-
-fn rounded(at: &Value) -> Option<Rounded> {
-    let atom = at.atoms().into_iter().find(|atom| matches!(atom, Atom::Floor(_)))?;
-    let Atom::Floor(inner) = &atom else { return None };
-    let part = Name::new("[part]");
-    let (factor, rest) = at.with_atom(&atom, &Value::variable(&part)).ok()?.linear_in(&part)?;
-    if factor == Value::one() {
-        return Some(Rounded { up: false, exact: inner.clone(), rest: rest.sub(&Value::one()).ok()? });
-    }
-    let up = factor == Value::integer(-1);
-    up.then(|| Some(Rounded { up, exact: inner.neg().ok()?, rest })).flatten()
 }
 
 /// A value as `a*sqrt(S) + b`; one that is positive is the root of its square.

@@ -11,7 +11,7 @@ use super::cells::cells_or_none;
 use super::comparing::{Leaf, stands_to_zero, throughout_or_never};
 use super::first::Wanted;
 use super::pieces::for_all_signs;
-use super::whole_parts::with_known_parts;
+use super::whole_parts::{is_not_before, with_known_parts};
 use super::{Form, Piece, Recurrence, Solved, with_first_round};
 use crate::assumption::Assumptions;
 use crate::exponential_polynomial::ExponentialPolynomial;
@@ -188,7 +188,11 @@ impl<'a> Compared<'a> {
 
     /// Whether it holds at no index of a stretch, from one on that is written as a number, and before this one.
     pub(super) fn never_within(&self, stretch: &Stretch, from: i64, before: Option<&Value>) -> bool {
-        if before.is_some_and(|before| self.known.decide(Relation::Gte, &stretch.from, before) == Some(true)) {
+        let begins_later = |before: &Value| {
+            self.known.decide(Relation::Gte, &stretch.from, before) == Some(true)
+                || is_not_before(&stretch.from, before, &self.known)
+        };
+        if before.is_some_and(begins_later) {
             return true;
         }
         let index = &self.recurrence.index;

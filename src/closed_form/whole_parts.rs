@@ -145,3 +145,29 @@ mod tests {
         assert_eq!(with_known_parts(&part, &known), Some(Value::integer(-1)), "{part}");
     }
 }
+
+/// An index `ceil(E) + k` or `floor(E)+1 + k`.
+pub(super) struct Rounded {
+    pub(super) up: bool,
+    pub(super) exact: Value,
+    pub(super) rest: Value,
+}
+
+pub(super) fn rounded(at: &Value) -> Option<Rounded> {
+    let atom = at.atoms().into_iter().find(|atom| matches!(atom, Atom::Floor(_)))?;
+    let Atom::Floor(inner) = &atom else { return None };
+    let part = Name::new("[part]");
+    let (factor, rest) = at.with_atom(&atom, &Value::variable(&part)).ok()?.linear_in(&part)?;
+    if factor == Value::one() {
+        return Some(Rounded { up: false, exact: inner.clone(), rest: rest.sub(&Value::one()).ok()? });
+    }
+    let up = factor == Value::integer(-1);
+    up.then(|| Some(Rounded { up, exact: inner.neg().ok()?, rest })).flatten()
+}
+
+/// Whether an index `ceil(X) + k` is not before `ceil(E) + k`, or `floor(E)+1 + k`: where X is not before E, or behind it.
+pub(super) fn is_not_before(index: &Value, other: &Value, known: &Assumptions) -> bool {
+    let (Some(one), Some(other)) = (rounded(index), rounded(other)) else { return false };
+    let relation = if other.up { Relation::Gte } else { Relation::Gtr };
+    one.up && one.rest == other.rest && known.decide(relation, &one.exact, &other.exact) == Some(true)
+}

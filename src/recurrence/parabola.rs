@@ -57,12 +57,10 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
             Some(next) => Some(last_told(piece, &form, &side(&next.form).ok()?, index, known)?),
         };
         let curve = Curve { form: &form, coefficients: [&constant, &linear, &square], above, index, known };
-        let found = if falls {
-            let later = stands(&pieces[place + 1..], index, relation, known);
-            let alone = later.and_then(|holds| curve.up_to_rest(piece, holds));
-            alone.map_or_else(|| curve.within(&piece.from, last.as_ref()), |found| Some(Some(found)))?
-        } else {
-            curve.passed(last.as_ref())?
+        let found = match curve.up_to_rest(piece, &pieces[place + 1..], relation) {
+            Some(found) => found,
+            None if falls => curve.within(&piece.from, last.as_ref())?,
+            None => curve.passed(last.as_ref())?,
         };
         if found.is_some() {
             return found;
@@ -71,12 +69,20 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
     None
 }
 
-/// Whether all of these pieces, at least one, in which nothing moves, are there, or none is.
-fn stands(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<bool> {
-    let each = pieces.iter().map(|piece| decided(relation, &piece.form, known).filter(|_| !piece.form.mentions(index)));
-    let mut told = each.collect::<Option<Vec<bool>>>()?;
+/// Whether all of these pieces, at least one, in which nothing moves, are there, or none is; else what would have to be known.
+fn stands(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Result<bool, Reach>> {
+    if pieces.iter().any(|piece| piece.form.mentions(index)) {
+        return None;
+    }
+    let mut told = Vec::new();
+    for piece in pieces {
+        match decided(relation, &piece.form, known) {
+            Some(holds) => told.push(holds),
+            None => return Some(Err(Reach::undecided(relation, &piece.form, &Value::zero()))),
+        }
+    }
     told.dedup();
-    if let [holds] = told.as_slice() { Some(*holds) } else { None }
+    if let [holds] = told.as_slice() { Some(Ok(*holds)) } else { None }
 }
 
 /// How a value compares with 0, where what is rounded in it may be known.
@@ -196,44 +202,95 @@ impl Curve<'_> {
         }))
     }
 
-    /// The same where it is not known whether it is above 0 at the last index of its piece, behind which nothing moves: the first
-    /// index behind the lesser root; where it is not above 0 at rest, and so again before the piece ends, if it is there.
-    fn up_to_rest(&self, piece: &Piece, holds_at_rest: bool) -> Option<Reach> {
-        let two = Value::integer(2);
+    /// The same where it is not known whether it is above 0 at the last index of its piece, behind which nothing moves. `Some(None)`:
+    /// it is not up to there.
+    fn up_to_rest(&self, piece: &Piece, later: &[Piece], relation: Relation) -> Option<Option<Reach>> {
+        let (zero, two) = (Value::zero(), Value::integer(2));
         let [constant, linear, square] = self.coefficients;
         let until = piece.until.as_ref()?;
         let end = self.form.with(self.index, &until.sub(&Value::one()).ok()?).ok()?;
         if decided(self.above, &end, self.known).is_some() {
             return None;
         }
+        let at_rest = stands(later, self.index, relation, self.known)?;
+        let falls = decided(Relation::Lss, square, self.known) == Some(true);
         let slope = square.mul(&piece.from).ok()?.mul(&two).ok()?.add(linear).ok()?;
         let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
-        let is = |relation: Relation, value: &Value| decided(relation, value, self.known) == Some(true);
-        if !is(Relation::Gtr, &slope) || !is(Relation::Gte, &under) {
-            return None;
+        for (relation, value) in [(Relation::Gtr, &slope), (Relation::Gte, &under)].into_iter().filter(|_| falls) {
+            match decided(relation, value, self.known) {
+                Some(true) => {}
+                // It only falls, or turns back before it comes so far.
+                Some(false) => return Some(None),
+                None => return Some(Some(Reach::undecided(relation, value, &zero))),
+            }
         }
-        // The greater root of one that bends downwards.
-        let root = root_of(&under, self.known).ok()?.add(linear).ok()?.div(&square.mul(&two).ok()?.neg().ok()?).ok()?;
-        let root = self.known.simplify(&root);
+        let holds_at_rest = match at_rest {
+            Ok(holds) => holds,
+            Err(open) => return Some(Some(open)),
+        };
         let all = [constant.clone(), linear.clone(), square.clone()];
-        let first = self.known.simplify(&behind(&all, self.above, self.known).ok()?);
+        let root = self.known.simplify(&crossing(&all, self.known).ok()?);
+        if !falls {
+            return self.behind_it(&root, until, holds_at_rest);
+        }
+        // Both roots together are -b/a.
+        let greater = self.known.simplify(&linear.div(square).ok()?.neg().ok()?.sub(&root).ok()?);
+        self.between([&root, &greater], until, holds_at_rest)
+    }
+
+    /// Of one that bends upwards, or rises: behind its greater root, which comes before the end of the piece if it is above 0 at rest.
+    fn behind_it(&self, root: &Value, until: &Value, holds_at_rest: bool) -> Option<Option<Reach>> {
+        if holds_at_rest {
+            return Some(Some(Reach::At(self.not_behind(root, until)?, Vec::new())));
+        }
+        let last = until.sub(&Value::one()).ok()?;
+        let beyond = if self.above == Relation::Gte { Relation::Gtr } else { Relation::Gte };
+        (self.known.decide(beyond, root, &last) == Some(true)).then_some(None)
+    }
+
+    /// Of one that bends downwards: behind its lesser root; where it is not above 0 at rest, and so again before the piece ends, if it
+    /// is there before the greater one.
+    fn between(&self, [lesser, greater]: [&Value; 2], until: &Value, holds_at_rest: bool) -> Option<Option<Reach>> {
         let surely =
             |relation: Relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
         if holds_at_rest {
-            // Up to the end of the piece it is above 0 from the lesser root on.
-            let to_the_end = surely(Relation::Gtr, &root, &until.sub(&Value::one()).ok()?);
-            return (to_the_end && surely(Relation::Lte, &first, until)).then(|| Reach::At(first, Vec::new()));
+            let to_the_end = surely(Relation::Gtr, greater, &until.sub(&Value::one()).ok()?);
+            return to_the_end.then(|| Some(Some(Reach::At(self.not_behind(lesser, until)?, Vec::new())))).flatten();
         }
-        if !surely(Relation::Lss, &root, until) {
+        if !surely(Relation::Lss, greater, until) {
             return None;
         }
-        // It is behind the lesser root, so it is above 0 if it is before the greater one.
+        let first = self.rounded(lesser)?;
         let before = if self.above == Relation::Gte { Relation::Lte } else { Relation::Lss };
-        Some(match self.known.decide(before, &first, &root) {
+        Some(Some(match self.known.decide(before, &first, greater) {
             Some(true) => Reach::At(first, Vec::new()),
             Some(false) => Reach::Never(format!("it turns back between {} = {first} and the one before", self.index)),
-            None => Reach::At(first.clone(), vec![(before, first, root)]),
-        })
+            None => Reach::At(first.clone(), vec![(before, first, greater.clone())]),
+        }))
+    }
+
+    /// The first index behind a root, if it is known not to be behind this one: where that is `ceil(X)`, if the root is not behind X.
+    fn not_behind(&self, root: &Value, until: &Value) -> Option<Value> {
+        let first = self.rounded(root)?;
+        let known =
+            |relation: Relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
+        let before = if self.above == Relation::Gte { Relation::Lte } else { Relation::Lss };
+        let opposite = until.neg().ok()?;
+        let exact = opposite.atoms().into_iter().find_map(|atom| match &atom {
+            Atom::Floor(inner) if atom.value().is_ok_and(|value| value == opposite) => inner.neg().ok(),
+            _ => None,
+        });
+        let sooner = known(Relation::Lte, &first, until) || exact.is_some_and(|exact| known(before, root, &exact));
+        sooner.then_some(first)
+    }
+
+    /// The first index behind a root, or at it where that counts.
+    fn rounded(&self, root: &Value) -> Option<Value> {
+        let first = match self.above {
+            Relation::Gte => root.ceiling(),
+            _ => root.floor().and_then(|whole| whole.add(&Value::one())),
+        };
+        Some(self.known.simplify(&first.ok()?))
     }
 
     /// Whether it is at no index from one to another.
@@ -259,23 +316,22 @@ pub(super) fn coefficients(form: &Value, index: &Name) -> Result<Option<[Value; 
     Ok((whole == *form).then_some([zeroth, linear, square]))
 }
 
-/// The first index behind the root `(-b + sqrt(b^2 - 4*a*c)) / (2*a)`, the greater one for a above 0 and else the lesser, or
-/// that of a line, `-c/b`.
-fn behind(
-    [constant, linear, square]: &[Value; 3],
-    relation: Relation,
-    known: &Assumptions,
-) -> Result<Value, ValueError> {
-    let root = if square.is_zero() {
-        constant.neg()?.div(linear)?
-    } else {
-        let under = linear.mul(linear)?.sub(&square.mul(constant)?.mul(&Value::integer(4))?)?;
-        root_of(&under, known)?.sub(linear)?.div(&square.mul(&Value::integer(2))?)?
-    };
+/// The first index behind a crossing, or at it where that counts.
+fn behind(all: &[Value; 3], relation: Relation, known: &Assumptions) -> Result<Value, ValueError> {
+    let root = crossing(all, known)?;
     match relation {
         Relation::Gte => root.ceiling(),
         _ => root.floor()?.add(&Value::one()),
     }
+}
+
+/// The root `(-b + sqrt(b^2 - 4*a*c)) / (2*a)`, the greater one for a above 0 and else the lesser, or that of a line, `-c/b`.
+fn crossing([constant, linear, square]: &[Value; 3], known: &Assumptions) -> Result<Value, ValueError> {
+    if square.is_zero() {
+        return constant.neg()?.div(linear);
+    }
+    let under = linear.mul(linear)?.sub(&square.mul(constant)?.mul(&Value::integer(4))?)?;
+    root_of(&under, known)?.sub(linear)?.div(&square.mul(&Value::integer(2))?)
 }
 
 /// The root of a value, with names that are not 0 and stand in it as squares before it: `v*sqrt(100-q^2)` of `100*v^2-q^2*v^2`.
