@@ -41,6 +41,7 @@ mod line;
 mod linear;
 mod matrix;
 mod maxima;
+mod meeting;
 mod modular;
 mod modulo;
 mod near;

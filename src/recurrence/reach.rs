@@ -20,6 +20,7 @@ use super::jointly::jointly;
 use super::kept::kept;
 use super::late::{late, rising};
 use super::maxima::{first_of_parts, late_parts};
+use super::meeting::by_one_part;
 use super::modular::modular;
 use super::near::near;
 use super::needed::needed;
@@ -65,37 +66,13 @@ pub(super) fn reach(
     known: &Assumptions,
     stop: &dyn Fn() -> bool,
 ) -> Reach {
-    let zero = Value::zero();
     let needed = needed(recurrence, solved, [left, right], known, stop);
     let (recurrence, solved) = match &needed {
         Some(solved) => (solved.recurrence(), Some(solved)),
         None => (recurrence, solved),
     };
     match furthest(left, right) {
-        Ok(Some(distance)) => {
-            let by = |distance: &Value| of_numbers(recurrence, solved, (relation, distance, &zero), known, stop);
-            let found = by(&distance);
-            // Along a line with symbols the length of what is left is one number, and its parts are several.
-            let found = match (&found, left.sub(right).and_then(|left| left.norm())) {
-                (Reach::Unknown(_), Ok(length)) => match by(&length) {
-                    Reach::Unknown(_) => found,
-                    told => told,
-                },
-                _ => found,
-            };
-            let of_part = |part: Wanted<'_>| of_numbers(recurrence, solved, part, known, stop);
-            match &found {
-                Reach::Unknown(unknown) if relation == Relation::Eq => {
-                    let parts = each_part(left, right);
-                    match parts.and_then(|parts| first_of_all(recurrence, &parts, known, &of_part)) {
-                        Some(Reach::Unknown(other)) if unknown.open.is_some() || other.open.is_none() => found,
-                        Some(told) => told,
-                        None => found,
-                    }
-                }
-                _ => found,
-            }
-        }
+        Ok(Some(distance)) => of_vectors((recurrence, solved), (relation, left, right), &distance, known, stop),
         Ok(None) => {
             let found = |(relation, left, right): Wanted<'_>| {
                 of_numbers(recurrence, solved, (relation, left, right), known, stop)
@@ -115,6 +92,43 @@ pub(super) fn reach(
             }
         }
         Err(error) => Reach::unknown(error.to_string()),
+    }
+}
+
+/// The same of vectors, by their greatest difference, by the length of it, or part by part.
+fn of_vectors(
+    (recurrence, solved): (&Recurrence, Option<&Solved>),
+    (relation, left, right): Wanted<'_>,
+    distance: &Value,
+    known: &Assumptions,
+    stop: &dyn Fn() -> bool,
+) -> Reach {
+    let zero = Value::zero();
+    let by = |distance: &Value| of_numbers(recurrence, solved, (relation, distance, &zero), known, stop);
+    let found = by(distance);
+    // Along a line with symbols the length of what is left is one number, and its parts are several.
+    let found = match (&found, left.sub(right).and_then(|left| left.norm())) {
+        (Reach::Unknown(_), Ok(length)) => match by(&length) {
+            Reach::Unknown(_) => found,
+            told => told,
+        },
+        _ => found,
+    };
+    let Reach::Unknown(unknown) = &found else { return found };
+    let Some(parts) = each_part(left, right).filter(|_| relation == Relation::Eq) else { return found };
+    let of_part = |part: Wanted<'_>| of_numbers(recurrence, solved, part, known, stop);
+    let told = match first_of_all(recurrence, &parts, known, &of_part) {
+        None | Some(Reach::Unknown(_))
+            if let Some(told) = solved.and_then(|solved| by_one_part(solved, &parts, known, &of_part)) =>
+        {
+            Some(told)
+        }
+        told => told,
+    };
+    match told {
+        Some(Reach::Unknown(other)) if unknown.open.is_some() || other.open.is_none() => found,
+        Some(told) => told,
+        None => found,
     }
 }
 

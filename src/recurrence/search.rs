@@ -125,13 +125,25 @@ impl Entry<'_> {
         if self.known.decide(Relation::Gtr, value, &zero) == Some(true) {
             return Ok(true);
         }
-        if self.known.decide(Relation::Lss, value, &zero) == Some(true) {
+        let is = |relation: Relation, value: &Value| self.known.decide(relation, value, &zero) == Some(true);
+        if is(Relation::Lss, value) {
             return Ok(false);
         }
+        let side = [Relation::Gte, Relation::Lte].into_iter().find(|side| is(*side, value));
+        // A quotient is not 0 where what it divides is not.
+        if let Some(side) = side
+            && value.numerator().is_some_and(|above| is(Relation::Neq, &above))
+        {
+            return Ok(side == Relation::Gte);
+        }
+        // The side of its divisor says more than that of the whole.
+        let divisor = value.denominator().filter(|below| below.as_rational().is_none());
+        let open = |below: &Value| [Relation::Gtr, Relation::Lss].iter().all(|side| !is(*side, below));
+        if let Some(below) = divisor.filter(open) {
+            return Err(Reach::undecided(Relation::Gtr, &below, &zero));
+        }
         // Where one side is excluded it is asked whether it is 0.
-        let one_side =
-            [Relation::Lte, Relation::Gte].iter().any(|side| self.known.decide(*side, value, &zero) == Some(true));
-        Err(Reach::undecided(if one_side { Relation::Eq } else { Relation::Gtr }, value, &zero))
+        Err(Reach::undecided(if side.is_some() { Relation::Eq } else { Relation::Gtr }, value, &zero))
     }
 
     pub(super) fn before_end(&self, at: Value, conditions: Vec<Comparison>) -> Result<Reach, Unknown> {

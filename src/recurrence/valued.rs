@@ -37,7 +37,10 @@ fn valued(
     (_, left, right): Wanted<'_>,
     known: &Assumptions,
 ) -> Reach {
-    let Some(terms) = terms(recurrence, solved, &at) else { return Reach::At(at, conditions) };
+    let Some(mut terms) = terms(recurrence, solved, &at) else { return Reach::At(at, conditions) };
+    // What is known to be a number divides by nothing else.
+    let here = solved.map_or(known, Solved::known);
+    terms.values_mut().for_each(|image| *image = here.with_equations(image.clone()));
     let without = || Reach::unknown(format!("at {} = {at} it has no value", recurrence.index));
     let (Ok(needs), Ok(others)) = (left.needs_with(&terms), right.needs_with(&terms)) else { return without() };
     let mut known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
