@@ -15,8 +15,9 @@ use crate::period::{self, Failure, Next, Period, drifting, ports};
 use crate::term::Term;
 use crate::value::{Relation, Value};
 
-/// So many ways from phase to phase are followed in one graph.
-const MOST_TOGETHER: usize = 500;
+/// So many ways from phase to phase are followed in one graph: of more the graph, and each round of it that the kernel follows, cost
+/// far more than those of the parts.
+const MOST_TOGETHER: usize = 40;
 
 /// So many parts are looked at one by one.
 const MOST_PARTS: usize = 2_000;
