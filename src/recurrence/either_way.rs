@@ -29,7 +29,13 @@ pub struct InCase<T> {
 impl<T> InCase<T> {
     /// `r0 < 3 and g > 2*a`
     pub fn title(&self) -> String {
-        self.assumed.iter().map(compared).collect::<Vec<_>>().join(" and ")
+        let mut told: Vec<String> = Vec::new();
+        for comparison in self.assumed.iter().map(compared) {
+            if !told.contains(&comparison) {
+                told.push(comparison);
+            }
+        }
+        told.join(" and ")
     }
 }
 

@@ -20,6 +20,10 @@ use crate::value::{Relation, Value};
 /// The answer where it is not known whether a period comes again.
 const UNKNOWN: &str = "unknown";
 
+/// What is taken on trust where not each order of delays is followed to its end.
+const GREATEST_CYCLE: &str =
+    "that loops which only wait for each other go round in the end in the time of their greatest cycle";
+
 /// What is said of a period.
 struct Told {
     lines: Vec<String>,
@@ -33,6 +37,18 @@ struct Told {
     in_orders: bool,
 }
 
+impl Told {
+    /// Whether it is told in some order of delays, and not in all, or in none.
+    fn open(&self) -> bool {
+        self.answer == UNKNOWN || self.in_orders && self.lasting.is_none()
+    }
+}
+
+/// How long a round of a system takes in the end, of loops that only wait for each other.
+fn in_the_end(system: &System, environment: &Environment) -> Option<Value> {
+    period::greatest_cycle(&system.components, &environment.definitions, &environment.assumptions)
+}
+
 impl Run<'_, '_> {
     /// The answer, and what came of the expectations: `yes` or `no` (does it repeat?), `lasting = 2*t`, `phases = 3`.
     pub(super) fn period(&mut self, system: &Name, waiting: &Waiting) -> (Vec<String>, Vec<Expected>) {
@@ -44,9 +60,19 @@ impl Run<'_, '_> {
         let mut told = told_of(found, environment, &wanted, MOST_ORDERS, &|| self.surroundings.interrupted());
         let whole = told.lasting.iter().filter(|_| told.in_orders);
         told.lines.extend(whole.map(|time| format!("in every order, lasting: {time}")));
+        let in_the_end = if told.open() { in_the_end(found, environment) } else { None };
+        if let Some(time) = &in_the_end {
+            told.answer = "yes";
+            told.lines.push(format!("in every order it goes round in the end, lasting: {time}"));
+            told.lines.push(format!("on trust: {GREATEST_CYCLE}"));
+        }
+        let of_the_end = |expectation: &Expectation| {
+            let time = in_the_end.as_ref().filter(|_| is_of_time(expectation));
+            time.is_some_and(|time| has_time(expectation, time, &environment.assumptions))
+        };
         let met = |expectation: &Expectation, own: bool| match expectation {
             Expectation::Answer(word) => word.as_str() == told.answer,
-            _ => own,
+            _ => own || of_the_end(expectation),
         };
         let all = waiting.expected.iter().zip(&told.met);
         let expected = all
