@@ -129,23 +129,6 @@ fn seen(value: &Value, known: &Assumptions) -> Option<i64> {
 /// The most integer parts inside one that are looked at.
 const MOST_INSIDE: usize = 2;
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn behind_a_way_that_is_cut_up() {
-        let [c, d, p, q] = ["c", "d", "p", "q"].map(|name| Value::variable(&Name::new(name)));
-        let mut known = Assumptions::default();
-        [&p, &q].into_iter().for_each(|step| known.assume(Relation::Gtr, step, &Value::zero()));
-        known.assume(Relation::Lss, &d, &c);
-        let count = d.sub(&c).unwrap().div(&q).unwrap().floor().unwrap().neg().unwrap();
-        let inside = d.sub(&c).unwrap().sub(&q).unwrap().add(&count.mul(&q).unwrap()).unwrap();
-        let part = inside.div(&p.add(&q).unwrap()).unwrap().floor().unwrap();
-        assert_eq!(with_known_parts(&part, &known), Some(Value::integer(-1)), "{part}");
-    }
-}
-
 /// An index `ceil(E) + k` or `floor(E)+1 + k`.
 pub(super) struct Rounded {
     pub(super) up: bool,
@@ -170,4 +153,21 @@ pub(super) fn is_not_before(index: &Value, other: &Value, known: &Assumptions) -
     let (Some(one), Some(other)) = (rounded(index), rounded(other)) else { return false };
     let relation = if other.up { Relation::Gte } else { Relation::Gtr };
     one.up && one.rest == other.rest && known.decide(relation, &one.exact, &other.exact) == Some(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn behind_a_way_that_is_cut_up() {
+        let [c, d, p, q] = ["c", "d", "p", "q"].map(|name| Value::variable(&Name::new(name)));
+        let mut known = Assumptions::default();
+        [&p, &q].into_iter().for_each(|step| known.assume(Relation::Gtr, step, &Value::zero()));
+        known.assume(Relation::Lss, &d, &c);
+        let count = d.sub(&c).unwrap().div(&q).unwrap().floor().unwrap().neg().unwrap();
+        let inside = d.sub(&c).unwrap().sub(&q).unwrap().add(&count.mul(&q).unwrap()).unwrap();
+        let part = inside.div(&p.add(&q).unwrap()).unwrap().floor().unwrap();
+        assert_eq!(with_known_parts(&part, &known), Some(Value::integer(-1)), "{part}");
+    }
 }

@@ -3,7 +3,7 @@
 //! behind where the last of its parabolas is, if the others are there still.
 
 use super::Reach;
-use super::parabola::{coefficients, past};
+use super::parabola::{before_rounding, coefficients, is_not_behind, past};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Piece};
 use crate::name::Name;
@@ -23,9 +23,15 @@ pub(super) fn part_by_part(pieces: &[Piece], index: &Name, relation: Relation, k
     convex(pieces, index, relation, known).or_else(|| between(pieces, index, relation, known))
 }
 
-/// The same of lines.
+/// The same of lines, also of those that end where nothing moves any more, and it is below 0.
 fn convex(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
-    let [Piece { from, until: None, form }] = pieces else { return None };
+    let (Piece { from, until, form }, rest) = pieces.split_first()?;
+    let at_rest = |piece: &Piece| {
+        !piece.form.mentions(index) && known.decide(relation, &piece.form, &Value::zero()) == Some(true)
+    };
+    if until.is_some() == rest.is_empty() || !rest.iter().all(at_rest) {
+        return None;
+    }
     if !from.is_zero() || !form.atoms().iter().any(|atom| matches!(atom, Atom::Maximum(_)) && atom.mentions(index)) {
         return None;
     }
@@ -35,8 +41,9 @@ fn convex(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumption
         None => (lines(&form.neg().ok()?, index, known)?, relation.mirrored()),
     };
     match relation {
-        Relation::Lss | Relation::Lte => all_below(&lines, index, relation, known),
-        Relation::Gtr | Relation::Gte => one_above(&lines, relation, known),
+        Relation::Lss | Relation::Lte => all_below((&lines, until.as_ref()), index, relation, known),
+        Relation::Gtr | Relation::Gte if until.is_none() => one_above(&lines, relation, known),
+        Relation::Gtr | Relation::Gte => None,
         Relation::Eq | Relation::Neq => None,
     }
 }
@@ -153,8 +160,16 @@ fn way(line: &Line, known: &Assumptions) -> Result<Relation, Reach> {
     })
 }
 
-/// Where all lines are below 0: behind where those that fall are, and before where those that rise are no more.
-fn all_below(lines: &[Line], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
+/// Where all lines are below 0: behind where those that fall are, and before where those that rise are no more. Before an index at
+/// which all are, it is to be.
+fn all_below(
+    (lines, until): (&[Line], Option<&Value>),
+    index: &Name,
+    relation: Relation,
+    known: &Assumptions,
+) -> Option<Reach> {
+    let counts = relation == Relation::Lte;
+
     let (zero, mut first, mut ends) = (Value::zero(), vec![Value::zero()], Vec::new());
     for line in lines {
         let crossing = || line.constant.neg()?.div(&line.slope);
@@ -165,8 +180,23 @@ fn all_below(lines: &[Line], index: &Name, relation: Relation, known: &Assumptio
                 Some(false) => return Some(Reach::Never(format!("{} stays above its bound", line.constant))),
                 None => return Some(Reach::undecided(relation, &line.constant, &zero)),
             },
-            Ok(Relation::Lss) => first.push(known.simplify(&behind(&crossing().ok()?, relation)?)),
-            Ok(_) => ends.push(known.simplify(&crossing().ok()?)),
+            Ok(Relation::Lss) => {
+                let root = known.simplify(&crossing().ok()?);
+                let own = known.simplify(&behind(&root, relation)?);
+                if until.is_some_and(|until| !is_not_behind((&root, &own), until, counts, known)) {
+                    return None;
+                }
+                first.push(own);
+            }
+            Ok(_) => {
+                let end = known.simplify(&crossing().ok()?);
+                // Of what ends before all that counts is whether it is below 0 up to there.
+                let exact = until.map(|until| before_rounding(until).unwrap_or_else(|| until.clone()));
+                let later = exact.is_some_and(|exact| known.decide(Relation::Gte, &end, &exact) == Some(true));
+                if !later {
+                    ends.push(end);
+                }
+            }
         }
     }
     let at = known.simplify(&Value::maximum(&first).ok()?);

@@ -269,19 +269,10 @@ impl Curve<'_> {
         }))
     }
 
-    /// The first index behind a root, if it is known not to be behind this one: where that is `ceil(X)`, if the root is not behind X.
+    /// The first index behind a root, if it is known not to be behind this one.
     fn not_behind(&self, root: &Value, until: &Value) -> Option<Value> {
         let first = self.rounded(root)?;
-        let known =
-            |relation: Relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
-        let before = if self.above == Relation::Gte { Relation::Lte } else { Relation::Lss };
-        let opposite = until.neg().ok()?;
-        let exact = opposite.atoms().into_iter().find_map(|atom| match &atom {
-            Atom::Floor(inner) if atom.value().is_ok_and(|value| value == opposite) => inner.neg().ok(),
-            _ => None,
-        });
-        let sooner = known(Relation::Lte, &first, until) || exact.is_some_and(|exact| known(before, root, &exact));
-        sooner.then_some(first)
+        is_not_behind((root, &first), until, self.above == Relation::Gte, self.known).then_some(first)
     }
 
     /// The first index behind a root, or at it where that counts.
@@ -300,6 +291,23 @@ impl Curve<'_> {
         known.assume(Relation::Lte, &index, last);
         known.decide(self.above, self.form, &Value::zero()) == Some(false)
     }
+}
+
+/// Whether the first index behind a root, or at it where that counts, is known not to be behind another: where that is `ceil(X)`, if the
+/// root is not behind X.
+pub(super) fn is_not_behind((root, first): (&Value, &Value), until: &Value, counts: bool, known: &Assumptions) -> bool {
+    let before = if counts { Relation::Lte } else { Relation::Lss };
+    known.decide(Relation::Lte, first, until) == Some(true)
+        || before_rounding(until).is_some_and(|exact| known.decide(before, root, &exact) == Some(true))
+}
+
+/// X of `ceil(X)`.
+pub(super) fn before_rounding(index: &Value) -> Option<Value> {
+    let opposite = index.neg().ok()?;
+    opposite.atoms().into_iter().find_map(|atom| match &atom {
+        Atom::Floor(inner) if atom.value().is_ok_and(|value| value == opposite) => inner.neg().ok(),
+        _ => None,
+    })
 }
 
 /// The most pieces that are looked at.

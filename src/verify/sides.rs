@@ -103,7 +103,7 @@ impl Sides {
             leaves.iter().all(|leaf| says(one, leaf))
         };
         let chosen = || {
-            let found = chosen(&difference, &above, &below)?;
+            let found = chosen(difference, &above, &below)?;
             (on_all(&found, sides[0]) && on_all(&found, sides[1])).then_some(found)
         };
         let by_side;
