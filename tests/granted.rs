@@ -154,7 +154,10 @@ fn the_cases_are_those_of_names() {
         text.lines().map(str::trim).filter(|line| line.ends_with(':')).map(String::from).collect::<Vec<_>>().join(" ")
     };
     let script = "param a\nsolve x(n+1) = x(n)+1, x(0) = 0 find n with a > 1 and x(n) = a/(a-1) or x(n) > 3\n";
-    assert_eq!(titles(script), "if a > 1: if a < 3/2: if a = 3/2: if a > 3/2: if a <= 1:");
+    let own = "if a < 4/3: if a >= 4/3 and mod(1,1-a) = 0: if a >= 4/3 and mod(1,1-a) < 0:";
+    assert_eq!(titles(script), format!("if a > 1: {own} if a <= 1:"));
+    // Each of them is answered: 1+1/(a-1) where that is whole and at most 4.
+    says(script, &["n = ceil(1/(a-1))+1 is the first with a > 1 and x(n) = a/(a-1) or x(n) > 3"]);
     // What is asked falls with n where k < 0, so it is first at 0, or never: one condition, no further case.
     let script = "param k\nsolve x(n+1) = x(n)+1, x(0) = k find n with k < 0 and x(n)*k > 1 and x(n) < 6\n";
     assert_eq!(titles(script), "if k < 0: if k >= 0:");

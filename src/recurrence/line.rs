@@ -235,7 +235,7 @@ impl Motion<'_> {
             *way = known.simplify(&way.div(&whole)?);
             places.insert(variable.clone(), goals[variable].sub(&Value::variable(&part).mul(way)?)?);
         }
-        let Some(next) = left_next(self.maps, &places, (goals, &ways), known)? else { return Ok(None) };
+        let Some(next) = left_next(self.maps, &places, (goals, &ways), &part, known)? else { return Ok(None) };
         let Some(next) = by_side(&next, &part, known)? else { return Ok(None) };
         let sequences = vec![Sequence { name: name.clone(), start: vec![whole], next }];
         let solved = solve_all(Recurrence { index: self.index.clone(), from: 0, sequences }, known);
@@ -290,6 +290,7 @@ fn left_next(
     maps: &BTreeMap<Name, Value>,
     places: &BTreeMap<Name, Value>,
     (goals, ways): (&BTreeMap<Name, Value>, &BTreeMap<Name, Value>),
+    part: &Name,
     known: &Assumptions,
 ) -> Result<Option<Value>, Unknown> {
     let Some((variable, way)) = ways.iter().find(|(_, way)| !way.is_zero()) else { return Ok(None) };
@@ -297,11 +298,22 @@ fn left_next(
     for (variable, map) in maps {
         let image = map.substitute(places)?;
         let wanted = goals[variable].sub(&next.mul(&ways[variable])?)?;
-        if known.decide(Relation::Eq, &image, &wanted) != Some(true) {
+        if known.decide(Relation::Eq, &image, &wanted) != Some(true) && !same_on_each_side(&image, &wanted, part, known)
+        {
             return Ok(None);
         }
     }
     Ok(Some(next))
+}
+
+/// Whether two values are equal where a variable is above 0 and where it is below: `x/abs(x)` is `abs(x)/x`.
+fn same_on_each_side(one: &Value, other: &Value, variable: &Name, known: &Assumptions) -> bool {
+    let own = Value::variable(variable);
+    [Relation::Gtr, Relation::Lss].into_iter().all(|side| {
+        let mut here = known.clone();
+        here.assume(side, &own, &Value::zero());
+        here.decide(Relation::Eq, &here.simplify(one), &here.simplify(other)) == Some(true)
+    })
 }
 
 /// Where on the line a distance in the maps vanishes: its square is a square there.

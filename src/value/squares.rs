@@ -199,7 +199,8 @@ pub(super) fn squares(sum: &Real) -> Option<Vec<Real>> {
             Some(number) => Polynomial::constant(rational_root(&number)?),
             None => rest.atoms().into_iter().find_map(|atom| completed(&rest, atom))?,
         };
-        rest = rest.minus(&part.times(&part)?);
+        // The square of the root of a number is that number.
+        rest = relations(rest.minus(&part.times(&part)?)).ok()?;
         parts.push(part);
     }
     Some(parts)
