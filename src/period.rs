@@ -354,7 +354,8 @@ pub struct Period {
     pub warnings: Vec<Failure>,
     /// Whether its ways may never be taken: what remains of delays is a variable, and asked for in every order.
     pub in_every_order: bool,
-    /// Whether its ways are those that the one run takes, and no others were looked for: all that might be are too many, or some of them mean nothing.
+    /// Whether its ways are those that the one run takes, and no others were looked for: all that might be are too many, or some of
+    /// them mean nothing.
     pub along_the_run: bool,
 }
 

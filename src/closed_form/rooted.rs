@@ -59,26 +59,34 @@ impl Question<'_> {
     /// Whether what is compared bends upwards and is 0 at E, behind where it is least: it is not below 0 from E on, and above 0 behind
     /// it.
     pub(super) fn holds_behind_the_root(&self, stretch: &Stretch) -> Option<bool> {
-        let compared = &self.compared;
-        if compared.known.is_natural(&self.at.sub(&stretch.from).ok()?) != Some(true) {
-            return None;
-        }
-        let (relation, difference) = compared.above_zero(stretch)?;
-        let rounded = rounded(self.at).filter(|rounded| rounded.up == (relation == Relation::Gte))?;
-        let bent = Bent::of(&difference, &compared.recurrence.index)?;
-        let exact = rounded.exact.add(&rounded.rest).ok()?;
-        Some(
-            bent.least_before(&exact, &compared.known) == Some(true)
-                && bent.is_zero_at(&exact, &compared.known)
-                && self.defined_at(stretch, self.at, &compared.known),
-        )
+        let known = &self.compared.known;
+        self.by_the_root(stretch, known, &|_, bent, root| {
+            Some(bent.least_before(root, known) == Some(true) && bent.is_zero_at(root, known))
+        })
     }
-}
 
-impl Question<'_> {
     /// Whether what is compared bends downwards and is 0 at E, and the index is known to lie before the other place where it is 0:
     /// between both, that is `-b/a - E` of `a*n^2 + b*n + c`, it is above 0.
     pub(super) fn holds_between_the_roots(&self, stretch: &Stretch, known: &Assumptions) -> Option<bool> {
+        self.by_the_root(stretch, known, &|relation, bent, lesser| {
+            let greater = bent.linear.div(&bent.half).and_then(|sum| sum.neg()?.sub(lesser)).ok()?;
+            let before = if relation == Relation::Gte { Relation::Lte } else { Relation::Lss };
+            Some(
+                known.decide(Relation::Lss, &bent.half, &Value::zero()) == Some(true)
+                    && bent.is_zero_at(lesser, known)
+                    && known.decide(before, self.at, &known.simplify(&greater)) == Some(true),
+            )
+        })
+    }
+
+    /// Whether this tells that what is compared, which is to be above 0 or at least 0, is so at the index, given the E that the
+    /// index is the first behind, or the first at.
+    fn by_the_root(
+        &self,
+        stretch: &Stretch,
+        known: &Assumptions,
+        told: &dyn Fn(Relation, &Bent<'_>, &Value) -> Option<bool>,
+    ) -> Option<bool> {
         let compared = &self.compared;
         if compared.known.is_natural(&self.at.sub(&stretch.from).ok()?) != Some(true) {
             return None;
@@ -86,15 +94,8 @@ impl Question<'_> {
         let (relation, difference) = compared.above_zero(stretch)?;
         let rounded = rounded(self.at).filter(|rounded| rounded.up == (relation == Relation::Gte))?;
         let bent = Bent::of(&difference, &compared.recurrence.index)?;
-        let lesser = rounded.exact.add(&rounded.rest).ok()?;
-        let greater = bent.linear.div(&bent.half).and_then(|sum| sum.neg()?.sub(&lesser)).ok()?;
-        let before = if relation == Relation::Gte { Relation::Lte } else { Relation::Lss };
-        Some(
-            known.decide(Relation::Lss, &bent.half, &Value::zero()) == Some(true)
-                && bent.is_zero_at(&lesser, known)
-                && known.decide(before, self.at, &known.simplify(&greater)) == Some(true)
-                && self.defined_at(stretch, self.at, known),
-        )
+        let root = rounded.exact.add(&rounded.rest).ok()?;
+        Some(told(relation, &bent, &root)? && self.defined_at(stretch, self.at, known))
     }
 }
 

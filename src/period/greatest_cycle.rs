@@ -42,8 +42,10 @@ pub fn greatest_cycle(components: &[Term], definitions: &Definitions, known: &As
     let loops = components.iter().map(|one| loop_of(one, definitions, &fixed)).collect::<Option<Vec<_>>>()?;
     let ports = paired(&loops)?;
     let edges = edges(&loops, &ports)?;
-    let never_negative = |edge: &Edge| known.decide(Relation::Gte, &edge.delay, &Value::zero()) == Some(true);
-    if ports.len() > MOST_PORTS || !edges.iter().all(never_negative) || !connected(&edges, ports.len()) {
+    let lasts = |edge: &Edge| {
+        known.gives_meaning(&edge.delay) && known.decide(Relation::Gte, &edge.delay, &Value::zero()) == Some(true)
+    };
+    if ports.len() > MOST_PORTS || !edges.iter().all(lasts) || !connected(&edges, ports.len()) {
         return None;
     }
     let mut cycles = Vec::new();
@@ -72,7 +74,11 @@ fn loop_of(component: &Term, definitions: &Definitions, fixed: &BTreeSet<Name>) 
         for part in before {
             steps.push(step(part)?);
         }
-        let Node::Call(name, _) = last.node() else { return None };
+        // What is carried from round to round may come to where something has no value.
+        let Node::Call(name, arguments) = last.node() else { return None };
+        if !arguments.is_empty() {
+            return None;
+        }
         if let Some((_, from)) = opened.iter().find(|(other, _)| other == name) {
             let delays = steps.iter().filter_map(|step| if let Step::Delay(time) = step { Some(time) } else { None });
             let same = |time: &Value| time.variables().iter().all(|name| fixed.contains(name) && !own.contains(name));
@@ -91,7 +97,7 @@ fn step(part: &Term) -> Option<Step> {
     match part.node() {
         Node::Delay(time) => Some(Step::Delay(time.clone())),
         Node::In(port, _) => Some(Step::Port(port.clone(), false)),
-        Node::Out(port, _) => Some(Step::Port(port.clone(), true)),
+        Node::Out(port, value) => value.needs().is_empty().then(|| Step::Port(port.clone(), true)),
         Node::Disable(parts) => {
             let (delays, shown): (Vec<&Term>, Vec<&Term>) =
                 parts.iter().partition(|part| matches!(part.node(), Node::Delay(_)));

@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use num_traits::Zero;
 
 use super::Reach;
+use super::parabola::before_rounding;
 use super::reach::Wanted;
 use crate::assumption::Assumptions;
 use crate::closed_form::{Comparison, Recurrence, compared};
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Relation, Value};
 
 /// The first index at which all comparisons hold, each of which is asked; not known where one of them is not, and nothing where
 /// one may cease to hold.
@@ -84,15 +85,9 @@ fn lasts(recurrence: &Recurrence, (relation, left, right): &Comparison, known: &
 /// The greater of two indices.
 fn later(one: Value, other: Value, known: &Assumptions) -> Option<Value> {
     // Rounding up keeps the order.
-    let inner = |value: &Value| {
-        let opposite = value.neg().ok()?;
-        match opposite.atoms().into_iter().collect::<Vec<Atom>>().as_slice() {
-            [atom @ Atom::Floor(inner)] if atom.value().ok()? == opposite => inner.neg().ok(),
-            _ => None,
-        }
-    };
     let order = |one: &Value, other: &Value| known.decide(Relation::Gte, one, other);
-    let of_inner = |one: &Value, other: &Value| Some(order(&inner(one)?, &inner(other)?) == Some(true));
+    let of_inner =
+        |one: &Value, other: &Value| Some(order(&before_rounding(one)?, &before_rounding(other)?) == Some(true));
     if order(&one, &other) == Some(true) || of_inner(&one, &other) == Some(true) {
         return Some(one);
     }

@@ -192,7 +192,8 @@ pub(super) fn squares(sum: &Real) -> Option<Vec<Real>> {
     let mut rest = sum.clone();
     let mut parts = Vec::new();
     while !rest.is_zero() {
-        if rest.terms().len() > MOST_TERMS {
+        // What stands under a root may bring a name back.
+        if rest.terms().len() > MOST_TERMS || parts.len() > MOST_TERMS {
             return None;
         }
         let part = match rest.as_constant() {
