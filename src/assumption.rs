@@ -85,6 +85,10 @@ impl Assumptions {
         if news.is_empty() && self.stated.iter().any(|(other, known)| *other == relation && *known == value) {
             return;
         }
+        // Where a root is not 0, neither is what it is the root of: a length divides by that.
+        if let (Relation::Gtr | Relation::Neq, Some(Atom::Root(inner))) = (relation, value.as_atom()) {
+            self.assume(Relation::Gtr, inner, &Value::zero());
+        }
         self.stated.push((relation, value.clone()));
         if !news.is_empty() {
             Arc::make_mut(&mut self.mentioned).extend(news.iter().cloned());
@@ -261,8 +265,18 @@ impl Assumptions {
             _ if possible.is_empty() => None,
             _ if possible.within(Signs::of(relation)) => Some(true),
             _ if possible.within(Signs::of(relation.negated())) => Some(false),
-            _ => self.as_stated(relation, value),
+            _ => self.as_stated(relation, value).or_else(|| self.decided_by_equations(relation, value)),
         }
+    }
+
+    /// Compares a value with 0 by what it is with the variables put in that equations give, where that can be simplified.
+    fn decided_by_equations(&self, relation: Relation, value: &Value) -> Option<bool> {
+        if value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_))) {
+            return None;
+        }
+        let replaced = self.solved.iter().any(|(name, _)| value.mentions(name)).then(|| self.with_solved(value))?;
+        let simple = self.simplify(&replaced);
+        (simple != replaced).then(|| self.decide_unless_contradictory(relation, &simple))?
     }
 
     /// Whether what a value needs to have a meaning is so.

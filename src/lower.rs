@@ -67,7 +67,6 @@ pub struct Environment {
     claims: Arc<BTreeSet<Name>>,
     /// Functions as written, for arguments that are vectors.
     templates: Arc<BTreeMap<Name, Template>>,
-    /// Criteria as written.
     criteria: Arc<BTreeMap<Name, Arc<ast::Criteria>>>,
     history: vary::History,
 }
@@ -122,6 +121,8 @@ pub struct Signature {
     pub parameters: Vec<Name>,
     /// What each parameter must be, as far as its body tells.
     pub classes: Vec<Option<Class>>,
+    /// How many components each parameter has that is a vector, as far as the text tells.
+    pub lengths: Vec<Option<usize>>,
     /// How it can end, and what it binds.
     pub flow: Flow,
 }

@@ -185,7 +185,8 @@ impl<'a> Simplifier<'a> {
         let mut changed = false;
         let simple = term
             .map_values(&mut |value| {
-                let simple = self.context.assumptions.simplify(value);
+                let known = &self.context.assumptions;
+                let simple = known.simplify(&known.with_equations(value.clone()));
                 changed |= simple != *value;
                 Ok::<_, ()>(simple)
             })

@@ -80,7 +80,8 @@ impl Assumptions {
                 if let Some(number) = self.stated_number(value) {
                     return Ok(number);
                 }
-                let mut value = value.clone();
+                let mut value = self.shorter(value.clone());
+                let atoms = value.atoms();
                 for atom in atoms {
                     if let Some(image) = self.image(&atom)? {
                         value = value.with_atom(&atom, &image)?;
@@ -144,8 +145,8 @@ impl Assumptions {
         Ok(if image.as_atom() == Some(atom) { None } else { Some(image) })
     }
 
-    /// The same value by an assumed equation, where that makes it shorter: of a function that nothing is known about only
-    /// its argument tells which value it is.
+    /// The same value by an assumed equation, where that makes it shorter: where something has come to is said by where
+    /// that is, and of a function that nothing is known about only its argument tells which value it is.
     fn shorter(&self, mut value: Value) -> Value {
         loop {
             let equal = self.stated.iter().filter(|(relation, _)| *relation == Relation::Eq);

@@ -32,7 +32,10 @@ impl Environment {
                 }
                 Parameter::Assumed(relation, left, right) => {
                     let given = self.constant(*relation, left, right).is_some() || self.left_open(*relation, left);
-                    if let (Some(one), Some(other), false) = (lowerer.number(left), lowerer.number(right), given) {
+                    if given {
+                        continue;
+                    }
+                    if let Some((one, other)) = lowerer.compared_sides(*relation, left, right) {
                         let fact = Fact::Compared(*relation, one, other, left.span.to(right.span));
                         facts.push((fact, lowerer.errors.len()));
                     }

@@ -9,7 +9,7 @@ use super::network::impossible;
 use super::scope::{Lowerer, Metas};
 use super::value::FUNCTIONS;
 use super::{
-    BASIC, Claim, ClaimKind, Class, Entity, Environment, Flow, Lowered, Property, Quantity, Signature, System, Template,
+    BASIC, Claim, ClaimKind, Class, Entity, Environment, Lowered, Property, Quantity, Signature, System, Template,
 };
 use crate::ast::{self, Header, Ident, Item, ItemKind, Parameter, TermKind, ValueKind};
 use crate::diagnostic::{Diagnostic, Span};
@@ -196,7 +196,7 @@ impl Environment {
             }
             ItemKind::Process(header, _) => {
                 let parameters = header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-                (&header.name, Entity::Process(Signature { parameters, classes: Vec::new(), flow: Flow::default() }))
+                (&header.name, Entity::Process(Signature { parameters, ..Signature::default() }))
             }
             ItemKind::System(name, _) => {
                 (name, Entity::System(System { name: name.name.clone(), components: Vec::new() }))

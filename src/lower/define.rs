@@ -63,6 +63,7 @@ impl Environment {
         settle_flows(&mut drafts, &loops, &until);
         check(&mut drafts, &loops, &|| seen.supposing(items, &until), &until);
         check_calls(&mut drafts, &seen);
+        check_lengths(&mut drafts, &shapes);
         refuse_callers(&mut drafts, opening);
         if until() {
             return;
@@ -75,7 +76,8 @@ impl Environment {
                 .iter()
                 .map(|parameter| draft.lowerer.classes.get(&parameter.name).map(|(class, _)| *class));
             let parameters = draft.header.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-            let signature = Signature { parameters, classes: classes.collect(), flow: draft.flow };
+            let lengths = shapes.lengths(name, &draft.header.parameters);
+            let signature = Signature { parameters, classes: classes.collect(), lengths, flow: draft.flow };
             let fine = draft.lowerer.errors.is_empty();
             self.put(name, Entity::Process(signature));
             opening.report(draft.index, draft.lowerer.errors);
@@ -340,6 +342,20 @@ fn check_calls(drafts: &mut [Draft], seen: &Environment) {
         });
         for (callee, index, class, span) in wrong.cloned().collect::<Vec<_>>() {
             draft.lowerer.wrong_class(&callee, index, class, span);
+        }
+    }
+}
+
+/// Reports arguments that are numbers where the process needs a vector, and the other way round.
+fn check_lengths(drafts: &mut [Draft], shapes: &Shapes) {
+    let own: BTreeMap<Name, Vec<Option<usize>>> = drafts
+        .iter()
+        .map(|draft| (draft.header.name.name.clone(), shapes.lengths(&draft.header.name.name, &draft.header.parameters)))
+        .collect();
+    for draft in drafts.iter_mut() {
+        for (callee, index, sort, span) in std::mem::take(&mut draft.lowerer.given) {
+            let needed = own.get(&callee).and_then(|lengths| lengths.get(index).copied().flatten());
+            draft.lowerer.of_length(&callee, index, needed, (sort, span));
         }
     }
 }

@@ -86,7 +86,7 @@ impl Lowerer<'_> {
     }
 
     fn power(&mut self, body: &Written, count: &WrittenValue, index: Option<&Ident>) -> Option<Term> {
-        let count = self.number(count);
+        let count = self.real(count);
         if let Some(value) = count.as_ref().and_then(Value::as_rational) {
             let natural = value.is_integer() && value >= num_rational::BigRational::from_integer(0.into());
             if !natural {
@@ -246,6 +246,9 @@ impl Lowerer<'_> {
                 Class::Distribution => self.distribution(argument),
             };
             fine &= value.is_some();
+            if let Some(value) = &value {
+                self.note_sort(name, index, value, argument);
+            }
             values.extend(value);
         }
         fine.then_some(values)
@@ -347,7 +350,7 @@ impl Lowerer<'_> {
         Some(match (text, first, second) {
             ("Abort", ..) => Term::abort(),
             ("Idle", ..) => Term::idle(),
-            ("Delay", Some(time), _) => Term::delay(self.number(time)?),
+            ("Delay", Some(time), _) => Term::delay(self.real(time)?),
             ("In", Some(port), _) => {
                 let result = self.one_result(name, results, span, "In_c<y>");
                 Term::new(Node::In(self.port(port)?, result?))
@@ -365,9 +368,9 @@ impl Lowerer<'_> {
                 Term::new(Node::Ran(self.distribution(distribution)?, result?))
             }
             (text, Some(left), Some(right)) => {
-                let left = self.number(left);
-                let right = self.number(right)?;
-                Term::new(Node::Guard(guard(text)?, left?, right))
+                let relation = guard(text)?;
+                let (left, right) = self.compared_sides(relation, left, right)?;
+                Term::new(Node::Guard(relation, left, right))
             }
             _ => Term::stop(),
         })

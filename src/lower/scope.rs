@@ -11,7 +11,7 @@ use crate::closed_form::Comparison;
 use crate::diagnostic::{Diagnostic, Span, nearest};
 use crate::lexer::MOST_ERRORS;
 use crate::name::Name;
-use crate::value::Value;
+use crate::value::{Sort, Value};
 
 /// Which `?x` may be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +46,8 @@ pub(super) struct Lowerer<'e> {
     pub(super) classes: BTreeMap<Name, (Class, Span)>,
     /// Arguments of processes, to be compared with what their parameters must be.
     pub(super) calls: Vec<(Name, usize, Class, Span)>,
+    /// What those arguments are that are no bare names.
+    pub(super) given: Vec<(Name, usize, Sort, Span)>,
     /// The property that is being declared.
     pub(super) own: Option<Name>,
     /// Whether the processes of the text have all been defined by now.
@@ -98,6 +100,7 @@ impl<'e> Lowerer<'e> {
             ports: BTreeMap::new(),
             classes: BTreeMap::new(),
             calls: Vec::new(),
+            given: Vec::new(),
             own: None,
             settled: true,
             lenient: false,

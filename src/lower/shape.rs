@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use super::scope::Lowerer;
 use super::{Entity, Environment, Quantity, Template};
-use crate::ast::{Header, Item, ItemKind, Term, TermKind, Value as Written, ValueKind};
-use crate::diagnostic::Diagnostic;
+use crate::ast::{Header, Ident, Item, ItemKind, Term, TermKind, Value as Written, ValueKind};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::name::Name;
-use crate::value::{Sort, Value};
+use crate::value::{Relation, Sort, Value};
 
 /// Rounds until all is known; each carries what is known over one more port, call or sum.
 const MOST_ROUNDS: usize = 60;
@@ -38,6 +38,12 @@ impl Shapes {
         let first = (Some(process.clone()), Name::new(""));
         let own = self.locals.range(first..).take_while(|((scope, _), _)| scope.as_ref() == Some(process));
         own.map(|((_, name), length)| (name.clone(), *length)).collect()
+    }
+
+    /// How many components the parameters of a process have that are vectors.
+    pub(super) fn lengths(&self, process: &Name, parameters: &[Ident]) -> Vec<Option<usize>> {
+        let length = |parameter: &Ident| self.locals.get(&(Some(process.clone()), parameter.name.clone())).copied();
+        parameters.iter().map(length).collect()
     }
 
     /// Finds the vectors of a text.
@@ -323,5 +329,75 @@ impl Lowerer<'_> {
         let errors: Vec<Diagnostic> = std::mem::take(&mut inside.errors);
         errors.into_iter().for_each(|error| self.report(error));
         result
+    }
+}
+
+impl Lowerer<'_> {
+    /// The number that is written here; an error where it is a vector.
+    pub(super) fn real(&mut self, written: &Written) -> Option<Value> {
+        let value = self.number(written)?;
+        if let sort @ Sort::Vector(_) = value.sort() {
+            return self.fail(
+                Diagnostic::error("P0402", format!("a number is needed here, and this is {sort}"))
+                    .label(written.span, "in this value")
+                    .help("take a component, `part(d,1)`, or the length, `norm(d)`"),
+            );
+        }
+        Some(value)
+    }
+
+    /// Two values that are compared: numbers, or vectors of one length that are equal or not.
+    pub(super) fn compared_sides(
+        &mut self,
+        relation: Relation,
+        one: &Written,
+        other: &Written,
+    ) -> Option<(Value, Value)> {
+        if !matches!(relation, Relation::Eq | Relation::Neq) {
+            let one = self.real(one);
+            let other = self.real(other)?;
+            return Some((one?, other));
+        }
+        let left = self.number(one);
+        let right = self.number(other)?;
+        let left = left?;
+        let (first, second) = (left.sort(), right.sort());
+        let open = [one, other].iter().any(|side| matches!(&side.kind, ValueKind::Name(name) if name.name.is_meta()));
+        if first != second && !open {
+            return self.fail(
+                Diagnostic::error("P0402", "these two can be neither equal nor different")
+                    .label(one.span, first.to_string())
+                    .label(other.span, second.to_string())
+                    .help("compare a component, `part(r,1)`, or the length, `norm(r)`, with a number"),
+            );
+        }
+        Some((left, right))
+    }
+
+    /// Notes what is given to a process, to be compared with what its parameter must be.
+    pub(super) fn note_sort(&mut self, callee: &Ident, index: usize, value: &Value, written: &Written) {
+        if matches!(written.kind, ValueKind::Name(_)) {
+            return;
+        }
+        match self.settled {
+            true => self.of_length(&callee.name, index, None, (value.sort(), written.span)),
+            false => self.given.push((callee.name.clone(), index, value.sort(), written.span)),
+        }
+    }
+
+    /// Reports a number where a process needs a vector, and a vector of another length.
+    pub(super) fn of_length(
+        &mut self,
+        callee: &Name,
+        index: usize,
+        needed: Option<usize>,
+        (given, span): (Sort, Span),
+    ) {
+        let Some(Entity::Process(signature)) = self.environment.entity(callee) else { return };
+        let needed = needed.or_else(|| signature.lengths.get(index).copied().flatten()).map(Sort::Vector);
+        let Some(needed) = needed.filter(|needed| *needed != given && given != Sort::Distribution) else { return };
+        let parameter = signature.parameters.get(index).map_or("", Name::as_str);
+        let text = format!("`{callee}` uses its parameter `{parameter}` as {needed}, but {given} is given");
+        self.report(Diagnostic::error("P0401", text).label(span, format!("{given} here")));
     }
 }
