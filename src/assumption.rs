@@ -31,6 +31,7 @@ use crate::name::Name;
 use crate::polynomial::Polynomial;
 use crate::value::{Atom, Need, Relation, Sort, Value, ValueError};
 use linear::{Bound, Constraint};
+pub(crate) use pieces::with_fewest_corners;
 use sign::Signs;
 
 /// Facts about variables; cheap enough to copy.

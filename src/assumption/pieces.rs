@@ -237,6 +237,39 @@ fn is_folded(value: &Value) -> bool {
     value.polynomials().is_some_and(|(numerator, _)| folded(numerator))
 }
 
+/// The corners that the maxima in a value are written with.
+fn corners(value: &Value) -> usize {
+    let of = |atom: Atom| {
+        let own = if let Atom::Maximum(parts) = &atom { parts.len() } else { 0 };
+        own + atom.parts().into_iter().map(corners).sum::<usize>()
+    };
+    value.atoms().into_iter().map(of).sum()
+}
+
+/// The same value, written with one maximum for each corner that its line has, where it is written with more: a step of
+/// limited length after another is one of twice that length, and after eight of them has two corners, not 256.
+pub(crate) fn with_fewest_corners(value: &Value) -> Value {
+    let written = corners(value);
+    let fewer = || {
+        let name = one_variable(value).filter(|_| written > 2)?;
+        let pieces = Pieces::of(value, &name)?;
+        let ends = pieces.breaks.iter().zip(&pieces.at).zip(pieces.lines.windows(2));
+        let whole = ends.clone().all(|((point, at), sides)| sides.iter().all(|side| side.at(point) == *at));
+        if !whole || pieces.breaks.len() >= written {
+            return None;
+        }
+        let (x, Line(slope, constant)) = (Value::variable(&name), pieces.lines.first()?);
+        let mut sum = x.scale(slope).and_then(|way| way.add(&Value::rational(constant.clone()))).ok()?;
+        for ((point, _), sides) in ends {
+            let [before, after] = sides else { return None };
+            let beyond = Value::maximum(&[Value::zero(), x.sub(&Value::rational(point.clone())).ok()?]).ok()?;
+            sum = beyond.scale(&(&after.0 - &before.0)).and_then(|bend| sum.add(&bend)).ok()?;
+        }
+        Some(sum)
+    };
+    fewer().unwrap_or_else(|| value.clone())
+}
+
 impl Assumptions {
     /// The signs that a value of one variable may have where all hold that is stated of this variable alone, and whether
     /// nothing else is stated of it; nothing where it is not of this kind, or no number meets what is stated.

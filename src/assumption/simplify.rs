@@ -1,5 +1,6 @@
 //! Maxima, conditions and integer parts that the assumptions decide.
 
+use super::pieces::with_fewest_corners;
 use super::sign::Signs;
 use super::{Assumptions, Relation};
 use crate::polynomial::{Monomial, Polynomial};
@@ -36,7 +37,7 @@ impl Assumptions {
     }
 
     fn gone_through(&self, value: &Value) -> Value {
-        let mut simple = value.clone();
+        let mut simple = with_fewest_corners(value);
         for _ in 0..MOST_PASSES {
             match self.resolved(&simple) {
                 Ok(next) if next != simple => simple = next,

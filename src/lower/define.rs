@@ -350,7 +350,9 @@ fn check_calls(drafts: &mut [Draft], seen: &Environment) {
 fn check_lengths(drafts: &mut [Draft], shapes: &Shapes) {
     let own: BTreeMap<Name, Vec<Option<usize>>> = drafts
         .iter()
-        .map(|draft| (draft.header.name.name.clone(), shapes.lengths(&draft.header.name.name, &draft.header.parameters)))
+        .map(|draft| {
+            (draft.header.name.name.clone(), shapes.lengths(&draft.header.name.name, &draft.header.parameters))
+        })
         .collect();
     for draft in drafts.iter_mut() {
         for (callee, index, sort, span) in std::mem::take(&mut draft.lowerer.given) {

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Edge, Next, Period, Phase, Segment};
-use crate::assumption::Assumptions;
+use super::{Edge, Next, Period, Phase, Segment, Test};
+use crate::assumption::{Assumptions, with_fewest_corners};
 use crate::name::Name;
 use crate::substitution::substitute_values;
+use crate::term::Term;
 use crate::value::{Relation, Value, ValueError};
 
 /// Edges that one merging may make.
@@ -216,6 +217,7 @@ fn possible(edge: &Edge, mut known: Assumptions) -> bool {
 /// One round after another.
 fn append(first: &mut Edge, second: &Edge) -> Result<(), ValueError> {
     let mut map = std::mem::take(&mut first.map);
+    let short = |value: Value| with_fewest_corners(&value);
     // A draw of the second round is another draw, even where it was given the same name.
     for (name, distribution) in &second.draws {
         let plain = name.as_str().split('~').next().unwrap_or_default();
@@ -225,7 +227,8 @@ fn append(first: &mut Edge, second: &Edge) -> Result<(), ValueError> {
     }
     first.after.iter_mut().for_each(|after| *after = None);
     for (test, after) in second.tests.iter().zip(&second.after) {
-        let test = test.substitute(&map)?;
+        let Test { relation, left, right } = test.substitute(&map)?;
+        let test = Test { relation, left: short(left), right: short(right) };
         // What was asked in the first round, of the same values, is answered.
         if !first.tests.contains(&test) {
             first.tests.push(test);
@@ -233,17 +236,20 @@ fn append(first: &mut Edge, second: &Edge) -> Result<(), ValueError> {
         }
     }
     for segment in &second.segments {
-        let observed: Result<Vec<_>, _> = segment.observed.iter().map(|term| substitute_values(term, &map)).collect();
-        let observed = observed.map_err(|stuck| ValueError(stuck.0))?;
+        let shown = |term: &Term| {
+            let term = substitute_values(term, &map).map_err(|stuck| ValueError(stuck.0))?;
+            term.map_values(&mut |value| Ok(with_fewest_corners(value)))
+        };
+        let observed = segment.observed.iter().map(shown).collect::<Result<Vec<_>, ValueError>>()?;
         first.segments.push(Segment { duration: segment.duration.substitute(&map)?, observed });
     }
     first.map = second
         .map
         .iter()
-        .map(|(name, value)| Ok((name.clone(), value.substitute(&map)?)))
+        .map(|(name, value)| Ok((name.clone(), short(value.substitute(&map)?))))
         .collect::<Result<_, ValueError>>()?;
     for (port, value) in &second.communications {
-        first.communications.push((port.clone(), value.substitute(&map)?));
+        first.communications.push((port.clone(), short(value.substitute(&map)?)));
     }
     first.switches |= second.switches;
     first.next = second.next.clone();

@@ -14,7 +14,7 @@ use super::lonely::Ended;
 use super::rest::{NOTHING, Rest, Tails};
 use super::suppose::surely;
 use super::{Failure, Test};
-use crate::assumption::Assumptions;
+use crate::assumption::{Assumptions, with_fewest_corners};
 use crate::definition::Definitions;
 use crate::name::Name;
 use crate::scope::read_names;
@@ -201,7 +201,7 @@ pub(crate) fn evaluate(value: &Value, env: &Env) -> Result<Value, Halt> {
         return Ok(value.clone());
     }
     match keeps_divisors(value, env).and_then(|()| value.substitute(env)) {
-        Ok(value) => Ok(value),
+        Ok(value) => Ok(with_fewest_corners(&value)),
         Err(error) => Halt::because(format!("{value} has no value: {}", error.0)),
     }
 }
