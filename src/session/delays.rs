@@ -11,14 +11,24 @@ use crate::verify::side;
 
 /// Orders that are looked at inside one another, and of a claim.
 pub(crate) const MOST_ORDERS: usize = 3;
-pub(super) const MOST_CLAIMED: usize = 2;
+pub(super) const MOST_CLAIMED: usize = 3;
 
 /// What is assumed in one order.
 pub(crate) struct Order {
-    /// The order, in words: `if a < b`.
+    /// The order, and in words: `if a < b`.
+    when: Comparison,
     pub(crate) title: String,
     /// What was declared, with that.
     pub(crate) environment: Environment,
+}
+
+impl Order {
+    /// What was declared, with this.
+    fn of(when: Comparison, mut environment: Environment) -> Order {
+        let (relation, left, right) = &when;
+        environment.assumptions.assume(*relation, left, right);
+        Order { title: format!("if {}", compared(&when)), when, environment }
+    }
 }
 
 /// The orders of two delays, where no period was found for not knowing which ends first; none where that is not the reason,
@@ -33,9 +43,8 @@ fn orders(failures: &[Failure], environment: &Environment) -> Vec<Order> {
     let may_be = |order: &Relation| environment.assumptions.decide(*order, one, other) != Some(false);
     let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter().filter(may_be);
     let with = |order: Relation| {
-        let mut environment = environment.clone();
-        environment.assumptions.assume(order, one, other);
-        Order { title: format!("if {}", compared(&(order, one.clone(), other.clone()))), environment }
+        let environment = environment.clone();
+        Order::of((order, one.clone(), other.clone()), environment)
     };
     orders.map(with).collect()
 }
@@ -48,9 +57,8 @@ pub(super) fn either_case(open: &[Comparison], environment: &Environment) -> Vec
         return Vec::new();
     };
     let with = |relation: Relation| {
-        let mut environment = environment.clone();
-        environment.assumptions.assume(relation, &left, &right);
-        Order { title: format!("if {}", compared(&(relation, left.clone(), right.clone()))), environment }
+        let environment = environment.clone();
+        Order::of((relation, left.clone(), right.clone()), environment)
     };
     vec![with(relation), with(relation.negated())]
 }
@@ -151,9 +159,28 @@ fn in_all(orders: &[Order], cases: &[&Values]) -> Option<Values> {
         let pairs = own.iter().enumerate().flat_map(|(place, one)| own[..place].iter().map(move |other| [one, other]));
         let ends =
             pairs.flat_map(|pair| [greatest(&pair), least(&pair)]).chain([greatest(&own.iter().collect::<Vec<_>>())]);
-        own.iter().cloned().chain(ends.flatten()).find(fits)
+        own.iter().cloned().chain(ends.flatten()).chain(chosen(orders, &own)).find(fits)
     };
     first.iter().map(|(name, _)| Some((name.clone(), all(name)?))).collect()
+}
+
+/// What a name stands for by the order: `if w >= 2 then 2*w-2 else w+1`; of one condition where that is enough.
+fn chosen(orders: &[Order], own: &[Value]) -> Vec<Value> {
+    let either = |one: usize, relation: Relation, other: usize| {
+        let (_, left, right) = &orders.first()?.when;
+        Value::choose(relation, left, right, own.get(one)?, own.get(other)?).ok()
+    };
+    let whole = || {
+        let (last, before) = own.split_last()?;
+        before.iter().zip(orders).rev().try_fold(last.clone(), |other, (value, order)| {
+            let (relation, left, right) = &order.when;
+            Value::choose(*relation, left, right, value, &other).ok()
+        })
+    };
+    let last = own.len().saturating_sub(1);
+    let Some((relation, ..)) = orders.first().map(|order| &order.when) else { return Vec::new() };
+    let wider = if *relation == Relation::Lss { Relation::Lte } else { *relation };
+    [either(0, *relation, last), either(0, wider, last), whole()].into_iter().flatten().collect()
 }
 
 fn greatest(values: &[&Value]) -> Option<Value> {
