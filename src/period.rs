@@ -50,6 +50,7 @@ pub use blocked::{Before, Blocked};
 use closed::analysed;
 pub use drift::drifting;
 pub use greatest_cycle::greatest_cycle;
+pub(crate) use merge::one_after_another;
 use surroundings::Surroundings;
 pub use surroundings::analyse_each;
 pub(crate) use surroundings::parameters;

@@ -1,6 +1,7 @@
 //! From a period to a verdict: the run of the system leg by leg, and the property matched with it.
 
 mod again;
+mod by_turns;
 mod cases;
 mod copies;
 mod count;

@@ -214,6 +214,17 @@ fn possible(edge: &Edge, mut known: Assumptions) -> bool {
     })
 }
 
+/// Several rounds one after another, as one; none where there are none.
+///
+/// # Errors
+/// Where a value has no normal form.
+pub(crate) fn one_after_another(rounds: &[&Edge]) -> Result<Option<Edge>, ValueError> {
+    let Some((first, rest)) = rounds.split_first() else { return Ok(None) };
+    let mut all = (*first).clone();
+    rest.iter().try_for_each(|round| append(&mut all, round))?;
+    Ok(Some(all))
+}
+
 /// One round after another.
 fn append(first: &mut Edge, second: &Edge) -> Result<(), ValueError> {
     let mut map = std::mem::take(&mut first.map);

@@ -277,6 +277,9 @@ impl Walker<'_> {
             };
             leg.continues = before == Some(phase);
             let forever = matches!(leg.rounds, Rounds::Forever(_));
+            if forever && leg.shows_the_same() {
+                trajectory.cycle = Some(trajectory.legs.len());
+            }
             trajectory.legs.push(leg);
             if forever {
                 return Ok(());
@@ -322,8 +325,9 @@ impl Walker<'_> {
     }
 
     /// Rounds one by one until the phase is left or the values repeat.
-    fn stepwise(&self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
-        let Some(here) = self.period.phases.get(phase) else {
+    fn stepwise(&mut self, phase: usize, values: &Values) -> Result<(Leg, (Next, Values)), Unsure> {
+        let period = self.period;
+        let Some(here) = period.phases.get(phase) else {
             return Err(Unsure::because("a phase is missing".to_string()));
         };
         let mut rounds: Vec<(&Edge, Values)> = Vec::new();
@@ -351,6 +355,14 @@ impl Walker<'_> {
             }
             // Symbols are followed one round at a time.
             if !now.values().all(is_known) {
+                break Next::Phase(phase);
+            }
+            if let Some(turns) = self.by_turns(&rounds) {
+                if turns.from == 0 {
+                    return self.counted(phase, &turns.round, values, turns.count);
+                }
+                now = rounds[turns.from].1.clone();
+                rounds.truncate(turns.from);
                 break Next::Phase(phase);
             }
         };
