@@ -270,16 +270,6 @@ impl Assumptions {
         }
     }
 
-    /// Compares a value with 0 by what it is with the variables put in that equations give, where that can be simplified.
-    fn decided_by_equations(&self, relation: Relation, value: &Value) -> Option<bool> {
-        if value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_))) {
-            return None;
-        }
-        let replaced = self.solved.iter().any(|(name, _)| value.mentions(name)).then(|| self.with_solved(value))?;
-        let simple = self.simplify(&replaced);
-        (simple != replaced).then(|| self.decide_unless_contradictory(relation, &simple))?
-    }
-
     /// Whether what a value needs to have a meaning is so.
     pub fn grants(&self, need: &Need) -> Option<bool> {
         match need {

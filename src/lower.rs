@@ -59,7 +59,6 @@ pub struct Environment {
     pub definitions: Definitions,
     /// The laws.
     pub laws: Laws,
-    /// Names that begin with a capital.
     entities: Arc<BTreeMap<Name, Entity>>,
     /// Names of values and functions.
     quantities: Arc<BTreeMap<Name, Quantity>>,
@@ -121,7 +120,7 @@ pub struct Signature {
     pub parameters: Vec<Name>,
     /// What each parameter must be, as far as its body tells.
     pub classes: Vec<Option<Class>>,
-    /// How many components each parameter has that is a vector, as far as the text tells.
+    /// How many components each has that is a vector.
     pub lengths: Vec<Option<usize>>,
     /// How it can end, and what it binds.
     pub flow: Flow,

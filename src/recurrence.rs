@@ -67,6 +67,7 @@ mod reach;
 mod region;
 mod roots;
 mod rotation;
+mod scaled;
 mod search;
 mod sequences;
 mod settled;
@@ -135,6 +136,23 @@ pub struct Unknown {
     pub reason: String,
     /// The comparison that would have to be decided, where the reason is that it is not.
     pub open: Option<Box<Comparison>>,
+    /// The index in words, where there is one that is no value here.
+    pub formula: Option<Box<Formula>>,
+}
+
+/// An index that is told by logarithms, which are no values here.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Formula {
+    /// The index: `ceil(log(g)/log(a))`.
+    pub index: String,
+    /// What it is the first index of: `a^n >= g`.
+    pub test: String,
+    /// The power in that, so many times, which is more than 0.
+    pub power: Value,
+    /// How it compares with the bound.
+    pub relation: Relation,
+    /// The bound.
+    pub bound: Value,
 }
 
 /// What is asked of a sequence.
@@ -164,7 +182,7 @@ const MOST_TRIED: i64 = 500;
 
 impl Unknown {
     pub(crate) fn because(reason: impl Into<String>) -> Unknown {
-        Unknown { reason: reason.into(), open: None }
+        Unknown { reason: reason.into(), open: None, formula: None }
     }
 
     /// Whether there is an index, but none that can be written as a value here.
@@ -175,7 +193,7 @@ impl Unknown {
     /// It is not known whether a comparison holds.
     fn undecided(relation: Relation, left: &Value, right: &Value) -> Unknown {
         let reason = format!("it must be known whether {left} {} {right}", relation.symbol());
-        Unknown { reason, open: Some(Box::new((relation, left.clone(), right.clone()))) }
+        Unknown { reason, open: Some(Box::new((relation, left.clone(), right.clone()))), formula: None }
     }
 }
 

@@ -189,7 +189,7 @@ fn signs_by_what_forms_are_made_of_prove_first_indices() {
     assert!(!told.contains("the search alone"), "{told}");
     // Two solves of a line, two that are never, one by a late power.
     assert_eq!(told.matches("checked by the forms").count(), 5, "{told}");
-    let strictly = "abs(p)*(1/2)^n < 1/10: 0 if abs(p) < 1/10, else floor(log(1/10/(abs(p)))/log(1/2))+1";
+    let strictly = "n = if abs(p) < 1/10 then 0 else floor(log(1/10/abs(p))/log(1/2))+1 is the first";
     assert!(told.contains(strictly), "{told}");
 }
 

@@ -239,3 +239,24 @@ fn where_one_of_several_conditions_fails_the_others_may_fail_too() {
         "{told}"
     );
 }
+
+fn printed(asked: &str) -> String {
+    String::from_utf8_lossy(&ran(asked).stdout).into_owned()
+}
+
+#[test]
+fn along_a_line_every_norm_is_told_of_any_goal_from_anywhere() {
+    let step = "min(v,norm((gx,gy)-r(n)))*unit((gx,gy)-r(n))";
+    for (start, near) in [("(0,0)", "max(abs(rx(n)-gx),abs(ry(n)-gy))"), ("(px,py)", "abs(rx(n)-gx)+abs(ry(n)-gy)")] {
+        let asked = format!(
+            "param v > 0, gx, gy, px, py, e > 0\nsolve r(n+1) = r(n)+{step}, r(0) = {start} find n with {near} <= e\n"
+        );
+        let text = printed(&asked);
+        assert!(text.contains("    n = ceil(") && !text.contains("not known"), "{text}");
+    }
+    // Braking stops before, or never comes so far.
+    let brakes = printed(
+        "param s > 0, a > 0\nsolve x(n+1) = x(n)+u(n), u(n+1) = max(u(n)-a,0), x(0) = 0, u(0) = s find n with x(n) >= 10\n",
+    );
+    assert_eq!((brakes.matches("never x(n) >= 10").count(), brakes.matches("not known").count()), (2, 0), "{brakes}");
+}

@@ -235,7 +235,7 @@ fn a_logarithm_is_told_as_it_is_meant() {
     let far = told("param D > 0, c, d > 0, c > d\nsolve r(n+1) = r(n)/2, r(0) = D find n with abs(r(n)-c) >= d\n");
     let (above, below) = far.split_once("if D < c+d:").unwrap_or_default();
     assert!(above.contains("if D >= c+d:\n      n = 0 is the first") && !above.contains("log("), "{far}");
-    assert!(below.contains("ceil(log((c-d)/(D))/log(1/2))"), "{far}");
+    assert!(below.contains("ceil(log((c-d)/D)/log(1/2))"), "{far}");
     let past = told(&format!("{start} r(n) >= h\n"));
     assert!(past.contains("ceil(log((g-h)/(g-p0))/log(1-k))") && !past.contains("not known whether ever"), "{past}");
 }

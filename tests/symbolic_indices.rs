@@ -48,7 +48,7 @@ const GOALS: [&str; 9] = [
 ];
 
 /// Ways through the plane, with goals of their own.
-const WAYS: [&str; 9] = [
+const WAYS: [&str; 13] = [
     "x(n+1) = x(n)+3/5, y(n+1) = y(n)+4/5, x(0) = p, y(0) = a find n with norm((x(n),y(n))) <= 5",
     "x(n+1) = x(n)+3/5, y(n+1) = y(n)+4/5, x(0) = p, y(0) = a find n with norm((x(n),y(n))) >= 5",
     "x(n+1) = x(n)+w, y(n+1) = y(n), x(0) = p, y(0) = 3 find n with norm((x(n),y(n))) <= 7",
@@ -58,6 +58,10 @@ const WAYS: [&str; 9] = [
     "x(n+1) = x(n)+1, y(n+1) = y(n)-w, x(0) = p, y(0) = g find n with abs(x(n))+abs(y(n)-1) <= e",
     "x(n+1) = x(n)+w, y(n+1) = y(n)-1, x(0) = p, y(0) = g find n with abs(x(n))+abs(y(n)-1) > e",
     "x(n+1) = x(n)+y(n), y(n+1) = y(n)+w, x(0) = p, y(0) = 0 find n with abs(x(n)-g) <= e",
+    "x(n+1) = x(n)+y(n), y(n+1) = max(y(n)-w,0), x(0) = 0, y(0) = e find n with x(n) >= g",
+    "x(n+1) = x(n)+y(n)/10, y(n+1) = y(n)+(w-x(n))/10-3/10*y(n), x(0) = 0, y(0) = 0 find n with x(n) >= w/2",
+    "x(n+1) = x(n)+y(n)/2, y(n+1) = y(n)+(e-x(n))/2-y(n)/4, x(0) = 0, y(0) = 0 find n with abs(x(n)-e) <= e/9",
+    "x(n+1) = x(n)+min(w,norm((g-x(n),a-y(n))))*3/5, y(n+1) = y(n)+min(w,norm((g-x(n),a-y(n))))*4/5, x(0) = g-3*e, y(0) = a-4*e find n with max(abs(x(n)-g),abs(y(n)-a)) <= 1",
 ];
 
 /// What is found in each case of what would have to be known.

@@ -249,16 +249,12 @@ fn a_power_that_comes_to_a_symbol_is_told_by_a_logarithm() {
     says(
         falls,
         &[
-            "there is a first n with r(n) < e, but it is no value here: it is the least n with D*(1/2)^n < e: 0 if D < e, else floor(log(e/(D))/log(1/2))+1, and logarithms are no values here",
+            "n = if D < e then 0 else floor(log(e/D)/log(1/2))+1 is the first with r(n) < e",
+            "it is the least n with D*(1/2)^n < e; this is told in words and not checked, as logarithms are no values here",
         ],
     );
     let grows = "param D > 0\nsolve r(n+1) = 2*r(n), r(0) = 1 find n with r(n) >= D\n";
-    says(
-        grows,
-        &[
-            "there is a first n with r(n) >= D, but it is no value here: it is the least n with (2)^n >= D: 0 if 1 >= D, else ceil(log(D)/log(2)), and logarithms are no values here",
-        ],
-    );
+    says(grows, &["n = if 1 >= D then 0 else ceil(log(D)/log(2)) is the first with r(n) >= D"]);
     // From below it never comes to what is below it.
     let never = "param D > 0\nsolve r(n+1) = r(n)/2, r(0) = -1 find n with r(n) >= D\n";
     assert!(told(never).contains("never r(n) >= D"), "{}", told(never));

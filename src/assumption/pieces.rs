@@ -368,6 +368,29 @@ mod tests {
     }
 
     #[test]
+    fn a_value_with_fewer_corners_is_the_same_at_every_number() {
+        let mut seed = 5_u64;
+        let mut next = move |count: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as usize % count
+        };
+        let mut shorter = 0;
+        for _ in 0..400 {
+            let value = any(&mut next, 4);
+            let short = with_fewest_corners(&value);
+            shorter += usize::from(short != value);
+            let at = |value: &Value, point: &Value| {
+                value.with(&Name::new("x"), point).ok().and_then(|value| value.as_rational()).expect("a number")
+            };
+            for place in -240..=240 {
+                let point = ratio(place, 12);
+                assert_eq!(at(&value, &point), at(&short, &point), "{value} and {short} at {point}");
+            }
+        }
+        assert!(shorter > 20, "{shorter}");
+    }
+
+    #[test]
     fn a_clamped_step_after_another_is_known() {
         let step = |r: &Value| {
             let limit = Value::maximum(&[Value::integer(-1), r.neg().expect("a step")]).expect("a limit");
@@ -376,6 +399,8 @@ mod tests {
         };
         let mut known = Assumptions::default();
         let third = step(&step(&step(&x())));
+        let eighth = (0..5).fold(third.clone(), |place, _| with_fewest_corners(&step(&place)));
+        assert_eq!(corners(&eighth), 2, "{eighth}");
         known.assume(Relation::Neq, &third, &Value::zero());
         known.assume(Relation::Gte, &x(), &Value::zero());
         assert_eq!(known.decide(Relation::Gtr, &x(), &Value::integer(3)), Some(true), "{third}");

@@ -1,13 +1,19 @@
 //! Maxima, conditions and integer parts that the assumptions decide.
 
+use std::cell::Cell;
+use std::collections::BTreeSet;
+
 use super::pieces::with_fewest_corners;
 use super::sign::Signs;
 use super::{Assumptions, Relation};
-use crate::polynomial::{Monomial, Polynomial};
+use crate::polynomial::{Budget, Monomial, Polynomial};
 use crate::value::{Atom, Sort, Value, ValueError, View};
 
 /// How often a value is gone through: what is resolved in one place may let another be.
 const MOST_PASSES: usize = 3;
+/// The most terms of what may have a factor in common, and the steps in which that is looked for.
+const MOST_TERMS: usize = 40;
+const MOST_STEPS: u64 = 200_000;
 
 impl Assumptions {
     /// A value with the variables that equations give replaced.
@@ -26,6 +32,19 @@ impl Assumptions {
     /// The value with the variables that assumed equations give, and what that decides; the same where they give none.
     pub(crate) fn with_equations(&self, value: Value) -> Value {
         if self.solved.is_empty() { value } else { self.simplify(&self.with_solved(&value)) }
+    }
+
+    /// Compares a value with 0 by what it is with the variables put in that equations give, where that can be simplified.
+    pub(super) fn decided_by_equations(&self, relation: Relation, value: &Value) -> Option<bool> {
+        let given = |value: &Value| self.solved.iter().any(|(name, _)| value.mentions(name));
+        if value.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_))) || !given(value) {
+            return None;
+        }
+        let replaced = self.with_solved(value);
+        let simple = within_depth(|| self.simplify(&replaced))?;
+        // What an equation makes shorter may be the value as it was.
+        let new = simple != replaced && !given(&simple);
+        new.then(|| self.decide_unless_contradictory(relation, &simple))?
     }
 
     /// The value with `min`, `max`, `abs`, `if`, `floor` and roots resolved where the assumptions decide them.
@@ -173,7 +192,7 @@ impl Assumptions {
                 place += 1;
             }
         }
-        let factor = self.common_factor(&elements);
+        let factor = self.common_factor(&elements).or_else(|| self.common_line(&elements));
         let Some(factor) = factor else {
             return Value::maximum(&elements);
         };
@@ -197,12 +216,48 @@ impl Assumptions {
         let positive = |atom: &Atom| self.atom_signs(atom).within(Signs::POSITIVE);
         let known = shared?.factors().iter().filter(|(atom, _)| positive(atom)).cloned().collect::<Vec<_>>();
         let below = divisor?;
-        let below = if self.quick_signs(below).within(Signs::POSITIVE) { below.clone() } else { Polynomial::one() };
+        let stated = || {
+            let below = Value::from_polynomials(below.clone(), Polynomial::one()).ok()?;
+            self.as_stated(Relation::Gtr, &below)
+        };
+        let positive = self.quick_signs(below).within(Signs::POSITIVE) || stated() == Some(true);
+        let below = if positive { below.clone() } else { Polynomial::one() };
         let top = Polynomial::term(Monomial::of(known)?, num_traits::One::one());
         if top.is_one() && below.is_one() {
             return None;
         }
         Value::from_polynomials(top, below).ok()
+    }
+
+    /// What is linear in a variable, divides all elements and is certainly not negative: `D-n*v` of the ways `a*(D-n*v)` and
+    /// `b*(D-n*v)` that are left in two directions.
+    fn common_line(&self, elements: &[Value]) -> Option<Value> {
+        let mut budget = Budget::new(MOST_STEPS);
+        let mut shared: Option<Polynomial<Atom>> = None;
+        for element in elements.iter().filter(|element| !element.is_zero()) {
+            let (numerator, _) = element.polynomials()?;
+            if !(2..=MOST_TERMS).contains(&numerator.terms().len()) {
+                return None;
+            }
+            shared = Some(match shared {
+                None => numerator.clone(),
+                Some(shared) => shared.common_divisor(numerator, &mut budget)?,
+            });
+        }
+        let shared = shared?;
+        let atoms =
+            shared.atoms().into_iter().filter(|atom| matches!(atom, Atom::Variable(_)) && shared.degree_in(atom) == 1);
+        let lines = atoms.filter_map(|atom| {
+            let mut parts = shared.coefficients_in(atom).into_values();
+            let content = parts.next()?.common_divisor(&parts.next()?, &mut budget)?;
+            let line =
+                if content.as_constant().is_some() { shared.clone() } else { shared.divide(&content, &mut budget)? };
+            let whole = elements.len() == 2 && line == shared;
+            (!whole && line.terms().len() > 1).then(|| Value::from_polynomials(line, Polynomial::one()).ok())?
+        });
+        let lines: BTreeSet<Value> = lines.collect();
+        let not_negative = |line: &Value| self.decide(Relation::Gte, line, &Value::zero()) == Some(true);
+        lines.into_iter().flat_map(|line| [line.neg().ok(), Some(line)]).flatten().find(not_negative)
     }
 
     /// Squares of roots of what is certainly not negative.
@@ -233,6 +288,25 @@ impl Assumptions {
         }
         Ok(value)
     }
+}
+
+thread_local! {
+    static DEPTH: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Equations that are put in while another is looked at.
+const DEEPEST: usize = 4;
+
+/// What is found, if not too many of these are open at once.
+fn within_depth<T>(find: impl FnOnce() -> T) -> Option<T> {
+    let depth = DEPTH.get();
+    if depth >= DEEPEST {
+        return None;
+    }
+    DEPTH.set(depth + 1);
+    let found = find();
+    DEPTH.set(depth);
+    Some(found)
 }
 
 #[cfg(test)]

@@ -73,7 +73,9 @@ impl<'a> Compared<'a> {
         };
         let stands = |value: &Value| stands_to_zero(value, relation, &leaf, MOST_SPLITS);
         let difference = left.sub(right).ok()?;
-        stands(&difference).or_else(|| for_all_signs(&difference, &stands))
+        let as_it_is_here =
+            || Some(known.simplify(&difference)).filter(|here| *here != difference).and_then(|here| stands(&here));
+        stands(&difference).or_else(|| for_all_signs(&difference, &stands)).or_else(as_it_is_here)
     }
 
     pub(super) fn sides(&self, images: &BTreeMap<Name, Value>) -> Option<[Value; 2]> {

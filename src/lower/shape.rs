@@ -362,8 +362,9 @@ impl Lowerer<'_> {
         let right = self.number(other)?;
         let left = left?;
         let (first, second) = (left.sort(), right.sort());
-        let open = [one, other].iter().any(|side| matches!(&side.kind, ValueKind::Name(name) if name.name.is_meta()));
-        if first != second && !open {
+        // Outside of processes nothing tells of a name that is bound there, or stands for any value, whether it is a vector.
+        let open = |name: &Name| self.settled && (name.is_meta() || self.environment.quantity(name).is_none());
+        if first != second && ![&left, &right].iter().any(|side| side.variables().iter().any(open)) {
             return self.fail(
                 Diagnostic::error("P0402", "these two can be neither equal nor different")
                     .label(one.span, first.to_string())
@@ -397,7 +398,7 @@ impl Lowerer<'_> {
         let needed = needed.or_else(|| signature.lengths.get(index).copied().flatten()).map(Sort::Vector);
         let Some(needed) = needed.filter(|needed| *needed != given && given != Sort::Distribution) else { return };
         let parameter = signature.parameters.get(index).map_or("", Name::as_str);
-        let text = format!("`{callee}` uses its parameter `{parameter}` as {needed}, but {given} is given");
+        let text = format!("the parameter `{parameter}` of `{callee}` is {needed}, but {given} is given");
         self.report(Diagnostic::error("P0401", text).label(span, format!("{given} here")));
     }
 }

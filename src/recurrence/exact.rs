@@ -7,11 +7,11 @@ use super::parabola::past;
 use super::ranges::joined;
 use super::reach::Wanted;
 use super::roots::between_roots;
-use super::{Closed, Goal, Reach, by_shape};
+use super::{Closed, Goal, Reach, Unknown, by_shape};
 use crate::assumption::Assumptions;
 use crate::closed_form::{Cell, NotKnown, Piece, Recurrence, Solved, cells_or_none};
 use crate::name::Name;
-use crate::value::{Atom, Relation, Value};
+use crate::value::{Atom, Need, Relation, Value};
 
 /// By the shape of the sequence, where there is one sequence or a single value for all.
 pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) -> Option<Reach> {
@@ -40,23 +40,40 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
         Ok(pieces) => pieces,
         Err(NotKnown(ends)) => return ends.map(|(end, other)| Reach::undecided(Relation::Lte, &end, &other)),
     };
-    if let Some(found) = past(&pieces, &recurrence.index, relation, &natural) {
-        return Some(found);
+    let of = |pieces: &[Piece]| of_pieces(pieces, &recurrence.index, (relation, &open), &natural);
+    let found = of(&pieces);
+    let Reach::Unknown(_) = &found else { return Some(found) };
+    let straight: Vec<Piece> =
+        pieces.iter().map(|piece| straightened(piece.clone(), &recurrence.index, &natural)).collect();
+    let told = (straight != pieces).then(|| of(&straight)).filter(|told| !matches!(told, Reach::Unknown(_)));
+    Some(told.unwrap_or(found))
+}
+
+/// The same of the difference of both sides, by pieces; with a reason why it was not found otherwise.
+fn of_pieces(
+    pieces: &[Piece],
+    index: &Name,
+    (relation, open): (Relation, &Option<Unknown>),
+    known: &Assumptions,
+) -> Reach {
+    if let Some(found) = past(pieces, index, relation, known) {
+        return found;
     }
+    let variable = Name::new("[difference]");
     let goal = Goal::Holds(relation, Value::variable(&variable), Value::zero());
     let shaped = |pieces: &[Piece]| {
         let closed = Closed { variable: variable.clone(), pieces: pieces.to_vec(), conditions: Vec::new() };
-        by_shape(&closed, &recurrence.index, &goal, &natural)
+        by_shape(&closed, index, &goal, known)
     };
-    Some(match or_with_equations(shaped(&pieces), &pieces, &natural, &shaped) {
+    match or_with_equations(shaped(pieces), pieces, known, &shaped) {
         Reach::Never(why) => Reach::Never(format!("of the difference of both sides: {why}")),
-        Reach::Unknown(why) => match part_by_part(&pieces, &recurrence.index, relation, &natural) {
+        Reach::Unknown(why) => match part_by_part(pieces, index, relation, known) {
             Some(found) => found,
-            None if why.open.is_none() => Reach::Unknown(open.unwrap_or(why)),
+            None if why.open.is_none() => Reach::Unknown(open.clone().unwrap_or(why)),
             None => Reach::Unknown(why),
         },
         other => other,
-    })
+    }
 }
 
 /// The same of one sequence, compared with values that stay.
@@ -247,4 +264,27 @@ fn by_cells(
         Some(Piece { from: cell.from, until: cell.until, form: difference.substitute(&images).ok()? })
     };
     cells.into_iter().map(of).collect::<Option<_>>().map(Ok)
+}
+
+/// A piece with what is bent in the index as it is there: ways that are left along one line are so much of the first one.
+fn straightened(piece: Piece, index: &Name, known: &Assumptions) -> Piece {
+    let bent = |atom: &Atom| matches!(atom, Atom::Maximum(_)) && atom.mentions(index);
+    if !piece.form.atoms().iter().any(bent) {
+        return piece;
+    }
+    let mut within = known.clone();
+    within.assume_natural(index);
+    within.assume(Relation::Gte, &Value::variable(index), &piece.from);
+    if let Some(until) = &piece.until {
+        within.assume(Relation::Lss, &Value::variable(index), until);
+    }
+    // Where it has a value it divides by no length that is 0.
+    for need in piece.form.needs() {
+        let Need::Nonzero(below) = need else { continue };
+        let root = matches!(below.as_atom(), Some(Atom::Root(_)));
+        let length = if root { Some(below) } else { below.sqrt().ok().filter(|_| below.is_sum_of_squares()) };
+        length.iter().for_each(|length| within.assume(Relation::Gtr, length, &Value::zero()));
+    }
+    let form = within.simplify(&piece.form);
+    if form.atoms().iter().any(bent) { piece } else { Piece { form, ..piece } }
 }

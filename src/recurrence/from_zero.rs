@@ -9,13 +9,13 @@ use crate::value::Value;
 
 /// A reason that is given of a recurrence counted from 0 by an index called `(n-from)`, in the words of the recurrence itself.
 pub(super) fn at_own_index(
-    Unknown { reason: mut text, open }: Unknown,
+    Unknown { reason: mut text, open, formula }: Unknown,
     recurrence: &Recurrence,
     place: &Name,
 ) -> Unknown {
     let (index, from) = (&recurrence.index, recurrence.from);
     if from == 0 {
-        return Unknown { reason: text, open };
+        return Unknown { reason: text, open, formula };
     }
     // No other name has the brackets of this index.
     let own = |name: &Name| !name.as_str().contains(place.as_str());
@@ -37,7 +37,7 @@ pub(super) fn at_own_index(
             Err(_) => whole += &format!("{equals}{part}"),
         }
     }
-    Unknown { reason: whole, open }
+    Unknown { open, ..Unknown::because(whole) }
 }
 
 /// The same recurrence, counted from 0, by an index that is called `(n-from)`.

@@ -12,22 +12,21 @@ use super::Reach;
 /// than at both of them. One that bends the other way is there behind the lesser, if it has not turned back before. Below 0 for
 /// ever where nothing of one whole form rises.
 pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &Assumptions) -> Option<Reach> {
-    let above = match relation {
-        Relation::Gtr | Relation::Gte => relation,
-        Relation::Lss | Relation::Lte => relation.mirrored(),
-        Relation::Eq | Relation::Neq => return None,
-    };
+    let above = upwards(relation)?;
     let side = |form: &Value| if above == relation { Ok(form.clone()) } else { form.neg() };
     if pieces.len() > MOST_PIECES || pieces.first().is_none_or(|piece| !piece.from.is_zero()) {
         return None;
     }
+    let mut begins_below = false;
     for (place, piece) in pieces.iter().enumerate() {
         let form = side(&known.with_equations(piece.form.clone())).ok()?;
         let start = form.with(index, &piece.from).ok()?;
         let decided = |value: &Value, relation| decided(relation, value, known);
         let [constant, linear, square] = coefficients(&form, index).ok().flatten()?;
+        let below = std::mem::take(&mut begins_below);
         match decided(&start, above.negated()) {
             Some(true) => {}
+            None if below => {}
             None if place == 0 => return asked(above, &start, &square, known),
             _ => return None,
         }
@@ -65,8 +64,19 @@ pub(super) fn past(pieces: &[Piece], index: &Name, relation: Relation, known: &A
         if found.is_some() {
             return found;
         }
+        // What is nowhere above 0 is not where the next form begins with the same.
+        begins_below = falls && last.is_some() && last == piece.until && curve.is_bare();
     }
     None
+}
+
+/// The relation, or that of the opposites of both sides.
+fn upwards(relation: Relation) -> Option<Relation> {
+    match relation {
+        Relation::Gtr | Relation::Gte => Some(relation),
+        Relation::Lss | Relation::Lte => Some(relation.mirrored()),
+        Relation::Eq | Relation::Neq => None,
+    }
 }
 
 /// Whether all of these pieces, at least one, in which nothing moves, are there, or none is; else what would have to be known.
@@ -134,6 +144,17 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
+    /// What stands under the root in its roots.
+    fn under(&self) -> Option<Value> {
+        let [constant, linear, square] = self.coefficients;
+        linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()
+    }
+
+    /// Whether it has none.
+    fn is_bare(&self) -> bool {
+        self.under().is_some_and(|under| decided(Relation::Lss, &under, self.known) == Some(true))
+    }
+
     /// The first index at which one that bends upwards, or rises, is above 0, before the last of which it tells: behind the greater of
     /// its roots. `Some(None)`: it is not up to the last.
     fn passed(&self, last: Option<&Value>) -> Option<Option<Reach>> {
@@ -157,7 +178,7 @@ impl Curve<'_> {
         let decided = |relation: Relation, value: &Value| decided(relation, value, self.known);
         let at = |index: &Value| self.form.with(self.index, index).ok();
         let [constant, linear, square] = self.coefficients;
-        let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
+        let under = self.under()?;
         let bare = decided(Relation::Lss, &under);
         if let Some(last) = last {
             let end = at(last)?;
@@ -215,7 +236,7 @@ impl Curve<'_> {
         let at_rest = stands(later, self.index, relation, self.known)?;
         let falls = decided(Relation::Lss, square, self.known) == Some(true);
         let slope = square.mul(&piece.from).ok()?.mul(&two).ok()?.add(linear).ok()?;
-        let under = linear.mul(linear).ok()?.sub(&square.mul(constant).ok()?.mul(&Value::integer(4)).ok()?).ok()?;
+        let under = self.under()?;
         for (relation, value) in [(Relation::Gtr, &slope), (Relation::Gte, &under)].into_iter().filter(|_| falls) {
             match decided(relation, value, self.known) {
                 Some(true) => {}

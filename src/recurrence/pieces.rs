@@ -86,7 +86,9 @@ impl Pieces<'_> {
                 Reach::Never(_) => {}
                 Reach::Unknown(reason) if reason.has_no_value() => {
                     let (value, sign) = (&guard.value, guard.relation.negated().symbol());
-                    return Err(Unknown::because(format!("of the first index at which {value} {sign} 0: {reason}")));
+                    return Err(Unknown::because(format!(
+                        "its form changes at the first index with {value} {sign} 0, which is a logarithm"
+                    )));
                 }
                 Reach::Unknown(unknown) => return Err(unknown),
                 Reach::At(at, conditions) => {

@@ -26,6 +26,8 @@ use super::near::near;
 use super::needed::needed;
 use super::numeric::Numeric;
 use super::ratio::in_ratio;
+use super::scaled::scaled;
+use super::sequences::solve_until;
 use super::sides::{each_part, furthest, squared};
 use super::squares::late_products;
 use super::terms::put_in;
@@ -144,6 +146,15 @@ fn of_numbers(
         Err(open) => open,
     };
     let known = &solved.map_or(known, Solved::known).without_name(&recurrence.index);
+    let at_one = |recurrence: Recurrence, part: Wanted<'_>| {
+        let solved = solve_until(recurrence.clone(), known, stop).ok();
+        reach(&recurrence, solved.as_ref(), part, known, stop)
+    };
+    if symbolic(recurrence, wanted)
+        && let Some(found) = solved.and_then(|solved| scaled(solved, wanted, known, &at_one))
+    {
+        return found;
+    }
     let why = match by_terms((recurrence, solved), wanted, &tail, known, stop) {
         Reach::Unknown(why) => why,
         found => return found,

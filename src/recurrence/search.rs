@@ -175,7 +175,7 @@ impl Entry<'_> {
         // Of two bounds the first that is not known.
         let bound = point.or_else(|| [above, below].into_iter().flatten().find(undecided));
         let open = bound.map(|(relation, bound)| Box::new((relation, value.clone(), bound.clone())));
-        Unknown { reason: format!("it must be known whether {}", self.goal(value)), open }
+        Unknown { open, ..Unknown::because(format!("it must be known whether {}", self.goal(value))) }
     }
 
     /// That a value lies in the interval.

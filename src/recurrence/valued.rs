@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use num_traits::ToPrimitive;
 
-use super::Reach;
+use super::exact::{of_difference, read};
 use super::reach::{self, Wanted};
+use super::{Formula, Reach, Unknown};
 use crate::assumption::Assumptions;
-use crate::closed_form::{Comparison, Recurrence, Solved};
+use crate::closed_form::{Comparison, Piece, Recurrence, Solved};
 use crate::name::Name;
-use crate::value::{Need, Relation, Value};
+use crate::value::{Atom, Need, Relation, Value};
 
 /// The terms that are computed for it, at most.
 const MOST_TERMS: u64 = 1_000;
@@ -26,8 +27,61 @@ pub fn reach(
 ) -> Reach {
     match reach::reach(recurrence, solved, wanted, known, stop) {
         Reach::At(at, conditions) => valued(at, conditions, (recurrence, solved), wanted, known),
+        Reach::Unknown(why) => Reach::Unknown(Unknown {
+            formula: why.formula.filter(|formula| is_asked(formula, solved, wanted, known)),
+            ..why
+        }),
         found => found,
     }
+}
+
+/// Whether the formula of an index tells of what was asked itself: at every index the one holds where the other does. Of a part of
+/// that, or of later terms alone, the first index may be another.
+fn is_asked(formula: &Formula, solved: Option<&Solved>, wanted: Wanted<'_>, known: &Assumptions) -> bool {
+    let zero = Value::zero();
+    let same = || {
+        let solved = solved?;
+        let (relation, left, right) = wanted;
+        let difference = left.sub(right).ok()?;
+        let recurrence = solved.recurrence();
+        let pieces = of_difference(solved, &difference, &read(recurrence, &difference), known)?;
+        let [Piece { from, until: None, form }] = pieces.as_slice() else { return None };
+        let natural = with_powers(formula, &recurrence.index, known)?;
+        let where_it = |holds: Relation| {
+            let mut there = natural.clone();
+            there.assume(holds, &formula.power, &formula.bound);
+            there.decide(relation, &there.simplify(form), &zero)
+        };
+        let both = (where_it(formula.relation), where_it(formula.relation.negated()));
+        Some(from.is_zero() && both == (Some(true), Some(false)))
+    };
+    same() == Some(true)
+}
+
+/// What is known of an index and of the powers in a formula: those of what is more than 0 are too, and go one way.
+fn with_powers(formula: &Formula, index: &Name, known: &Assumptions) -> Option<Assumptions> {
+    let (zero, one) = (Value::zero(), Value::one());
+    let mut natural = known.clone();
+    natural.assume_natural(index);
+    natural.assume(Relation::Gtr, &formula.power, &zero);
+    for atom in formula.power.atoms() {
+        let Atom::Power(base, exponent) = &atom else { continue };
+        if exponent.as_variable() != Some(index) {
+            continue;
+        }
+        let power = atom.value().ok()?;
+        let is = |relation, bound: &Value| known.decide(relation, base, bound) == Some(true);
+        if is(Relation::Gtr, &zero) {
+            natural.assume(Relation::Gtr, &power, &zero);
+        }
+        if is(Relation::Gtr, &zero) && is(Relation::Lte, &one) {
+            natural.assume(Relation::Lte, &power, &one);
+        }
+        if is(Relation::Gte, &one) {
+            natural.assume(Relation::Gte, &power, &one);
+        }
+    }
+    Some(natural)
 }
 
 fn valued(

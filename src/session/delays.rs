@@ -15,8 +15,8 @@ pub(super) const MOST_CLAIMED: usize = 3;
 
 /// What is assumed in one order.
 pub(crate) struct Order {
-    /// The order, and in words: `if a < b`.
     when: Comparison,
+    /// The same in words: `if a < b`.
     pub(crate) title: String,
     /// What was declared, with that.
     pub(crate) environment: Environment,

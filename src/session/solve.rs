@@ -415,8 +415,15 @@ pub(super) fn found_lines(found: &Reach, recurrence: &Recurrence, goal: &str) ->
             std::iter::once(first).chain(conditions.iter().map(needed)).collect()
         }
         Reach::Never(reason) => vec![format!("never {goal}: {}", cut(reason, WIDEST))],
+        Reach::Unknown(Unknown { formula: Some(formula), .. }) => vec![
+            format!("{index} = {} is the first with {goal}", formula.index),
+            format!(
+                "it is the least {index} with {}; this is told in words and not checked, as logarithms are no values here",
+                formula.test
+            ),
+        ],
         Reach::Unknown(reason) if reason.has_no_value() => {
-            vec![format!("there is a first {index} with {goal}, but it is no value here: {reason}")]
+            vec![format!("there may be a first {index} with {goal}, but it is no value here: {reason}")]
         }
         Reach::Unknown(reason) => vec![format!("not known whether ever {goal}: {}", cut(&reason.to_string(), WIDEST))],
     }

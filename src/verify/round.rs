@@ -76,6 +76,13 @@ impl Walker<'_> {
         let after = |rounds: i64| self.values_at(values, &count.closed, &Value::integer(rounds)).ok();
         let comes_round = |from: i64| -> Option<i64> {
             let first = after(from)?;
+            let rests = |(_, closed): &(Name, Closed)| {
+                closed.pieces.last().is_some_and(|last| last.until.is_none() && !last.form.mentions(&self.index))
+                    && last_piece(closed).is_some_and(|last| last <= from)
+            };
+            if count.closed.iter().all(rests) {
+                return Some(1);
+            }
             let changing = |name: &Name| first.get(name).is_some_and(is_number);
             if !count.closed.iter().all(|(name, _)| changing(name)) {
                 return None;

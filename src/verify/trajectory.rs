@@ -221,6 +221,26 @@ fn unending(period: &Period) -> bool {
     period.initial.iter().all(goes_on) && period.phases.iter().all(steady)
 }
 
+/// Whether a run that has not repeated is given up: after so many legs, or where its values grow.
+fn too_far(legs: usize, changes: usize, values: &Values) -> Result<(), Unsure> {
+    let (long, large) = (values.values().any(is_long), values.values().any(is_large));
+    if legs < MOST_LEGS && changes <= MOST_CHANGES && !long && !large {
+        return Ok(());
+    }
+    let why = match (long, large) {
+        (true, _) => ", and its numbers grow without end: it may only converge",
+        (_, true) => ", and the forms of its values grow with every leg",
+        _ => "",
+    };
+    Err(Unsure::because(format!("after {legs} legs the run has not repeated exactly{why}")))
+}
+
+/// Values after rounds by the closed forms, which say in simpler words what a round does to these variables.
+fn said_by_forms(closed: &[(Name, Closed)], after: &Values, as_before: impl Fn(&Name) -> bool) -> Values {
+    let names = closed.iter().map(|(name, _)| name).filter(|name| as_before(name));
+    names.filter_map(|name| Some((name.clone(), after.get(name)?.clone()))).collect()
+}
+
 impl Walker<'_> {
     fn run(&mut self, trajectory: &mut Trajectory) -> Result<(), Unsure> {
         let edge = self.choose(&self.period.initial, &Values::new(), &self.assumptions)?;
@@ -255,17 +275,7 @@ impl Walker<'_> {
                 return Err(Unsure::because(INTERRUPTED.to_string()));
             }
             changes += usize::from(before != Some(phase));
-            let long = values.values().any(is_long);
-            let large = values.values().any(is_large);
-            if history.len() > MOST_LEGS || changes > MOST_CHANGES || long || large {
-                let why = match (long, large) {
-                    (true, _) => ", and its numbers grow without end: it may only converge",
-                    (_, true) => ", and the forms of its values grow with every leg",
-                    _ => "",
-                };
-                let legs = history.len() - 1;
-                return Err(Unsure::because(format!("after {legs} legs the run has not repeated exactly{why}")));
-            }
+            too_far(history.len() - 1, changes, &values)?;
             let (mut leg, onward) = match self.leg(phase, &values) {
                 Ok(found) => found,
                 Err(unsure) => {
@@ -392,6 +402,7 @@ impl Walker<'_> {
         values: &Values,
         count: Count,
     ) -> Result<(Leg, (Next, Values)), Unsure> {
+        let kept = count.stays.is_none().then(|| self.kept(phase, round)).flatten();
         let mut leg = Leg {
             phase,
             rounds: Rounds::Forever(count.reason.clone()),
@@ -401,7 +412,7 @@ impl Walker<'_> {
             conditions: count.conditions.clone(),
             continues: false,
             units: Vec::new(),
-            kept: count.stays.is_none().then(|| self.kept(phase, round)).flatten(),
+            kept,
         };
         let Some(stays) = count.stays else {
             if let Some(some) = self.until_it_repeats(values, &count) {
@@ -436,13 +447,8 @@ impl Walker<'_> {
             leg.units.extend(self.units_once(edge, &last)?);
         }
         let mut onward = self.image(edge, &last)?;
-        // What the round does to a variable, its closed form says in simpler words.
-        if let Ok(after) = self.values_at(values, &count.closed, &stays.add(&Value::one())?) {
-            let as_before = |name: &&Name| edge.map.get(*name) == round.map.get(*name);
-            let names = count.closed.iter().map(|(name, _)| name).filter(as_before);
-            let said = names.filter_map(|name| Some((name.clone(), after.get(name)?.clone())));
-            onward.extend(said.collect::<Values>());
-        }
+        let after = self.values_at(values, &count.closed, &stays.add(&Value::one())?).unwrap_or_default();
+        onward.extend(said_by_forms(&count.closed, &after, |name| edge.map.get(name) == round.map.get(name)));
         let next = self.onward(edge, &last)?;
         self.assumptions = assumptions;
         Ok((leg, (next, onward)))

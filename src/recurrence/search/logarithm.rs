@@ -2,8 +2,7 @@
 
 use super::Entry;
 use crate::closed_form::bracketed;
-use crate::recurrence::Reach;
-use crate::recurrence::Unknown;
+use crate::recurrence::{Formula, Reach, Unknown};
 use crate::value::{Relation, Value};
 
 /// What a reason ends on where the first index is known, but not as a value.
@@ -76,23 +75,26 @@ impl Entry<'_> {
         if let Some(at) = at {
             return Ok(Some(Reach::At(if strict { at.add(&Value::one())? } else { at }, Vec::new())));
         }
-        let power = format!("({ratio})^{index}");
-        let text = |value: &Value| bracketed(value.to_string());
-        let (power, part) = if size == Value::one() {
-            (power, format!("log({far})"))
-        } else {
-            (format!("{}*{power}", text(&size)), format!("log({}/({size}))", text(&far)))
-        };
+        let plain = ratio.as_variable().is_some() || ratio.as_rational().is_some_and(|ratio| ratio.is_integer());
+        let power = if plain { format!("{ratio}^{index}") } else { format!("({ratio})^{index}") };
+        let power = if size == Value::one() { power } else { format!("{}*{power}", bracketed(size.to_string())) };
+        let part = format!("log({})", self.known.simplify(&far.div(&size)?));
         let least = format!("{part}/log({ratio})");
         let least = if strict { format!("floor({least})+1") } else { format!("ceil({least})") };
         let test = if strict { [Relation::Lss, Relation::Gtr] } else { [Relation::Lte, Relation::Gte] };
         let early = match self.known.decide(test[usize::from(!falls)], &size, &far) {
             Some(false) => String::new(),
-            _ => format!("0 if {size} {relation} {far}, else "),
+            _ => format!("if {size} {relation} {far} then 0 else "),
         };
-        Ok(Some(Reach::unknown(format!(
-            "it is the least {index} with {power} {relation} {far}: {early}{least}, and {NO_VALUE}",
-        ))))
+        let formula = Formula {
+            index: format!("{early}{least}"),
+            test: format!("{power} {relation} {far}"),
+            power: ratio.power(&Value::variable(index))?.mul(&size)?,
+            relation: test[usize::from(!falls)],
+            bound: far,
+        };
+        let why = Unknown::because(format!("its first {index} is a logarithm, and {NO_VALUE}"));
+        Ok(Some(Reach::Unknown(Unknown { formula: Some(Box::new(formula)), ..why })))
     }
 }
 

@@ -91,5 +91,5 @@ fn says(one: &Found, case: &InCase<Found>) -> bool {
 /// What would have to be known: of a maximum in it, first which of its elements it is.
 fn question(why: &Unsettled, known: &Assumptions, declared: &dyn Fn(&Name) -> bool) -> Unknown {
     let open = why.asked.iter().find_map(|asked| side(asked, known, declared));
-    Unknown { reason: why.reason.clone().unwrap_or_default(), open: open.map(Box::new) }
+    Unknown { open: open.map(Box::new), ..Unknown::because(why.reason.clone().unwrap_or_default()) }
 }
