@@ -316,6 +316,19 @@ mod tests {
         Value::rational(BigRational::new(above.into(), below.into()))
     }
 
+    /// Numbers below a count, in an order of their own.
+    fn numbers(mut seed: u64) -> impl FnMut(usize) -> usize {
+        move |count: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as usize % count
+        }
+    }
+
+    /// A value of x at a number.
+    fn at(value: &Value, point: &Value) -> BigRational {
+        value.with(&Name::new("x"), point).ok().and_then(|value| value.as_rational()).expect("a number")
+    }
+
     /// Sums, maxima and choices of x and small numbers, so deep.
     fn any(next: &mut dyn FnMut(usize) -> usize, depth: usize) -> Value {
         let number = |next: &mut dyn FnMut(usize) -> usize| {
@@ -340,11 +353,7 @@ mod tests {
 
     #[test]
     fn what_holds_at_some_number_is_found_and_nothing_else() {
-        let mut seed = 11_u64;
-        let mut next = move |count: usize| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as usize % count
-        };
+        let mut next = numbers(11);
         let (mut found, mut decided) = (0, 0);
         for _ in 0..400 {
             let (asked, first, second) = (any(&mut next, 4), any(&mut next, 3), any(&mut next, 2));
@@ -354,9 +363,6 @@ mod tests {
             let Some((signs, _)) = known.signs_in_pieces(&asked) else { continue };
             found += 1;
             decided += usize::from(signs != Signs::ANY);
-            let at = |value: &Value, point: &Value| {
-                value.with(&Name::new("x"), point).ok().and_then(|value| value.as_rational()).expect("a number")
-            };
             for place in -240..=240 {
                 let point = ratio(place, 12);
                 let met = known.stated.iter().all(|(relation, fact)| relation.holds(sign(&at(fact, &point))));
@@ -369,19 +375,12 @@ mod tests {
 
     #[test]
     fn a_value_with_fewer_corners_is_the_same_at_every_number() {
-        let mut seed = 5_u64;
-        let mut next = move |count: usize| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as usize % count
-        };
+        let mut next = numbers(5);
         let mut shorter = 0;
         for _ in 0..400 {
             let value = any(&mut next, 4);
             let short = with_fewest_corners(&value);
             shorter += usize::from(short != value);
-            let at = |value: &Value, point: &Value| {
-                value.with(&Name::new("x"), point).ok().and_then(|value| value.as_rational()).expect("a number")
-            };
             for place in -240..=240 {
                 let point = ratio(place, 12);
                 assert_eq!(at(&value, &point), at(&short, &point), "{value} and {short} at {point}");

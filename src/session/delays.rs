@@ -15,6 +15,7 @@ pub(super) const MOST_CLAIMED: usize = 3;
 
 /// What is assumed in one order.
 pub(crate) struct Order {
+    /// How the two compare.
     when: Comparison,
     /// The same in words: `if a < b`.
     pub(crate) title: String,
@@ -42,10 +43,7 @@ fn orders(failures: &[Failure], environment: &Environment) -> Vec<Order> {
     }
     let may_be = |order: &Relation| environment.assumptions.decide(*order, one, other) != Some(false);
     let orders = [Relation::Lss, Relation::Eq, Relation::Gtr].into_iter().filter(may_be);
-    let with = |order: Relation| {
-        let environment = environment.clone();
-        Order::of((order, one.clone(), other.clone()), environment)
-    };
+    let with = |order: Relation| Order::of((order, one.clone(), other.clone()), environment.clone());
     orders.map(with).collect()
 }
 
@@ -56,10 +54,7 @@ pub(super) fn either_case(open: &[Comparison], environment: &Environment) -> Vec
     let Some((relation, left, right)) = open.iter().find_map(|asked| side(asked, known, &declared)) else {
         return Vec::new();
     };
-    let with = |relation: Relation| {
-        let environment = environment.clone();
-        Order::of((relation, left.clone(), right.clone()), environment)
-    };
+    let with = |relation: Relation| Order::of((relation, left.clone(), right.clone()), environment.clone());
     vec![with(relation), with(relation.negated())]
 }
 
