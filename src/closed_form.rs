@@ -5,6 +5,7 @@
 //! what the recurrence says, for every n. An instance is the same theorem for one value of a parameter.
 
 mod apart;
+mod behind;
 mod cells;
 mod check;
 mod comparing;
@@ -19,6 +20,7 @@ mod never;
 mod one_by_one;
 mod pieces;
 mod readable;
+mod remainders;
 mod rooted;
 mod rounds;
 mod signs;
@@ -38,12 +40,14 @@ use crate::name::Name;
 use crate::value::{Atom, Relation, Value, ValueError};
 
 pub(crate) use apart::{Case, closures, in_cases, needs_in_cases};
+pub(crate) use behind::behind;
 pub(crate) use cells::{Cell, NotKnown, cells, cells_or_none};
 pub use defined::first_zero;
 pub use first::{Earlier, Wanted, first};
 pub use nested::{Layer, Nested, layer};
 pub use never::{Never, never};
 pub(crate) use pieces::for_all_signs;
+pub use remainders::{Differ, differ};
 pub(crate) use rounds::{by_place, first_lap, first_round, with_first_round};
 pub(crate) use signs::settled_by;
 pub(crate) use simpler::simpler;

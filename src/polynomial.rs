@@ -4,6 +4,7 @@
 //! "the leading coefficient is positive" makes the polynomials an ordered ring. Terms stand in falling order.
 
 mod divisor;
+mod perfect;
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};

@@ -9,6 +9,7 @@ mod affine;
 mod approach;
 mod at_rest;
 mod barrier;
+mod behind;
 mod bounds;
 mod classes;
 mod comes_round;

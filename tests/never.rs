@@ -48,6 +48,14 @@ fn that_it_never_is_is_shown_in_each_way() {
             Never::Forms(0),
         ),
         ("param p\nsolve x(n+1) = x(n)+p, x(0) = p find n with x(n)^2 < 0\n", Never::Always),
+        // All remainders are looked at; terms with fractions are multiplied by powers first.
+        ("solve x(n+2) = x(n+1)-2*x(n), x(0) = 1, x(1) = 1 find n with x(n) = 0\n", Never::Modulo(0, 2)),
+        ("solve x(n+2) = 8/5*x(n+1)-x(n), x(0) = 0, x(1) = 3/5 find n with x(n) = 0 and n > 0\n", Never::Modulo(1, 5)),
+        (
+            "solve x(n+1) = 4/5*x(n)-3/5*y(n), y(n+1) = 3/5*x(n)+4/5*y(n), x(0) = 8, y(0) = 6 find n with \
+             abs(x(n)-10)+abs(y(n)) <= 0\n",
+            Never::Modulo(0, 5),
+        ),
     ] {
         assert_eq!(shown(asked, &[]), Some(how), "{asked}");
     }

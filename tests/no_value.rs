@@ -242,6 +242,6 @@ fn what_is_open_of_delays_names_an_assumption() {
     let row = "proc A = Delay_a ; Out_{x,1} ; A\nproc B = In_x<u> ; Delay_b ; Out_{y,u} ; B\n\
         proc C = In_y<u> ; Delay_c ; C\nsystem Row = A | B | C\nperiod Row\n";
     let open = told(&format!("param a > 0, b > 0, c > 0, b < a, a < c\n{row}"));
-    assert!(open.contains("an assumption such as `param b+4*c < 5*a` tells"), "{open}");
+    assert!(open.contains("`param b+4*c < 5*a` tells this, and the same may be asked of later delays"), "{open}");
     assert_eq!(open.matches("it must be known whether").count(), 1, "each question once: {open}");
 }

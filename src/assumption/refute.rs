@@ -4,11 +4,11 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
-use num_traits::One;
+use num_traits::{One, Signed};
 
 use super::atoms::root_of_number;
 use super::linear::{Bound, Constraint, contradictory};
-use super::sign::Signs;
+use super::sign::{Signs, turned};
 use super::{Assumptions, Relation};
 use crate::polynomial::{Budget, Monomial, Polynomial};
 use crate::value::fixed::coarse_order;
@@ -70,8 +70,17 @@ impl Assumptions {
                 return self.signs_by_condition(&value, wanted, depth, systems);
             }
         }
-        let wanted = if below.within(Signs::NEGATIVE) { wanted.flipped() } else { wanted };
-        self.signs_of_form(numerator, wanted, depth, systems).times(below)
+        let asked = if below.within(Signs::NEGATIVE) { wanted.flipped() } else { wanted };
+        let signs = self.signs_of_form(numerator, asked, depth, systems).times(below);
+        // `(-1)^n/(k-1)^n` has the sign of `(-1)^n*(k-1)^n`, which is that of `1-k`.
+        let signed = |form: &Form| form.atoms().into_iter().any(Atom::is_sign);
+        let decided = signs.within(wanted) || signs.and(wanted).is_empty();
+        match numerator.times(denominator) {
+            Some(both) if !decided && !denominator.is_one() && (signed(numerator) || signed(denominator)) => {
+                signs.and(self.signs_of_form(&both, wanted, depth, systems))
+            }
+            _ => signs,
+        }
     }
 
     /// The signs of a value that divides by what may be 0, if a condition in it tells when that is so: those that it has
@@ -105,17 +114,13 @@ impl Assumptions {
         if let Some(order) = coarse_order(form) {
             return if order == Ordering::Greater { Signs::POSITIVE } else { Signs::NEGATIVE };
         }
+        signs = signs.and(self.signs_of_power(form, wanted, systems));
+        if decided(signs) {
+            return signs;
+        }
         let shared = form.monomial_content();
         if depth > 0 && !shared.factors().is_empty() {
-            let mut known = Signs::POSITIVE;
-            for (atom, exponent) in shared.factors() {
-                let factor = Polynomial::atom(atom.clone());
-                let mut own = self.signs_of_form(&factor, Signs::ZERO, 0, systems);
-                if !own.within(Signs::NONZERO) {
-                    own = own.and(self.signs_by_form(&factor, depth));
-                }
-                known = known.times(own.power(*exponent));
-            }
+            let known = self.signs_of_product(&shared, depth, systems);
             let mut rest = self.signs_of_form(&form.without(&shared), wanted.beside(known), depth - 1, systems);
             // What can have no value stands beside a condition that does not hold.
             if rest.is_empty() && shared.factors().iter().any(|(atom, _)| atom.is_binary()) {
@@ -153,6 +158,41 @@ impl Assumptions {
             signs = signs.and(self.signs_by_form(form, depth));
         }
         signs
+    }
+
+    /// The signs of a written out power of a sum.
+    fn signs_of_power(&self, form: &Form, wanted: Signs, systems: &mut usize) -> Signs {
+        let Some((sum, power, number)) = form.as_power_of_sum() else { return Signs::ANY };
+        let asked = match (power % 2, number.is_negative()) {
+            (0, _) => Signs::ZERO,
+            (_, true) => wanted.flipped(),
+            (_, false) => wanted,
+        };
+        Signs::of_number(&number).times(self.signs_of_form(&sum, asked, 0, systems).power(power))
+    }
+
+    /// The signs of a product of atoms, each asked by itself.
+    fn signs_of_product(&self, product: &Monomial<Atom>, depth: usize, systems: &mut usize) -> Signs {
+        let mut known = Signs::POSITIVE;
+        let turned = turned(product);
+        for (atom, exponent) in turned.as_deref().unwrap_or(product.factors()) {
+            let factor = Polynomial::atom(atom.clone());
+            let mut own = self.signs_of_form(&factor, Signs::ZERO, 0, systems);
+            if !own.within(Signs::NONZERO) {
+                own = own.and(self.signs_by_form(&factor, depth));
+            }
+            if let Atom::Power(base, _) = atom
+                && let Some((base, below)) = base.polynomials()
+                && below.is_one()
+                && !own.within(Signs::POSITIVE)
+            {
+                let base = self.signs_of_form(base, Signs::POSITIVE, 0, systems);
+                let signs = [Signs::POSITIVE, Signs::NONZERO].into_iter().find(|signs| base.within(*signs));
+                own = own.and(signs.unwrap_or(Signs::ANY));
+            }
+            known = known.times(own.power(*exponent));
+        }
+        known
     }
 
     /// An assumed polynomial that divides this one, with its signs, and the quotient.

@@ -143,7 +143,7 @@ impl Assumptions {
         known.and(match atom {
             Atom::Variable(_) | Atom::Apply(..) => Signs::ANY,
             Atom::Power(base, _) => {
-                let base = self.quick(base);
+                let base = self.of_quotient(base);
                 if base.within(Signs::NONZERO) && !base.within(Signs::POSITIVE) {
                     Signs::NONZERO
                 } else if base.within(Signs::NONNEGATIVE) {
@@ -176,14 +176,7 @@ impl Assumptions {
                 }
             }
             Atom::Floor(part) => {
-                let mut signs = self.quick(part);
-                // A quotient has the signs of its numerator and denominator, of which something may be assumed.
-                if let Some((top, below)) = part.polynomials().filter(|_| signs == Signs::ANY) {
-                    let below = self.assumed(below);
-                    if below.within(Signs::NONZERO) {
-                        signs = self.assumed(top).times(below);
-                    }
-                }
+                let signs = self.of_quotient(part);
                 if signs.within(Signs::NEGATIVE) {
                     Signs::NEGATIVE
                 } else if signs.within(Signs::NONNEGATIVE) {
@@ -200,9 +193,18 @@ impl Assumptions {
         })
     }
 
+    /// The signs of a value from those of its numerator and denominator, of which something may be assumed.
+    fn of_quotient(&self, value: &Value) -> Signs {
+        let signs = self.quick(value);
+        let Some((top, below)) = value.polynomials().filter(|_| signs == Signs::ANY) else { return signs };
+        let below = self.assumed(below);
+        if below.within(Signs::NONZERO) { self.assumed(top).times(below) } else { signs }
+    }
+
     /// The signs of a monomial.
     pub(super) fn monomial_signs(&self, monomial: &Monomial<Atom>) -> Signs {
-        let factors = monomial.factors().iter();
+        let turned = turned(monomial);
+        let factors = turned.as_deref().unwrap_or(monomial.factors()).iter();
         factors.fold(Signs::POSITIVE, |signs, (atom, exponent)| signs.times(self.atom_signs(atom).power(*exponent)))
     }
 
@@ -248,9 +250,61 @@ impl Assumptions {
     }
 }
 
+/// The factors of a monomial with `(1-k)^n` for `(-1)^n*(k-1)^n`, of which the sign may be known; nothing where there are none.
+pub(super) fn turned(monomial: &Monomial<Atom>) -> Option<Vec<(Atom, u32)>> {
+    let odd = |(_, exponent): &(Atom, u32)| exponent.is_odd();
+    let sign_of = |(atom, _): &(Atom, u32)| match atom {
+        Atom::Power(_, count) if atom.is_sign() => Some(count.clone()),
+        _ => None,
+    };
+    let mut factors = monomial.factors().to_vec();
+    let mut found = false;
+    for place in 0..factors.len() {
+        let Some(count) = factors.get(place).filter(|one| odd(one)).and_then(sign_of) else { continue };
+        let pair = factors.iter_mut().find_map(|factor| match &factor.0 {
+            Atom::Power(base, own) if *own == count && odd(factor) && !factor.0.is_sign() => {
+                Some((base.neg().ok()?, factor))
+            }
+            _ => None,
+        });
+        if let Some((base, factor)) = pair {
+            factor.0 = Atom::Power(base, count);
+            factors[place].1 += 1;
+            found = true;
+        }
+    }
+    found.then_some(factors)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::name::Name;
+
+    #[test]
+    fn a_power_of_what_is_negative_has_the_sign_of_the_power_of_minus_one() {
+        let (k, n, one, zero) =
+            (Value::variable(&Name::new("k")), Value::variable(&Name::new("n")), Value::one(), Value::zero());
+        let mut known = Assumptions::default();
+        known.assume(Relation::Lss, &k, &one);
+        let power = k.sub(&one).unwrap().power(&n).unwrap();
+        let sign = Value::integer(-1).power(&n).unwrap();
+        let both = sign.mul(&power).unwrap();
+        let over = sign.div(&power).unwrap();
+        let with_factor = over.mul(&k.sub(&one).unwrap()).unwrap();
+        for (value, relation, holds) in [
+            (&both, Relation::Gtr, Some(true)),
+            (&over, Relation::Gtr, Some(true)),
+            (&with_factor, Relation::Lss, Some(true)),
+            (&power, Relation::Gtr, None),
+            (&power, Relation::Neq, Some(true)),
+            (&both.mul(&sign).unwrap(), Relation::Gtr, None),
+        ] {
+            assert_eq!(known.decide(relation, value, &zero), holds, "{value}");
+        }
+        let nothing = Assumptions::default();
+        assert_eq!(nothing.decide(Relation::Gte, &both, &zero), None);
+    }
 
     #[test]
     fn signs_of_sums_and_products() {

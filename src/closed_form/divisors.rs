@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Recurrence, Unchecked};
 use crate::assumption::Assumptions;
-use crate::value::{Need, Relation, Value};
+use crate::value::{Atom, Need, Relation, Value};
 
 /// The most divisors of which either sign is looked at by itself.
 const MOST_SIGNS: usize = 2;
@@ -13,14 +13,24 @@ const MOST_SIGNS: usize = 2;
 pub(super) fn divisors(values: &[&Value], recurrence: &Recurrence, known: &Assumptions) -> Vec<Value> {
     let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
     let needs: BTreeSet<Need> = values.iter().copied().chain(starts).flat_map(Value::needs).collect();
-    let open = |need: Need| match need {
-        Need::Nonzero(divisor) => Some(divisor).filter(|divisor| {
-            let is = |relation: Relation| known.decide(relation, divisor, &Value::zero());
-            is(Relation::Neq) == Some(true) && is(Relation::Gtr).is_none()
-        }),
-        _ => None,
+    let is = |relation: Relation, value: &Value| known.decide(relation, value, &Value::zero());
+    let open = |value: &Value| is(Relation::Gtr, value).is_none();
+    let of_need = |need: Need| match need {
+        Need::Nonzero(divisor) if is(Relation::Neq, &divisor) == Some(true) => match open(&divisor) {
+            true => vec![divisor],
+            false => factors(&divisor).into_iter().filter(open).collect(),
+        },
+        _ => Vec::new(),
     };
-    needs.into_iter().filter_map(open).take(MOST_SIGNS).collect()
+    needs.into_iter().flat_map(of_need).take(MOST_SIGNS).collect()
+}
+
+/// The names of a product of several of them, none of which is 0 where the product is not.
+fn factors(product: &Value) -> Vec<Value> {
+    let names: Vec<Value> = product.variables().iter().map(Value::variable).collect();
+    let one_term = product.polynomials().is_some_and(|(above, below)| above.terms().len() == 1 && below.is_one());
+    let plain = product.atoms().iter().all(|atom| matches!(atom, Atom::Variable(_)));
+    if one_term && plain && names.len() > 1 { names } else { Vec::new() }
 }
 
 /// What is found where it is not known which signs divisors have, or in the end the greatest of what is found where each

@@ -18,6 +18,8 @@ use crate::value::{Atom, Need, Relation, Value};
 /// So many terms are compared one by one before the forms are asked, and where these do not tell.
 const FEW: i64 = 500;
 const MOST: i64 = 20_000;
+/// So many indices behind one with symbols are looked at one by one.
+const FEW_BEHIND: u64 = 8;
 /// A comparison of expressions in the terms of offset 0 and the index, as [`Recurrence::term`] names them.
 pub type Wanted<'a> = (Relation, &'a Value, &'a Value);
 
@@ -170,12 +172,30 @@ impl Question<'_> {
             compared.never_within(stretch, from, Some(self.at))
                 || compared.is_below_up_to_the_end(stretch) == Some(true)
                 || self.behind_the_root(stretch) == Some(true)
+                || self.none_of_few(compared, stretch) == Some(true)
         };
         if self.compared.in_none(&stretches, (from, Some(self.at)), &never) {
             return Some(Earlier::Forms);
         }
         let [only] = stretches.as_slice() else { return None };
         self.one_way(only).then_some(Earlier::OneWay)
+    }
+
+    /// Whether a stretch that begins at an index with symbols has a few indices before this one, and it holds at none of them.
+    fn none_of_few(&self, compared: &Compared<'_>, stretch: &Stretch) -> Option<bool> {
+        let known = &compared.known;
+        if stretch.from.as_rational().is_some() {
+            return None;
+        }
+        let few = natural(&known.simplify(&self.at.sub(&stretch.from).ok()?)).filter(|few| *few <= FEW_BEHIND)?;
+        let holds = |back: u64| {
+            let at = stretch.from.add(&Value::integer(i64::try_from(back).ok()?)).ok()?;
+            let [left, right] = &stretch.sides;
+            let sides = [left, right].map(|side| side.with(&compared.recurrence.index, &at).ok());
+            let [Some(left), Some(right)] = sides else { return None };
+            compared.holds(&[left, right], known, &|_, _| None)
+        };
+        Some((0..few).all(|back| holds(back) == Some(false)))
     }
 
     /// Whether it holds at the index, which must be a whole number that is not before the first.

@@ -3,11 +3,12 @@
 
 use std::collections::BTreeMap;
 
+use super::behind::{behind, solved_behind};
 use super::divisors::{divisors, in_each_sign};
 use super::first::Wanted;
 use super::one_by_one::Terms;
 use super::stretches::{Compared, Stretch};
-use super::{Comparison, Recurrence, Solved, Unchecked};
+use super::{Comparison, Recurrence, Solved, Unchecked, remainders};
 use crate::assumption::Assumptions;
 use crate::name::Name;
 use crate::value::{Relation, Value};
@@ -31,6 +32,8 @@ pub enum Never {
     Induction(i64, Vec<Comparison>),
     /// By the closed forms from this index on, and one by one before.
     Forms(i64),
+    /// Modulo a number from this index on, where all terms were looked at until they came round, and one by one before.
+    Modulo(i64, u64),
 }
 
 /// Checks that a comparison holds at no index, under the assumptions and the conditions of the forms. Nothing of how it was
@@ -45,6 +48,10 @@ pub fn never(
     (known, bounds): (&Assumptions, &[Value]),
 ) -> Result<Never, Unchecked> {
     let known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
+    if let Some((later, (relation, left, right))) = behind(recurrence, wanted, &known) {
+        let solved = solved.and_then(|solved| solved_behind(&later, solved));
+        return never(&later, solved.as_ref(), (relation, &left, &right), (&known, bounds));
+    }
     let divisors = divisors(&[wanted.1, wanted.2], recurrence, &known);
     let check = |known: Assumptions| {
         let compared = Compared { recurrence, wanted, known };
@@ -63,7 +70,7 @@ impl Compared<'_> {
         let mut terms = Terms::of(self);
         let nexts = self.recurrence.sequences.iter().map(|sequence| &sequence.next);
         let repeats = !nexts.chain(&plain).any(|value| value.mentions(index));
-        let (mut earlier, mut next) = (None, 0);
+        let (mut earlier, mut next, mut differ) = (None, 0, None);
         loop {
             let count = terms.index().saturating_sub(self.recurrence.from);
             let holds = terms.holds();
@@ -79,6 +86,12 @@ impl Compared<'_> {
                 if repeats {
                     earlier = Some(terms.state().to_vec());
                 }
+                if count == 0 {
+                    differ = remainders::differ(self.recurrence, self.wanted);
+                }
+            }
+            if let Some(shown) = differ.as_ref().filter(|shown| terms.index() >= shown.from) {
+                return Some(Never::Modulo(shown.from, shown.modulus));
             }
             if holds != Some(false) {
                 return None;

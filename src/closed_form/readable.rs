@@ -23,11 +23,19 @@ const PRIMES: [u32; 11] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31];
 /// A form that holds from this index on.
 pub(super) fn readable(form: &Value, index: &Name, from: &Value) -> String {
     let plain = form.to_string();
-    if plain.len() <= WIDE {
-        return plain;
-    }
-    let shorter = shifted(form, index, from).map(|form| form.to_string()).filter(|text| text.len() < plain.len());
-    shorter.unwrap_or(plain)
+    let shifted = match from.as_rational() {
+        Some(_) if plain.len() <= WIDE => return plain,
+        Some(_) => shifted(form, index, from),
+        None => counted_from(form, index, from),
+    };
+    shifted.map(|form| form.to_string()).filter(|text| text.len() < plain.len()).unwrap_or(plain)
+}
+
+/// The same where it begins at an index with symbols: `(1/2)^(n-floor(g/v))*g` in place of `(1/2)^n*2^floor(g/v)*g`.
+fn counted_from(form: &Value, index: &Name, from: &Value) -> Option<Value> {
+    let count = Value::variable(index);
+    let name = Name::new(&format!("({})", count.sub(from).ok()?));
+    form.with(index, &count.add(from).ok()?).ok()?.with(index, &Value::variable(&name)).ok()
 }
 
 /// The same as a value to be written, where names stand for powers of numbers and for the index less where it begins.

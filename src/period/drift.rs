@@ -225,12 +225,19 @@ pub(super) fn what_tells(one: &Value, other: &Value) -> String {
     let (given, fixed) = match (other.as_variable(), one.as_variable()) {
         (Some(name), _) if !one.mentions(name) => (name, one),
         (_, Some(name)) if !other.mentions(name) => (name, other),
-        _ => return format!("; an assumption such as `param {less}` tells, or a known ratio"),
+        _ => {
+            return format!(
+                "; `param {less}` tells this, and the same may be asked of later delays; a known ratio tells all"
+            );
+        }
     };
     match Value::fraction(2, 3).and_then(|ratio| fixed.mul(&ratio)) {
         Ok(third) => {
             let what = if third.as_rational().is_some() { "number" } else { "ratio" };
-            format!("; an assumption such as `param {less}` tells, or a {what} such as `param {given} = {third}`")
+            format!(
+                "; `param {less}` tells this, and the same may be asked of later delays; a {what} such as \
+                 `param {given} = {third}` tells all of these two"
+            )
         }
         Err(_) => String::new(),
     }

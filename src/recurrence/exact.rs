@@ -50,7 +50,7 @@ pub(super) fn exactly(solved: &Solved, wanted: Wanted<'_>, known: &Assumptions) 
 }
 
 /// The same of the difference of both sides, by pieces; with a reason why it was not found otherwise.
-fn of_pieces(
+pub(super) fn of_pieces(
     pieces: &[Piece],
     index: &Name,
     (relation, open): (Relation, &Option<Unknown>),
@@ -267,7 +267,7 @@ fn by_cells(
 }
 
 /// A piece with what is bent in the index as it is there: ways that are left along one line are so much of the first one.
-fn straightened(piece: Piece, index: &Name, known: &Assumptions) -> Piece {
+pub(super) fn straightened(piece: Piece, index: &Name, known: &Assumptions) -> Piece {
     let bent = |atom: &Atom| matches!(atom, Atom::Maximum(_)) && atom.mentions(index);
     if !piece.form.atoms().iter().any(bent) {
         return piece;

@@ -51,6 +51,8 @@ pub(super) struct Numeric<N = Number> {
     goal: Goal<N>,
     /// The numbers of the state, and the index.
     state: Vec<N>,
+    /// The first index.
+    from: BigRational,
 }
 
 /// Terms, to be compared with others.
@@ -87,14 +89,22 @@ impl<N: Arithmetic> Numeric<N> {
         }
         let starts = recurrence.sequences.iter().flat_map(|sequence| &sequence.start);
         let mut state = starts.map(|value| N::of(&value.as_rational()?)).collect::<Option<Vec<_>>>()?;
-        state.push(N::of(&BigRational::from_integer(recurrence.from.into()))?);
+        let from = BigRational::from_integer(recurrence.from.into());
+        state.push(N::of(&from)?);
         let goal = Goal::of(relation, &left.sub(right).ok()?, &places)?;
-        Some(Numeric { steps, goal, state })
+        Some(Numeric { steps, goal, state, from })
     }
 
     /// Whether the comparison holds now; nothing where it is not defined.
     pub(super) fn holds(&self) -> Option<bool> {
         self.goal.holds(&self.state)
+    }
+
+    /// Puts in the terms of the index that is so many steps behind the first; nothing where one is no number of this kind.
+    pub(super) fn put(&mut self, terms: &[BigRational], steps: u64) -> Option<()> {
+        let index = self.from.clone() + BigRational::from_integer(steps.into());
+        self.state = terms.iter().chain([&index]).map(N::of).collect::<Option<_>>()?;
+        Some(())
     }
 
     /// Goes on to the next index; nothing where a term is not defined.

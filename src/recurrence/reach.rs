@@ -10,6 +10,7 @@ use num_traits::ToPrimitive;
 
 use super::absorbed::first_of_all;
 use super::barrier::barred;
+use super::behind::behind;
 use super::classes::Classes;
 use super::comes_round::{comes_again, comes_round};
 
@@ -73,6 +74,9 @@ pub(super) fn reach(
         Some(solved) => (solved.recurrence(), Some(solved)),
         None => (recurrence, solved),
     };
+    if let Some(found) = behind(recurrence, (relation, left, right), known, stop) {
+        return found;
+    }
     match furthest(left, right) {
         Ok(Some(distance)) => of_vectors((recurrence, solved), (relation, left, right), &distance, known, stop),
         Ok(None) => {
@@ -163,7 +167,7 @@ fn of_numbers(
         let of_part = |part: Wanted<'_>| of_numbers(recurrence, solved, part, known, stop);
         return first_of_parts(recurrence, wanted, known, &of_part).unwrap_or(Reach::Unknown(reason.unwrap_or(why)));
     }
-    far(recurrence, wanted, &tail, stop).unwrap_or_else(|count| {
+    far((recurrence, solved), wanted, &tail, stop).unwrap_or_else(|count| {
         let (Tail::Unknown(late) | Tail::Never(_, late)) = &tail;
         let later = recurrence.from.checked_add_unsigned(count).filter(|_| count > MOST_TERMS);
         Reach::Unknown(

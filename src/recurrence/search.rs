@@ -318,7 +318,12 @@ impl Entry<'_> {
         if let Some(found) = self.on_either_side(limit, factor, ratio) {
             return found;
         }
-        let positive = match self.sign(factor) {
+        // Powers of what is more than 0 are too: a later form has the sign that it begins with.
+        let begins = match self.known.decide(Relation::Gtr, ratio, &Value::zero()) {
+            Some(true) if self.from.as_rational().is_none() => self.away_at_start(factor, ratio)?,
+            _ => factor.clone(),
+        };
+        let positive = match self.sign(&begins) {
             Ok(positive) => positive,
             Err(_) if self.interval.is_point() => return self.point_of_unknown_side(limit, factor, ratio),
             Err(reach) => return Ok(self.logarithm(limit, factor, ratio)?.unwrap_or(reach)),

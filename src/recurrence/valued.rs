@@ -1,10 +1,10 @@
 //! A first index with all that must hold for what was asked to have a value there.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_traits::ToPrimitive;
 
-use super::exact::{of_difference, read};
+use super::exact::{of_difference, of_pieces, read, straightened};
 use super::reach::{self, Wanted};
 use super::{Formula, Reach, Unknown};
 use crate::assumption::Assumptions;
@@ -45,15 +45,23 @@ fn is_asked(formula: &Formula, solved: Option<&Solved>, wanted: Wanted<'_>, know
         let difference = left.sub(right).ok()?;
         let recurrence = solved.recurrence();
         let pieces = of_difference(solved, &difference, &read(recurrence, &difference), known)?;
-        let [Piece { from, until: None, form }] = pieces.as_slice() else { return None };
-        let natural = with_powers(formula, &recurrence.index, known)?;
+        let [earlier @ .., Piece { from, until: None, form }] = pieces.as_slice() else { return None };
+        let mut natural = with_powers(formula, &recurrence.index, known)?;
+        natural.assume(Relation::Gte, &Value::variable(&recurrence.index), from);
         let where_it = |holds: Relation| {
             let mut there = natural.clone();
             there.assume(holds, &formula.power, &formula.bound);
             there.decide(relation, &there.simplify(form), &zero)
         };
         let both = (where_it(formula.relation), where_it(formula.relation.negated()));
-        Some(from.is_zero() && both == (Some(true), Some(false)))
+        let begins = pieces.first().is_some_and(|piece| piece.from.is_zero());
+        let none_earlier = || {
+            let earlier: Vec<Piece> =
+                earlier.iter().map(|piece| straightened(piece.clone(), &recurrence.index, known)).collect();
+            let found = of_pieces(&earlier, &recurrence.index, (relation, &None), known);
+            matches!(found, Reach::Never(_))
+        };
+        Some(begins && both == (Some(true), Some(false)) && (earlier.is_empty() || none_earlier()))
     };
     same() == Some(true)
 }
@@ -97,11 +105,15 @@ fn valued(
     terms.values_mut().for_each(|image| *image = here.with_equations(image.clone()));
     let without = || Reach::unknown(format!("at {} = {at} it has no value", recurrence.index));
     let (Ok(needs), Ok(others)) = (left.needs_with(&terms), right.needs_with(&terms)) else { return without() };
+    // A form splits its powers: `a^(n-m)` has a value from m on, whatever `a^(-m)` has.
+    let asked: BTreeSet<Need> =
+        [left, right].into_iter().flat_map(Value::needs).filter_map(|need| need.substitute(&terms).ok()).collect();
     let mut known = solved.map_or(known, Solved::known).without_name(&recurrence.index);
     conditions.iter().for_each(|(relation, left, right)| known.assume(*relation, left, right));
     for need in needs.union(&others).flat_map(Need::apart) {
         match (known.grants(&need), &need) {
             (Some(true), _) | (None, Need::Natural(_)) => {}
+            (Some(false), Need::Natural(_)) if !asked.contains(&need) => {}
             (Some(false), _) => return without(),
             (None, Need::Nonzero(value) | Need::Nonnegative(value)) => {
                 let relation = if matches!(need, Need::Nonzero(_)) { Relation::Neq } else { Relation::Gte };

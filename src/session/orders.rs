@@ -87,9 +87,14 @@ pub(super) fn in_orders(
     by_order.or_else(|| best(&[&of_those_read, &in_cases, &where_solved], stop))
 }
 
+/// Whether nothing is told of an index, not even a formula.
+fn is_open(found: &Reach) -> bool {
+    matches!(found, Reach::Unknown(unknown) if unknown.formula.is_none())
+}
+
 /// The first answer that is known in each case, or else the first.
 fn best(answers: &[&dyn Fn() -> Option<InOrders>], stop: &dyn Fn() -> bool) -> Option<InOrders> {
-    let known = |answer: &InOrders| !answer.found.iter().any(|(found, _)| matches!(found, Reach::Unknown(_)));
+    let known = |answer: &InOrders| !answer.found.iter().any(|(found, _)| is_open(found));
     let mut open = None;
     for answer in answers {
         match answer() {
@@ -236,7 +241,7 @@ fn in_each(
     let forms = cases.first().map(|case| case.found.0.lines().len());
     let lines = in_layout(joined(told).into_iter().map(|(case, own)| (title(&case), own)).collect(), forms);
     let found: Vec<(Reach, Assumptions)> = cases.into_iter().map(|case| (case.found.1, case.known)).collect();
-    let known = found.iter().any(|(found, _)| !matches!(found, Reach::Unknown(_)));
+    let known = found.iter().any(|(found, _)| !is_open(found));
     known.then(|| InOrders { lines, recurrence: recurrence.clone(), found, merged: None })
 }
 

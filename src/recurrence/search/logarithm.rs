@@ -2,6 +2,7 @@
 
 use super::Entry;
 use crate::closed_form::bracketed;
+use crate::name::Name;
 use crate::recurrence::{Formula, Reach, Unknown};
 use crate::value::{Relation, Value};
 
@@ -34,18 +35,19 @@ impl Entry<'_> {
         }))
     }
 
-    /// The least index at which `limit + factor*ratio^n` is in the interval, where it surely is from some index on: a value
-    /// where the bound is a power itself, else in words.
-    pub(super) fn logarithm(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Option<Reach>, Unknown> {
-        let zero = Value::zero();
-        let surely = |relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
-        let falls = surely(Relation::Gtr, ratio, &zero) && surely(Relation::Lss, ratio, &Value::one());
-        if self.until.is_some() || !self.from.is_zero() || !(falls || surely(Relation::Gtr, ratio, &Value::one())) {
-            return Ok(None);
-        }
-        let (above, below) = (surely(Relation::Gtr, factor, &zero), surely(Relation::Lss, factor, &zero));
-        // By how much the bound is away from the limit, and whether it is excluded.
-        let (far, strict) = match (&self.interval.low, &self.interval.high) {
+    /// What `limit + factor*ratio^n` is away from its limit where it begins.
+    pub(super) fn away_at_start(&self, factor: &Value, ratio: &Value) -> Result<Value, Unknown> {
+        Ok(self.known.simplify(&factor.mul(&ratio.power(self.from)?)?))
+    }
+
+    /// By how much the bound that is met in time is away from the limit, and whether it is excluded.
+    fn away_from(
+        &self,
+        limit: &Value,
+        falls: bool,
+        (above, below): (bool, bool),
+    ) -> Result<Option<(Value, bool)>, Unknown> {
+        Ok(Some(match (&self.interval.low, &self.interval.high) {
             (Some((low, strict)), Some((high, other)))
                 if falls && strict == other && limit.sub(low)? == high.sub(limit)? =>
             {
@@ -56,7 +58,21 @@ impl Entry<'_> {
             (Some((low, strict)), None) if !falls && above => (low.sub(limit)?, *strict),
             (None, Some((high, strict))) if !falls && below => (limit.sub(high)?, *strict),
             _ => return Ok(None),
-        };
+        }))
+    }
+
+    /// The least index at which `limit + factor*ratio^n` is in the interval, where it surely is from some index on: a value
+    /// where the bound is a power itself, else in words.
+    pub(super) fn logarithm(&self, limit: &Value, factor: &Value, ratio: &Value) -> Result<Option<Reach>, Unknown> {
+        let zero = Value::zero();
+        let surely = |relation, one: &Value, other: &Value| self.known.decide(relation, one, other) == Some(true);
+        let falls = surely(Relation::Gtr, ratio, &zero) && surely(Relation::Lss, ratio, &Value::one());
+        if self.until.is_some() || !(falls || surely(Relation::Gtr, ratio, &Value::one())) {
+            return Ok(None);
+        }
+        let begins = self.away_at_start(factor, ratio)?;
+        let (above, below) = (surely(Relation::Gtr, &begins, &zero), surely(Relation::Lss, &begins, &zero));
+        let Some((far, strict)) = self.away_from(limit, falls, (above, below))? else { return Ok(None) };
         match self.known.decide(Relation::Gtr, &far, &zero) {
             Some(true) => {}
             Some(false) => return Ok(None),
@@ -69,33 +85,46 @@ impl Entry<'_> {
             (false, false) => ">=",
             (false, true) => ">",
         };
-        let (size, index) = (self.known.simplify(&factor.abs()?), self.index);
+        let (size, index) = (self.known.simplify(&begins.abs()?), self.index);
         let at = exponent(&self.known.simplify(&far.div(&size)?), ratio)
             .filter(|at| self.known.is_natural(at) == Some(true));
         if let Some(at) = at {
-            return Ok(Some(Reach::At(if strict { at.add(&Value::one())? } else { at }, Vec::new())));
+            let at = if strict { at.add(&Value::one())? } else { at };
+            return Ok(Some(Reach::At(self.from.add(&at)?, Vec::new())));
         }
         let plain = ratio.as_variable().is_some() || ratio.as_rational().is_some_and(|ratio| ratio.is_integer());
-        let power = if plain { format!("{ratio}^{index}") } else { format!("({ratio})^{index}") };
+        let since = Value::variable(index).sub(self.from)?;
+        let exponent = if self.from.is_zero() { since.to_string() } else { format!("({since})") };
+        let power = if plain { format!("{ratio}^{exponent}") } else { format!("({ratio})^{exponent}") };
         let power = if size == Value::one() { power } else { format!("{}*{power}", bracketed(size.to_string())) };
-        let part = format!("log({})", self.known.simplify(&far.div(&size)?));
-        let least = format!("{part}/log({ratio})");
+        let least = format!("log({})/log({ratio})", quotient(&far, &size, &self.known.simplify(&far.div(&size)?)));
         let least = if strict { format!("floor({least})+1") } else { format!("ceil({least})") };
         let test = if strict { [Relation::Lss, Relation::Gtr] } else { [Relation::Lte, Relation::Gte] };
         let early = match self.known.decide(test[usize::from(!falls)], &size, &far) {
             Some(false) => String::new(),
-            _ => format!("if {size} {relation} {far} then 0 else "),
+            _ if self.from.is_zero() => format!("if {size} {relation} {far} then 0 else "),
+            // Where a later form begins is a value, and a case of its own.
+            _ => return Ok(Some(Reach::undecided(test[usize::from(!falls)], &size, &far))),
         };
+        let later = || Ok::<_, Unknown>(self.from.add(&Value::variable(&Name::new(&least)))?.to_string());
+        let least = if self.from.is_zero() { least } else { later()? };
         let formula = Formula {
             index: format!("{early}{least}"),
             test: format!("{power} {relation} {far}"),
-            power: ratio.power(&Value::variable(index))?.mul(&size)?,
+            power: ratio.power(&since)?.mul(&size)?,
             relation: test[usize::from(!falls)],
             bound: far,
         };
         let why = Unknown::because(format!("its first {index} is a logarithm, and {NO_VALUE}"));
         Ok(Some(Reach::Unknown(Unknown { formula: Some(Box::new(formula)), ..why })))
     }
+}
+
+/// The text of a quotient, where it is no longer as it is made of both, and no sign stands before what is positive.
+fn quotient(above: &Value, below: &Value, both: &Value) -> String {
+    let (plain, apart) = (both.to_string(), format!("{above}/{}", bracketed(below.to_string())));
+    let simple = below.variables().is_empty() || apart.len() >= plain.len() && !plain.starts_with("(-");
+    if simple { plain } else { apart }
 }
 
 /// The exponent of a power of a base, where it is one: N+3 of `8*2^N`, `-2*N` of `1/4^N`.

@@ -40,12 +40,17 @@ pub(in crate::session) fn no_earlier(
 
 /// How it was checked that there is no such index.
 fn never_checked(checked: Result<Never, Unchecked>, (index, first): (&Name, i64)) -> String {
+    let modulo;
     let (from, how) = match checked {
         Ok(Never::Always) => return format!("checked: at no {index}, whatever the terms are"),
         Ok(Never::ComesAgain) => return format!("checked term by term: at no {index} until the terms come again"),
         Ok(Never::Ends) => return "checked term by term: at none of the terms that there are".to_string(),
         Ok(Never::Forms(from)) => (from, "by the forms"),
         Ok(Never::Induction(from, _)) => (from, "by induction from one term to the next"),
+        Ok(Never::Modulo(from, modulus)) => {
+            modulo = format!("modulo {modulus}");
+            (from, modulo.as_str())
+        }
         Err(_) => return format!("that there is no such {index} rests on the search alone"),
     };
     if from == first {
