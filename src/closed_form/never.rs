@@ -8,10 +8,10 @@ use super::divisors::{divisors, in_each_sign};
 use super::first::Wanted;
 use super::one_by_one::Terms;
 use super::stretches::{Compared, Stretch};
-use super::{Comparison, Recurrence, Solved, Unchecked, remainders};
+use super::{Comparison, Form, Recurrence, Solved, Unchecked, remainders};
 use crate::assumption::Assumptions;
 use crate::name::Name;
-use crate::value::{Relation, Value};
+use crate::value::{Atom, Relation, Value};
 
 /// So many terms are compared one by one, those with symbols less.
 const MOST: i64 = 3_000;
@@ -34,6 +34,13 @@ pub enum Never {
     Forms(i64),
     /// Modulo a number from this index on, where all terms were looked at until they came round, and one by one before.
     Modulo(i64, u64),
+}
+
+/// Whether a form has powers of numbers that are not rational.
+fn has_powers_of_roots(form: &Form, index: &Name) -> bool {
+    let Form::Sum(_, sum) = form else { return false };
+    let of_root = |atom: Atom| matches!(&atom, Atom::Power(base, _) if base.as_rational().is_none() && base.variables().is_empty());
+    sum.value(index).is_none_or(|value| value.atoms().into_iter().any(of_root))
 }
 
 /// Checks that a comparison holds at no index, under the assumptions and the conditions of the forms. Nothing of how it was
@@ -118,8 +125,10 @@ impl Compared<'_> {
             compared.in_none(&compared.stretches(solved)?, (from, None), &away).then_some(())
         };
         let in_orders = || self.orders(solved)?.into_iter().map(never).collect::<Option<Vec<_>>>();
-        let told =
-            in_orders().is_some() || self.never_of_sums(solved, from) || self.in_turns(solved, from) == Some(true);
+        // What stands in powers of roots is told by which of them outgrows the others, or by nothing.
+        let with_roots = solved.forms().iter().any(|form| has_powers_of_roots(form, &self.recurrence.index));
+        let told = self.never_of_sums(solved, from)
+            || !with_roots && (in_orders().is_some() || self.in_turns(solved, from) == Some(true));
         told.then_some(Never::Forms(from))
     }
 

@@ -332,6 +332,15 @@ impl Lowerer<'_> {
 impl Environment {
     pub(super) fn lower_item(&self, item: &Item, text: &str) -> Result<super::Lowered, Vec<Diagnostic>> {
         use super::Lowered;
+        if let ast::ItemKind::Solve(solve) = &item.kind
+            && let Some((environment, notes)) = self.with_vectors(solve)
+        {
+            let mut lowered = environment.lower_item(item, text)?;
+            if let Lowered::Solve(question) = &mut lowered {
+                question.notes.splice(0..0, notes);
+            }
+            return Ok(lowered);
+        }
         let mut lowerer = Lowerer::new(self, Metas::Law);
         let lowered = match &item.kind {
             ast::ItemKind::Prove(claim) => lowerer.claim(claim, item.span, text).map(Lowered::Claim),

@@ -2,6 +2,7 @@
 
 mod factorial;
 mod find;
+mod vectors;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};

@@ -5,11 +5,12 @@ use std::collections::BTreeSet;
 
 use num_traits::Signed;
 
+use crate::assumption::Assumptions;
 use crate::definition::Definitions;
 use crate::distribution::Distribution;
 use crate::lower::{Environment, Pattern, System};
 use crate::name::Name;
-use crate::period::{self, Edge, End, Next, Period, Segment, ports};
+use crate::period::{self, Edge, End, Next, Period, Phase, Segment, Test, ports};
 use crate::sample::reached;
 use crate::scope::subterms;
 use crate::term::{Node, Term};
@@ -132,6 +133,62 @@ pub(super) fn means_something(components: &[Term], environment: &Environment) ->
         };
         own && term.values().flat_map(Value::needs).all(|need| granted(&need))
     })
+}
+
+/// The same of a period: whether all that is compared, passed, shown, waited for and carried on surely has a meaning on each of
+/// its ways, where what is tested there holds, and what was tested on every way to the phase that it leaves.
+pub(super) fn each_way_means_something(period: &Period, environment: &Environment) -> bool {
+    // What is offered and never taken passes on no way.
+    let offered = |place: usize, phase: &Phase| {
+        let known = known_at(place, period, environment);
+        let mut values = phase.control.iter().flat_map(subterms).flat_map(Term::values);
+        values.all(|value| known.gives_meaning(value))
+    };
+    if !period.phases.iter().enumerate().all(|(place, phase)| offered(place, phase)) {
+        return false;
+    }
+    let from_start = period.initial.iter().map(|way| (way, environment.assumptions.clone()));
+    let from_phases = period.phases.iter().enumerate().flat_map(|(place, phase)| {
+        let known = known_at(place, period, environment);
+        phase.edges.iter().map(move |way| (way, known.clone()))
+    });
+    from_start.chain(from_phases).all(|(way, mut known)| {
+        let tested = way.tests.iter().all(|test| {
+            let meant = known.gives_meaning(&test.left) && known.gives_meaning(&test.right);
+            known.assume(test.relation, &test.left, &test.right);
+            meant
+        });
+        let shown = way.segments.iter().flat_map(|segment| &segment.observed).flat_map(Term::values);
+        let passed = way.communications.iter().map(|(_, value)| value);
+        let mut times = way.segments.iter().map(|segment| &segment.duration);
+        let zero = Value::zero();
+        tested
+            && way.draws.is_empty()
+            && times.all(|time| known.gives_meaning(time) && known.decide(Relation::Gte, time, &zero) == Some(true))
+            && shown.chain(passed).chain(way.map.values()).all(|value| known.gives_meaning(value))
+    })
+}
+
+/// What is known of the variables of a phase: what was tested on one of the ways to it, and holds on all.
+fn known_at(place: usize, period: &Period, environment: &Environment) -> Assumptions {
+    let ways: Vec<&Edge> = period.ways().filter(|way| way.next == Next::Phase(place)).collect();
+    let holds = |way: &Edge, test: &Test| {
+        let mut known = environment.assumptions.clone();
+        way.tests.iter().for_each(|test| known.assume(test.relation, &test.left, &test.right));
+        let sides = [&test.left, &test.right].map(|side| side.substitute(&way.map).ok());
+        let [Some(left), Some(right)] = sides else { return false };
+        known.gives_meaning(&left)
+            && known.gives_meaning(&right)
+            && known.decide(test.relation, &left, &right) == Some(true)
+    };
+    let mut known = environment.assumptions.clone();
+    for test in ways.iter().flat_map(|way| &way.after).flatten() {
+        let on_all = |way: &&Edge| way.after.iter().flatten().any(|own| own == test) || holds(way, test);
+        if ways.iter().all(on_all) {
+            known.assume(test.relation, &test.left, &test.right);
+        }
+    }
+    known
 }
 
 /// Whether time never stops in these components: they have a period, or each of their loops waits.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use num_rational::BigRational;
 
-use super::beside::{means_something, relevant, time_passes_in};
+use super::beside::{each_way_means_something, means_something, relevant, time_passes_in};
 use super::course::{Known, course_of};
 use super::phases::whole;
 use crate::lower::{Environment, System};
@@ -70,7 +70,8 @@ pub(crate) fn parted_after(
 fn leave_each_other(parts: &[Part], environment: &Environment) -> bool {
     parts.iter().all(|part| {
         let components = &part.system.components;
-        means_something(components, environment) && time_passes_in(components, Some(&part.period), environment)
+        let meant = means_something(components, environment) || each_way_means_something(&part.period, environment);
+        meant && time_passes_in(components, Some(&part.period), environment)
     })
 }
 
