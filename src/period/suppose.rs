@@ -1,5 +1,6 @@
 //! A moment in the case that a question is answered so or so.
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::rc::Rc;
@@ -40,6 +41,13 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
             _ => (None, &test.left),
         };
         let solved = if from.is_none() { solved(settler, &test) } else { None };
+        // A place that is reached is said by its name, which varies as well.
+        let (from, to) = match test.left.size().cmp(&test.right.size()) {
+            _ if from.is_some() || solved.is_some() => (from, to),
+            Ordering::Greater => (Some(&test.left), &test.right),
+            Ordering::Less => (Some(&test.right), &test.left),
+            Ordering::Equal => (None, to),
+        };
         changed.replace(&|value: &Value| match (&solved, from) {
             (Some((name, known)), _) => value.with(name, known).unwrap_or_else(|_| value.clone()),
             (None, Some(from)) if value == from => to.clone(),
