@@ -35,7 +35,8 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
     }
     let mut changed = moment.clone();
     if test.relation == Relation::Eq {
-        let (from, to) = match (settler.varies(&test.left), settler.varies(&test.right)) {
+        let vary = (settler.varies(&test.left), settler.varies(&test.right));
+        let (from, to) = match vary {
             (true, false) => (Some(&test.left), &test.right),
             (false, true) => (Some(&test.right), &test.left),
             _ => (None, &test.left),
@@ -43,7 +44,7 @@ pub(super) fn suppose(settler: &Settler<'_>, moment: &Moment, question: &RawTest
         let solved = if from.is_none() { solved(settler, &test) } else { None };
         // A place that is reached is said by its name, which varies as well.
         let (from, to) = match test.left.size().cmp(&test.right.size()) {
-            _ if from.is_some() || solved.is_some() => (from, to),
+            _ if vary != (true, true) || solved.is_some() => (from, to),
             Ordering::Greater => (Some(&test.left), &test.right),
             Ordering::Less => (Some(&test.right), &test.left),
             Ordering::Equal => (None, to),

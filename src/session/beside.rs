@@ -39,7 +39,8 @@ pub(super) fn relevant(system: &System, shown: &[Term], environment: &Environmen
     }
     let passes = |group: &Vec<usize>| {
         let components = of(std::slice::from_ref(group));
-        means_something(&components, environment) && time_passes(&components, environment)
+        let anyhow = means_something(&components, environment) && time_passes(&components, environment);
+        anyhow || goes_round_for_ever(&components, environment)
     };
     others.iter().all(passes).then(|| System { name: system.name.clone(), components: of(&own) })
 }
@@ -166,6 +167,16 @@ pub(super) fn each_way_means_something(period: &Period, environment: &Environmen
             && way.draws.is_empty()
             && times.all(|time| known.gives_meaning(time) && known.decide(Relation::Gte, time, &zero) == Some(true))
             && shown.chain(passed).chain(way.map.values()).all(|value| known.gives_meaning(value))
+    })
+}
+
+/// Whether these components have a period, each way of which leads on, takes time, and has a meaning.
+fn goes_round_for_ever(components: &[Term], environment: &Environment) -> bool {
+    let found = period::analyse(components, &environment.definitions, &environment.assumptions);
+    found.is_ok_and(|period| {
+        period.ways().all(|way| matches!(way.next, Next::Phase(_)))
+            && each_way_means_something(&period, environment)
+            && time_passes_in(components, Some(&period), environment)
     })
 }
 
