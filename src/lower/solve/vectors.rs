@@ -80,15 +80,23 @@ impl Search<'_> {
     /// The same of values of which one is a vector where the others are.
     fn alike(&mut self, values: &[&Written]) {
         if let Some(length) = values.iter().find_map(|value| self.length(value)) {
-            for value in values {
-                if let ValueKind::Name(name) = &value.kind
-                    && self.is_open(name)
-                {
-                    self.found.insert(name.name.clone(), length);
-                }
-            }
+            let own: Vec<Name> = values.iter().filter_map(|value| self.vector_in(value)).cloned().collect();
+            self.found.extend(own.into_iter().map(|name| (name, length)));
         }
         values.iter().for_each(|value| self.look_in(value));
+    }
+
+    /// The parameter that must be a vector for a value to be one: `g`, or that of `g/2`.
+    fn vector_in<'v>(&self, value: &'v Written) -> Option<&'v Name> {
+        match &value.kind {
+            ValueKind::Name(name) => self.is_open(name).then_some(&name.name),
+            ValueKind::Negative(inner) => self.vector_in(inner),
+            ValueKind::Product(parts) if self.length(value).is_none() => {
+                let mut all = parts.iter().filter(|(divides, _)| !divides).filter_map(|(_, part)| self.vector_in(part));
+                all.next().filter(|_| all.next().is_none())
+            }
+            _ => None,
+        }
     }
 
     /// How many components it surely has.
